@@ -54,7 +54,7 @@ def test_cancelled_work_stops_at_the_next_checkpoint_and_can_be_repeated(kind: s
     with cancelled_by(counter):
         assert plan_example(kind).run().content == expected
     assert counter.count >= 3
-    for allowed in sorted({counter.count * part // 4 for part in range(4)}):
+    for allowed in sorted({counter.count * quarter // 4 for quarter in range(4)}):
         cancellation = CountingCancellation(allowed)
         with cancelled_by(cancellation), pytest.raises(Cancelled):
             plan_example(kind).run()

@@ -22,6 +22,7 @@ from service.surface.spline_shapes import CIRCLE
 
 WEIGHT = np.sqrt(0.5)
 """The weight of the corner between two points of a quarter circle."""
+# Of the control points of a circle, only the corners have two coordinates other than 0.
 CIRCLE_WEIGHTS = np.array([WEIGHT if x * y else 1.0 for x, y in CIRCLE])
 CIRCLE_KNOTS = [0, 0, 0, 0.25, 0.25, 0.5, 0.5, 0.75, 0.75, 1, 1, 1]
 HALF_CIRCLE = np.array([(0, -1, 1), (1, -1, WEIGHT), (1, 0, 1), (1, 1, WEIGHT), (0, 1, 1)])
@@ -45,8 +46,8 @@ def revolve(
     }
 
 
-def build_cylinder(knots: Any = CIRCLE_KNOTS, **place: Any) -> Any:
-    return revolve([(1, 0, 1), (1, 2, 1)], knots, [0, 0, 1, 1], **place)
+def build_cylinder(knots: Any = CIRCLE_KNOTS, **transform: Any) -> Any:
+    return revolve([(1, 0, 1), (1, 2, 1)], knots, [0, 0, 1, 1], **transform)
 
 
 def build_sphere() -> Any:
@@ -60,18 +61,24 @@ def add_noise(surface: Any, rows: Any, size: float) -> Any:
     return surface | {"control_net": net}
 
 
-def build_wrapped_torus(scale: float, shift: float) -> Any:
-    """A torus of degree 3 over uniform knots that repeats its first rows and columns at the end."""
+def build_wrapped_torus(knot_distance: float, knot_shift: float) -> Any:
+    """A torus of degree 3 over uniform knots; the first rows and columns follow again at the end.
+
+    The knots along u and v are the multiples of `knot_distance`, shifted.
+    """
     u, v = np.meshgrid(np.arange(8) * np.pi / 4, np.arange(6) * np.pi / 3, indexing="ij")
     radius = 3 + np.cos(v)
     ring = np.stack([radius * np.cos(u), radius * np.sin(u), np.sin(v)], axis=-1)
     net = np.pad(ring, [(0, 3), (0, 3), (0, 0)], mode="wrap")
-    knots = [(np.arange(-3, n + 4) * scale + shift).tolist() for n in (8, 6)]
+    knots = [(np.arange(-3, n + 4) * knot_distance + knot_shift).tolist() for n in (8, 6)]
     return {"degree": 3, "control_net": net, "knots": knots}
 
 
 def build_open_sheet(*knots: Any, shift: Any = (0, 0, 0), scale: float = 1) -> Any:
-    """A surface that is not closed, with these knots along u; by default with clamped knots."""
+    """A surface that is not closed, with these knots along u; by default with clamped knots.
+
+    The control points are scaled, then shifted.
+    """
     x, y = np.meshgrid(np.arange(6.0), np.arange(4.0), indexing="ij")
     net = np.stack([x, y, np.sin(x)], axis=-1) * scale + shift
     return {"degree": 3, "control_net": net, "knots": [list(knots) or "clamped", "clamped"]}
@@ -85,6 +92,7 @@ def build_face(axis: int, side: int, rng: Any) -> Any:
     net[1, :, axis - 2], net[:, 1, axis - 1] = 1, 1
     (p, q), (t, scale) = rng.integers(1, 4, 2), rng.uniform(0.2, 3, 2)
     surface: Any = convert(BsplineSurface(net, (1, 1)), [Elevate((p, q))])
+    # One more knot along u, somewhere inside; then all knots along u are scaled and shifted.
     spline = BSpline(surface.knot_vectors[0], surface.control_net, p).insert_knot(t / 4)
     return {
         "type": "bspline",
@@ -109,6 +117,7 @@ def test_a_cube_of_splines_far_from_zero_is_closed(kind: str, options: Any) -> N
         "report"
     ]
     assert report["watertight"]
+    # How far points of the faces moved, at most, so that sides became equal.
     assert 0 < report["moved"] < 1e-7
 
 
@@ -186,5 +195,6 @@ def test_surfaces_of_other_systems_are_closed_as_meant(name: str, options: Any) 
     assert report["watertight"] == is_watertight
     assert (report["closed_u"], report["closed_v"]) == (is_closed_u, is_closed_v)
     assert report.get("merged_knots", 0) == merged_count
+    # The relative tolerance is a share of the diagonal, which is at most √3 times this extent.
     extent = np.ptp(surface["control_net"].reshape(-1, 3), axis=0).max()
     assert report["deviation_bound"] < (0.1 if "resolution" in options else 0.02) * extent

@@ -98,7 +98,7 @@ def test_conflicting_and_too_large_options_are_refused(
 
 
 @pytest.mark.parametrize("name", accuracy.ACCURACY_FIELDS)
-def test_null_and_a_resolution_together_with_an_accuracy_are_refused(name: str) -> None:
+def test_null_is_refused_and_so_is_a_resolution_beside_an_accuracy(name: str) -> None:
     assert list_issues(**{name: None})[0] == ("null_value", f"/{name}")
     values: dict[str, Any] = {"two_sided": True, "relative_tolerance": 0.5, **CAMERA_OPTIONS}
     option = {name: values.get(name, 1)}
@@ -127,5 +127,6 @@ def test_a_camera_in_a_query_is_refused_and_the_issue_names_post(name: str) -> N
 def test_options_of_the_file_that_conflict_with_flags_are_dropped(
     flags: dict[str, str], expected: set[str]
 ) -> None:
+    # Only the names of the options matter.
     document = {"surface": 1, "resolution": 2, "tolerance": 0.1, "camera": {}, "uvs": True}
     assert set(command.drop_replaced(document, flags)) == expected

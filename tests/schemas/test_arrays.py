@@ -13,7 +13,7 @@ from service.schemas.document import DocumentLimits
 from service.schemas.validation import invalid_request
 
 LIMITS = DocumentLimits()
-SCALARS: st.SearchStrategy[Any] = st.sampled_from(
+UNUSUAL_ITEMS: st.SearchStrategy[Any] = st.sampled_from(
     [0, 1, -2, 0.5, 1e30, True, None, "1", [], {}, 2**60]
 )
 
@@ -21,11 +21,11 @@ SCALARS: st.SearchStrategy[Any] = st.sampled_from(
 def nested_lists(depth: int) -> st.SearchStrategy[Any]:
     """Lists nested to this depth, mostly of equal length, with some invalid lengths and values."""
     if depth == 0:
-        return st.sampled_from([0, 1, 2, 0.5]) | SCALARS
+        return st.sampled_from([0, 1, 2, 0.5]) | UNUSUAL_ITEMS
     length = st.sampled_from([3, 3, 3, 2, 0])
     return (
         length.flatmap(lambda n: st.lists(nested_lists(depth - 1), min_size=n, max_size=n))
-        | SCALARS
+        | UNUSUAL_ITEMS
     )
 
 

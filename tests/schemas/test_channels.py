@@ -73,6 +73,8 @@ def test_a_surface_without_channels_is_written_without_their_fields() -> None:
         ({"attributes": {"t": [[1]]}}, "wrong_type", "/attributes/t/0/0"),
         ({"attributes": {"t": [[[1]], [["1"]]]}}, "wrong_type", "/attributes/t/1/0/0"),
         ({"attributes": {"t": [[[]]]}}, "empty_list", "/attributes/t/0/0"),
+        # Pydantic's paths have the kind of surface after a field `surface`, and pointers omit it.
+        # Here `surface` is the name of an attribute, so nothing is omitted.
         ({"attributes": {"surface": [[["1"]]]}}, "wrong_type", "/attributes/surface/0/0/0"),
         ({"attributes": {"a~b/c": [[[1]]]}}, "wrong_value", "/attributes/a~0b~1c"),
     ],

@@ -1,4 +1,4 @@
-"""JSON texts become values, or are refused with the place of the fault; and budgets of memory."""
+"""JSON texts become values, or are refused with a position; and budgets of memory."""
 
 import json
 import tracemalloc
@@ -38,13 +38,13 @@ def test_repeated_keys_are_refused_also_if_one_is_escaped(
     value: Any, key: str, second_value: Any
 ) -> None:
     name = json.dumps(key)
-    escaped_key = "".join(f"\\u{ord(c):04x}" for c in key if ord(c) < 1 << 16)
     body = f'{{"x":[{json.dumps(value)}],"y":{{{name}:1,{name}:{json.dumps(second_value)}}}}}'
     with pytest.raises(InvalidRequest) as refusal:
         parse_document(body.encode())
     assert refusal.value.issues[0].code == "repeated_key"
     assert refusal.value.issues[0].pointer.startswith("/y/")
-    if all(ord(c) < 1 << 16 for c in key):
+    if all(ord(c) < 1 << 16 for c in key):  # an escape has four hexadecimal digits
+        escaped_key = "".join(f"\\u{ord(c):04x}" for c in key)
         body = f'{{{name}:1,"{escaped_key}":2}}'
         with pytest.raises(InvalidRequest):
             parse_document(body.encode())
@@ -149,12 +149,9 @@ _NESTED = st.recursive(
 )
 
 
-@given(_NESTED, st.integers(0, 2), st.booleans())
-def test_brackets_in_strings_do_not_count_as_depth(
-    value: object, margin: int, is_long: bool
-) -> None:
-    blank = " " * (300_000 * is_long)  # longer than one step of the scan
-    text = json.dumps([value]).encode().replace(b"[", b"[" + blank.encode(), 1)
+@given(_NESTED, st.integers(0, 2))
+def test_brackets_in_strings_do_not_count_as_depth(value: object, margin: int) -> None:
+    text = json.dumps([value]).encode()
     depth = measure_depth([value])
     assert not is_deeper(text, depth + margin)
     assert is_deeper(text, depth - 1 - margin) or depth - 1 - margin < 0
@@ -163,7 +160,7 @@ def test_brackets_in_strings_do_not_count_as_depth(
 @pytest.mark.parametrize(("begin", "end"), [("[", "]"), ('{"a":', "}"), ('[{"[":', "}]")])
 @pytest.mark.parametrize("levels", [17, 2000])
 def test_documents_nested_too_deeply_are_refused(begin: str, end: str, levels: int) -> None:
-    brackets = len(end)  # one or two brackets for each repetition
+    brackets = len(end)  # that one repetition opens: one or two
     text = (begin * levels + "0" + end * levels).encode()
     with pytest.raises(InvalidRequest) as refusal:
         parse_document(text, 16)
@@ -230,6 +227,7 @@ def test_dense_numbers_after_an_indented_beginning_are_read(head: str) -> None:
     assert parse_document(text.encode()) == json.loads(text)
     with pytest.raises(MalformedJson) as refusal:
         parse_document(f"{head}{DENSE},x{end}".encode())
+    # The `x` is after the comma, and columns count from 1.
     line, column = 1 + head.count("\n"), len(head.rpartition("\n")[2]) + len(DENSE) + 2
     assert f"line {line}, column {column}" in refusal.value.issues[0].message
 

@@ -24,6 +24,7 @@ SPLINE = {"type": "bspline", "control_net": NET, "degree": 1}
         (MeshRequest, {"surface": {"control_net": NET, "knot": 1}}, "/surface/knot", ""),
         # The name of the format is in the query or in the path; `normals` is not similar enough.
         (MeshRequest, {"surface": SPLINE, "format": "glb"}, "/format", ""),
+        # A name with more than 40 letters is not compared, which would take long.
         (MeshRequest, {"surface": SPLINE, "x" * 41: 1}, "/" + "x" * 41, ""),
         (
             ConvertRequest,

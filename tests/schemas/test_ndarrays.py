@@ -30,10 +30,10 @@ GRIDS = (
     arrays.TRIANGLE_WEIGHTS,
     arrays.TRIANGLES,
     arrays.MATRIX,
-    replace(NumberGrid(("patch numbers",), integers=True, point_levels=1), point_levels=0),
+    NumberGrid(("patch numbers",), integers=True),
 )
 DTYPES = ("<f8", ">f8", "<f4", ">f4", "<i8", ">i8", "<i4", "<u8", ">u2", "i1", "?")
-SMALL = DocumentLimits(max_control_points=12, max_degree=3)
+SMALL_LIMITS = DocumentLimits(max_control_points=12, max_degree=3)
 
 
 def to_lists(values: NDArray[Any], grid: NumberGrid) -> Any:
@@ -49,7 +49,7 @@ def to_lists(values: NDArray[Any], grid: NumberGrid) -> Any:
 def parse_value(grid: NumberGrid, value: Any) -> Array | tuple[str, str, str]:
     """The array, or code, pointer and message of the first issue."""
     try:
-        return grid.array(value, SMALL)
+        return grid.array(value, SMALL_LIMITS)
     except ValidationError as error:
         issue = invalid_request(error).issues[0]
         return issue.code, issue.pointer, issue.message
@@ -68,9 +68,11 @@ def test_arrays_are_parsed_like_their_lists(
     axes = max(len(grid.levels) - (grid.triangle_level is not None) + extra_axes, 1)
     shape = [data.draw(st.sampled_from([3, 3, 3, 2, 4, 6, 1, 0])) for _ in range(axes)]
     if grid.triangle_level is not None and len(shape) >= grid.triangle_level:
+        # The axis of all rows of a triangle: 1, 3, 6, 10 or 15 entries.
         shape[grid.triangle_level - 1] = data.draw(st.sampled_from([3, 3, 6, 10, 1, 15]))
     numbers = np.arange(np.prod(shape)).reshape(shape)
     values = (numbers.astype("<f8") / 4 if dtype[1:2] == "f" else numbers).astype(dtype)
+    # With a step of 2 the array is not contiguous, and with −1 it is in reverse order.
     values = np.repeat(values, abs(step), axis=-1)[..., ::step]
     expected = parse_value(grid, to_lists(values, grid))
     actual = parse_value(grid, values)
@@ -89,11 +91,12 @@ def test_numbers_that_are_not_finite_are_refused(count: int, index: int, value: 
     weights = np.ones(count)
     weights[index % count] = value
     pointers = [f"/{m}/{j}" for m, row in enumerate(split_rows(weights)) for j in range(len(row))]
+    # Without a limit of the degree, which 15 weights exceed.
     issue = parse_value(replace(arrays.TRIANGLE_WEIGHTS, degree_levels=()), weights)
     assert issue == ("not_finite", pointers[index % count], "Every number must be finite.")
 
 
-def test_at_most_20_numbers_have_issues() -> None:
+def test_each_number_that_is_not_finite_has_an_issue_up_to_20_issues() -> None:
     net = np.zeros((3, 4, 3))
     net[1, 2, 0] = net[2, 0, 1] = np.nan
     with pytest.raises(InvalidRequest) as refusal:
@@ -180,6 +183,7 @@ def test_every_kind_of_surface_accepts_arrays() -> None:
     for document in documents:
         surface = validate_document(MeshRequest, {"surface": document}).to_surface()
         text = orjson.dumps(document, default=lambda array: array.tolist())
+        # A list of a triangle's indices has rows, and an array has not.
         text = text.replace(b'"triangles":[[0,1,2]]', b'"triangles":[[[0,1],[2]]]')
         assert content_key(surface) == content_key(
             validate_document(MeshRequest, {"surface": orjson.loads(text)}).to_surface()

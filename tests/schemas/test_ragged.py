@@ -55,7 +55,7 @@ def test_rows_are_accepted_exactly_if_each_is_shorter_by_one(value: list[list[in
 
 @pytest.mark.parametrize("degree", range(7))
 def test_control_points_are_stored_row_by_row(degree: int) -> None:
-    """Control points of the array are in the order of `keys`."""
+    """The array has the control points (i, j, k) with k outermost, then j; row k has one k."""
     net = [[[i, j, k] for i, j, k in keys(degree) if k == row] for row in range(degree + 1)]
     array = TRIANGLE_NET.array(net, LIMITS)
     assert [tuple(point) for point in array.tolist()] == keys(degree)
@@ -85,7 +85,11 @@ def test_too_large_triangles_are_refused_before_points_are_read(
 
 @pytest.mark.parametrize("degree", [1, 2, 5])
 def test_pointers_to_entries_become_pointers_to_rows(degree: int) -> None:
-    """An issue of an entry of the array gets the pointer of row and column in the document."""
+    """An issue of an entry of the array gets the pointer of row and column in the document.
+
+    Entry (i, j, k) of a triangle is entry j of row k. The pattern has two of the three fields; the
+    third keeps its pointer.
+    """
     order = keys(degree)
     for entry, (_, j, k) in enumerate(order):
         error = InvalidRequest(

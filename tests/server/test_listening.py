@@ -1,4 +1,4 @@
-"""At its start the server raises the limit of open files, notifies systemd, and warns."""
+"""At its start the server raises the limit of open files, notifies systemd, and may warn."""
 
 import resource
 import socket
@@ -21,6 +21,7 @@ def test_systemd_is_notified(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_a_supervisor_that_does_not_listen_is_ignored(monkeypatch: pytest.MonkeyPatch) -> None:
+    # "@" means a name outside the file system (Linux); nothing listens at this name.
     monkeypatch.setenv("NOTIFY_SOCKET", "@surface-service-test-closed")
     notify("READY=1")
 

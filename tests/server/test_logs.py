@@ -46,6 +46,7 @@ def test_a_json_record_is_one_line_with_the_traceback() -> None:
     assert "in build_error_record" in first
     assert any(frame.startswith("KeyError: ") for frame in frames)
     assert last == "RuntimeError: the second"
+    # The text of the exception is cut, and escapes then make it longer.
     assert all(len(frame) < MAX_TEXT + 200 for frame in frames)
     assert "\x1b" not in fields["traceback"]
 
@@ -57,7 +58,7 @@ def test_texts_of_clients_cannot_break_lines_of_the_log() -> None:
     assert text.isprintable()
     assert len(text) < 8 * MAX_MESSAGE  # escaped characters, such as \u2028, are longer
     _, *traceback = RecordFormatter("text").format(build_error_record()).split("\n")
-    assert len(traceback) == 4
+    assert len(traceback) == 4  # the exception and its cause, each with one frame and its text
     assert all(line.startswith("    ") and line.isprintable() for line in traceback)
 
 
@@ -176,7 +177,7 @@ def test_a_full_pipe_blocks_no_writer() -> None:
         reader.start()
         assert wait_until_written(log)
         may_end.set()
-        log.write("end\n")
+        log.write("end\n")  # ends the reader's last `os.read`
         assert wait_until_written(log)
         reader.join(10)
 

@@ -14,7 +14,7 @@ from tests.server.wire import Server, settle
 
 pytestmark = pytest.mark.anyio
 CHUNK = 1 << 14
-MAX_HEAD = 1 << 16
+MAX_HEAD = 1 << 16  # bytes, the default of the setting `max_head_bytes`
 HOST = b"Host: x\r\n"
 POST = b"POST /v1/mesh HTTP/1.1\r\n" + HOST
 CHUNKED = POST + b"Transfer-Encoding: chunked\r\n"
@@ -40,7 +40,7 @@ class Echo:
             if not message["more_body"]:
                 break
             message = await receive()
-        else:
+        else:  # the last message was `http.disconnect`
             self.incomplete_bodies += 1
             return
         self.bodies.append(body)
@@ -228,6 +228,7 @@ async def test_pipelined_requests_get_responses_in_their_order_up_to_a_limit() -
     for _ in range(MAX_PIPELINED):
         await settle()
     paths = [scope["path"] for scope in echo.scopes]
+    # After the first 6 requests: the one that runs, and those that wait for it.
     assert paths == [f"/{i}" for i in range(6 + 1 + MAX_PIPELINED)]
     assert client.statuses == [200] * len(paths)
     assert client.wire.sent_bytes.count(b"connection: close") == 1
@@ -284,7 +285,6 @@ async def test_after_an_early_response_the_rest_of_the_body_is_dropped(
     length_header: bytes, close_header: bytes
 ) -> None:
     """The server reads the rest of the body, so that the client can read the response."""
-
     server = Server(respond_without_reading)
     client = server.connect()
     await client.send(POST + close_header + length_header + b"\r\n\r\n")
@@ -294,11 +294,12 @@ async def test_after_an_early_response_the_rest_of_the_body_is_dropped(
         (b"5\r\nabcde\r\n0\r\n\r\n" if b"chunked" in length_header else b"abcde") + GET % 2
     )
     assert client.statuses == ([200] if close_header else [200, 200])
-    server.wait(31)
+    server.wait(31)  # the default of `send_timeout` is 30 s
     assert client.wire.is_aborted is bool(close_header)
 
 
 async def test_an_invalid_body_after_its_response_gets_no_second_response() -> None:
+    # If the invalid chunk arrives before the application has responded, the error is the response.
     client = Server(respond_without_reading).connect()
     await client.send(CHUNKED + b"\r\n1\r\na\r\nx\r\n")
     assert client.statuses == [400]
@@ -333,7 +334,6 @@ async def test_an_error_after_the_client_has_disconnected_leaves_no_state() -> N
 
 async def test_a_closed_connection_is_freed_at_once() -> None:
     """A connection has no reference cycles, whose memory the garbage collector would free late."""
-
     gc.disable()
     try:
         for data in (b"", b"GET", GET % 1, b"BREW", GET % 1 + b"GET", GET % 1 + GET % 2):

@@ -1,7 +1,6 @@
 """Timeouts of connections, and the limit of their number."""
 
 import socket
-import struct
 import time
 
 import pytest
@@ -44,7 +43,6 @@ async def test_a_head_that_is_sent_byte_by_byte_is_too_slow(
 ) -> None:
     """The time of the first head begins with the connection, the time of a later head with its
     first byte."""
-
     server = Server(respond_at_once, head_timeout=10, keep_alive=1000)
     client = server.connect()
     if earlier_request:
@@ -97,7 +95,9 @@ async def test_connections_above_the_limit_are_refused() -> None:
 def test_an_idle_connection_is_closed_without_a_response() -> None:
     with run_service(Settings(keep_alive=0.2)) as url, connect(url) as client:
         client.sendall(GET)
-        assert b"HTTP/1.1 200 OK" in read(client)
+        data = read(client)
+    assert data.startswith(b"HTTP/1.1 200 OK")
+    assert data.count(b"HTTP/1.1 ") == 1
 
 
 @pytest.mark.parametrize(
@@ -106,7 +106,7 @@ def test_an_idle_connection_is_closed_without_a_response() -> None:
 async def test_a_client_must_read_a_response_before_its_deadline(
     unsent_count: int, seconds: int
 ) -> None:
-    """The client has `send_timeout` seconds, and as many again for each MiB that waits."""
+    """The client has `send_timeout` seconds, and as many again for each whole MiB unsent."""
     server = Server(respond_after_body, send_timeout=30)
     client = server.connect()
     await client.send(b"POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 1\r\n\r\n")
@@ -145,8 +145,6 @@ def send_for_ever(client: socket.socket) -> None:
 def test_a_client_reads_the_response_although_its_body_is_refused(close_header: bytes) -> None:
     settings = Settings(max_body_bytes=1024, keep_alive=1)
     with run_service(settings) as url, connect(url) as client:
-        # With this option, a client that closes drops unread bytes at once.
-        client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
         client.sendall(
             b"POST /v1/mesh HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
             b"Content-Length: 8000000\r\n" + close_header + b"\r\n"

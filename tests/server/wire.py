@@ -67,7 +67,7 @@ class Wire(asyncio.Transport):
 
 
 class Server:
-    """A server whose connections are objects in memory; `refusals` has their codes."""
+    """A server whose connections are objects in memory; `refusals` has the codes of refusals."""
 
     def __init__(self, app: ASGIApp, **settings: Any) -> None:
         self.clock = Clock()
@@ -80,6 +80,8 @@ class Server:
 
     def connect(self) -> "Client":
         """A client with a new connection."""
+        # `make_server` gave `self.app_state` to the class. The argument `app_state` is another one:
+        # the state of the ASGI lifespan, which the applications of these tests do not use.
         protocol_class: Any = self._config.http_protocol_class
         return Client(
             protocol_class(

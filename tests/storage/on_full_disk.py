@@ -78,6 +78,7 @@ def test_on_a_full_disk_the_service_refuses_to_store_and_all_else_works(
         health = client.get("/health/ready")
         assert (health.status_code, health.json()["store"]) == (200, "ready")
         assert client.post("/v1/mesh", json=build_surface(0) | {"resolution": 1}).status_code == 200
+        # Storing a surface again needs no space, and its status is 200 in place of 201.
         assert client.post("/v1/surfaces", json=build_surface(0)).status_code == 200
         for response in successes:
             assert client.get(response.headers["location"]).status_code == 200
@@ -113,7 +114,7 @@ def test_a_service_starts_on_a_full_disk(
 
 
 def assert_disk_full(response: httpx.Response, disk: Path) -> None:
-    """Checks that the response is the problem `disk_full`, and does not name the folder."""
+    """Checks that the problem is `store_full` with the issue `disk_full`, without the folder."""
     assert response.status_code == 507
     assert response.headers["content-type"] == "application/problem+json"
     problem = response.json()

@@ -93,11 +93,11 @@ async def test_a_damaged_object_is_refused_and_replaced_when_stored_again(
 
 
 async def test_the_quota_counts_all_pages_of_the_listing(address: str) -> None:
-    """An S3 server lists a bucket in pages of 1000 objects; this bucket has 1003."""
+    """An S3 server lists a bucket in pages of 1000 objects; this store has 1003."""
     contents = [f"{number:10d}".encode() for number in range(1003)]
     store = open_store(address, 0)
     await asyncio.gather(*(put(store, content) for content in contents))
-    store = open_store(address, 10_049)
+    store = open_store(address, 10_049)  # bytes: 1004 contents of 10 bytes, and 9 more
     assert await put(store, CONTENTS[0])
     with pytest.raises(StoreFull) as error:
         await put(store, CONTENTS[1])

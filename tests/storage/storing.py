@@ -10,13 +10,13 @@ from collections.abc import Iterator
 from service.storage.address import open_store
 from tests.storage.backends import compute_id
 
-CONTENTS = 200
+CONTENT_COUNT = 200
 AT_ONCE = 8  # contents that are stored at the same time
 
 
 def generate_contents() -> Iterator[bytes]:
     """Different contents, most of them short; every twentieth has half a megabyte."""
-    for index in range(CONTENTS):
+    for index in range(CONTENT_COUNT):
         size = 1 << 19 if index % 20 == 0 else 100 + index
         yield f"{index:6d}".encode() * (size // 6)
 

@@ -1,4 +1,7 @@
-"""All JSON texts of a surface have one canonical content; other surfaces have other contents."""
+"""All JSON texts of a surface have one canonical content; other surfaces have other contents.
+
+`python -m tests.storage.test_canonical` writes the golden ids, after a surface is added.
+"""
 
 import json
 import math
@@ -76,7 +79,10 @@ UNUSUAL_SURFACES: dict[str, Json] = {
         ],
     },
 }
-"""Further surfaces, by a title: with many defaults, or with numbers of many digits."""
+"""Further surfaces, by a title: with many defaults, or with numbers of many digits.
+
+`ARC` has 4 points of a curve, and `WAVES` 4 × 5 control points.
+"""
 
 ALL_SURFACES = {**SURFACES, **UNUSUAL_SURFACES}
 
@@ -164,7 +170,10 @@ def _list_values(value: Any) -> Iterator[Any]:
 
 
 def _list_number_paths(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """The paths of all numbers in a definition that need not be integers."""
+    """The paths of all numbers in a definition that need not be integers.
+
+    Only a definition has a `type`; attributes may have the same names as fields of integers.
+    """
     if isinstance(value, dict | list):
         items = value.items() if isinstance(value, dict) else enumerate(value)
         for key, item in items:
@@ -235,7 +244,7 @@ def test_very_large_and_small_weights_count_by_their_ratios() -> None:
 def test_the_content_has_the_documented_bytes() -> None:
     """The test computes the bytes by code of its own."""
     net = [[[0, 0, 0], [0, 1.5, 0]], [[1, 0, -0.0], [1, 1, 1]]]
-    numbers = np.array(net).astype("<f8") + 0.0
+    numbers = np.array(net).astype("<f8") + 0.0  # −0 becomes 0
     header = (
         b'{"arrays":[["float64",[2,2,3]]],"canonical":1,'
         b'"surface":{"control_net":null,"name":"\\u00e9","type":"bezier","up":"y"}}'
@@ -283,7 +292,7 @@ def compute_ids() -> dict[str, str]:
         b'{"arrays":[],"canonical":1,"surface":' + b"[" * 100_000 + b"]" * 100_000 + b"}\n",
         b'{"arrays":[],"canonical":1,"surface":{"sides":' + b"9" * 10_000 + b"}}\n",
     ],
-    ids=len,
+    ids=len,  # the contents themselves would be too long
 )
 def test_invalid_contents_are_refused(content: bytes) -> None:
     with pytest.raises(DamagedObject):

@@ -11,7 +11,7 @@ import pytest
 
 from service.storage.backends import ABANDONED_AFTER, STAGING
 from tests.storage.backends import compute_id, compute_path, list_files, open_test_store
-from tests.storage.storing import CONTENTS, generate_contents
+from tests.storage.storing import CONTENT_COUNT, generate_contents
 
 pytestmark = pytest.mark.anyio
 ROOT = Path(__file__).parents[2]
@@ -56,7 +56,7 @@ def test_a_killed_process_leaves_only_complete_objects_and_all_that_it_reported(
             # More ids that the process printed before it was killed; the last line may be cut off.
             reported_ids |= {line.strip() for line in process.stdout if line.endswith("\n")}
         assert process.returncode == -signal.SIGKILL
-        assert count <= len(reported_ids) < CONTENTS
+        assert count <= len(reported_ids) < CONTENT_COUNT
         assert reported_ids <= read_stored_ids(tmp_path)
     with start_storing(tmp_path) as process:
         process.communicate()
