@@ -54,7 +54,7 @@ RUN rm -rf /usr/local/bin/pip* /usr/local/lib/python3*/ensurepip /usr/local/lib/
 COPY --from=build /app /app
 # The service writes only to this folder: stored surfaces. A new volume gets the folder's owner.
 RUN install --directory --owner=10001 --group=10001 --mode=0700 /data
-# One process, one BLAS thread: replicas scale the service, not threads.
+# BLAS uses one thread: the matrices are small, and requests are computed in parallel already.
 ENV PATH=/app/bin:$PATH \
     PYTHONDONTWRITEBYTECODE=1 \
     PYTHONUNBUFFERED=1 \

@@ -23,14 +23,14 @@ WORKERS ?= $(shell $(PYTHON) -c 'import os; print(3 * (os.cpu_count() or 2) // 2
 LONGEST ?= 180
 # The linter of `make lint-deploy`.
 CHECKOV := checkov==3.3.30
-# The programs of `make sbom` and `make audit`; and vulnerabilities to ignore for now, with reasons:
-# ACCEPTED := --ignore-vuln GHSA-…
+# The extras of the image, for `make sbom`; and the programs of `make sbom` and `make audit`.
 EXTRAS  := meshopt
 CYCLONE := cyclonedx-bom==7.5.0
 AUDIT   := pip-audit==2.10.1
+# Vulnerabilities that `make audit` ignores for now, with reasons: --ignore-vuln GHSA-…
 ACCEPTED :=
-# Schemathesis for `make test-api`, with zstd; and the fuzzer of `make fuzz`.
-JUDGE   := schemathesis==4.32.5 hypothesis==6.170.15 backports.zstd==1.8.0
+# Schemathesis for `make test-api`, with zstd for compressed responses; and the fuzzer of `make fuzz`.
+SCHEMATHESIS := schemathesis==4.32.5 hypothesis==6.170.15 backports.zstd==1.8.0
 FUZZER  := atheris==3.0.0
 SECONDS ?= 600
 CASES   ?= 20000
@@ -258,12 +258,13 @@ build/audit/.ready: Makefile constraints.txt
 	$(PYTHON) -m venv build/audit
 	build/audit/bin/python -m pip --disable-pip-version-check --quiet install \
 	  --constraint constraints.txt $(AUDIT)
+	touch $@
 
 # Schemathesis has other dependencies than the service; it only sends HTTP requests to it.
 build/api/.ready: Makefile
 	@echo 'Installing schemathesis into build/api …'
 	$(PYTHON) -m venv build/api
-	build/api/bin/python -m pip --disable-pip-version-check --quiet install $(JUDGE)
+	build/api/bin/python -m pip --disable-pip-version-check --quiet install $(SCHEMATHESIS)
 	touch $@
 
 # The fuzzer imports the modules of the service, so both are in one environment.

@@ -21,7 +21,7 @@ from tools.certify.surfaces import FAMILIES
 from tools.judge.__main__ import Case, Verdict, judge, judge_cases, list_cases, write_document
 from tools.judge.enclosures import enclose_least_distances
 from tools.judge.exact import Exact, list_nets, read_glb, to_fractions
-from tools.judge.hulls import cut_net, is_hull_near, measure_square
+from tools.judge.hulls import cut_net, is_hull_near, measure_squared_distance
 from tools.judge.proof import (
     Mesh,
     _bound_distances,
@@ -155,7 +155,7 @@ def test_exact_distances_and_hulls() -> None:
     triangles[0, 2] = triangles[0, 1]
     triangles[1] = triangles[1, 0]
     points = rng.uniform(-2, 2, (40, 3))
-    squared_distances = map(measure_square, to_fractions(points), to_fractions(triangles))
+    squared_distances = map(measure_squared_distance, to_fractions(points), to_fractions(triangles))
     expected = measure_distances(points, triangles)
     np.testing.assert_allclose(
         [float(squared_distance) ** 0.5 for squared_distance in squared_distances],
@@ -193,7 +193,7 @@ def test_nearest_points_of_needles_are_near() -> None:
     for distance, point, each in zip(
         distances[:, 0], *map(to_fractions, (points, corners)), strict=True
     ):
-        min_distance = float(measure_square(point, each)) ** 0.5
+        min_distance = float(measure_squared_distance(point, each)) ** 0.5
         assert min_distance - 1e-15 <= distance <= min_distance + 1e-4
 
 

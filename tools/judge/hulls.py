@@ -1,7 +1,8 @@
-"""Exact decisions about pieces that float64 cannot decide: fractions, without any rounding.
+"""Decides with exact fractions whether pieces of a surface are near triangles.
 
-Some bounds are hardly larger than the largest distance: a flat surface is exactly as far from its
-mesh as the vertices are rounded. Then the errors of float64 are larger than the difference.
+`tools.judge.proof` asks where the errors of float64 are too large for a decision. Some bounds are
+hardly larger than the largest distance: a flat surface is exactly as far from its mesh as the
+vertices are rounded.
 
 Theorem. Let the points P_i be the control points of a piece, so their hull contains it. If each P_i
 is within d of one triangle, so is the hull: the points within d of a convex set are convex. If a
@@ -19,9 +20,10 @@ from tools.judge.exact import Exact
 
 
 def cut_net(net: Exact, u: int, v: int) -> Exact:
-    """The homogeneous net of a piece of a net (p+1, q+1, 4).
+    """The homogeneous net of a piece of a patch with the net (p+1, q+1, 4).
 
-    The numbers of both directions count halves: 1 is the whole, 2k and 2k + 1 are the halves of k.
+    `u` and `v` number the piece in each direction: 1 is the whole patch, and 2k and 2k + 1 are the
+    first and the second half of piece k.
     """
     for number in (u, v):
         for digit in f"{number:b}"[1:]:
@@ -42,7 +44,8 @@ def _halve_net(rows: Exact, *, second: bool) -> Exact:
 def is_hull_near(points: Exact, host: Exact, twin: Exact | None, bound: Fraction) -> bool:
     """Whether the hull of points (n, 3) is proved to be within `bound` of one or two triangles.
 
-    The triangles (3, 3) share the edge from the first corner of `host` to the second.
+    `host` (3, 3) is a triangle near the points, and `twin` (3, 3) is the triangle beyond the edge
+    from the first corner of `host` to the second, or None if this edge is a border.
     """
     if _are_near(points, host, bound):
         return True
@@ -52,8 +55,8 @@ def is_hull_near(points: Exact, host: Exact, twin: Exact | None, bound: Fraction
     return _are_near(inside, host, bound) and _are_near(outside, twin, bound)
 
 
-def measure_square(point: Exact, triangle: Exact) -> Fraction:
-    """The square of the distance of a point (3,) from a triangle (3, 3), which may be flat."""
+def measure_squared_distance(point: Exact, triangle: Exact) -> Fraction:
+    """The square of the distance of a point (3,) from a triangle (3, 3), which may have no area."""
     a, b, c = triangle
     normal = _cross(b - a, c - a)
     area = normal @ normal
@@ -64,6 +67,7 @@ def measure_square(point: Exact, triangle: Exact) -> Fraction:
 
 
 def _measure_to_segment(point: Exact, along: Exact) -> Fraction:
+    """The square of the distance of a point (3,) from the segment from 0 to `along` (3,)."""
     square = along @ along
     share = min(max(point @ along / square, Fraction(0)), Fraction(1)) if square else Fraction(0)
     rest = point - share * along
@@ -71,15 +75,16 @@ def _measure_to_segment(point: Exact, along: Exact) -> Fraction:
 
 
 def _are_near(points: Iterable[Exact], triangle: Exact, bound: Fraction) -> bool:
-    return all(measure_square(point, triangle) <= bound**2 for point in points)
+    return all(measure_squared_distance(point, triangle) <= bound**2 for point in points)
 
 
 def _cut_hull(points: Exact, host: Exact) -> tuple[list[Exact], list[Exact]]:
-    """Points whose hulls are the parts of a hull on both sides of a plane, that of `host` first.
+    """Cuts the hull of points by the plane through the first two corners of `host`, across it.
 
-    The plane is perpendicular to `host`, and goes through its first two corners.
+    Returns the points whose hull is the part on the side of `host`, and those of the other part.
     """
     along = host[1] - host[0]
+    # Heights above the plane, up to a factor: that of the third corner of `host` is negative.
     heights = (points - host[0]) @ _cross(along, _cross(along, host[2] - host[0]))
     inside, outside = np.flatnonzero(heights <= 0), np.flatnonzero(heights > 0)
     cuts = [

@@ -1,4 +1,4 @@
-"""Judges hits of rays by closed forms and by exhaustive search, without the engine's code.
+"""Judges the engine's hits of rays by closed forms and by exhaustive search.
 
     python -m tools.judge.rays [rays] [surfaces] [family …]      (make judge-queries)
 
@@ -6,9 +6,11 @@ It sends 1000 rays through each of 8 surfaces of every family and of three examp
 from inside, through two points of the surface, and along axes; 25 times as many through the teapot.
 It sends 50 times as many rays to the sphere and the torus, whose true hits are roots of
 polynomials; half of these rays are almost tangent. A row has these counts. `missed`: crossings that
-no interval of their ray contains. `invented`: hits that are not on the ray or not on the surface.
-`unreached`: rays for which the service says that hits may be missing. `touching`, `along`: hits of
-these kinds. The exit status is 1 if any hit is missed or invented.
+no interval of their ray contains. `invented`: hits whose point on the ray is not the point of the
+surface that the engine computed for them; for the sphere and the torus, points that are not on
+their surface, and crossings without a root. `unreached`: rays for which the service says that hits
+may be missing. `touching`, `along`: hits at which the ray touches the surface or lies in it. The
+exit status is 1 if any hit is missed or invented.
 """
 
 import sys
@@ -38,13 +40,15 @@ EXAMPLES = ("utah-teapot", "octahedral-sphere", "nurbs-goblet")
 MAX_HITS = 10**7
 """More hits than all rays through one surface have together, so that none are refused."""
 
-EXACT = {"sphere": (sphere, find_sphere_roots), "torus": (torus, find_torus_roots)}
+CLOSED_FORMS = {"sphere": (sphere, find_sphere_roots), "torus": (torus, find_torus_roots)}
+"""By example, a function that measures distances from the surface, and one that finds all roots."""
+
 RAY_FACTORS = {"utah-teapot": 25, "sphere": 50, "torus": 50}
 """Factors of the number of rays, by example; 1 for all other surfaces."""
 
 
 def scatter_rays(model: PatchModel, points: Array, count: int, seed: int) -> tuple[Array, Array]:
-    """Rays: origins and directions (count, 3) each.
+    """Rays for a model with some `points` (m, 3) of its surface: origins and directions (count, 3).
 
     Of ten rays, six go towards a random point of the box, one of them along an axis; three go
     towards a point of the surface, and one goes through two points of the surface.
@@ -70,9 +74,10 @@ def scatter_rays(model: PatchModel, points: Array, count: int, seed: int) -> tup
 def find_values_outside(
     ray: Ints, t: Array, slack: Array, rays: Ints, intervals: tuple[Array, Array]
 ) -> Bools:
-    """Whether each value t (n,) of a ray (n,) is outside all intervals of the same ray, by `slack`.
+    """Whether each value t (n,) of a ray (n,) is outside all intervals of the same ray.
 
-    `rays` (m,) are the rays of the intervals, low and high (m,) each; they are sorted.
+    The intervals, low and high (m,) each, are widened by `slack` (n,) at both ends. `rays` (m,) are
+    their rays, in ascending order.
     """
     begins, ends = (np.searchsorted(rays, ray, side) for side in ("left", "right"))
     is_inside = np.zeros(len(ray), bool)
@@ -84,7 +89,7 @@ def find_values_outside(
 
 
 def judge(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
-    """The findings about one surface."""
+    """The counts of one surface, by exhaustive search."""
     name, seed, count = case
     surface = find(name).surface() if name in EXAMPLES else FAMILIES[name].surface(seed)
     model = to_patches(surface.lower())
@@ -96,17 +101,19 @@ def judge(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
     hits = intersect_rays(model, query, MAX_HITS)
     seconds = time.process_time() - start
     length = np.linalg.norm(directions, axis=1)
-    ray, t, error = find_crossings(sheets, origins, directions, 12_000)
+    ray, t, error = find_crossings(sheets, origins, directions, samples=12_000)
+    # Rounding of the engine, which the errors of the search do not include.
     error += (1e-12 * (model.diagonal + np.linalg.norm(origins, axis=1)) / length)[ray]
     is_judged = hits["reached"][ray]
     ray, t, error = ray[is_judged], t[is_judged], error[is_judged]
     is_missed = find_values_outside(ray, t, error, hits["ray"], tuple(hits["t_bounds"].T))
     _print_rays(name, seed, ray[is_missed])
     ray_of_hit = hits["ray"]
-    places = origins[ray_of_hit] + hits["t"][:, np.newaxis] * directions[ray_of_hit]
-    distances = np.linalg.norm(places - hits["positions"], axis=1)
+    ray_points = origins[ray_of_hit] + hits["t"][:, np.newaxis] * directions[ray_of_hit]
+    distances = np.linalg.norm(ray_points - hits["positions"], axis=1)
     rounding = 2e-16 * np.abs(origins[ray_of_hit]).max(axis=1)
     is_invented = distances > 1e-9 * model.diagonal + rounding
+    _print_rays(name, seed, ray_of_hit[is_invented])
     return name, _count_results(hits, len(origins), is_missed, is_invented, seconds)
 
 
@@ -129,26 +136,28 @@ def _count_results(
 
 
 def judge_exactly(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
-    """The findings about the sphere or the torus: compares its roots with the hits."""
+    """The counts of the sphere or the torus: compares its roots with the hits."""
     name, seed, count = case
     model = to_patches(find(name).surface().lower())
-    measure_offsets, find_roots = EXACT[name]
+    measure_offsets, find_roots = CLOSED_FORMS[name]
     origins, directions = draw_almost_tangent(name, count, seed)
     start = time.process_time()
     hits = intersect_rays(model, RayQuery(origins, directions, only_first=False), MAX_HITS)
     seconds = time.process_time() - start
     ray, t = hits["ray"], hits["t"]
     root_ray, root_t, error = find_roots(origins, directions)
-    error += 1e-12
+    error += 1e-12  # the control points and weights of the model are rounded
     is_missed = find_values_outside(root_ray, root_t, error, ray, tuple(hits["t_bounds"].T))
     is_missed &= hits["reached"][root_ray]
     _print_rays(name, seed, root_ray[is_missed])
-    places = origins[ray] + t[:, np.newaxis] * directions[ray]
-    is_invented = np.abs(measure_offsets(places)[0]) > 2e-9 * model.diagonal
-    # A hit that only touches may be near a root; the interval of a crossing must contain a root.
+    ray_points = origins[ray] + t[:, np.newaxis] * directions[ray]
+    is_invented = np.abs(measure_offsets(ray_points)[0]) > 2e-9 * model.diagonal
+    # The interval of a crossing must contain a root, up to the error of the root. A hit that only
+    # touches need not: the ray may pass the surface at a very small distance.
     order = np.lexsort((root_t, root_ray))
     root_intervals = root_t[order] - error[order], root_t[order] + error[order]
     low, high = hits["t_bounds"].T
+    # Two intervals overlap if the middle of one is in the other, widened by half of its length.
     has_root = ~find_values_outside(
         ray, (low + high) / 2, (high - low) / 2, root_ray[order], root_intervals
     )
@@ -182,7 +191,7 @@ def draw_almost_tangent(name: str, count: int, seed: int) -> tuple[Array, Array]
 
 
 def _judge_any(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
-    return (judge_exactly if case[0] in EXACT else judge)(case)
+    return (judge_exactly if case[0] in CLOSED_FORMS else judge)(case)
 
 
 def main(arguments: list[str]) -> int:

@@ -13,32 +13,41 @@ from tests.oracles.sheets import Array
 
 RADIUS, TUBE = 1.0, 0.4
 PAIR, GROUP = 4e-5, 0.02
-"""Distances of two roots, and of three or more, below which 50 digits are used."""
+"""Distances of two roots of the torus, and of three or more, below which 50 digits are used."""
+
+MIN_DISCRIMINANT = 1e-11
+"""Discriminant up to which 50 digits are used for the sphere; the roots are then 6.4e-6 apart."""
 
 Roots = tuple[Ints, Array, Array]
 """Rays (n,), t (n,), and the errors of t (n,)."""
 
 
 def find_sphere_roots(origins: Array, directions: Array) -> Roots:
-    """All t ≥ 0 of rays (m, 3), directions of length 1, for the unit sphere."""
+    """All t ≥ 0 at which rays (m, 3), with directions of length 1, meet the unit sphere."""
     middle = -(origins * directions).sum(axis=1)
     nearest_points = origins + middle[:, np.newaxis] * directions
     discriminant = 1 - (nearest_points * nearest_points).sum(axis=1)
     half_chord = np.sqrt(np.maximum(discriminant, 0.0))
     error = 1e-13 / np.maximum(half_chord, 1e-9)
     t = np.stack([middle - half_chord, middle + half_chord], axis=1)
-    is_root = np.repeat((discriminant > 1e-11)[:, np.newaxis], 2, axis=1)
+    is_root = np.repeat((discriminant > MIN_DISCRIMINANT)[:, np.newaxis], 2, axis=1)
     ray, column = np.nonzero(is_root & (t >= 0))
-    unsure_rays = np.flatnonzero(np.abs(discriminant) <= 1e-11)
+    unsure_rays = np.flatnonzero(np.abs(discriminant) <= MIN_DISCRIMINANT)
     exact_roots = [sphere_roots(origins[k], directions[k]) for k in unsure_rays]
     return _join_roots((ray, t[ray, column], error[ray]), unsure_rays, exact_roots)
 
 
 def find_torus_roots(origins: Array, directions: Array) -> Roots:
-    """All t ≥ 0 of rays (m, 3), directions of length 1, for the torus about the z axis."""
+    """All t ≥ 0 at which rays (m, 3), with directions of length 1, meet the torus about the z axis.
+
+    They are roots of (|P|² + R² − r²)² = 4 R² (x² + y²), R = `RADIUS` and r = `TUBE`. If t is
+    measured from the point o of the ray that is nearest to 0, |P|² is |o|² + t², so the polynomial
+    has no cubic term.
+    """
     middle = -(origins * directions).sum(axis=1)
     o, d = origins + middle[:, np.newaxis] * directions, directions
     k = (o * o).sum(axis=1) + RADIUS**2 - TUBE**2
+    # Inner products of the x and y coordinates alone.
     od, oo, dd = ((a[:, :2] * b[:, :2]).sum(axis=1) for a, b in ((o, d), (o, o), (d, d)))
     four = 4 * RADIUS**2
     c0, c1, c2 = k * k - four * oo, -2 * four * od, 2 * k - four * dd  # t⁴ + c2 t² + c1 t + c0
@@ -51,6 +60,7 @@ def find_torus_roots(origins: Array, directions: Array) -> Roots:
     distances = np.abs(roots[:, :, np.newaxis] - roots[:, np.newaxis])[:, *np.triu_indices(4, 1)]
     distances.sort(axis=1)
     is_unsure = (distances[:, 0] < PAIR) | (distances[:, 2] < GROUP)
+    # The conjugate of a root that is not real would be nearer than PAIR.
     is_real = (np.abs(roots.imag) < PAIR / 4) & ~is_unsure[:, np.newaxis]
     ray, column = np.nonzero(is_real)
     t: Array = roots.real[ray, column].astype(np.float64)

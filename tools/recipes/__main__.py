@@ -1,10 +1,10 @@
-"""Follows every recipe of CONTRIBUTING.md with a toy, then again without one of its steps.
+"""Follows every recipe of CONTRIBUTING.md with a small example, then leaves out one step at a time.
 
     python -m tools.recipes [NAME …]
 
 A recipe passes if it changes at most the number of files that it states, without generated files;
-if the tests pass after all steps; and if, without any one of the steps, a test fails and its output
-names the file of the step.
+if the tests pass after all steps; and if, for each step that is not itself a test, a test fails
+without this step and its output names the file of the step.
 """
 
 import argparse
@@ -33,7 +33,7 @@ GENERATED = (
     "{node} tests/web/types.js > types.d.ts && mv types.d.ts openapi/surface-service.d.ts",
     "{python} -m tools.pages",
 )
-"""The commands of `make generated`."""
+"""Commands that do what `make generated` does."""
 
 COMMON = ("tests/test_openapi.py", "tests/tools/test_pages.py", "tests/test_house.py")
 """Tests that run for every recipe, in addition to the tests of the recipe."""
@@ -70,7 +70,10 @@ def check_recipe(name: str, recipe: Recipe) -> Iterable[str]:
 
 
 def try_steps(recipe: Recipe, steps: Iterable[Step]) -> str:
-    """The output of the tests in a copy of the checkout with these steps; empty if they pass."""
+    """The output of the tests in a copy of the checkout with these steps; empty if they pass.
+
+    If a command of `GENERATED` fails, its output.
+    """
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder)
         files = _run(ROOT, "git ls-files --cached --others --exclude-standard")
@@ -92,12 +95,12 @@ def try_steps(recipe: Recipe, steps: Iterable[Step]) -> str:
         return result.stdout if result.returncode else ""
 
 
-def _run(copy: Path, command: str) -> subprocess.CompletedProcess[str]:
+def _run(checkout: Path, command: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         command,
         shell=True,
-        cwd=copy,
-        env=os.environ | {"PYTHONPATH": str(copy)},
+        cwd=checkout,
+        env=os.environ | {"PYTHONPATH": str(checkout)},
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,

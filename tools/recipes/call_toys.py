@@ -1,4 +1,4 @@
-"""Toys for the recipes of CONTRIBUTING.md: an endpoint and a command."""
+"""Small examples for the recipes of CONTRIBUTING.md: an endpoint and a command."""
 
 from tools.recipes.steps import Recipe, Step
 
@@ -56,7 +56,7 @@ def plan_crate(
     """The work on a crate, if its memory and time are within the limits."""
     size = surface.stored_size()
     check_surface(size, limits)
-    return CrateWork(surface, margin, points_cost(size, 1, 0))
+    return CrateWork(surface, margin, points_cost(size, count=1, order=0))
 ''',
         ),
         Step(

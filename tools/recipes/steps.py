@@ -1,4 +1,4 @@
-"""The types of a recipe: its steps in a checkout, and the tests of the result."""
+"""The types of a recipe and of its steps."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Toys for the recipes of CONTRIBUTING.md: a format, an option and a kind of surface."""
+"""Small examples for the recipes of CONTRIBUTING.md: a format, an option, a kind of surface."""
 
 from tools.recipes.steps import Recipe, Step
 

@@ -1,4 +1,7 @@
-"""The packages of other projects in the image: Python packages, and npm packages of the pages."""
+"""The packages of other projects that the service needs.
+
+They are Python packages, and the npm packages of its pages `/` and `/docs`.
+"""
 
 import json
 import tomllib
@@ -31,7 +34,7 @@ PLATFORM = {
 
 @dataclass(frozen=True)
 class Script:
-    """An npm package that pages load; `integrity` is its checksum in the lock file."""
+    """An npm package that a page loads; `integrity` is its checksum in the lock file."""
 
     name: str
     version: str

@@ -46,7 +46,7 @@ def changelog_is_closed() -> str:
 
 
 def find_changelog_fault(changelog: str, version: str) -> str:
-    """The fault of a changelog, if this version is not its newest or has no section of its own."""
+    """The fault that [Unreleased] has entries, or that the newest version is not this one."""
     sections = re.split(r"^## ", changelog, flags=re.MULTILINE)[1:]
     titles = [section.partition("\n")[0] for section in sections]
     news = [s for s in sections if s.startswith("[Unreleased]") and s.partition("\n")[2].strip()]
