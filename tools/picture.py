@@ -108,7 +108,8 @@ def _build_curve_url(document: dict[str, Any]) -> str:
 def draw_editor(browser: Browser, url: str, scheme: Scheme, target: Path, point: int) -> None:
     """Writes a screenshot of the editor at a URL, in a light or dark colour scheme.
 
-    Control point `point` is selected; if `point` is 0, no control point is selected.
+    Control point `point` is selected; if `point` is 0, no control point is selected. Errors in the
+    console of the page end the program.
     """
     context = browser.new_context(
         viewport={"width": 1280, "height": 800}, device_scale_factor=1.25, color_scheme=scheme
@@ -133,7 +134,7 @@ def draw_thumbnail(page: Page, target: Path) -> None:
 
 
 def main(folder: Path) -> None:
-    """Writes all pictures, and the page `examples.md`."""
+    """Writes all pictures, and the page `examples.md`; messages of the browser end the program."""
     for name in ("examples", "curves"):
         (folder / name).mkdir(parents=True, exist_ok=True)
     pictures = {folder / "wires.png": (WIRES, MEDIUM), folder / "adaptive.png": (ADAPTIVE, LARGE)}
@@ -146,13 +147,13 @@ def main(folder: Path) -> None:
         pictures[folder / "curves" / f"{name}.png"] = (url, SMALL)
     with (
         run_service() as service,
-        serve_folder(FOLDER) as pages,
+        serve_folder(FOLDER) as viewer_url,  # tests/web, with the page of the viewer
         open_browser(find_chromium()) as browser,
     ):
         draw_editor(browser, service + EDITOR, "light", folder / "editor.png", SPOUT_TIP)
         draw_editor(browser, service + CURVATURE, "dark", folder / "curvature.png", 0)
         stage = open_page(browser)
-        open_viewer(stage, pages)
+        open_viewer(stage, viewer_url)
         for target, (url, size) in pictures.items():
             stage.show(url if url.startswith("data:") else service + url, *size)
             if stage.messages:

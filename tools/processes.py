@@ -167,7 +167,7 @@ class Server:
         return False
 
     def stop(self) -> int:
-        """Sends SIGTERM, waits until the process has ended, and returns its exit code."""
+        """Sends SIGTERM, after `PATIENCE` seconds SIGKILL; returns the exit code of the process."""
         self.process.terminate()
         try:
             return self.process.wait(PATIENCE)
@@ -217,14 +217,14 @@ class Proxy(Server):
         }
         command = (
             find_program("haproxy"),
-            "-db",
+            "-db",  # in the foreground
             "-f",
             ROOT / "deploy" / "haproxy" / "haproxy.cfg",
         )
         super().__init__(folder / "haproxy.log", command, port, environment)
 
     def metric(self, name: str, label: str = "") -> float:
-        """The sum of a metric of HAProxy over all series that have this label."""
+        """The sum of a metric of HAProxy over the series with a label, `name="value"`, or all."""
         text = httpx.get(f"http://{HOST}:{self._metrics_port}/metrics").text
         lines = (line for line in text.splitlines() if line.startswith(name + "{"))
         return sum(float(line.rpartition(" ")[2]) for line in lines if label in line)

@@ -3,8 +3,8 @@
 `python -m tools.request_profile [--format glb]` sends a request to the application in this process:
 a net of 4 × 4 control points at resolution 16, which gives a mesh of 17 × 17 vertices. It prints
 the number of calls for each file of `service`, for all files, and for all files except those of the
-mathematics. It counts the calls that `sys.setprofile` reports, among them comprehensions and
-resumed generators.
+mathematics. It counts the calls that `sys.setprofile` reports, among them resumed
+generators and, before Python 3.12, comprehensions.
 """
 
 import argparse
@@ -34,9 +34,10 @@ BODY = orjson.dumps({"surface": {"control_net": NET}, "resolution": 16})
 HEADERS = {"Content-Type": "application/json"}
 
 
-def count_calls(name: str) -> Counter[str]:
+def count_calls(format_name: str) -> Counter[str]:
     """Numbers of calls during a request for this format, by path of the file below `service`."""
-    return asyncio.run(_count_calls(create_app(Settings(), lambda _: None), name))
+    app = create_app(Settings(), log=lambda _: None)  # makes the lines of the access log, as usual
+    return asyncio.run(_count_calls(app, format_name))
 
 
 def exclude_mathematics(calls: Counter[str]) -> Counter[str]:
@@ -44,7 +45,7 @@ def exclude_mathematics(calls: Counter[str]) -> Counter[str]:
     return Counter({path: n for path, n in calls.items() if not path.startswith(MATHEMATICS)})
 
 
-async def _count_calls(app: ASGIApp, name: str) -> Counter[str]:
+async def _count_calls(app: ASGIApp, format_name: str) -> Counter[str]:
     calls: Counter[str] = Counter()
 
     def count(frame: FrameType, event: str, _: object) -> None:
@@ -54,9 +55,11 @@ async def _count_calls(app: ASGIApp, name: str) -> Counter[str]:
 
     transport = httpx.ASGITransport(app)
     async with httpx.AsyncClient(transport=transport, base_url="http://service") as client:
-        del client.headers["Accept-Encoding"]
+        del client.headers["Accept-Encoding"]  # the service then compresses nothing
         for number in range(WARM_UP_REQUESTS + 1):
-            await asyncio.sleep(0)  # begins another round of the event loop
+            await asyncio.sleep(
+                0
+            )  # another round of the event loop: in a long one, small requests wait
             if number == WARM_UP_REQUESTS:
                 gc.collect()  # otherwise finalizers of older objects may run and be counted
                 logging.disable()  # otherwise handlers of the service log the requests of httpx
@@ -64,7 +67,7 @@ async def _count_calls(app: ASGIApp, name: str) -> Counter[str]:
                 sys.setprofile(count)
             try:
                 response = await client.post(
-                    f"/v1/mesh?format={name}", content=BODY, headers=HEADERS
+                    f"/v1/mesh?format={format_name}", content=BODY, headers=HEADERS
                 )
             finally:
                 sys.setprofile(None)

@@ -12,14 +12,14 @@ import schemathesis
 from hypothesis import strategies as st
 
 _coordinate = st.floats(-1e3, 1e3, width=32)
-_points = st.integers(2, 5)
+_points_on_side = st.integers(2, 5)
 
 
 @st.composite
 def _arrays(draw: Callable[..., Any]) -> bytes:
     """Files of one control net or of several, in the format of `numpy.save`."""
     patches = draw(st.sampled_from([(), (1,), (3,)]))
-    shape = (*patches, draw(_points), draw(_points), 3)
+    shape = (*patches, draw(_points_on_side), draw(_points_on_side), 3)
     order, kind = draw(st.sampled_from("<>")), draw(st.sampled_from("fd"))
     size = {"f": 4, "d": 8}[kind]
     description = f"{{'descr': '{order}f{size}', 'fortran_order': False, 'shape': {shape}, }}"
@@ -48,7 +48,11 @@ def _oogl(draw: Callable[..., Any]) -> bytes:
 @st.composite
 def _teapots(draw: Callable[..., Any]) -> bytes:
     """Files of patches over shared vertices, in the layout of the Utah teapot."""
-    side, patches, vertices = draw(_points), draw(st.integers(1, 3)), draw(st.integers(1, 20))
+    side, patches, vertices = (
+        draw(_points_on_side),
+        draw(st.integers(1, 3)),
+        draw(st.integers(1, 20)),
+    )
     indices = st.lists(st.integers(1, vertices), min_size=side * side, max_size=side * side)
     lines = [str(patches), *(",".join(map(str, draw(indices))) for _ in range(patches))]
     lines.append(str(vertices))

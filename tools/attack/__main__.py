@@ -3,9 +3,9 @@
 The service runs in a process of its own, with a small memory budget and a small quota; its other
 settings are the defaults. The attacks run one after the other, and at the end the worst of them at
 once. Meanwhile a well-behaved client sends small requests and compares every byte of the responses.
-Attacks that only HAProxy can withstand go through the HAProxy of `deploy/`. The attackers have a
-low priority and send only a few requests at a time, because they share two processors with the
-service and the client: the program tests limits, not bandwidth.
+Attacks that only HAProxy can withstand run first, through the HAProxy of `deploy/`. The attackers
+send only a few requests at a time, and after the first attacks they have a low priority, because
+they share two processors with the service and the client: the program tests limits, not bandwidth.
 
 The program fails if the service used more memory than allowed, if the client waited too long or got
 a wrong response, or if an attack got a response that is not documented. It also fails if, after the
@@ -57,6 +57,9 @@ attack that sends the largest JSON."""
 MAX_LEFTOVER = 250e6
 """The largest number of bytes that the process may use after all attacks, with its caches."""
 
+MAX_NEW_FILES = 4
+"""The largest number of files that may be open after the attacks beyond those before them."""
+
 QUIET_SECONDS = 2.0
 """Seconds before the first attack, in which the latencies of the client are measured."""
 
@@ -84,7 +87,11 @@ class ClientResult:
 
 @dataclass(slots=True)
 class Row:
-    """The result of one attack; times in seconds, `resident` is the peak memory in bytes."""
+    """The result of one attack; times in seconds.
+
+    `resident` is the peak memory of the service in bytes. `results` are those of the well-behaved
+    client during the attack; `assign_results` sets them.
+    """
 
     attack: Attack
     responses: Counter[str]
@@ -168,7 +175,7 @@ def run_client(port: int) -> Iterator[list[ClientResult]]:
     with tempfile.TemporaryFile("w+") as output:
         process = subprocess.Popen(command, cwd=ROOT, stdout=output)
         try:
-            time.sleep(QUIET_SECONDS + 1)
+            time.sleep(QUIET_SECONDS + 1)  # the client starts in about 1 s
             yield results
         finally:
             process.terminate()
@@ -182,7 +189,7 @@ def run_client(port: int) -> Iterator[list[ClientResult]]:
 def find_leftovers(service: Server, files: int) -> list[str]:
     """Memory, open files and gauges that are too high after the attacks, and stay so for 30 s.
 
-    `files` is the number of open files before the attacks.
+    `files` is the number of open files before the attacks; `MAX_NEW_FILES` more are allowed.
     """
     problems: list[str] = []
     for _ in range(60):
@@ -190,7 +197,7 @@ def find_leftovers(service: Server, files: int) -> list[str]:
         problems = []
         if resident_memory(service.pid) > MAX_LEFTOVER:
             problems.append(f"{resident_memory(service.pid) / 1e6:.0f} MB of memory")
-        if service.open_files() > files + 4:
+        if service.open_files() > files + MAX_NEW_FILES:
             problems.append(f"{service.open_files()} open files, {files} before")
         problems += find_nonzero_gauges(service)
         if not problems:
@@ -230,17 +237,19 @@ def main(words: list[str]) -> bool:
         "SURFACE_STORE_QUOTA": "4MiB",
         "SURFACE_MEMORY_BYTES": str(BUDGET),
     }
-    rows: list[Row] = []
+    proxied_rows: list[Row] = []
     with service_server(FOLDER, settings) as service:
         if select(PROXIED):
             with (
+                # The configuration of HAProxy has two services; here both are the same.
                 Proxy(FOLDER, first_port=service.port, second_port=service.port) as proxy,
-                run_client(proxy.port) as results,
+                run_client(proxy.port) as proxied_results,
             ):
-                rows += asyncio.run(run_attacks(service, proxy.port, select(PROXIED)))
-            assign_results(rows, results)
+                proxied_rows = asyncio.run(run_attacks(service, proxy.port, select(PROXIED)))
+            assign_results(proxied_rows, proxied_results)
         with run_client(service.port) as results:
-            os.nice(10)  # the attacks get only idle processor time
+            # The service and the client have started, so only the attacks get the low priority.
+            os.nice(10)
             files, begin = service.open_files(), time.monotonic()
             attacks = run_attacks(
                 service,
@@ -256,8 +265,8 @@ def main(words: list[str]) -> bool:
         leftovers = find_leftovers(service, files)
         traceback_count = service.log.read_text(encoding="utf-8").count("Traceback")
     quiet_results = [result for result in results if result.time < begin]
-    all_rows = rows + rows_without_proxy
-    return print_report(all_rows, quiet_results, leftovers, traceback_count, end - begin)
+    rows = proxied_rows + rows_without_proxy
+    return print_report(rows, quiet_results, leftovers, traceback_count, end - begin)
 
 
 def assign_results(rows: list[Row], results: list[ClientResult]) -> None:

@@ -1,7 +1,8 @@
-"""A well-behaved client sends small requests at a steady rate, and compares bytes of responses.
+"""A well-behaved client sends small requests at a steady rate, and compares their responses.
 
-The client is a process of its own, so that the attacks do not slow it down. For each request it
-writes a line to standard output: `time kind seconds outcome`. The outcome is `ok` or the fault.
+Every response must have the same bytes as the first response to the same request. The client is a
+process of its own, so that the attacks do not slow it down. For each request it writes a line to
+standard output: `time kind seconds outcome`. The outcome is `ok` or the fault.
 """
 
 import http.client
@@ -73,6 +74,7 @@ def main(port: int) -> None:
             connection.close()
         end = time.monotonic()
         print(f"{end:.6f} {request.kind} {end - start:.6f} {outcome}", flush=True)
+        # After slow responses it skips requests; it makes up for at most two of them.
         next_start = max(next_start + INTERVAL, end - INTERVAL)
         time.sleep(max(0.0, next_start - time.monotonic()))
 

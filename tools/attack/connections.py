@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from contextlib import suppress
 from functools import partial
 
-from tools.attack.bodies import PIECE_BYTES
 from tools.attack.wire import (
     BUSY,
     HOST,
@@ -23,9 +22,13 @@ from tools.attack.wire import (
     send_requests,
     summarize,
 )
-from tools.attack.work import LARGE_RESPONSE, UNCACHED_URLS, build_grid_request
+from tools.attack.work import LARGE_MESH_REQUEST, UNCACHED_URLS, build_grid_body
 
 IDLE_CONNECTIONS = 1000
+HALF_BODY_CONNECTIONS = 8
+
+MAX_BODY_BYTES = 64 << 20
+"""The default of SURFACE_MAX_BODY_BYTES."""
 
 
 async def open_idle_connections(port: int, source: str = HOST) -> Counter[str]:
@@ -42,7 +45,7 @@ async def _wait_idle(port: int, sends_request: bool, source: str) -> str:
         async with open_connection(port, source) as (reader, writer):
             if sends_request:
                 writer.write(b"GET /health HTTP/1.1\r\nHost: x\r\n\r\n")
-                await reader.readuntil(b"}")
+                await reader.readuntil(b"}")  # the end of the response
             try:
                 async with asyncio.timeout(8):
                     received = await reader.read(1 << 16)
@@ -68,32 +71,34 @@ async def send_slow_bodies(port: int) -> Counter[str]:
 
 async def send_half_bodies(port: int) -> Counter[str]:
     """Sends half of a body of the largest allowed length at once, and then one byte at a time."""
-    head = build_post_head("/v1/mesh", f"Content-Length: {64 << 20}")
-    pieces = [head, *([bytes(PIECE_BYTES)] * 128), *([b"0"] * 200)]
-    tasks = (send_request(port, _join_first(pieces, 129), seconds=80, pause=0.02) for _ in range(8))
+    head = build_post_head("/v1/mesh", f"Content-Length: {MAX_BODY_BYTES}")
+    tasks = (
+        send_request(port, _list_half_body(head), seconds=80, pause=0.02)
+        for _ in range(HALF_BODY_CONNECTIONS)
+    )
     return Counter(await asyncio.gather(*tasks))
 
 
-def _join_first(pieces: list[bytes], count: int) -> Iterator[bytes]:
-    """The pieces; the first `count` of them as one piece, which is sent without pauses."""
-    yield b"".join(pieces[:count])
-    yield from pieces[count:]
+def _list_half_body(head: bytes) -> Iterator[bytes]:
+    """The head with half of the body in one piece, and 200 pieces of one byte."""
+    yield head + bytes(MAX_BODY_BYTES // 2)
+    yield from [b"0"] * 200
 
 
 async def disconnect_in_body(port: int) -> Counter[str]:
     """Disconnects after the first half of a body."""
-    body = build_post("/v1/mesh", build_grid_request(300, 300))
+    body = build_post("/v1/mesh", build_grid_body(300, 300))
     return await _disconnect(port, body[: len(body) // 2], delay=0.01, times=200)
 
 
 async def disconnect_in_response(port: int) -> Counter[str]:
     """Disconnects after the first 1000 bytes of a large response."""
-    return await _disconnect(port, LARGE_RESPONSE, delay=0.5, times=16, max_read_bytes=1000)
+    return await _disconnect(port, LARGE_MESH_REQUEST, delay=0.5, times=16, max_read_bytes=1000)
 
 
 async def disconnect_while_waiting(port: int) -> Counter[str]:
     """Requests work of seconds, and disconnects before it is done."""
-    return await _disconnect(port, LARGE_RESPONSE, delay=0.05, times=100)
+    return await _disconnect(port, LARGE_MESH_REQUEST, delay=0.05, times=100)
 
 
 async def _disconnect(
@@ -127,7 +132,7 @@ async def _disconnect(
 async def send_half_closed(port: int) -> Counter[str]:
     """Closes the sending direction after a request or a part of one, and reads the response."""
     responses: Counter[str] = Counter()
-    request_bytes = build_post("/v1/mesh?format=stl", build_grid_request(30, 30))
+    request_bytes = build_post("/v1/mesh?format=stl", build_grid_body(30, 30))
     for request in (
         build_get("/health"),
         request_bytes,
@@ -149,7 +154,7 @@ async def send_half_closed(port: int) -> Counter[str]:
 
 async def read_large_responses_slowly(port: int) -> Counter[str]:
     """Requests large responses, of which it reads only a little before it disconnects."""
-    tasks = [_read_slowly(port, LARGE_RESPONSE) for _ in range(16)]
+    tasks = [_read_slowly(port, LARGE_MESH_REQUEST) for _ in range(16)]
     cached_request = build_get("/v1/surfaces/tea-service/mesh.json?resolution=24")
     tasks += [_read_slowly(port, cached_request) for _ in range(64)]
     return Counter(await asyncio.gather(*tasks))
@@ -169,7 +174,8 @@ async def _read_slowly(port: int, request: bytes) -> str:
                         return "closed"
             finally:
                 reset_connection(writer)
-            status = head[9:12].decode()
+            status = head[9:12].decode()  # the 200 in `HTTP/1.1 200 OK`
+            # The body of the problem is not read; the only 429 without a rate limit is `busy`.
             return "429 busy" if status == "429" else status
     except TimeoutError:  # a subclass of OSError, so it comes first
         return "no answer"
@@ -202,7 +208,8 @@ async def open_and_close(port: int) -> Counter[str]:
 
 async def run_worst_attacks(port: int) -> Counter[str]:
     """Runs the worst attacks of all modules at the same time."""
-    large_requests: list[Pieces] = [LARGE_RESPONSE] * 200
+    large_requests: list[Pieces] = [LARGE_MESH_REQUEST] * 200
+    # The URLs may be cached since an earlier attack; with `weld=false` they are not.
     uncached_requests: list[Pieces] = [
         build_get(url.replace("?", "?weld=false&")) for url in UNCACHED_URLS
     ]
@@ -223,7 +230,7 @@ async def _send_half_bodies_for(port: int, seconds: float) -> Counter[str]:
     with suppress(TimeoutError):
         async with asyncio.timeout(seconds):
             return await send_half_bodies(port)
-    return Counter({"gone": 8})
+    return Counter({"gone": HALF_BODY_CONNECTIONS})
 
 
 CONNECTIONS = (

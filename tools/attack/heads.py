@@ -24,7 +24,7 @@ SMALL_BODY = b'{"surface":{"control_net":[[[0,0,0],[0,1,1]],[[1,0,1],[1,1,2]]]},
 
 
 def _list_header_floods() -> Iterator[Pieces]:
-    """Requests with too many, too long or folded headers, targets, chunk extensions or trailers."""
+    """Requests with endless or folded headers, or endless targets, heads of chunks or trailers."""
     start = b"GET /health HTTP/1.1\r\nHost: x\r\n"
     yield [start, *(b"x%d: y\r\n" % k * 100 for k in range(1000))]
     yield [start, *(b"x: y\r\n" * 10_000 for _ in range(50))]
@@ -39,11 +39,11 @@ def _list_header_floods() -> Iterator[Pieces]:
     chunked += b"Content-Type: application/json\r\n\r\n"
     yield [chunked, b"1;", *(b"e=1;" * 4096 for _ in range(64))]
     yield [chunked, b"1\r\n{\r\n0\r\n", *(b"t%d: x\r\n" % k * 500 for k in range(64))]
-    yield [chunked, b"0" * 16_384, *(b"0" * 16_384 for _ in range(64))]
+    yield [chunked, *(b"0" * 16_384 for _ in range(65))]
 
 
 async def send_header_floods(port: int) -> Counter[str]:
-    """Sends requests whose heads are too long, again and again."""
+    """Sends requests with too long heads, heads of chunks, or trailers, again and again."""
     return await send_requests(port, repeat_requests(_list_header_floods))
 
 
@@ -59,9 +59,9 @@ PATHS = (
 
 async def send_traversal_paths(port: int) -> Counter[str]:
     """Sends requests for paths that leave the folder of the service, or are unusual otherwise."""
-    addresses = [
-        place.format(path)
-        for place in (
+    unencoded_urls = [
+        pattern.format(path)
+        for pattern in (
             "/v1/surfaces/{}",
             "/v1/surfaces/{}/mesh.glb",
             "/v1/surfaces/saddle/mesh.{}",
@@ -72,8 +72,8 @@ async def send_traversal_paths(port: int) -> Counter[str]:
         )
         for path in PATHS
     ]
-    # `build_get` encodes URLs as Latin-1; these are sent as UTF-8.
-    urls = [url.encode("utf-8").decode("latin-1") for url in addresses]
+    # `build_get` encodes URLs as Latin-1; decoded like this, they are sent as UTF-8.
+    urls = [url.encode("utf-8").decode("latin-1") for url in unencoded_urls]
     return await send_requests(
         port, cycle([build_get(a, method=m) for a in urls for m in ("GET", "DELETE")])
     )
@@ -83,7 +83,7 @@ _TAIL = b"\r\nHost: x\r\nConnection: close\r\n"
 _JSON_HEADER = b"Content-Type: application/json\r\n"
 
 MALFORMED_REQUESTS = (
-    *AMBIGUOUS.values(),
+    *AMBIGUOUS.values(),  # mostly requests that two programs could read differently
     b"GET / HTTP/1.1 extra" + _TAIL + b"\r\n",
     b"GET /\x00 HTTP/1.1" + _TAIL + b"\r\n",
     b"GET / HTTP/1.1" + _TAIL + b"bad header\r\n\r\n",
@@ -149,7 +149,7 @@ METHODS = ("HEAD", "OPTIONS", "TRACE", "CONNECT", "PROPFIND", "PUT", "PATCH", "D
 
 
 async def send_unusual_methods(port: int) -> Counter[str]:
-    """Sends requests with methods other than GET and POST."""
+    """Sends requests with methods other than GET and POST, or with a host in the request line."""
     requests: list[Pieces] = []
     for url in ("/", "/health", "/v1/mesh", "/v1/surfaces/saddle/mesh.glb", "*", "/none"):
         requests += [build_get(url, method=method) for method in METHODS]
@@ -175,7 +175,7 @@ async def send_upgrades(port: int) -> Counter[str]:
 
 
 async def send_long_lists(port: int) -> Counter[str]:
-    """Sends headers that the service reads, of almost the largest length."""
+    """Sends headers of almost the largest length, mostly those that the service reads."""
     url = "/v1/surfaces/saddle/mesh.glb?resolution=2"
     values = (
         "Accept: " + ",".join(["a/b;q=0.5"] * 6000),
@@ -213,7 +213,7 @@ async def send_slow_heads(port: int) -> Counter[str]:
 
 
 async def send_pipelines(port: int) -> Counter[str]:
-    """Sends thousands of requests on one connection, and reads the responses only after 3 s."""
+    """Sends 500 to 5000 requests on each of 16 connections; reads responses only after 3 s."""
     kinds = (
         b"GET /health/live HTTP/1.1\r\nHost: x\r\n\r\n" * 5000,
         b"GET /v1/surfaces/utah-teapot/mesh.glb?resolution=16 HTTP/1.1\r\nHost: x\r\n\r\n" * 2000,

@@ -108,8 +108,8 @@ def summarize(first_bytes: bytes, count: int, *, has_body: bool = True) -> str:
     """The short form of a response, of which `first_bytes` are the first of `count` bytes.
 
     It is the status, followed by the code if the response is a problem. `closed` means that there
-    are no bytes, `torn` that the response is incomplete, and `two answers` that a second response
-    follows.
+    are no bytes, `no HTTP` that they are not HTTP/1.1, `torn` that the response is incomplete, and
+    `two answers` that a second response follows.
     """
     if not first_bytes:
         return "closed"
@@ -135,7 +135,7 @@ def summarize(first_bytes: bytes, count: int, *, has_body: bool = True) -> str:
 
 
 async def send_requests(
-    port: int, requests: Iterable[Pieces], together: int = 4, seconds: float = 4, pause: float = 0
+    port: int, requests: Iterable[Pieces], together: int = 4, seconds: float = 4
 ) -> Counter[str]:
     """Sends requests, `together` at a time, and none after `seconds`.
 
@@ -148,7 +148,7 @@ async def send_requests(
         for request in next_requests:
             if asyncio.get_running_loop().time() > end:
                 break
-            responses[await send_request(port, request, pause=pause)] += 1
+            responses[await send_request(port, request)] += 1
 
     await asyncio.gather(*(send_one_by_one() for _ in range(together)))
     return responses

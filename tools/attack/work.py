@@ -25,7 +25,7 @@ from tools.attack.wire import (
 
 
 @cache
-def build_grid_request(rows: int, columns: int) -> bytes:
+def build_grid_body(rows: int, columns: int) -> bytes:
     """The body of a request with a B-spline of `rows` × `columns` control points."""
     net = [[[i, j, (i * j) % 7 / 7] for j in range(columns)] for i in range(rows)]
     surface = {"type": "bspline", "degree": 3, "control_net": net}
@@ -33,7 +33,7 @@ def build_grid_request(rows: int, columns: int) -> bytes:
 
 
 @cache
-def build_vertices_request(count: int) -> bytes:
+def build_vertices_body(count: int) -> bytes:
     """The body of a request with `count` vertices, of which only four are used, by one patch."""
     vertices = [[k % 7 / 7, k % 11 / 11, k] for k in range(count)]
     surface = {"type": "patches", "vertices": vertices, "patches": [[[0, 1], [2, 3]]]}
@@ -48,7 +48,7 @@ def _build_document(**options: object) -> bytes:
     return json.dumps({"surface": _PATCH} | options).encode()
 
 
-LARGE_RESPONSE = build_post("/v1/mesh?format=stl", _build_document(resolution=800))
+LARGE_MESH_REQUEST = build_post("/v1/mesh?format=stl", _build_document(resolution=800))
 """A short request whose response has 64 MB."""
 
 _NAMES = ("utah-teapot", "torus", "sphere", "tea-service")
@@ -57,7 +57,7 @@ UNCACHED_URLS = tuple(
     f"/v1/surfaces/{name}/mesh.{suffix}?resolution={u},{v}"
     for u, v, name, suffix in product(range(5, 40), range(5, 40), _NAMES, BY_SUFFIX)
 )
-"""Distinct URLs, whose responses are not in the cache."""
+"""Distinct URLs, whose responses are not in the cache when they are first requested."""
 
 
 async def request_uncached_urls(port: int) -> Counter[str]:
@@ -79,7 +79,7 @@ async def request_small_tolerances(port: int) -> Counter[str]:
 
 
 async def request_largest_meshes(port: int) -> Counter[str]:
-    """Requests the largest allowed meshes, 24 at a time."""
+    """Requests the largest allowed meshes and numbers of points, 24 at a time."""
     requests: list[Pieces] = []
     for fmt, resolution in (("glb", 1000), ("stl", 900), ("json", 500), ("obj", 450)):
         requests.append(
@@ -102,17 +102,17 @@ async def request_largest_meshes(port: int) -> Counter[str]:
 
 
 async def send_largest_bodies(port: int) -> Counter[str]:
-    """Sends surfaces with the largest allowed number of control points."""
+    """Sends .npy files with the most control points that are allowed, and JSON that is too long."""
     net = np.zeros((62_500, 4, 4, 3), np.float32)
     net[..., 0], net[..., 1] = np.indices((4, 4))
     net[..., 2] = np.arange(62_500)[:, None, None]
-    patches, text = save_array(net), build_vertices_request(900_000)
+    npy, json_body = save_array(net), build_vertices_body(900_000)
     requests: tuple[Pieces, ...] = (
-        build_post("/v1/mesh?format=glb&resolution=1", patches, media_type=NPY),
-        build_post("/v1/mesh?format=stl", text),
-        build_post("/v1/estimate?resolution=4", patches, media_type=NPY),
-        build_post("/v1/surfaces", patches, media_type=NPY),
-        build_post("/v1/surfaces", text.replace(b', "resolution": 1', b"")),
+        build_post("/v1/mesh?format=glb&resolution=1", npy, media_type=NPY),
+        build_post("/v1/mesh?format=stl", json_body),
+        build_post("/v1/estimate?resolution=4", npy, media_type=NPY),
+        build_post("/v1/surfaces", npy, media_type=NPY),
+        build_post("/v1/surfaces", json_body.replace(b', "resolution": 1', b"")),
     )
     first_responses = await send_requests(port, requests, together=1, seconds=12)
     return first_responses + await send_requests(port, cycle(requests), together=8, seconds=8)
@@ -150,7 +150,7 @@ async def upload_distinct_surfaces(port: int) -> Counter[str]:
 
 async def request_conversions(port: int) -> Counter[str]:
     """Sends short requests with large results or much work: conversions, wires, slow methods."""
-    spline = build_grid_request(400, 400)
+    spline = build_grid_body(400, 400)
     operations = b'[{"op": "bezier"}, {"op": "elevate", "degree": [12, 12]}]'
     requests = [
         build_post(

@@ -14,9 +14,10 @@ def measure_alternately(
 ) -> dict[str, float]:
     """Median CPU seconds of one call of each function, by name.
 
-    Every function is called once before the first round, and in each round for about `seconds`. The
-    default clock counts the CPU time of this thread only. For work in several threads, `clock` must
-    count the CPU time of the process.
+    Every function is called twice before the first round; the second time shows how many calls take
+    about `seconds`. Each round has this number of calls, at most 2000. The default clock counts the
+    CPU time of this thread only. For work in several threads, `clock` must count the CPU time of
+    the process.
     """
     repeats: dict[str, int] = {}
     for name, call in functions.items():

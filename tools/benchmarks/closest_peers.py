@@ -45,11 +45,14 @@ PEERS = {
 
 
 def print_closest(title: str, model: PatchModel) -> None:
-    """Prints a row for the service, and a row for each library that is installed."""
+    """Prints a row for the service, and a row for each library that is installed.
+
+    All patches of the model are polynomial and have one degree.
+    """
     low, high = model.bounds
-    side = high - low
+    size = high - low
     points = np.random.default_rng(1).uniform(
-        low - side / 10, high + side / 10, (SERVICE_POINTS, 3)
+        low - size / 10, high + size / 10, (SERVICE_POINTS, 3)
     )
     peers = {name: peer for name, peer in PEERS.items() if peer.python.exists()}
     seconds: dict[str, list[float]] = {name: [] for name in ("service", *peers)}
@@ -58,13 +61,13 @@ def print_closest(title: str, model: PatchModel) -> None:
         workers = {name: stack.enter_context(_start_worker(name, model, points)) for name in peers}
         for _ in range(ROUNDS):
             start = time.process_time()
-            columns = project_on_surface(model, ProjectQuery(points))
+            ours = project_on_surface(model, ProjectQuery(points))
             seconds["service"].append(time.process_time() - start)
             for name, request in workers.items():
                 response = request()
                 seconds[name].append(float(response["seconds"]))
                 by_library[name] = response["distances"]
-    by_library["service"] = columns["distances"]
+    by_library["service"] = ours["distances"]
     smallest = by_library["service"].copy()
     for distances in by_library.values():
         smallest[: len(distances)] = np.minimum(smallest[: len(distances)], distances)
@@ -73,7 +76,7 @@ def print_closest(title: str, model: PatchModel) -> None:
         count = len(by_library[name])
         is_wrong = by_library[name] > smallest[:count] + 1e-9 * model.diagonal
         if name in PEERS and not PEERS[name].borders:
-            is_wrong &= ~columns["on_boundary"][:count]
+            is_wrong &= ~ours["on_boundary"][:count]
         rate, faults = count / median(times), int(is_wrong.sum())
         right_rate = rate * (1 - faults / count)
         print(f"{name:24}{rate:18,.0f}{right_rate:18,.0f}{f'{faults} of {count}':>16}", flush=True)
@@ -88,7 +91,7 @@ class _Worker:
     def __call__(self) -> Any:
         self.stdin.write(f"{self.file}\n")
         self.stdin.flush()
-        self.stdout.readline()
+        self.stdout.readline()  # comes after the worker has written its file
         return np.load(f"{self.file}.out.npz")
 
 

@@ -9,7 +9,7 @@ point, and `seconds` of CPU time for all patches. The time does not include buil
 surfaces, nor other preparation that is done once for many points.
 
 Open CASCADE's Extrema searches for normals through the point. splinepy uses Newton's method from
-the nearest of a grid of samples, by default 2 n samples for n control points. geomdl has no
+the nearest of a grid of samples: 2 n samples for n control points, its default. geomdl has no
 function for closest points: this program uses its derivatives in Newton's method (The NURBS Book,
 section 6.1), from the nearest of its samples.
 """
@@ -39,13 +39,13 @@ def prepare_open_cascade(net: Any, points: Any) -> Callable[[], Iterator[float]]
         for j in range(columns):
             array.SetValue(i + 1, j + 1, gp_Pnt(*net[i, j].tolist()))
     surface = Geom_BezierSurface(array)
-    places = [gp_Pnt(*point) for point in points.tolist()]
+    query_points = [gp_Pnt(*point) for point in points.tolist()]
 
     def find_distances() -> Iterator[float]:
         search = GeomAPI_ProjectPointOnSurf()
         search.Init(surface, 0.0, 1.0, 0.0, 1.0, 1e-9)
-        for place in places:
-            search.Perform(place)
+        for point in query_points:
+            search.Perform(point)
             yield search.LowerDistance() if search.NbPoints() else np.inf
 
     return find_distances
@@ -63,7 +63,8 @@ def prepare_splinepy(net: Any, points: Any) -> Callable[[], Iterator[float]]:
         proximities = surface.proximities(
             points, [2 * rows, 2 * columns], nthreads=1, return_verbose=True
         )
-        return iter(proximities[3].ravel().tolist())
+        distances = proximities[3]  # after parameters, points and differences
+        return iter(distances.ravel().tolist())
 
     return find_distances
 
@@ -86,6 +87,7 @@ def prepare_geomdl(net: Any, points: Any) -> Callable[[], Iterator[float]]:
         for x in points:
             u, v = grid[int(((samples - x) ** 2).sum(axis=1).argmin())]
             for _ in range(MAX_STEPS):
+                # s[k, l] is the derivative of order k in u and l in v; f(u, v) = 0 is to be solved.
                 s = np.array([each[:3] for each in surface.derivatives(u, v, 2)])
                 y = s[0, 0] - x
                 f = np.array([y @ s[1, 0], y @ s[0, 1]])
@@ -115,8 +117,8 @@ def main(name: str) -> None:
         "geomdl": prepare_geomdl,
     }[name]
     for line in sys.stdin:
-        points = np.load(line.strip())
-        searches = [prepare(net, points["points"]) for net in points["nets"]]
+        arrays = np.load(line.strip())
+        searches = [prepare(net, arrays["points"]) for net in arrays["nets"]]
         start = time.process_time()
         distances = np.min([list(search()) for search in searches], axis=0)
         seconds = time.process_time() - start

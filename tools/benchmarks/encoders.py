@@ -25,16 +25,16 @@ FORMS = {
     "meshopt": EncodeOptions(compression="meshopt"),
     "both": EncodeOptions(quantize=True, compression="meshopt"),
 }
-LEVEL = 6
-"""The level of compression by gzip: the default of zlib."""
+GZIP_LEVEL = 6
+"""The level of compression by gzip: the default of zlib, not of `gzip.compress`."""
 
 
 def run() -> None:
     """Prints the tables."""
-    square = BezierSurface(build_hills(1, 3).points[0]).lower()
+    patch = BezierSurface(build_hills(1, 3).points[0]).lower()
     models = (
         ("teapot at 16 divisions", lower_patches("utah-teapot"), 16),
-        ("1 bicubic patch at 512 divisions", square, 512),
+        ("1 bicubic patch at 512 divisions", patch, 512),
     )
     print("GLB with normals from a mesh; CPU time, medians of alternating rounds")
     print(f"{'mesh':38}{'ours ms':>10}{'trimesh ms':>12}{'ours / trimesh':>16}")
@@ -51,7 +51,7 @@ def run() -> None:
         size = len(fmt.encode(mesh, EncodeOptions()))
         print(f"{fmt.title:38}{seconds[fmt.name] * 1e3:10.2f}{size:12}")
     print()
-    print("Compact GLB with normals, beyond the mesh itself; CPU time, alternating rounds")
+    print("Compact GLB with normals, from a mesh; CPU time, medians of alternating rounds")
     print(f"{'mesh':34}{'form':>10}{'ms':>8}{'bytes':>11}{'share':>8}{'gzip ms':>9}{'gzip':>11}")
     for title, model, divisions in models:
         compare_compact(title, model, MeshOptions(resolution=(divisions, divisions)))
@@ -84,7 +84,7 @@ def compare_compact(title: str, model: PatchModel, options: MeshOptions) -> None
     writers = {name: partial(write, form) for name, form in FORMS.items()}
     files = {name: writer() for name, writer in writers.items()}
     times = measure_alternately(writers, rounds=5)
-    compressors = {name: partial(gzip.compress, file, LEVEL) for name, file in files.items()}
+    compressors = {name: partial(gzip.compress, file, GZIP_LEVEL) for name, file in files.items()}
     gzip_times = measure_alternately(compressors, rounds=3)
     for name, file in files.items():
         share = len(file) / len(files["plain"])

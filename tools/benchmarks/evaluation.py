@@ -1,7 +1,7 @@
 """Measures the time of evaluation, in units of the time in which its result is copied once.
 
-Each of the seven cases has float32 positions and unit normals. The table has every formulation that
-can compute the case, and marks the formulation that `evaluate` chooses. The record is the time of
+Each of the seven cases has float32 positions and unit normals. The table has the formulations that
+may be fast for a case, and marks the formulation that `evaluate` chooses. The record is the time of
 the best prototype, without poles or checks; the time of the service should be less than 1.5 times
 the record. The record is a range, because times depend on other load of the memory.
 """
@@ -50,7 +50,7 @@ def list_cases() -> list[Case]:
 
 
 def list_formulations(case: Case) -> list[Formulation]:
-    """The formulations to time for this case."""
+    """The formulations that may be fast for this case."""
     samples, p = (case.divisions + 1) ** 2, case.patches.degree[0]
     is_suitable: dict[Formulation, bool] = {
         "kronecker": samples * (p + 1) ** 2 <= 1e5,
@@ -76,7 +76,7 @@ def print_case(case: Case) -> None:
     result = evaluate(case.patches, resolution, dtype=np.float32)
     assert result.normals is not None
     arrays = np.stack([result.positions, result.normals])
-    best_formulation = choose_formulation(case.patches, resolution, True)
+    chosen = choose_formulation(case.patches, resolution, normals=True)
     call = partial(evaluate, case.patches, resolution, dtype=np.float32, out=result)
     calls: dict[str, Callable[[], object]] = {
         name: partial(call, formulation=name) for name in list_formulations(case)
@@ -84,10 +84,11 @@ def print_case(case: Case) -> None:
     copy = partial(np.copyto, np.empty_like(arrays), arrays)
     times = measure_alternately({"copy": copy, **calls}, rounds=9)
     for name in calls:
-        per_vertex, ratio = times[name] / result.positions.size * 3e9, times[name] / times["copy"]
+        per_vertex = times[name] * 1e9 / (result.positions.size / 3)  # 3 coordinates each
+        ratio = times[name] / times["copy"]
         low, high = case.record
         comparison = f"{low:8.1f} -{high:5.1f}{ratio / high:7.2f} -{ratio / low:5.2f}"
         print(
-            f"{case.title:38}{name + ' *' * (name == best_formulation):20}{per_vertex:10.1f}"
-            f"{ratio:9.1f}{comparison if name == best_formulation else ''}"
+            f"{case.title:38}{name + ' *' * (name == chosen):20}{per_vertex:10.1f}"
+            f"{ratio:9.1f}{comparison if name == chosen else ''}"
         )

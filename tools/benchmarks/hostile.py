@@ -57,7 +57,7 @@ def run() -> bool:
 def _measure_cost(index: int) -> Cost:
     """The cost of one body: the shortest of three times, and the peak memory of the first."""
     with start_client(create_app(Settings())) as client:
-        for case in HOSTILE[:3]:
+        for case in HOSTILE[:3]:  # the first requests of a process take longer
             client.request("POST", "/v1/mesh", case.chunks(), _JSON)
         if index < len(HOSTILE):
             name, chunks = HOSTILE[index].name, list(HOSTILE[index].chunks())

@@ -22,7 +22,7 @@ from tools.benchmarks.alternately import measure_alternately
 
 METHODS: tuple[Method, ...] = ("matrix", "de_casteljau", "forward_difference")
 DIVISIONS = (64, 256, 1024, 4096)
-DEGREES = (1, 2, 3, 5, 8)
+DEGREES = (1, 2, 3, 5, 8, 16)
 
 
 def build_random_patches(p: int, q: int, *, weights: bool = False, count: int = 1) -> TensorPatches:
@@ -106,7 +106,7 @@ def print_growth() -> None:
     """Prints the largest errors of forward differences by the number of divisions of a row."""
     print("Largest error of forward_difference, divided by the extent, by divisions of a row")
     print(f"{'degree':28}{'':9}" + "".join(f"{divisions:>12}" for divisions in DIVISIONS))
-    for degree in (*DEGREES, 16):
+    for degree in DEGREES:
         patches = build_random_patches(2, degree, count=4)
         for dtype in (np.float32, np.float64):
             if degree > MAX_DEGREE[dtype]:

@@ -63,7 +63,9 @@ ROUNDS, MAX_REPEATED_SECONDS = 3, 2.0
 """Number of rounds; a mesh that takes more than `MAX_REPEATED_SECONDS` is made only once."""
 
 MAX_SHEETS = 4
-"""A model with more sheets is sampled only once, not more finely where the deviation is largest."""
+"""A model with more sheets is sampled only once, not more finely where the deviation is largest.
+
+A sheet is one surface as `tests.oracles.sheets` evaluates it, without code of the service."""
 
 MODELS = (
     "utah-teapot", "sphere", "torus", "cone", "cylinder", "bourke-1111", "nurbs-goblet",
@@ -83,16 +85,19 @@ def list_groups() -> dict[str, list[Surface]]:
     rng = np.random.default_rng(15)
     ridges = (FAMILIES["sine ridges"].surface(seed) for seed in range(6))
     spikes = (FAMILIES["spikes"].surface(seed) for seed in range(6))
-    works: dict[str, list[Surface]] = {
+    groups: dict[str, list[Surface]] = {
         "bicubic, moderate": [BezierSurface(bicubic(seed, MODERATE)) for seed in range(12)],
         "bicubic, wild": [BezierSurface(bicubic(100 + seed, WILD)) for seed in range(12)],
-        "degree 15": [BezierSurface(scatter_points(rng, 16, 16, 0.02, 0.3)) for _ in range(4)],
+        "degree 15": [
+            BezierSurface(scatter_points(rng, 16, 16, spread=0.02, height=0.3)) for _ in range(4)
+        ],
+        # All of these are B-splines; the conditions tell mypy.
         "spikes": [s for s in spikes if isinstance(s, BsplineSurface)],
         "sine ridges": [s for s in ridges if isinstance(s, BsplineSurface)],
         "1000 small faces": [build_machine_parts()],
         "thin skins": [build_wing_skin(seed) for seed in range(2)],
     }
-    return works | {name: [find_example(name)] for name in MODELS}
+    return groups | {name: [find_example(name)] for name in MODELS}
 
 
 def find_example(name: str) -> Surface:
@@ -112,6 +117,7 @@ def build_machine_parts() -> PatchModel:
     on a lattice in random orientations.
     """
     rng = np.random.default_rng(16)
+    # Control points of a quarter of a circle, with z = 1 as a factor for the products below.
     turn = np.column_stack([QUARTER, np.ones(3)])
     line, unit_weights = np.array([[0.0, 0, 0], [0, 0, 1]]), np.ones(2)
     ring = np.stack([turn * np.array([3 + x, 3 + x, y]) for x, y in QUARTER.tolist()], axis=1)
@@ -129,8 +135,8 @@ def build_machine_parts() -> PatchModel:
             rotated_net = (
                 net @ np.linalg.qr(rng.normal(size=(3, 3)))[0] * 10 ** rng.uniform(-1, 0.5)
             )
-            place = np.array([number // 100, number // 10 % 10, number % 10]) * 4.0
-            nets.append(rotated_net / np.ptp(net) + place)
+            position = np.array([number // 100, number // 10 % 10, number % 10]) * 4.0
+            nets.append(rotated_net / np.ptp(net) + position)
             number += 1
         batches.append(TensorPatches(np.stack(nets), np.repeat(weights[np.newaxis], count, axis=0)))
     return PatchModel("faces", tuple(batches), (Part("faces", 0, number),))
@@ -144,13 +150,13 @@ def build_wing_skin(seed: int) -> BsplineSurface:
     rng = np.random.default_rng(seed)
     offsets = np.cumsum(np.geomspace(1e-8, 0.02, 261))
     knots = np.concatenate([[0.0] * 4, 0.5 - offsets[::-1], 0.5 + offsets, [1.0] * 4])
-    places = np.array([knots[k + 1 : k + 4].mean() for k in range(len(knots) - 4)])
-    angle = 2 * np.pi * places[:, np.newaxis]
-    span = np.linspace(0, 1, 13)
-    chord, twist = 1 - 0.6 * span, 0.1 * rng.uniform(-1, 1) * span
+    greville = np.array([knots[k + 1 : k + 4].mean() for k in range(len(knots) - 4)])
+    angle = 2 * np.pi * greville[:, np.newaxis]
+    outward = np.linspace(0, 1, 13)  # from the root of the wing to its tip
+    chord, twist = 1 - 0.6 * outward, 0.1 * rng.uniform(-1, 1) * outward
     x, y = chord * (1 + np.cos(angle)) / 2, 0.07 * chord * np.sin(angle) * (1.4 - np.cos(angle))
     y = y + 1e-4 * seed * rng.normal(size=y.shape)
-    net = np.stack([x - twist * y, y + twist * x, 8 * span + 0 * x], axis=-1)
+    net = np.stack([x - twist * y, y + twist * x, 8 * outward + 0 * x], axis=-1)
     return BsplineSurface(net, (3, 2), (knots, "clamped"))
 
 
@@ -159,7 +165,7 @@ class Comparison:
     """The meshes of one surface at one tolerance: pairs of the service and of Open CASCADE.
 
     `peak` is in megabytes. `deviations` are sampled, in multiples of the tolerance. `uniform` is
-    the number of triangles of the uniform grid, or 0.
+    the number of triangles of the uniform grid, or 0 for a model of several batches.
     """
 
     triangles: tuple[int, int]
@@ -230,7 +236,7 @@ def time_mesh(model: PatchModel, tolerance: float) -> tuple[Mesh, float]:
 
 
 def count_uniform(model: PatchModel, tolerance: float) -> int:
-    """Triangles of the smallest uniform grid whose certified bound meets the tolerance.
+    """Triangles of the smallest uniform grid whose proved bound is within the tolerance.
 
     The ratio of divisions along u and along v is 1, 2, 4 or 8, in either direction.
     """
@@ -292,7 +298,8 @@ def measure_deviation(surface: Surface, corners: Array) -> float:
         ).distance
     count = max(200, 4 * len(corners) // len(sheets))
     points = np.concatenate([sheet.at(sheet.samples(count)) + sheet.origin for sheet in sheets])
-    return Soup(corners).farthest(points)[1]
+    _, largest = Soup(corners).farthest(points)
+    return largest
 
 
 def write_row(title: str, relative: float, lines: list[Comparison]) -> str:

@@ -26,6 +26,9 @@ from OCP.TopoDS import TopoDS_Compound
 ANGLE = 0.5
 """The angular deflection in radians."""
 
+DEGENERATE = 1e-7
+"""The tolerance within which Open CASCADE treats a side as a pole: its usual precision."""
+
 
 def to_grid(values: Any, kind: Any) -> Any:
     """Open CASCADE's two-dimensional array of points or weights, whose indices begin at 1."""
@@ -84,7 +87,7 @@ def main() -> None:
             fields.setdefault(face, {})[field] = value
         deflection = float(fields.pop("")["deflection"])
         surfaces = map(build_surface, fields.values())
-        faces = [BRepBuilderAPI_MakeFace(surface, 1e-7).Face() for surface in surfaces]
+        faces = [BRepBuilderAPI_MakeFace(surface, DEGENERATE).Face() for surface in surfaces]
         compound, builder = TopoDS_Compound(), BRep_Builder()
         builder.MakeCompound(compound)
         for face in faces:
@@ -92,6 +95,7 @@ def main() -> None:
         # Resets the peak VmHWM to the present memory: proc_pid_clear_refs(5).
         Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
         bytes_before, start = read_bytes("VmRSS"), time.process_time()
+        # Not relative to the sizes of edges, and on one thread.
         BRepMesh_IncrementalMesh(compound, deflection, False, ANGLE, False)
         seconds, peak = time.process_time() - start, read_bytes("VmHWM") - bytes_before
         corners = np.concatenate([read_corners(face) for face in faces])

@@ -56,7 +56,8 @@ def measure_other_rates(surface: SurfaceKind) -> tuple[float, float, float]:
     points = ProjectQuery(rng.uniform(low, high, (SIGNED_POINTS, 3)), sign=True)
     normals = rng.normal(size=(PLANES, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    planes = Planes(normals, (rng.uniform(low, high, (PLANES, 3)) * normals).sum(axis=1))
+    points_on_planes = rng.uniform(low, high, (PLANES, 3))
+    planes = Planes(normals, offsets=(points_on_planes * normals).sum(axis=1))
     sections = plan_sections(surface, (planes, SectionTolerance()), SECTIONS_BY_NAME["json"])
     work: tuple[Callable[[], object], ...] = (
         lambda: project_on_surface(model, points),
@@ -90,6 +91,6 @@ def measure_ray_rates(model: PatchModel) -> tuple[list[float], float]:
         for number, only_first in enumerate((True, False)):
             start = time.process_time()
             query = RayQuery(origins, directions, only_first)
-            hits = len(intersect_rays(model, query, 10**7)["t"])
+            hits = len(intersect_rays(model, query, max_hits=10**7)["t"])
             seconds[number].append(time.process_time() - start)
     return [RAYS / median(each) for each in seconds], hits / RAYS

@@ -2,14 +2,16 @@
 
 Each server is one process of uvicorn with BLAS on one thread. The echo reads the body, and sends
 the response of the service from a file. So the ratio of both rates is the share of the time that
-FastAPI and uvicorn need. `plain` is a plain service (`tools/benchmarks/plain.py`), which has no
-meshes by tolerance. The program `wrk` sends requests to the servers alternately, on four
-connections of one thread; ratios are medians over the rounds.
+FastAPI and uvicorn need; it is above 1 for cached responses, which do not pass FastAPI. `plain` is
+a plain service (`tools/benchmarks/plain.py`), which has no meshes by tolerance. The program `wrk`
+sends requests to the servers alternately, on four connections of one thread; ratios are medians
+over the rounds.
 
-    python -m tools.benchmarks.requests [--against DIRECTORY] [--seconds 2] [--rounds 5] [WORK …]
+    python -m tools.benchmarks.requests [--against DIRECTORY] [--keep] [--seconds 2] [--rounds 5]
+        [WORK …]
 
 DIRECTORY is another checkout of the service with a `.venv` of its own. The table then also has its
-requests per second, and the ratio of the rate of this checkout to that rate. The columns `baseline`
+requests per second, and the ratio of the rate of this checkout to that rate. The columns `kept`
 have the ratios in `requests.json`; with `--keep` the program writes the new ratios to this file.
 """
 
@@ -74,7 +76,11 @@ class Work(NamedTuple):
 
 
 def list_works(service: Server) -> list[Work]:
-    """The measured requests; the heights of the nets are the same in every run."""
+    """The measured requests; the heights of the nets are the same in every run.
+
+    A name has the number of patches, and the resolution or the relative tolerance: `one16.glb` is 1
+    patch at resolution 16, `bspline27x8.glb` 27 × 27 patches at resolution 8.
+    """
     random_heights = random.Random(3)
 
     def build_net(side: int) -> list[list[list[float]]]:

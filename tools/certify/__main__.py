@@ -1,8 +1,9 @@
 """Judges meshes of a thousand random surfaces, models and groups: `make certify`.
 
-The program meshes every surface at four tolerances and one resolution, reads the files, and
-compares them with samples of the surface. Ctrl-C ends the program, which then prints the findings
-so far. The exit status is 1 if there are faults.
+The program meshes every surface at four tolerances and one resolution, and every model and group
+(surfaces placed by matrices) at one tolerance. It reads the files, and compares them with samples
+of the surface. Ctrl-C ends the program, which then prints the findings so far. The exit status is 1
+if there are faults.
 
     python -m tools.certify [share] [family …]
 
@@ -36,7 +37,8 @@ MAX_COMPLAINTS = 40
 """The largest number of complaints that are printed at the end."""
 
 TWO_SIDED_EVERY, BINARY_EVERY = 6, 2
-"""Every 6th surface is meshed with a bound in both directions; every 2nd file is a GLB."""
+"""Every 6th surface is meshed with a bound in both directions, at tolerances of at least 1e-3.
+Every 2nd mesh of a surface by tolerance is a GLB file, all other files are JSON."""
 
 
 def list_cases(share: float, names: list[str]) -> Iterator[Case]:
@@ -102,7 +104,7 @@ def _prepare_worker() -> None:
 
 
 def main(arguments: list[str]) -> int:
-    """Judges all tasks in two processes and prints the tables; returns the exit status."""
+    """Judges all tasks in at most two processes and prints the tables; returns the exit status."""
     share = float(arguments[0]) if arguments else 1.0
     names = arguments[1:]
     # Sorted by seed, so that a run that ends early has judged some surfaces of each family.
@@ -138,7 +140,7 @@ def print_report(findings: list[Finding]) -> int:
         name: number for number, name in enumerate([*FAMILIES, *BODIES, *NEARLY_CLOSED, "groups"])
     }
     findings.sort(key=lambda each: (order[each.kind], each.seed, -each.tolerance))
-    models = [each for each in findings if isinstance(each, SeamReport)]
+    models_and_groups = [each for each in findings if isinstance(each, SeamReport)]
     nearly_closed = [each for each in findings if isinstance(each, NearlyClosed)]
     verdicts = [each for each in findings if isinstance(each, Verdict)]
     by_tolerance = [v for v in verdicts if v.case.resolution is None]
@@ -146,7 +148,7 @@ def print_report(findings: list[Finding]) -> int:
     for title, rows, counts in (
         ("family", by_tolerance, ("missed", "bad", "excused")),
         ("by resolution", by_resolution, ()),
-        ("models", models, ("seams", "boundary")),
+        ("models", models_and_groups, ("seams", "boundary")),
         ("equal up to rounding", nearly_closed, ("closed",)),
     ):
         if rows:
