@@ -2,9 +2,9 @@
 
     python -m tools.distance_map docs/distance.png
 
-Every pixel is a point whose distance the service computes. Points inside are blue, points outside
-are orange. A dark line is drawn where the distance is a multiple of 1/40 of the width of the
-picture.
+The plane is vertical, parallel to the x axis, and goes through the middle of the surface. Every
+pixel is a point whose distance the service computes. Points inside are blue, points outside are
+orange. A dark line is drawn where the distance is a multiple of 1/40 of the width of the picture.
 """
 
 import struct
@@ -31,17 +31,19 @@ def draw_distance_map() -> NDArray[np.uint8]:
     """The picture (HEIGHT, WIDTH, 3)."""
     model = to_patches(find(EXAMPLE).surface().lower())
     low, high = model.bounds
-    middle, size = (low + high) / 2, 1.25 * (high - low).max()
+    middle = (low + high) / 2
+    picture_height = 1.25 * (high - low).max()  # in units of the model
+    # Coordinates of the pixels from the middle of the picture, in heights of the picture.
     x, z = np.meshgrid(
         (np.arange(WIDTH) + 0.5) / HEIGHT - WIDTH / HEIGHT / 2,
         0.5 - (np.arange(HEIGHT) + 0.5) / HEIGHT,
     )
     up_axis = 2 if model.up == "z" else 1
     points = np.tile(middle, (x.size, 1))
-    points[:, 0] += size * x.ravel()
-    points[:, up_axis] += size * z.ravel()
-    columns = project_on_surface(model, ProjectQuery(points, 1e-4, sign=True))
-    distance = columns["distances"] / (size * WIDTH / HEIGHT)
+    points[:, 0] += picture_height * x.ravel()
+    points[:, up_axis] += picture_height * z.ravel()
+    columns = project_on_surface(model, ProjectQuery(points, relative_tolerance=1e-4, sign=True))
+    distance = columns["distances"] / (picture_height * WIDTH / HEIGHT)  # in widths of the picture
     fading = np.minimum(3 * distance, 0.9)[:, np.newaxis]
     color = np.where(columns["signs"][:, np.newaxis] < 0, INSIDE, OUTSIDE)
     pixels = color + (BACKGROUND - color) * fading

@@ -65,7 +65,7 @@ def build_surfaces() -> dict[str, Surface]:
     """The built-in surfaces, and surfaces with extreme numbers, degrees or shapes, by name."""
     random = np.random.default_rng(8)
     surfaces = {name: find(name).surface() for name in EXAMPLES}
-    points, indices = random.normal(size=(500, 3)), random.integers
+    points, draw_indices = random.normal(size=(500, 3)), random.integers
     line_net = np.zeros((40, 40, 3))
     line_net[..., 0] = np.arange(40)[:, np.newaxis]
     weights = random.uniform(1, 2, (30, 30))
@@ -80,17 +80,17 @@ def build_surfaces() -> dict[str, Surface]:
         "rational": BsplineSurface(nets[1], weights=weights),
         "linear": BsplineSurface(nets[0], (1, 1)),
         "high": BsplineSurface(nets[1], (10, 9)),
-        "degenerate": BsplineSurface(np.rint(nets[0])),
+        "degenerate": BsplineSurface(np.rint(nets[0])),  # many equal points
         "line": BsplineSurface(line_net),
-        "whole": BezierSurface(random.normal(size=(21, 18, 3)), random.uniform(1, 2, (21, 18))),
+        "bezier": BezierSurface(random.normal(size=(21, 18, 3)), random.uniform(1, 2, (21, 18))),
         "triangle": TriangleSurface(random.normal(size=(28, 3))),
         "soup": PatchSurface(
             points,
-            indices(0, 500, (3000, 2, 2)),
-            triangles=indices(0, 500, (2000, 6)),
+            draw_indices(0, 500, (3000, 2, 2)),
+            triangles=draw_indices(0, 500, (2000, 6)),
             weights=random.uniform(1, 2, 500),
         ),
-        "carried": PatchSurface(points, indices(0, 500, (800, 3, 3)), channels=channels),
+        "channels": PatchSurface(points, draw_indices(0, 500, (800, 3, 3)), channels=channels),
     }
 
 
@@ -111,7 +111,7 @@ def list_variants(resolution: tuple[int, int]) -> Iterator[tuple[str, MeshOption
     yield "exact", base, EncodeOptions(oogl="bez")
     yield "meshes", MeshOptions(resolution, uvs=True), EncodeOptions(oogl="mesh")
     yield "de Casteljau", MeshOptions(resolution, method="de_casteljau"), plain
-    if resolution == RESOLUTIONS[0]:
+    if resolution == RESOLUTIONS[0]:  # once, because a tolerance replaces the resolution
         yield "tolerance", MeshOptions(accuracy=Accuracy(relative_tolerance=0.01)), plain
 
 
@@ -130,7 +130,7 @@ def measure_surface(name: str, surface: Surface) -> Iterator[Measurement]:
                         continue
                     work.run()  # fills the caches, which are not part of the cost
                     yield Measurement(title, measure_memory(work.run), work.cost.memory)
-                except SurfaceError:
+                except SurfaceError:  # this surface or format does not have this variant
                     continue
     lowering = measure_memory(surface.lower)
     yield Measurement(f"{name} as patches", lowering, lowering_memory(surface.size()))
@@ -151,13 +151,13 @@ def measure_resident(name: str, divisions: int, fmt: str) -> Measurement:
 
 
 def print_measurement(measurement: Measurement) -> bool:
-    """Prints a line if a mesh used more than predicted, or less than 1/3 of the prediction.
+    """Prints a line if a mesh used more than predicted, or over 8 MiB but less than a third of it.
 
     Returns whether it used more. Lines of large meshes are always printed.
     """
     exceeds_prediction = measurement.used_bytes > measurement.predicted_bytes
     is_far_below_prediction = (
-        measurement.used_bytes > 1 << 23
+        measurement.used_bytes > 8 << 20
         and measurement.predicted_bytes > 3 * measurement.used_bytes
     )
     if exceeds_prediction or is_far_below_prediction or "resident" in measurement.name:

@@ -2,11 +2,13 @@
 
     python -m tools.mutants FILE [--seed 1] [--count 65] [--checkout DIR] [--limit 900]
 
-If FILE does not exist, the program draws COUNT random mutants of DIR (by default this checkout) and
-writes them to FILE. If FILE exists, the program reads it, and finds the mutants in DIR by their
-lines of code. So the tests of two checkouts can judge the same mutants. A verdict is `killed` (a
-test fails), `survived`, `slow` (the tests take more than LIMIT seconds; counts as killed) or `gone`
-(DIR does not have this line). The program prints the verdicts and writes them to FILE.DIR.json.
+If FILE does not exist, the program draws COUNT random mutants of DIR (by default this checkout), an
+equal number from each of five rooms, and writes them to FILE. If FILE exists, the program reads it,
+and finds the mutants in DIR by their lines of code. So the tests of two checkouts can judge the
+same mutants. A verdict is `killed` (a test fails), `survived`, `slow` (the tests take more than
+LIMIT seconds; counts as killed) or `gone` (DIR does not have this line). The program prints the
+verdicts and writes them beside FILE: for `faults.json` and the folder `main`, to
+`faults.main.json`.
 """
 
 import argparse
@@ -139,9 +141,9 @@ def list_tests(copy: Path, path: str) -> list[str]:
     """Tests of a module, the nearest first: of the module itself, of its folder, of its room."""
     room, *folders, name = Path(path).with_suffix("").parts[1:]
     folder = Path("tests", room, *folders)
-    places = [folder / f"test_{name}.py", folder, Path("tests", room)]
-    places += [Path("tests", "test_openapi.py")] * (room == "api")
-    return [str(place) for place in places if (copy / place).exists()]
+    paths = [folder / f"test_{name}.py", folder, Path("tests", room)]
+    paths += [Path("tests", "test_openapi.py")] * (room == "api")
+    return [str(each) for each in paths if (copy / each).exists()]
 
 
 def judge_mutant(copy: Path, mutant: Mutant, limit: float) -> tuple[str, str]:

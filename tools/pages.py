@@ -90,7 +90,7 @@ def write_alert_rules(_: str) -> str:
 
 
 def write_readme(text: str) -> str:
-    """The text of the README, with the tables of all formats and of all queries."""
+    """The text of the README, with the tables of all formats and of all questions to a surface."""
     rows = [
         (fmt.title, f"`.{fmt.suffix}`", f"`{fmt.media_type}`", ", ".join(_list_contents(fmt)))
         for fmt in FORMATS
@@ -119,6 +119,7 @@ def write_reference_page(_: str) -> str:
     """The text of docs/reference.md: all options of a mesh, and the fields of all surfaces."""
     lines = ["# Reference", "", "Written by `make generated` from the models of the interface."]
     lines += ["", "## Options of a mesh", "", *_list_fields(MeshOptionFields.model_json_schema())]
+    # `SurfaceDefinition` is a union of members `Annotated[model, Tag(kind)]`.
     models = {
         get_args(member)[1].tag: get_args(member)[0]
         for member in get_args(get_args(SurfaceDefinition.__value__)[0])
@@ -210,7 +211,7 @@ def _describe_value(field: Mapping[str, Any]) -> str | None:
     kind = field.get("type")
     if kind == "boolean":
         return None
-    if "oneOf" in field:
+    if "oneOf" in field:  # one number, or one for u and one for v
         return "N|U,V"
     return (
         "A,B" if kind == "array" else {"integer": "N", "number": "NUMBER"}.get(kind or "", "NAME")
@@ -239,7 +240,10 @@ def _count_largest(surface: SurfaceKind, fmt: Format) -> int:
 
 
 def _describe_default(field: FieldInfo) -> str:
-    """The default of a setting in backticks; `half` stands for half of the memory."""
+    """The default of a setting in backticks.
+
+    It is `half` for the only setting with a factory: half of the memory of the machine.
+    """
     if field.default_factory is not None:
         return "half"
     value = ",".join(field.default) if isinstance(field.default, tuple) else field.default

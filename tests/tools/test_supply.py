@@ -1,4 +1,4 @@
-"""Packages of other projects in the image are listed and have allowed licences; releases."""
+"""Packages of other projects: licences, bill of materials, versions; and faults of a changelog."""
 
 import json
 import re
@@ -62,12 +62,14 @@ def test_a_licence_that_is_no_spdx_expression_is_refused_until_a_person_read_it(
 def test_a_package_that_changes_its_statement_is_refused_until_a_person_read_it() -> None:
     name, (statement, licence) = next(iter(READ_LICENCES.items()))
     assert read_statement(distribution(name)) == statement
+    # An SPDX expression needs no person to read it; whether it is allowed, `check_licence` decides.
     assert find_licence_of(name, License="GPL-3.0-only") == "GPL-3.0-only"
     with pytest.raises(UnknownLicence, match=name):
         find_licence_of(name, License="Our own licence")
     assert check_licence(name, licence) == licence
 
 
+# A licence that is not allowed is refused even as an alternative to an allowed one.
 @pytest.mark.parametrize("expression", ["GPL-3.0-only", "MIT OR AGPL-3.0-only", "(MIT)AND(X)", ""])
 def test_licences_that_are_not_allowed_are_refused(expression: str) -> None:
     with pytest.raises(UnknownLicence, match="not allowed"):
@@ -96,6 +98,7 @@ def test_the_bill_of_materials_has_the_npm_packages() -> None:
     npm_refs = [f"pkg:npm/{script.name}@{script.version}" for script in list_scripts()]
     assert needs["root-component"] == ["numpy==2", *npm_refs]
     assert needs["numpy==2"] is None
+    # The first call did not change `bill`, so a second call gives the same bytes.
     assert json.dumps(add_scripts(bill)) == json.dumps(complete_bill)
 
 
@@ -106,15 +109,18 @@ def test_base_images_have_exact_versions() -> None:
         assert re.fullmatch(r"\w+:\d+\.\d+\.\d+-slim-\w+|\w+:\d+\.\d+\.\d+-\w+-slim", base_image)
 
 
-def test_dependabot_watches_every_file_that_pins_versions() -> None:
+def test_dependabot_watches_the_files_that_pin_versions() -> None:
     run_command(
         find_program("check-jsonschema"), "--builtin-schema", "vendor.dependabot", DEPENDABOT
     )
     updates = yaml.safe_load(DEPENDABOT.read_text(encoding="utf-8"))["updates"]
     watched_folders = {(each["package-ecosystem"], each["directory"]) for each in updates}
-    locks = {("npm", f"/{folder}") for folder in ("web", "tests/web")}
-    assert watched_folders == locks | {("pip", "/"), ("docker", "/"), ("docker-compose", "/deploy")}
-    assert all((ROOT / f"./{folder}/package-lock.json").is_file() for _, folder in locks)
+    npm_folders = ("web", "tests/web")
+    assert watched_folders == {
+        *(("npm", f"/{folder}") for folder in npm_folders),
+        *(("pip", "/"), ("docker", "/"), ("docker-compose", "/deploy")),
+    }
+    assert all((ROOT / folder / "package-lock.json").is_file() for folder in npm_folders)
 
 
 @pytest.mark.parametrize(

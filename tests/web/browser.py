@@ -17,7 +17,8 @@ from tests.live import serve
 
 FOLDER = Path(__file__).parent
 
-# WebGL in software, for machines without a graphics card; no connections to other hosts.
+# WebGL in software, for machines without a graphics card; no connections to other hosts; and no
+# optimization of scripts (`--no-opt`), from which pages that are open so briefly do not gain.
 CHROMIUM_FLAGS = (
     "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
     "--no-sandbox",
@@ -150,7 +151,8 @@ def open_browser(chromium: str) -> Iterator[Browser]:
 def record_page(page: Page, kinds: Collection[str] | None = None) -> Stage:
     """Records the requests, the errors and the console messages of a page from now on.
 
-    Only messages of these kinds are recorded, such as "error"; without `kinds`, all messages.
+    `kinds` are those of the console messages to record, such as "error"; by default, all. Uncaught
+    errors are always recorded, and `SLOWNESS_MESSAGES` never.
     """
     stage = Stage(page, [])
 

@@ -83,9 +83,10 @@ class _SiteHandler(QuietHandler):
 
 @contextmanager
 def serve_site(pages: Mapping[str, str]) -> Iterator[str]:
-    """The origin of a server of these pages, by path, and of the files below `/node_modules/`.
+    """The origin of a server of these pages, by path, and of the files of this folder.
 
-    Pages may be added to the mapping while the server runs.
+    The libraries are among the files, below `/node_modules/`; if a library is missing, the test is
+    skipped. Pages may be added to the mapping while the server runs.
     """
     for name in PACKAGES:
         find_node_package(name)

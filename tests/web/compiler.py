@@ -19,7 +19,10 @@ STRICT = {
 
 
 def write_project(folder: Path, *sources: Path) -> Path:
-    """Writes a `tsconfig.json` for these sources, which are compiled into `folder / "js"`."""
+    """Writes a `tsconfig.json` for these sources, which are compiled into `folder / "js"`.
+
+    The sources may be in any folders: below `js`, each result has the whole path of its source.
+    """
     project = folder / "tsconfig.json"
     options = STRICT | {"outDir": "js", "rootDir": "/"}
     document = {"compilerOptions": options, "files": [str(source) for source in sources]}

@@ -24,7 +24,7 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture(scope="package")
 def viewer(browser: Browser) -> Iterator[Stage]:
-    """The viewer page, which stays open for all tests."""
+    """The viewer page, which stays open for all tests; without shadows (`?plain`), to save time."""
     find_node_package("three")
     with serve_folder(FOLDER) as pages:
         stage = open_page(browser)

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Browser, Page, ViewportSize
 
 from service.api.routes.pages import STATIC, THREE
 from tests.web.browser import WITHOUT_PIXELS, Stage, record_page
@@ -13,6 +13,7 @@ READY = 'html[data-state="ready"]'
 """Selector of the page in the state in which no request runs and the last response was a mesh."""
 
 SADDLE = "/?surface=saddle&resolution=6"
+WINDOW: ViewportSize = {"width": 880, "height": 440}
 DEFAULT_CHOICES = {"look": "shaded", "accuracy": "resolution"}
 
 
@@ -20,7 +21,7 @@ def open_profile(browser: Browser) -> Stage:
     """An empty page in a new profile of the browser; to save time, WebGL draws no pixels on it."""
     if not (STATIC / THREE).is_file():
         pytest.skip("three.js is not built ('make web')")
-    context = browser.new_context(viewport={"width": 880, "height": 440}, reduced_motion="reduce")
+    context = browser.new_context(viewport=WINDOW, reduced_motion="reduce")
     stage = record_page(context.new_page())
     stage.page.add_init_script(WITHOUT_PIXELS)
     return stage
@@ -42,6 +43,7 @@ def reset_editor(page: Page) -> None:
         page.keyboard.press("Escape")
     for name, choice in DEFAULT_CHOICES.items():
         page.check(f'input[name="{name}"][value="{choice}"]', force=True)
+    # `check` cannot reach this radio button, because it is hidden while no point is selected.
     page.locator('[name="axis"][value="free"]').evaluate("radio => { radio.checked = true; }")
     page.fill("#resolution", "6")
     page.set_checked("#show-net", True)

@@ -1,4 +1,5 @@
-// Removes the URLs for donations (`funding`) from the lock file, which must not name a host.
+// Removes the URLs for donations (`funding`) from package-lock.json, so that it names no host at all;
+// the URLs for downloads are left out by `.npmrc`.
 
 import { readFileSync, writeFileSync } from 'node:fs';
 

@@ -17,24 +17,26 @@
 
   const normalize = (row) => row.map((x) => x / Math.hypot(...row));
 
-  /** The data of a mesh of three.js, in the coordinates of `origin`, a matrix. */
+  /** The data of a mesh of three.js, in the coordinates of a node with the world matrix `origin`.
+   *  This script cannot import the classes of three.js, so it clones objects of the mesh to get a
+   *  matrix and a vector to compute with. */
   function readThreeMesh(mesh, origin) {
     const { position, normal, color } = mesh.geometry.attributes;
     const world = origin.clone().invert().multiply(mesh.matrixWorld);
     const normalMatrix = mesh.normalMatrix.clone().getNormalMatrix(world);
-    const point = mesh.position.clone();
+    const vector = mesh.position.clone();
     return {
       name: mesh.name,
-      positions: readRows(position).map((row) => point.fromArray(row).applyMatrix4(world).toArray()),
+      positions: readRows(position).map((row) => vector.fromArray(row).applyMatrix4(world).toArray()),
       normals: readRows(normal)
-        .map((row) => normalize(point.fromArray(row).applyMatrix3(normalMatrix).toArray())),
+        .map((row) => normalize(vector.fromArray(row).applyMatrix3(normalMatrix).toArray())),
       colors: mesh.material.vertexColors ? readRows(color) : [],
       triangles: Array.from({ length: mesh.geometry.index.count }, (_, i) => mesh.geometry.index
         .getX(i)),
     };
   }
 
-  /** The meshes below `root`, in the coordinates of its parent. */
+  /** The meshes below `root`, in the coordinates of its parent, or of `root` if it has no parent. */
   function readFromThree(root) {
     const meshes = [];
     root.updateWorldMatrix(true, true);

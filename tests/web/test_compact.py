@@ -26,12 +26,15 @@ FRAMES = """<!doctype html><title>Forms</title><link rel="icon" href="data:,">
 <style>body { margin: 0 } iframe { border: 0; width: 240px; height: 160px; float: left }</style>
 """
 MAX_NORMAL_ERROR = {"quantized": 0.002, "compressed": 0.001, "both": 0.1}
-"""The largest error of normals in degrees, including the float32 of the libraries."""
+"""The largest error of normals in degrees, including the float32 of the libraries.
+
+Quantized normals have 16 bits, and 12 if they are also compressed; compression alone keeps float32.
+"""
 
 STEP = 2.0**-13
+"""The step of the grid to which quantization rounds: the least power of two for which the surface,
+which is 5 units long, has at most `MAX_STEPS` steps."""
 assert STEP / 2 < 5 / MAX_STEPS <= STEP
-"""The step of the grid to which quantization rounds: the least power of two for which a surface 5
-units long has at most `MAX_STEPS` steps."""
 
 MAX_MOVE = 3**0.5 / 2 * STEP
 """The largest distance by which quantization moves a vertex: half of the diagonal of a cell."""
@@ -77,6 +80,7 @@ def pictures(request: pytest.FixtureRequest, server: str, visitor: Stage) -> Pic
             frame.evaluate(FILL_PIXELS_SCRIPT)
             canvas = base64.b64decode(frame.evaluate(PICTURE))
             pictures[frame.name] = mesh, canvas or frame.frame_element().screenshot()
+            # To save time, Chromium need not draw this frame any more.
             visitor.page.evaluate(
                 "name => document.getElementsByName(name)[0].remove()", frame.name
             )

@@ -23,6 +23,7 @@ def test_swagger_ui_sends_a_request_and_connects_to_no_other_host(
     script = "element => element.getBoundingClientRect().top"
     tops = [element.evaluate(script) for element in (operation, description)]
     assert tops == sorted(tops), "the operations must stand above the description"
+    # The description lists the codes of errors, each once.
     assert page.get_by_text("malformed_json", exact=True).count() == 1
     operation.click()
     page.click(".try-out__btn")

@@ -38,7 +38,8 @@ def test_the_panel_shows_the_numbers_of_the_mesh(page: Page) -> None:
     assert page.inner_text("#open-edges") == "24"
     assert read_value(page, "server-time") > 0
     assert read_value(page, "round-trip") > 0
-    # In 6 × 6 cells, a bilinear patch deviates by |twist| / 4 · (1/6)²; the bound adds rounding.
+    # In 6 × 6 cells, a bilinear patch deviates by |twist| / 4 · (1/6)². The twist of the saddle,
+    # P₀₀ − P₀₁ − P₁₀ + P₁₁, is 4. The bound of the deviation adds rounding.
     assert read_value(page, "deviation") == pytest.approx(4 / 4 / 36, rel=0.2)
 
 
@@ -54,12 +55,12 @@ def test_a_drag_moves_the_point_and_can_be_undone(page: Page) -> None:
     assert page.input_value("#point") == "4"
     assert new_point != old_point
     assert new_point[2] > old_point[2]  # a drag upwards on the screen increases z
-    # The last request has the point that the panel shows, and the full resolution.
-    documents = [request for request in requests if request]
     page.wait_for_function(
         "deviation => Number(document.getElementById('deviation').value) != deviation",
         arg=old_deviation,
     )
+    # The last request has the point that the panel shows, and the full resolution.
+    documents = [request for request in requests if request]
     assert documents[-1]["surface"]["control_net"][1][1] == new_point
     assert documents[-1]["resolution"] == 6
     assert page.is_visible("#edited")
@@ -85,18 +86,18 @@ def test_a_drag_moves_the_point_and_can_be_undone(page: Page) -> None:
 def test_clicks_on_the_surface_show_parameters_curvature_and_distance(page: Page) -> None:
     box = page.locator("#view").bounding_box()
     assert box is not None
-    place = box["x"] + box["width"] / 2, box["y"] + box["height"] * 0.4
+    mouse_x, mouse_y = box["x"] + box["width"] / 2, box["y"] + box["height"] * 0.4
     assert page.is_hidden("#probe-row")
-    page.mouse.click(*place)
+    page.mouse.click(mouse_x, mouse_y)
     page.wait_for_selector("#probe-row:visible")
     u, v = map(float, (page.locator("#probe").get_attribute("value") or "").split(","))
-    # The saddle is z = x y, with the Gaussian curvature K = −1 / (1 + x² + y²)².
+    # The saddle is z = x y over [−1, 1]², with the Gaussian curvature K = −1 / (1 + x² + y²)².
     x, y = 2 * u - 1, 2 * v - 1
     text = page.inner_text("#probe").replace("−", "-")
     curvature = float(text.split("K ")[1].split(",")[0])
     assert curvature == pytest.approx(-1 / (1 + x * x + y * y) ** 2, rel=1e-3)
     assert page.is_hidden("#probe-distance-row")
-    page.mouse.click(place[0] + 40, place[1])
+    page.mouse.click(mouse_x + 40, mouse_y)
     page.wait_for_selector("#probe-distance-row:visible")
     u, v = map(float, (page.locator("#probe").get_attribute("value") or "").split(","))
     second_x, second_y = 2 * u - 1, 2 * v - 1
@@ -113,6 +114,7 @@ def test_area_and_volume_are_measured_after_a_click(page: Page) -> None:
     page.wait_for_selector("#measure", state="hidden")
     area = 5.123157101093616  # four times the integral of (1 + x² + y²)^½ over the unit square
     assert read_value(page, "area") == pytest.approx(area, rel=1e-6)
+    # These are the four sides of the patch; `#open-edges` counts the edges of triangles on them.
     assert page.inner_text("#volume") == "none: 4 open or inconsistent edges"
     page.click("#open")
     page.click('[data-example="sphere"]')
@@ -120,7 +122,7 @@ def test_area_and_volume_are_measured_after_a_click(page: Page) -> None:
     assert page.inner_text("#volume") == "–"
     page.click("#measure")
     page.wait_for_selector("#measure", state="hidden")
-    assert read_value(page, "volume") == pytest.approx(4 / 3 * 3.14159265358979, rel=1e-5)
+    assert read_value(page, "volume") == pytest.approx(4 / 3 * math.pi, rel=1e-5)
 
 
 def test_a_drag_with_an_axis_changes_one_coordinate(page: Page) -> None:
@@ -152,7 +154,7 @@ def test_points_and_switches_work_by_keyboard(page: Page) -> None:
     assert page.is_checked('input[name="axis"][value="y"]')
     page.keyboard.press("Escape")
     assert page.input_value("#point") == ""
-    assert "chosen" not in page.inner_text("#status")
+    assert page.is_hidden("#point-fields")
 
 
 def test_coordinates_and_weights_can_be_typed(page: Page) -> None:
@@ -188,9 +190,9 @@ def test_the_curvature_is_shown_with_a_legend(page: Page) -> None:
 
 
 def test_for_a_tube_the_choice_of_curvature_is_disabled(page: Page) -> None:
-    assert perform(page, lambda: page.check('input[name="look"][value="mean"]', force=True))
+    perform(page, lambda: page.check('input[name="look"][value="mean"]', force=True))
     page.click("#open")
-    request = perform(page, lambda: page.click('[data-example="hair"]'))
+    request = perform(page, lambda: page.click('[data-example="hair"]'))  # a tube
     assert "curvatures" not in request
     assert page.is_disabled('input[name="look"][value="mean"]')
     assert page.is_checked('input[name="look"][value="shaded"]')
@@ -233,6 +235,7 @@ def test_a_refused_surface_replaces_the_earlier_surface_in_the_page(editor: Stag
     page = editor.page
     reset_editor(page)
     page.click("#open")
+    # The service refuses a net of 2 × 1 points.
     page.fill("#paste", '{"name": "lost", "control_net": [[[0, 0, 0]], [[1, 0, 0]]]}')
     page.click("#paste-open")
     page.wait_for_selector('html[data-state="refused"]')

@@ -72,7 +72,7 @@ def test_the_editor_asks_for_the_key_sends_it_and_does_not_store_it(
     assert page.inner_text("#problem-title") == "A key is needed"
     assert list_violations(page) == []
     page.click("#problem-key")
-    enter_key(page, f" {KEY}\n")
+    enter_key(page, f" {KEY}\n")  # the page removes spaces and line breaks around a pasted key
     page.wait_for_selector(READY)
     assert page.is_hidden("#problem")
     assert page.inner_text("#triangles") == "72"
@@ -85,7 +85,8 @@ def test_the_editor_asks_for_the_key_sends_it_and_does_not_store_it(
     assert page.evaluate("Object.values(sessionStorage)") == [KEY]
     assert page.evaluate("[localStorage.length, document.cookie]") == [0, ""]
 
-    # The copied command names a variable, never the key, and has the URL of the service.
+    # The copied command names a variable, never the key, and has the URL of the service. A note
+    # (`#copied-private`) says that others need a key, too.
     for button in ("copy-link", "copy-snippet", "copy-curl"):
         assert KEY not in copy_text(page, button)
         assert page.is_visible("#copied-private")

@@ -23,7 +23,11 @@ def page(server: str, visitor: Stage) -> Page:
 
 
 def read_net(page: Page, name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Control points (N, 3) of an example in the editor's scene, and edges (M, 2) between them."""
+    """Control points (N, 3) of an example in the editor's scene, and edges (M, 2) between them.
+
+    In the editor, a handle is a control point that can be dragged, and a frame is the placement
+    (4 × 4, row by row) of its surface in the scene.
+    """
     document = json_text(definition(find(name).surface())).decode()
     net: dict[str, Any] = page.evaluate(
         """async (text) => {
@@ -36,7 +40,7 @@ def read_net(page: Page, name: str) -> tuple[np.ndarray, np.ndarray]:
         }""",
         document,
     )
-    points = np.array([[*point, 0, 0][:3] for point in net["points"]])
+    points = np.array([[*point, 0][:3] for point in net["points"]])  # in the plane, z is 0
     frames = np.array(net["frames"]).reshape(-1, 4, 4)
     scene_points = np.einsum("hij,hj->hi", frames, np.column_stack([points, np.ones(len(points))]))
     return scene_points[:, :3], np.array(net["edges"]).reshape(-1, 2)
@@ -49,7 +53,7 @@ def turn_upright(points: np.ndarray, up: str) -> np.ndarray:
 
 def list_lines(points: np.ndarray, pairs: np.ndarray) -> set[frozenset[tuple[float, ...]]]:
     """Lines as sets of their two end points; lines of length 0, at poles, are left out."""
-    ends = np.round(points, 6)[pairs] + 0.0
+    ends = np.round(points, 6)[pairs] + 0.0  # −0 becomes 0
     lines = {frozenset(map(tuple, line.tolist())) for line in ends}
     return {line for line in lines if len(line) == 2}
 
@@ -137,7 +141,11 @@ def test_only_one_request_runs_and_the_newest_document_is_sent_next(page: Page) 
     }
 
 
-def test_the_history_has_200_steps_and_a_drag_is_one_step(page: Page) -> None:
+def test_the_history_has_200_steps_and_a_drag_or_a_reset_is_one_step(page: Page) -> None:
+    """`preview` shows a drag that is running, and `keep` ends it as a step of the history.
+
+    Undo, redo and `cancel` first undo the running drag. Each document is a number n.
+    """
     result = page.evaluate(
         """async () => {
           const { History } = await import('/page/history.js');

@@ -1,4 +1,4 @@
-"""Accessibility of the editor: axe reports no violations, and the keyboard alone is enough."""
+"""Accessibility of the editor: axe-core reports no violations, and the keyboard is enough."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -9,11 +9,12 @@ from playwright.sync_api import Page
 from service.encoders.registry import FORMATS
 from tests.programs import find_node_package
 from tests.web.browser import Stage
-from tests.web.editor import READY, read_value, reset_editor, select_point
+from tests.web.editor import READY, WINDOW, read_value, reset_editor, select_point
 
 # Width and height of windows, in pixels.
 WIDE_WINDOW, PHONE_WINDOW = (1200, 800), (360, 740)
-# Returns the name of the element that has the focus, and whether the page shows the focus.
+# Returns the name of the element that has the focus, and whether the page shows the focus. The
+# name of a format's button is the suffix of the format (`data-format`).
 FOCUS = """() => {
     const { activeElement: element } = document;
     const { outlineStyle, boxShadow } = getComputedStyle(element);
@@ -39,13 +40,13 @@ def page(editor: Stage) -> Iterator[Page]:
     editor.messages.clear()
     reset_editor(editor.page)
     yield editor.page
-    editor.page.set_viewport_size({"width": 900, "height": 640})
+    editor.page.set_viewport_size(WINDOW)
     editor.page.emulate_media(color_scheme="light")
     assert editor.messages == []
 
 
 def list_violations(page: Page) -> list[tuple[str, str, list[Any]]]:
-    """Violations of accessibility that axe finds on the page: rule, impact and elements."""
+    """Violations of accessibility that axe-core finds on the page: rule, impact, elements."""
     if not page.evaluate("'axe' in window"):
         page.evaluate((find_node_package("axe-core") / "axe.min.js").read_text(encoding="utf-8"))
     report = page.evaluate("axe.run(document, { resultTypes: ['violations'] })")

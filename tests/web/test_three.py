@@ -34,14 +34,16 @@ def test_three_reads_curvatures_as_attributes(server: str, stage: Stage) -> None
     radius = np.hypot(points[:, 0], points[:, 2])  # the distance from the axis, which is y
     distance = np.hypot(radius - 1, points[:, 1])
     np.testing.assert_allclose(distance, 0.4, atol=1e-6)
+    # The principal curvatures are −1 / 0.4 and −cosine / radius: a surface that bends away from its
+    # normal has a negative curvature.
     cosine = (radius - 1) / 0.4
-    attributes = {name: np.array(rows)[:, 0] for name, rows in mesh["own"].items()}
+    attributes = {name: np.array(rows)[:, 0] for name, rows in mesh["customAttributes"].items()}
     assert sorted(attributes) == ["_gaussian_curvature", "_mean_curvature"]
     np.testing.assert_allclose(
         attributes["_gaussian_curvature"], cosine / (0.4 * radius), atol=1e-5
     )
     np.testing.assert_allclose(
-        attributes["_mean_curvature"], -(2.5 + cosine / radius) / 2, atol=1e-5
+        attributes["_mean_curvature"], (-1 / 0.4 - cosine / radius) / 2, atol=1e-5
     )
 
 
@@ -91,7 +93,7 @@ def test_a_wireframe_has_only_tubes_along_the_curves(server: str, stage: Stage) 
     stage.show(f"{server}/v1/surfaces/utah-teapot/mesh.glb?{query}")
     (mesh,) = stage.read_meshes()
     assert mesh["name"] == "isocurves"
-    assert mesh["longestNormalError"] < 1e-6
+    assert mesh["maxNormalLengthError"] < 1e-6
     assert min(stage.measure_light()) > 0
     points = np.array(mesh["positions"])
     assert points[:, 1].max() == pytest.approx(3.15, abs=0.02)

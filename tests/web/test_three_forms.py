@@ -1,4 +1,4 @@
-"""Surfaces of all kinds and curves in three.js: positions, normals, colours, uvs and lines."""
+"""Surfaces and curves in three.js: positions, normals, colours, uvs and lines."""
 
 import json
 from typing import Any
@@ -50,12 +50,13 @@ def test_three_reads_all_attributes_of_the_mesh(stage: Stage, title: str) -> Non
     meshes, lines = stage.read_meshes(), stage.read_lines()
     assert stage.page.evaluate("window.viewer.measure()")["coverage"] > 0
     model = surface.lower()
+    # As in `render`: the curvatures of a group are those after the placement of its members.
     mesh = build(add_stretches(model) if options.curvatures else model, options)
     positions = mesh.positions + mesh.origin
     assert sum(drawn_mesh["triangles"] for drawn_mesh in meshes) == len(mesh.triangles)
     if len(mesh.triangles):
         assert mesh.normals is not None
-        assert max(drawn_mesh["longestNormalError"] for drawn_mesh in meshes) < 1e-6
+        assert max(drawn_mesh["maxNormalLengthError"] for drawn_mesh in meshes) < 1e-6
         rows = [
             np.hstack([drawn_mesh["positions"], drawn_mesh["normals"]]) for drawn_mesh in meshes
         ]
@@ -98,5 +99,5 @@ def test_three_reads_the_points_of_curves(stage: Stage, name: str) -> None:
     assert {"_arc_length", "_parameter", "_tangent", "position"} == set(line["attributes"])
     assert stage.page.evaluate("window.viewer.measure()")["coverage"] > 0
     document = json.loads(plan_curve(curve, options, CURVES_BY_NAME["json"]).run())
-    points = in_space(np.array(document["points"]))
+    points = in_space(np.array(document["points"]))  # points of a curve in the plane get z = 0
     np.testing.assert_allclose(line["positions"], turn_rows(curve.up, points), atol=1e-6)

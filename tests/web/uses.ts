@@ -65,7 +65,7 @@ export const options: MeshRequest = { resolution: 4 };
 export const curve: CurveDefinition = { control_net: net };
 
 // In each case, TypeScript knows the kind by the value of `type`.
-export function countPoints(surface: SurfaceDefinition): number {
+export function countItems(surface: SurfaceDefinition): number {
   switch (surface.type) {
     case 'group': return surface.members.length;
     case 'patches': return surface.vertices.length;

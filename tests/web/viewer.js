@@ -1,7 +1,7 @@
 // Draws a model with three.js: `await window.show(url)` replaces the model that was drawn before.
 // `window.viewer` then has functions by which tests read the model. With `?plain` the viewer draws
 // no shadows, no smooth outlines and no room, because without a graphics card these take most of the
-// time. It changes no geometry: the normals and the up direction are those of the file.
+// time. The viewer changes no geometry: the normals and the up direction are those of the file.
 
 import * as THREE from 'three';
 import { MeshoptDecoder } from 'three/addons/libs/meshopt_decoder.module.js';
@@ -9,7 +9,7 @@ import { RoomEnvironment } from 'three/addons/environments/RoomEnvironment.js';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 
 const GLAZE = '#2f6f86'; // the colour of surfaces without a colour
-const MARGIN = 1.12; // room around the model, as a factor
+const MARGIN = 1.12; // space around the model, as a factor
 const EDGE = 4; // second differences of green, in 1/255, that are rare on a smooth surface
 const PLAIN = new URLSearchParams(location.search).has('plain');
 const SAMPLES = PLAIN ? 1 : 2; // pixels per pixel of the page; with 2, outlines are smooth
@@ -40,7 +40,8 @@ function listNodes(model, type) {
   return nodes;
 }
 
-/** A key light from the upper left, and a floor that shows only the shadow. */
+/** Adds a key light from the upper left, a weak light from behind, and a floor that shows only the
+ *  shadow. A plain viewer also gets light from all sides, in place of the light of the room. */
 function addLightAndFloor(bounds, radius) {
   const center = bounds.getCenter(new THREE.Vector3());
   const key = new THREE.DirectionalLight('#fff4e3', 2.4);
@@ -127,14 +128,15 @@ function describeMesh(mesh) {
     triangles: mesh.geometry.index.count / 3,
     hasNormals: normal !== undefined,
     flatShaded: mesh.material.flatShading,
-    longestNormalError: 0,
+    maxNormalLengthError: 0,
     vertexColors: mesh.material.vertexColors,
     attributes: Object.keys(mesh.geometry.attributes).sort(),
     positions: [],
     normals: [],
     colors: readRows(mesh.geometry.getAttribute('color')),
     uvs: readRows(mesh.geometry.getAttribute('uv')),
-    own: Object.fromEntries(Object.entries(mesh.geometry.attributes)
+    // Attributes that glTF does not define have names that begin with an underscore.
+    customAttributes: Object.fromEntries(Object.entries(mesh.geometry.attributes)
       .filter(([name]) => name.startsWith('_')).map(([name, rows]) => [name, readRows(rows)])),
   };
   for (let i = 0; i < position.count; i += 1) {
@@ -142,7 +144,7 @@ function describeMesh(mesh) {
     description.positions.push(point.toArray());
     if (normal === undefined) continue;
     point.fromBufferAttribute(normal, i);
-    description.longestNormalError = Math.max(description.longestNormalError, Math.abs(point.length() - 1));
+    description.maxNormalLengthError = Math.max(description.maxNormalLengthError, Math.abs(point.length() - 1));
     description.normals.push(point.applyMatrix3(normalMatrix).normalize().toArray());
   }
   return description;
