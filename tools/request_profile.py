@@ -3,8 +3,8 @@
 `python -m tools.request_profile [--format glb]` sends a request to the application in this process:
 a net of 4 × 4 control points at resolution 16, which gives a mesh of 17 × 17 vertices. It prints
 the number of calls for each file of `service`, for all files, and for all files except those of the
-mathematics. It counts the calls that `sys.setprofile` reports, among them resumed
-generators and, before Python 3.12, comprehensions.
+mathematics. It counts the calls that `sys.setprofile` reports, among them resumed generators and,
+before Python 3.12, comprehensions.
 """
 
 import argparse
@@ -57,9 +57,8 @@ async def _count_calls(app: ASGIApp, format_name: str) -> Counter[str]:
     async with httpx.AsyncClient(transport=transport, base_url="http://service") as client:
         del client.headers["Accept-Encoding"]  # the service then compresses nothing
         for number in range(WARM_UP_REQUESTS + 1):
-            await asyncio.sleep(
-                0
-            )  # another round of the event loop: in a long one, small requests wait
+            # Another round of the event loop: after much work in one round, small requests wait.
+            await asyncio.sleep(0)
             if number == WARM_UP_REQUESTS:
                 gc.collect()  # otherwise finalizers of older objects may run and be counted
                 logging.disable()  # otherwise handlers of the service log the requests of httpx
