@@ -519,7 +519,7 @@ export interface components {
             up?: "y" | "z";
             /**
              * Name
-             * @description Name of the surface or curve: of its part, its glTF node, its OOGL comment.
+             * @description Name of the surface or curve. Its part, its node in glTF and a comment in OOGL have this name.
              * @default curve
              * @example sail
              */
@@ -700,7 +700,7 @@ export interface components {
             up?: "y" | "z";
             /**
              * Name
-             * @description Name of the surface or curve: of its part, its glTF node, its OOGL comment.
+             * @description Name of the surface or curve. Its part, its node in glTF and a comment in OOGL have this name.
              * @default surface
              * @example sail
              */
@@ -839,7 +839,7 @@ export interface components {
             up?: "y" | "z";
             /**
              * Name
-             * @description Name of the surface or curve: of its part, its glTF node, its OOGL comment.
+             * @description Name of the surface or curve. Its part, its node in glTF and a comment in OOGL have this name.
              * @default curve
              * @example sail
              */
@@ -1128,7 +1128,7 @@ export interface components {
             up?: "y" | "z";
             /**
              * Name
-             * @description Name of the surface or curve: of its part, its glTF node, its OOGL comment.
+             * @description Name of the surface or curve. Its part, its node in glTF and a comment in OOGL have this name.
              * @default surface
              * @example sail
              */
@@ -2293,7 +2293,7 @@ export interface components {
             max_bytes?: number;
             /**
              * Two Sided
-             * @description Whether to bound the distance from the mesh to the surface too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance (of an angle alone is not enough), `max_triangles` or `max_bytes`.
+             * @description Whether to bound the distance from the mesh to the surface too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance (`angle_tolerance` is not enough), `max_triangles` or `max_bytes`.
              * @default false
              * @example true
              */
@@ -2537,7 +2537,7 @@ export interface components {
             up?: "y" | "z";
             /**
              * Name
-             * @description Name of the surface or curve: of its part, its glTF node, its OOGL comment.
+             * @description Name of the surface or curve. Its part, its node in glTF and a comment in OOGL have this name.
              * @default surface
              * @example sail
              */
@@ -2655,7 +2655,7 @@ export interface components {
             weights?: number[];
             /**
              * Patches
-             * @description One grid of vertex numbers (from 0) a patch, rows along u: 4 × 4 numbers for a bicubic patch. Grids may have different shapes. May be left out if there are `triangles`.
+             * @description For each patch a grid of vertex numbers (from 0), rows along u: 4 × 4 numbers for a bicubic patch. Grids may have different shapes. May be left out if there are `triangles`.
              * @example [
              *       [
              *         [
@@ -2682,7 +2682,7 @@ export interface components {
             patches?: number[][][];
             /**
              * Triangles
-             * @description One triangle of vertex numbers (from 0) a triangular patch, in rows of n + 1, n, … 1 numbers as in the control net of a `triangle`. All triangles have one degree n, which may differ from that of the grids. For triangles of several degrees use a `multipatch`.
+             * @description For each triangular patch, vertex numbers (from 0) in rows of n + 1, n, … 1 numbers as in the control net of a `triangle`. All triangles have one degree n, which may differ from that of the grids. For triangles of several degrees use a `multipatch`.
              * @example [
              *       [
              *         [
@@ -2821,7 +2821,7 @@ export interface components {
             up?: "y" | "z";
             /**
              * Name
-             * @description Name of the surface or curve: of its part, its glTF node, its OOGL comment.
+             * @description Name of the surface or curve. Its part, its node in glTF and a comment in OOGL have this name.
              * @default surface
              * @example sail
              */
@@ -3393,7 +3393,7 @@ export interface components {
             up?: "y" | "z";
             /**
              * Name
-             * @description Name of the surface or curve: of its part, its glTF node, its OOGL comment.
+             * @description Name of the surface or curve. Its part, its node in glTF and a comment in OOGL have this name.
              * @default ribbon
              * @example sail
              */
@@ -4028,7 +4028,7 @@ export interface components {
             up?: "y" | "z";
             /**
              * Name
-             * @description Name of the surface or curve: of its part, its glTF node, its OOGL comment.
+             * @description Name of the surface or curve. Its part, its node in glTF and a comment in OOGL have this name.
              * @default surface
              * @example sail
              */
@@ -4112,7 +4112,7 @@ export interface components {
             up?: "y" | "z";
             /**
              * Name
-             * @description Name of the surface or curve: of its part, its glTF node, its OOGL comment.
+             * @description Name of the surface or curve. Its part, its node in glTF and a comment in OOGL have this name.
              * @default tube
              * @example sail
              */
@@ -4590,7 +4590,7 @@ export interface operations {
                 max_triangles?: number;
                 /** @description With a file: The most bytes of the response in its format. With and without a tolerance, this option limits bytes as `max_triangles` limits triangles. */
                 max_bytes?: number;
-                /** @description With a file: Whether to bound the distance from the mesh to the surface too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance (of an angle alone is not enough), `max_triangles` or `max_bytes`. Default: false. */
+                /** @description With a file: Whether to bound the distance from the mesh to the surface too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance (`angle_tolerance` is not enough), `max_triangles` or `max_bytes`. Default: false. */
                 two_sided?: boolean;
                 /** @description With a file: Kind of faces: `triangles`, `quads` or `none`. `quads` is allowed only if the format has quads. With `none` the file has only isoparametric curves and overlays. Default: "triangles". */
                 faces?: "triangles" | "quads" | "none";
@@ -4729,7 +4729,7 @@ export interface operations {
                 max_triangles?: number;
                 /** @description With a file: The most bytes of the response in its format. With and without a tolerance, this option limits bytes as `max_triangles` limits triangles. */
                 max_bytes?: number;
-                /** @description With a file: Whether to bound the distance from the mesh to the surface too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance (of an angle alone is not enough), `max_triangles` or `max_bytes`. Default: false. */
+                /** @description With a file: Whether to bound the distance from the mesh to the surface too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance (`angle_tolerance` is not enough), `max_triangles` or `max_bytes`. Default: false. */
                 two_sided?: boolean;
                 /** @description With a file: Kind of faces: `triangles`, `quads` or `none`. `quads` is allowed only if the format has quads. With `none` the file has only isoparametric curves and overlays. Default: "triangles". */
                 faces?: "triangles" | "quads" | "none";
@@ -5343,7 +5343,7 @@ export interface operations {
                 max_triangles?: number;
                 /** @description The most bytes of the response in its format. With and without a tolerance, this option limits bytes as `max_triangles` limits triangles. */
                 max_bytes?: number;
-                /** @description Whether to bound the distance from the mesh to the surface too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance (of an angle alone is not enough), `max_triangles` or `max_bytes`. */
+                /** @description Whether to bound the distance from the mesh to the surface too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance (`angle_tolerance` is not enough), `max_triangles` or `max_bytes`. */
                 two_sided?: boolean;
                 /** @description Kind of faces: `triangles`, `quads` or `none`. `quads` is allowed only if the format has quads. With `none` the file has only isoparametric curves and overlays. */
                 faces?: "triangles" | "quads" | "none";

@@ -45,7 +45,7 @@ def write_settings_page(text: str) -> str:
     rows = [
         (
             f"`{variable(name)}`",
-            _describe_default(field),
+            _describe_default(name, field),
             describe_values(field),
             field.description or "",
         )
@@ -239,13 +239,12 @@ def _count_largest(surface: SurfaceKind, fmt: Format) -> int:
     return count_vertices(largest)
 
 
-def _describe_default(field: FieldInfo) -> str:
-    """The default of a setting in backticks.
-
-    It is `half` for the only setting with a factory: half of the memory of the machine.
-    """
-    if field.default_factory is not None:
+def _describe_default(name: str, field: FieldInfo) -> str:
+    """The default of a setting: in backticks, or in words that its description explains."""
+    if name == "memory_bytes":  # half of the memory of the machine
         return "half"
+    if name == "store":  # without the variable, `read_environment` sets a folder
+        return "a folder"
     value = ",".join(field.default) if isinstance(field.default, tuple) else field.default
     text = str(value).lower() if isinstance(value, bool) else str(value)
     return f"`{text}`" if text else ""

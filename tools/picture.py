@@ -69,7 +69,7 @@ pictures from the service's own glTF; `make picture` draws them again.
 
 
 CURVES = """\
-# First curves
+# Examples of curves
 
 Curves have no URLs. Send these bodies to `POST /v1/curve`, or save them as files for
 `surface curve`. The OpenAPI document has the same examples under the same names.

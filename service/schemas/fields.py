@@ -207,7 +207,8 @@ UpField: TypeAlias = Annotated[
 NameField: TypeAlias = Annotated[
     Name,
     Field(
-        description="Name of the surface or curve: of its part, its glTF node, its OOGL comment.",
+        description="Name of the surface or curve. Its part, its node in glTF and a comment in "
+        "OOGL have this name.",
         examples=["sail"],
     ),
 ]

@@ -84,7 +84,7 @@ class MeshOptionFields(StrictModel):
         default=False,
         description="Whether to bound the distance from the mesh to the surface too. No point of "
         "the mesh is then further from the surface than twice the tolerance. The report has the "
-        "bound, `mesh_deviation_bound`. Needs a tolerance (of an angle alone is not enough), "
+        "bound, `mesh_deviation_bound`. Needs a tolerance (`angle_tolerance` is not enough), "
         "`max_triangles` or `max_bytes`.",
         examples=[True],
     )

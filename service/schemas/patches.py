@@ -75,15 +75,15 @@ class PatchesDefinition(StrictModel):
     )
     patches: Annotated[Any, PATCHES, WrapValidator(_parse_grids)] = Field(
         default_factory=lambda: NO_GRIDS,
-        description="One grid of vertex numbers (from 0) a patch, rows along u: 4 × 4 numbers for "
-        "a bicubic patch. Grids may have different shapes. May be left out if there are "
+        description="For each patch a grid of vertex numbers (from 0), rows along u: 4 × 4 numbers "
+        "for a bicubic patch. Grids may have different shapes. May be left out if there are "
         "`triangles`.",
         examples=[[[[0, 1], [2, 3]], [[2, 3], [4, 5]]]],
     )
     triangles: Annotated[NDArray[np.int64], TRIANGLES] = Field(
         default_factory=lambda: NO_TRIANGLES,
-        description="One triangle of vertex numbers (from 0) a triangular patch, in rows of n + 1, "
-        "n, … 1 numbers as in the control net of a `triangle`. All triangles have one degree n, "
+        description="For each triangular patch, vertex numbers (from 0) in rows of n + 1, n, … 1 "
+        "numbers as in the control net of a `triangle`. All triangles have one degree n, "
         "which may differ from that of the grids. For triangles of several degrees use a "
         "`multipatch`.",
         examples=[[[[2, 1], [0]]]],

@@ -120,15 +120,16 @@ class Settings(BaseModel):
         le=1 << 45,
         description="Memory for all requests together: bodies, surfaces, meshes, responses not yet "
         "sent, and the cache. A request that would need more is refused before any work. The "
-        "process itself takes some 120 MB more, and plans of meshes at most 1/16 of this value or "
-        "256 MB. The default is half of the memory of the machine or container.",
+        "process itself takes some 120 MB more, and plans of meshes up to 1/16 of this value, but "
+        "at most 256 MiB. The default is half of the memory of the machine or container.",
     )
     cache_bytes: Bytes = Field(
         default=128 << 20,
         ge=0,
         le=1 << 40,
         description="Memory of the cache of encoded responses, while requests do not need it; "
-        "0 switches the cache off. Only cached responses are compressed.",
+        "0 switches the cache off. Only cached responses and the files of the pages are "
+        "compressed.",
     )
 
     # Counts, and times in seconds

@@ -145,7 +145,7 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType(
             Example(
                 "tveit",
                 "Tutorial patch",
-                "A bicubic patch over the 16 control points A to P of a tutorial.",
+                "A bicubic patch over 16 control points, taken from a tutorial.",
                 lambda: _net("tveit", "y"),
             ),
             Example(
@@ -215,8 +215,8 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType(
             Example(
                 "ribbon",
                 "Ribbon",
-                "A stripe along a cubic B-spline that faces the reader, its width a Bézier "
-                "function from 0 to 0.",
+                "A stripe along a cubic B-spline; it faces +z, and its width is a Bézier function "
+                "that begins and ends at 0.",
                 swept_shapes.streamer,
             ),
             Example(

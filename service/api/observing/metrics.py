@@ -79,7 +79,7 @@ class RequestCounters:
         self.sent_bytes: dict[str, int] = {}
         self.refusals: dict[str, int] = {}
         self.vertices = self.triangles = 0
-        about = "Time of evaluation, by formulation, without encoding."
+        about = "Computing time, by formulation (`kronecker`, …) or work (`points`, …)."
         seconds = Counter("surface_engine_seconds", about, ("formulation",), registry=registry)
         self._engine_seconds = cache(seconds.labels)
 
