@@ -44,10 +44,10 @@ from tests.oracles.deviation import measure_surface_to_mesh
 from tests.oracles.distance import Soup
 from tests.oracles.sheets import build_sheets
 from tools.certify.surfaces import (
-    ARC,
     FAMILIES,
     MODERATE,
     QUARTER,
+    QUARTER_WEIGHTS,
     WILD,
     Array,
     bicubic,
@@ -125,8 +125,8 @@ def build_machine_parts() -> PatchModel:
     pipe = turn[:, np.newaxis] * np.array([1.0, 1, 0]) + line
     kinds = (
         (plane, np.ones((2, 2))),
-        (pipe, np.outer(ARC, unit_weights)),
-        (ring, np.outer(ARC, ARC)),
+        (pipe, np.outer(QUARTER_WEIGHTS, unit_weights)),
+        (ring, np.outer(QUARTER_WEIGHTS, QUARTER_WEIGHTS)),
     )
     batches, number = [], 0
     for (net, weights), count in zip(kinds, (334, 333, 333), strict=True):

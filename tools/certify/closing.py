@@ -21,7 +21,7 @@ from service.surface.patches import PatchSurface
 from tests.oracles.deviation import measure_surface_to_mesh
 from tests.oracles.sheets import build_sheets
 from tools.certify.crowded import build_crowded, build_mixed
-from tools.certify.nearly import Case, Pieces, build_noisy, build_pieces, list_points
+from tools.certify.nearly import Case, WeldedSurface, build_noisy, build_pieces, list_points
 from tools.certify.table import Finding
 from tools.certify.written import Written, read_file
 
@@ -113,7 +113,7 @@ def _judge_mesh(finding: NearlyClosed, case: Case, options: MeshOptions) -> None
         _compare_order(finding, mesh, _change_order(rng, case.surface), options)
 
 
-def _change_order(rng: np.random.Generator, surface: Pieces) -> Pieces:
+def _change_order(rng: np.random.Generator, surface: WeldedSurface) -> WeldedSurface:
     """The surface with its patches in random order, or with its surfaces in reverse order.
 
     A B-spline, which has no order of patches, is returned unchanged.
@@ -128,14 +128,14 @@ def _change_order(rng: np.random.Generator, surface: Pieces) -> Pieces:
 
 
 def _compare_order(
-    finding: NearlyClosed, mesh: Written, reordered_surface: Pieces, options: MeshOptions
+    finding: NearlyClosed, mesh: Written, reordered_surface: WeldedSurface, options: MeshOptions
 ) -> None:
     """Adds a fault if the patches in another order give other triangles."""
     if list_triangles(write_mesh(reordered_surface, options)) != list_triangles(mesh):
         finding.faults.append("the order of the patches matters")
 
 
-def write_mesh(surface: Pieces, options: MeshOptions) -> Written:
+def write_mesh(surface: WeldedSurface, options: MeshOptions) -> Written:
     """The mesh of a surface, written as JSON and read back."""
     return read_file("json", render(surface, options, BY_NAME["json"]))
 

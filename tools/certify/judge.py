@@ -1,4 +1,8 @@
-"""Makes the file of one mesh, reads the file, and checks the mesh for all kinds of faults."""
+"""Makes the file of one mesh, reads the file, and checks the mesh for all kinds of faults.
+
+The mesh is compared with the sheets of the surface: tensor-product or triangular surfaces that
+`tests.oracles.sheets` samples.
+"""
 
 import time
 from collections import Counter
@@ -24,7 +28,8 @@ TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4)
 """Tolerances relative to the diagonal of the bounding box of the control points."""
 
 SAMPLES = 2000, 20000
-"""The smallest and the largest number of samples of a sheet, which has 4 for each triangle."""
+"""The smallest and the largest number of samples of a sheet. Between them, it is 4 times the number
+of triangles of the mesh."""
 
 THIN = 1e-9
 """If twice the area of a triangle, divided by the square of its longest side, is below this, exact
@@ -35,7 +40,7 @@ arithmetic decides whether the area is zero."""
 class Case:
     """A mesh to judge: by resolution if the case has one, else by tolerance.
 
-    `relative` is the relative tolerance, `written_as` the name of the format.
+    `relative` is the relative tolerance, `written_as` the name of the format: `json` or `glb`.
     """
 
     family: str
@@ -76,6 +81,7 @@ def judge(case: Case, samples: tuple[int, int] = SAMPLES) -> Verdict:
     """The findings about the mesh of a case, compared with samples of its surface."""
     family = FAMILIES[case.family]
     surface = family.surface(case.seed)
+    # A mesh by resolution has no tolerance; its bound is only required not to be absurd.
     tolerance = min(case.relative, 1e3) * measure_diagonal(surface)
     verdict = Verdict(case, kind=case.family, seed=case.seed, tolerance=tolerance)
     options = build_options(case)
@@ -90,10 +96,12 @@ def judge(case: Case, samples: tuple[int, int] = SAMPLES) -> Verdict:
     verdict.triangles = len(mesh.faces)
     _compare_bounds(verdict, surface, mesh, samples)
     if case.faces == "quads":
+        # The bound holds for both ways to split the quads.
         _compare_bounds(verdict, surface, read_file(case.written_as, content, diagonal=1), samples)
     if case.resolution is not None:
         return verdict
     _count_faults(verdict, mesh, None if family.has_no_area else _find_flat(verdict, surface, mesh))
+    # The proof of the converse bound needs more triangles.
     if family.is_flat and not case.two_sided and verdict.triangles != 2:
         verdict.faults.append(f"{verdict.triangles} triangles where two are enough")
     return verdict
@@ -133,17 +141,17 @@ def _compare_bounds(
             f"deviation {deviation.distance} above bound {verdict.bound} at {deviation.place}"
         )
     if verdict.case.family == "spikes" and verdict.case.resolution is None:
-        peak = float(surface.control_net[..., 2].max())
         top = max(float((s.at(s.samples(count)) + s.origin)[:, 2].max()) for s in sheets)
-        verdict.missed = peak > 0 and top - float(mesh.vertices[:, 2].max()) > verdict.tolerance
+        verdict.missed = top - float(mesh.vertices[:, 2].max()) > verdict.tolerance
         if verdict.missed:
             verdict.faults.append("the spike is missed")
     if verdict.case.two_sided:
         verdict.mesh_bound = mesh.report.get("mesh_deviation_bound", np.nan)
-        inner = 4 if len(mesh.faces) < 2000 else 2
+        divisions = 4 if len(mesh.faces) < 2000 else 2  # of each edge of a sampled triangle
         verdict.mesh_deviation = measure_mesh_to_surface(
-            sheets, mesh.corners, count, inner, doubt=verdict.mesh_bound
+            sheets, mesh.corners, count, divisions, doubt=verdict.mesh_bound
         )
+        # The service promises twice the tolerance in this direction.
         if not verdict.mesh_bound <= 2 * verdict.tolerance:
             verdict.faults.append(f"mesh bound {verdict.mesh_bound} above twice the tolerance")
         if not verdict.mesh_deviation <= verdict.mesh_bound + deviation.rounding:
@@ -183,10 +191,11 @@ def _count_faults(verdict: Verdict, mesh: Written, flat_rows: list[int] | None) 
     )
     verdict.bad = fault_counts.total()
     verdict.faults += [f"{count} triangles {text}" for text, count in fault_counts.items() if count]
-    boundary_edges, shared_edges = count_edges(mesh.faces)
+    boundary_edges, overused_edges = count_edges(mesh.faces)
+    # In a GLB, an edge may have different vertices in each of its triangles.
     if verdict.case.written_as == "json":
-        if shared_edges and flat_rows is not None:
-            verdict.faults.append(f"{shared_edges} edges of more than two triangles")
+        if overused_edges and flat_rows is not None:
+            verdict.faults.append(f"{overused_edges} edges of more than two triangles")
         if boundary_edges != mesh.report["boundary_edges"]:
             verdict.faults.append(
                 f"{boundary_edges} boundary edges, reported {mesh.report['boundary_edges']}"

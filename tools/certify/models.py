@@ -20,7 +20,9 @@ from tests.strategies import Array
 
 Loop: TypeAlias = tuple[int, ...]
 Pair: TypeAlias = tuple[int, int]
-Line: TypeAlias = list[list[Fraction]]
+HomogeneousCurve: TypeAlias = list[list[Fraction]]
+"""Control points (wx, wy, wz, w) of a Bézier curve, exact."""
+
 Random: TypeAlias = np.random.Generator
 
 
@@ -34,10 +36,11 @@ class Body:
 
 @dataclass(frozen=True, eq=False)
 class Complex:
-    """A model of patches, with the corners that each patch shares with others.
+    """A model of patches, with the corners (C, 3) that patches share.
 
-    `nets` and `weights` have one array for each patch. Patch k has the corners `loops[k]`, in the
-    order of its border: of a grid (0, 0), (1, 0), (1, 1), (0, 1), and of a triangle r, s, t.
+    `nets` and `weights` have one array for each patch. Patch k has the corners with the numbers
+    `loops[k]`, in the order of its border: of a grid the corners at (u, v) = (0, 0), (1, 0), (1, 1)
+    and (0, 1), and of a triangle those with the barycentric coordinate r = 1, s = 1 and t = 1.
     `alike` are the edges, as pairs of corners, whose control points and weights are equal in all
     their patches.
     """
@@ -85,15 +88,16 @@ class Complex:
 def _build_lattice(rng: Random, rows: int, columns: int, *, wrap: int = 0) -> Body:
     """Rows of quads, half of them divided into two triangles.
 
-    The rows are open (`wrap` = 0), closed along u (1), or closed along u and v (2).
+    The lattice is open (`wrap` = 0), or its last row is joined to the first (1), or also its last
+    column to the first (2).
     """
     i, j = np.meshgrid(np.arange(rows + (wrap < 1)), np.arange(columns + (wrap < 2)), indexing="ij")
     x, y = i.astype(np.float64), j.astype(np.float64)
     across = 2 * pi * y / columns
-    places = [
+    corners = [
         np.stack([x, y, 0 * x], axis=-1),
-        _rotate(x / rows, 1.5 + 0 * x, y),
-        _rotate(x / rows, 2.5 + np.cos(across), np.sin(across)),
+        _convert_cylindrical(x / rows, 1.5 + 0 * x, y),
+        _convert_cylindrical(x / rows, 2.5 + np.cos(across), np.sin(across)),
     ][wrap]
     length = i.shape[1]
 
@@ -107,11 +111,11 @@ def _build_lattice(rng: Random, rows: int, columns: int, *, wrap: int = 0) -> Bo
             c, d = number_corner(k + 1, m + 1), number_corner(k, m + 1)
             is_quad = rng.integers(4) < 2
             faces += [(a, b, c, d)] if is_quad else [(a, b, c), (a, c, d)]
-    return Body(places.reshape(-1, 3), tuple(faces))
+    return Body(corners.reshape(-1, 3), tuple(faces))
 
 
-def _rotate(turn: Array, radius: Array, height: Array) -> Array:
-    """Points (…, 3) at cylindrical coordinates; `turn` is the angle in full turns."""
+def _convert_cylindrical(turn: Array, radius: Array, height: Array) -> Array:
+    """Points (…, 3) in Cartesian coordinates; `turn` is the angle in full turns."""
     angle = 2 * pi * turn
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), height], axis=-1)
 
@@ -150,7 +154,7 @@ def _build_double_pyramid(count: int) -> Body:
 
 
 def _build_fan(count: int) -> Body:
-    """Triangles around a corner, with a gap between the last and the first."""
+    """Triangles around one corner, with a gap between the last and the first."""
     faces: list[Loop] = [(k, k + 1, count) for k in range(count - 1)]
     return _build_body([*_list_circle(count, 0), [0, 0, 0.4]], faces)
 
@@ -257,12 +261,12 @@ def _draw_curves(
     *,
     rational: bool,
     degree: int | None,
-) -> dict[Pair, Line]:
+) -> dict[Pair, HomogeneousCurve]:
     """A homogeneous curve for every edge, from its lower corner to its higher.
 
     All have the degree `degree`; if it is None, each has a random degree from 1 to 3.
     """
-    curves: dict[Pair, Line] = {}
+    curves: dict[Pair, HomogeneousCurve] = {}
     for loop in loops:
         for pair in pairwise([*loop, loop[0]]):
             a, b = min(pair), max(pair)
@@ -282,28 +286,34 @@ def _draw_curves(
     return curves
 
 
-def _elevate(line: Line, degree: int) -> Array:
-    """Points and weights (n+1, 4) of a curve in a higher degree n, rounded once."""
-    while len(line) - 1 < degree:
-        n = len(line)
-        line = [
+def _elevate(curve: HomogeneousCurve, degree: int) -> Array:
+    """Points and weights (degree + 1, 4) of a curve in this degree, rounded once."""
+    while len(curve) - 1 < degree:
+        n = len(curve)
+        curve = [
             [
                 Fraction(i, n) * x + (1 - Fraction(i, n)) * y
-                for x, y in zip(line[max(i - 1, 0)], line[min(i, n - 1)], strict=True)
+                # Where an index is beyond an end, its factor is 0.
+                for x, y in zip(curve[max(i - 1, 0)], curve[min(i, n - 1)], strict=True)
             ]
             for i in range(n + 1)
         ]
-    return np.array([[*(float(x / h[3]) for x in h[:3]), float(h[3])] for h in line])
+    return np.array([[*(float(x / h[3]) for x in h[:3]), float(h[3])] for h in curve])
 
 
-def _read_edge(curves: Mapping[Pair, Line], a: int, b: int, degree: int) -> Array:
-    """Points and weights of the edge from corner a to corner b in this degree."""
-    line = _elevate(curves[min(a, b), max(a, b)], degree)
-    return line if a < b else line[::-1]
+def _read_edge(curves: Mapping[Pair, HomogeneousCurve], a: int, b: int, degree: int) -> Array:
+    """Points and weights (degree + 1, 4) of the edge from corner a to corner b."""
+    rows = _elevate(curves[min(a, b), max(a, b)], degree)
+    return rows if a < b else rows[::-1]
 
 
 def _build_quad(
-    rng: Random, loop: Loop, curves: Mapping[Pair, Line], *, rational: bool, raised: bool
+    rng: Random,
+    loop: Loop,
+    curves: Mapping[Pair, HomogeneousCurve],
+    *,
+    rational: bool,
+    raised: bool,
 ) -> tuple[Array, Array]:
     """Net and weights of a grid whose borders are the four edges of the loop.
 
@@ -330,11 +340,17 @@ def _build_quad(
 
 
 def _build_triangle(
-    rng: Random, loop: Loop, curves: Mapping[Pair, Line], *, rational: bool, raised: bool
+    rng: Random,
+    loop: Loop,
+    curves: Mapping[Pair, HomogeneousCurve],
+    *,
+    rational: bool,
+    raised: bool,
 ) -> tuple[Array, Array]:
     """Net and weights of a triangle whose borders are the three edges of the loop.
 
-    With `raised`, the degree may be higher by 1 than that of the edges.
+    Inner points are near those of a flat triangle. With `raised`, the degree may be higher by 1
+    than that of the edges.
     """
     pairs = list(pairwise([*loop, loop[0]]))
     n = max(len(curves[min(pair), max(pair)]) - 1 for pair in pairs) + int(
@@ -342,6 +358,7 @@ def _build_triangle(
     )
     sides = [_read_edge(curves, a, b, n) for a, b in pairs]
     net = np.empty((len(triangles.keys(n)), 4))
+    # Row by row, the exponents of r, s and t in the Bernstein polynomial of the control point.
     for row, (i, j, k) in enumerate(triangles.keys(n)):
         if k == 0:
             net[row] = sides[0][j]

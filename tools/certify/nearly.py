@@ -1,7 +1,8 @@
 """Surfaces whose borders are equal up to rounding, or are one curve in different forms.
 
-Each function of a family builds a surface from a seed, and says whether its mesh must be closed.
-More families are in `tools.certify.crowded`; the table of all is in `tools.certify.closing`.
+Each of the functions `build_noisy` and `build_pieces` is a family: it builds a surface from a seed,
+and says whether its mesh must be closed. Two more are in `tools.certify.crowded`; the table of all
+families is in `tools.certify.closing`.
 """
 
 from dataclasses import dataclass, replace
@@ -20,17 +21,19 @@ from service.surface.patches import PatchSurface
 from tools.certify.surfaces import Random
 from tools.certify.written import Array
 
-Pieces: TypeAlias = BsplineSurface | PatchSurface | MultipatchSurface
+WeldedSurface: TypeAlias = BsplineSurface | PatchSurface | MultipatchSurface
+"""Kinds of surfaces with several patches, whose borders the service joins."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """A surface, its `weld_tolerance`, and whether its mesh must be closed.
+    """A surface, the `weld_tolerance` of its mesh, and whether the mesh must be closed.
 
-    `is_closed` is None if the mesh may be closed or open.
+    `weld_tolerance` is relative to the diagonal of the surface. `is_closed` is None if the mesh may
+    be closed or open.
     """
 
-    surface: Pieces
+    surface: WeldedSurface
     weld_tolerance: float
     is_closed: bool | None
 
@@ -42,8 +45,9 @@ class Case:
 def build_noisy(seed: int) -> Case:
     """A ball or a ring, as a B-spline or as patches, with noise of 1e-17 to 1e-9 of its size.
 
-    The noise moves points by at most an amplitude a, so that the distance of points that were equal
-    is at most 2 a. If a equals the tolerance, the mesh may be closed or open.
+    The noise moves points by at most an amplitude a, so that equal points get a distance of at most
+    2 a. The mesh must be closed if 2 a is below the tolerance, and open if a is above it; if a is
+    equal to it, the mesh may be either.
     """
     rng = np.random.default_rng(seed)
     amplitude = 10.0 ** -(9 + seed % 9)
@@ -74,7 +78,10 @@ def build_pieces(seed: int) -> Case:
 
 
 def split_spline(rng: Random, surface: BsplineSurface, strips: int) -> list[BsplineSurface]:
-    """The parts of strips along u; each strip has one to three parts, in different forms."""
+    """A surface split into `strips` strips along u, and each strip into one to three parts along v.
+
+    Every part gets a form of its own.
+    """
     parts: list[BsplineSurface] = []
     for u in _divide_domain(rng, surface, 0, strips):
         strip = convert(surface, [Restrict(u=u)])
@@ -100,20 +107,25 @@ def _divide_domain(
 
 
 def _change_form(rng: Random, piece: BsplineSurface) -> BsplineSurface:
-    """The surface with inserted knots, higher degrees, and reversed or exchanged directions."""
-    rows = np.ones((*piece.control_net.shape[:2], 4))
+    """A piece in another form, with the same points.
+
+    Weights and knots are scaled, knots may be inserted, degrees raised, and directions reversed or
+    exchanged.
+    """
+    homogeneous = np.ones((*piece.control_net.shape[:2], 4))
     if piece.weights is not None:
-        rows[..., 3] = piece.weights * rng.uniform(0.5, 2)
-    rows[..., :3] = piece.control_net * rows[..., 3:]
+        homogeneous[..., 3] = piece.weights * rng.uniform(0.5, 2)
+    homogeneous[..., :3] = piece.control_net * homogeneous[..., 3:]
     knots = []
     for axis in range(2):
-        spline = BSpline(piece.knot_vectors[axis], rows.swapaxes(0, axis), piece.degree[axis])
+        coefficients = homogeneous.swapaxes(0, axis)
+        spline = BSpline(piece.knot_vectors[axis], coefficients, piece.degree[axis])
         low, high = spline.t[spline.k], spline.t[-1 - spline.k]
         for _ in range(int(rng.integers(3))):
             spline = spline.insert_knot(low + (high - low) * rng.uniform(0.1, 0.9))
-        rows = spline.c.swapaxes(0, axis)
+        homogeneous = spline.c.swapaxes(0, axis)
         knots.append(spline.t * rng.uniform(0.3, 3) + rng.uniform(-2, 2))
-    net, weights = rows[..., :3] / rows[..., 3:], rows[..., 3]
+    net, weights = homogeneous[..., :3] / homogeneous[..., 3:], homogeneous[..., 3]
     refined = BsplineSurface(
         net, piece.degree, (knots[0], knots[1]), None if piece.weights is None else weights
     )
@@ -140,7 +152,7 @@ def build_closed_spline(rng: Random, *, has_poles: bool) -> BsplineSurface:
     net = np.stack(
         np.broadcast_arrays(radius * np.cos(turn), radius * np.sin(turn), height), axis=-1
     )
-    net = net * rng.uniform(0.8, 1.2, net.shape) @ np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    net = (net * rng.uniform(0.8, 1.2, net.shape)) @ np.linalg.qr(rng.normal(size=(3, 3)))[0]
     weights = rng.uniform(0.5, 2, (n, m)) if rng.integers(2) else None
     for rows in (net,) if weights is None else (net, weights):
         rows[-1] = rows[0]
@@ -152,7 +164,7 @@ def build_closed_spline(rng: Random, *, has_poles: bool) -> BsplineSurface:
 
 
 def separate_patches(batch: object) -> PatchSurface:
-    """A surface of patches that share no vertices, each of them a part."""
+    """The patches of a batch as a surface; they share no vertices, and each is a part."""
     assert isinstance(batch, TensorPatches)
     indices = np.arange(batch.points[..., 0].size).reshape(batch.points.shape[:-1])
     weights = None if batch.weights is None else batch.weights.ravel()
@@ -160,12 +172,15 @@ def separate_patches(batch: object) -> PatchSurface:
     return PatchSurface(batch.points.reshape(-1, 3), indices, weights, parts)
 
 
-def add_noise(rng: Random, surface: BsplineSurface | PatchSurface, amplitude: float) -> Pieces:
+def add_noise(
+    rng: Random, surface: BsplineSurface | PatchSurface, amplitude: float
+) -> WeldedSurface:
     """The surface with random noise on its points and weights.
 
     Points move by at most `amplitude` times the diagonal, weights by a relative 0.9 `amplitude`.
     """
     points = list_points(surface)
+    # Factors slightly below 1 leave room for rounding.
     reach = amplitude * np.linalg.norm(np.ptp(points, axis=0)) * (1 - 2.0**-10)
     noise = rng.normal(size=points.shape)
     noise *= reach * rng.uniform(0, 1, (len(points), 1)) / np.linalg.norm(noise, axis=1)[:, None]
@@ -180,7 +195,7 @@ def add_noise(rng: Random, surface: BsplineSurface | PatchSurface, amplitude: fl
     )
 
 
-def list_points(surface: Pieces | Single) -> Array:
+def list_points(surface: WeldedSurface | Single) -> Array:
     """All control points (N, 3) of a surface."""
     if isinstance(surface, MultipatchSurface):
         return np.concatenate([list_points(each) for each in surface.surfaces])

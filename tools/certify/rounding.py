@@ -4,6 +4,9 @@ The service computes a mesh in float64, from points of the surface at the parame
 all three corners are within the rounding error of these points, then rounding made the area zero.
 If a corner is further away, or if the points themselves are collinear, the triangle has another
 fault.
+
+A sheet is a surface as the oracles sample it (`tests.oracles.sheets`): `at` returns points relative
+to its `origin`.
 """
 
 import numpy as np
@@ -37,7 +40,8 @@ def is_flattened_by_rounding(sheet: Sheet, corners: Array, places: Array, steps:
 
 
 def _measure_rounding(sheet: Sheet, places: Array) -> Array:
-    """Distances (3, 3) by which coordinates may change if their parameters change by rounding."""
+    """Distances (3, 3) by which coordinates may change if both parameters of a corner change by
+    rounding."""
     points = sheet.at(sheet.clip_to_domain(places))
     distances = np.zeros_like(points)
     for axis in range(2):
@@ -47,4 +51,4 @@ def _measure_rounding(sheet: Sheet, places: Array) -> Array:
             distances = np.maximum(
                 distances, np.abs(sheet.at(sheet.clip_to_domain(neighbours)) - points)
             )
-    return 2 * distances
+    return 2 * distances  # one change along u, and one along v

@@ -1,7 +1,8 @@
 """Judges models of many patches: shared edges must be joined.
 
 Each patch must have the same triangles in any order of the patches. If it is meshed alone, its
-edges must have the same vertices.
+edges must have the same vertices. A sheet is a patch as the oracles sample it
+(`tests.oracles.sheets`).
 """
 
 import time
@@ -35,6 +36,7 @@ class LoweredSurface(SurfaceKind):
     name: str = "lowered"
 
     def size(self) -> SurfaceSize:
+        # Only estimates of memory need the size, so the degrees need not be exact.
         return SurfaceSize((3, 3), grids=self.model.patch_count)
 
     def lower(self) -> PatchModel:
@@ -74,14 +76,15 @@ def judge_model(kind: str, seed: int, tolerance: float) -> SeamReport:
     check_order(seam_report, mesh, reordered_mesh)
     sides = check_seams(seam_report, net_complex, mesh)
     for k, alone_mesh in alone_meshes.items():
-        in_model = {pair: mesh.vertices[line] for (n, pair), line in sides.items() if n == k}
-        _check_alone(seam_report, net_complex, k, alone_mesh, in_model)
+        side_points = {pair: mesh.vertices[line] for (n, pair), line in sides.items() if n == k}
+        _check_alone(seam_report, net_complex, k, alone_mesh, side_points)
     count = int(np.clip(4 * len(mesh.faces) / len(patches), 400, 4000))
     check_deviation(seam_report, build_sheets(net_complex.model(patches)), mesh, "patch", count)
     return seam_report
 
 
 def _write_mesh(model: PatchModel, tolerance: float) -> Written:
+    """The mesh of a model, written as JSON and read back."""
     options = MeshOptions(accuracy=Accuracy(tolerance=tolerance), normals=False)
     return read_file("json", render(LoweredSurface(model), options, BY_NAME["json"]))
 
@@ -106,9 +109,10 @@ def _list_triangles(mesh: Written, name: str) -> set[tuple[tuple[float, ...], ..
 def check_seams(
     seam_report: SeamReport, net_complex: Complex, mesh: Written
 ) -> dict[tuple[int, Pair], list[int]]:
-    """Adds faults if the patches at a seam have different vertices there, or if counts are wrong.
+    """Adds faults if patches at a seam have different vertices there, or boundary edges are wrong.
 
-    Returns the vertices of every side, by number of the patch and pair of corners.
+    Returns the rows of the vertices along every side, by number of the patch and pair of corners;
+    only some of the sides if a border is not closed.
     """
     edges, uses = np.unique(np.sort(list_edges(mesh.faces), axis=1), axis=0, return_counts=True)
     use_counts = {(a, b): n for (a, b), n in zip(edges.tolist(), uses.tolist(), strict=True)}
@@ -147,7 +151,7 @@ def check_seams(
 def _find_sides(
     vertices: Array, faces: Rows, net_complex: Complex, loop: Loop
 ) -> dict[Pair, list[int]] | None:
-    """Vertices along each side of one patch, from the corner with the lower number to the other.
+    """Rows of the vertices along each side of a patch, from its corner with the lower number on.
 
     The border of the patch consists of the edges that only one triangle has. It must be one loop
     through the corners of the patch in their order; otherwise the result is None.
@@ -184,9 +188,12 @@ def _check_alone(
     net_complex: Complex,
     k: int,
     alone_mesh: Written,
-    sides: Mapping[Pair, Array],
+    side_points: Mapping[Pair, Array],
 ) -> None:
-    """Adds a fault if a patch alone has other vertices on an edge of `Complex.alike`."""
+    """Adds a fault if patch k, meshed alone, has other vertices on an edge of `Complex.alike`.
+
+    `side_points` are the vertices along its sides in the mesh of the model.
+    """
     lines = _find_sides(alone_mesh.vertices, alone_mesh.faces, net_complex, net_complex.loops[k])
     if lines is None:
         seam_report.faults.append(
@@ -194,20 +201,24 @@ def _check_alone(
         )
         return
     for pair, line in lines.items():
-        is_alike = pair in net_complex.alike and pair in sides
-        if is_alike and alone_mesh.vertices[line].tolist() != sides[pair].tolist():
+        is_alike = pair in net_complex.alike and pair in side_points
+        if is_alike and alone_mesh.vertices[line].tolist() != side_points[pair].tolist():
             seam_report.faults.append(f"edge {pair} of patch {k} differs when computed alone")
 
 
 def check_deviation(
-    seam_report: SeamReport, sheets: Sequence[Sheet], mesh: Written, part: str, count: int
+    seam_report: SeamReport, sheets: Sequence[Sheet], mesh: Written, prefix: str, count: int
 ) -> None:
-    """Adds faults if a sheet deviates by more than the bound of its part, or bounds are wrong."""
+    """Adds faults if a deviation exceeds the bound of its part, or a bound is too large.
+
+    Sheet k, with `count` samples, is the part named `prefix` and k. The bound of a part must not
+    exceed that of the mesh, which must not exceed the tolerance.
+    """
     seam_report.bound = mesh.report.get("deviation_bound", np.nan)
     if not seam_report.bound <= seam_report.tolerance:
         seam_report.faults.append(f"bound {seam_report.bound} above the tolerance")
     for k, each in enumerate(measure_each_sheet(sheets, mesh.corners, count)):
-        bound = mesh.part_bounds.get(f"{part} {k}", np.nan)
+        bound = mesh.part_bounds.get(f"{prefix} {k}", np.nan)
         seam_report.deviation = max(seam_report.deviation, each.distance)
         if not each.distance <= bound + each.rounding or not bound <= seam_report.bound:
-            seam_report.faults.append(f"{part} {k} deviates by {each.distance}, bound {bound}")
+            seam_report.faults.append(f"{prefix} {k} deviates by {each.distance}, bound {bound}")

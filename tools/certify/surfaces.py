@@ -111,18 +111,19 @@ def _build_high_degree(rng: Random) -> Surface:
     return BezierSurface(scatter_points(rng, p + 1, q + 1, 0.02, 0.3))
 
 
-def _build_spline(rng: Random, weights: float = 1.0) -> Surface:
+def _build_spline(rng: Random, max_weight: float = 1.0) -> Surface:
+    """A B-spline with weights from 1/`max_weight` to `max_weight`; without weights if it is 1."""
     p, q = _draw_degrees(rng, 4)
     rows, columns = p + int(rng.integers(1, 6)), q + int(rng.integers(1, 6))
     names: list[Knots] = ["clamped", "uniform"]
     u, v = rng.integers(0, 2, 2).tolist()
     net = scatter_points(rng, rows, columns, 0.3 / max(rows, columns), 0.3)
-    net_weights = None if weights == 1.0 else _draw_weights(rng, (rows, columns), weights)
+    net_weights = None if max_weight == 1.0 else _draw_weights(rng, (rows, columns), max_weight)
     return BsplineSurface(net, (p, q), (names[u], names[v]), net_weights)
 
 
 def _build_creases(rng: Random) -> Surface:
-    """A B-spline with knots at random distances, each repeated up to p times."""
+    """A B-spline with knots at random distances, some of them repeated as often as the degree."""
     p, q = _draw_degrees(rng, 3)
     knots: list[Knots] = []
     counts: list[int] = []
@@ -186,7 +187,7 @@ def _corner_grid(degree: int) -> Array:
 
 
 def _build_triangle(rng: Random) -> Surface:
-    """A triangular patch of degrees 1 to 6."""
+    """A triangular patch of degree 1 to 6."""
     n = int(rng.integers(1, 6, endpoint=True))
     net = _corner_grid(n)
     reach = np.array([1.0, 1.0, 0]) * rng.choice([0.3, 1.0]) / n + np.array([0, 0, 0.5])
@@ -194,7 +195,7 @@ def _build_triangle(rng: Random) -> Surface:
 
 
 def _build_rational_triangle(rng: Random) -> Surface:
-    """A rational triangular patch of degrees 1 to 4, with weights up to 5 or up to 100."""
+    """A rational triangular patch of degree 1 to 4, with weights up to 5 or up to 100."""
     n = int(rng.integers(1, 4, endpoint=True))
     net = _corner_grid(n)
     points = net + np.array([0.3, 0.3, 0.5]) / n * rng.uniform(-1, 1, net.shape)
@@ -248,16 +249,21 @@ def _build_folded(rng: Random) -> Surface:
 
 def _build_cusped(rng: Random) -> Surface:
     """A patch with points where partials vanish, reverse their direction, or are parallel."""
+    # Each pair of degrees is used by half; one pair would be enough, but gives other surfaces.
     p, q = max(_draw_degrees(rng, 5)[0], 2), max(_draw_degrees(rng, 5)[1], 2)
     net = scatter_points(rng, p + 1, q + 1, MODERATE)
     kind = rng.integers(4)
     if kind == 0:
+        # The partial along u vanishes on the side u = 0.
         net[1] = net[0]
     elif kind == 1:
+        # Both partials vanish at a corner.
         net[0, 1] = net[1, 0] = net[0, 0]
     elif kind == 2:
+        # The second row and the last but one change their order along u; for p = 2 they are one.
         net[[1, -2]] = net[[-2, 1]] + (net[[-2, 1]] - net[[1, -2]])
     else:
+        # On the side v = 0, the partial along v has the direction of the partial along u at u = 0.
         net[:, 1] = net[:, 0] + 0.3 * (net[1:2, :1] - net[:1, :1])
     return BezierSurface(net)
 
@@ -274,25 +280,30 @@ def _build_line(rng: Random) -> Surface:
 
 
 QUARTER = np.array([[1.0, 0], [1, 1], [0, 1]])
-ARC = np.array([1.0, sqrt(0.5), 1.0])
+QUARTER_WEIGHTS = np.array([1.0, sqrt(0.5), 1.0])
+"""Control points and weights of a quarter of the unit circle."""
 
 
 def _build_quadric(rng: Random) -> Surface:
-    """An exact part of a cylinder, cone, sphere or torus, stretched along the axes."""
+    """An exact quarter of a cone, cylinder, torus or sphere, stretched along the axes.
+
+    A profile of points (r, z) turns about the z axis.
+    """
     small, great = rng.uniform(0.2, 1), rng.uniform(1.2, 3)
     kind = rng.integers(4)
+    # Without a change, the profile is that of a sphere.
     profile = QUARTER * small
-    weights = ARC
-    if kind == 0:
+    weights = QUARTER_WEIGHTS
+    if kind == 0:  # cylinder
         profile, weights = np.array([[small, 0], [small, great]]), np.ones(2)
-    elif kind == 1:
+    elif kind == 1:  # cone
         profile, weights = np.array([[0.0, 0], [small, great]]), np.ones(2)
-    elif kind == 2:
+    elif kind == 2:  # torus
         profile = profile + np.array([great, 0])
     turn = np.column_stack([QUARTER, np.ones(3)])
     net = np.stack([turn * np.array([r, r, z]) for r, z in profile.tolist()], axis=1)
     stretch = rng.uniform(0.5, 2, 3)
-    return BezierSurface(net * stretch, ARC[:, np.newaxis] * weights)
+    return BezierSurface(net * stretch, QUARTER_WEIGHTS[:, np.newaxis] * weights)
 
 
 def _build_flat_patch(rng: Random) -> Surface:
@@ -312,6 +323,7 @@ def _build_flat_patch(rng: Random) -> Surface:
 def _build_flat_spline(rng: Random) -> Surface:
     """A flat B-spline of many spans."""
     p = int(rng.integers(1, 4))
+    # From 4 to 15 rows and columns; `arange` rounds a float up.
     x, y = np.meshgrid(*(np.arange(n) for n in rng.uniform(4, 15, 2)), indexing="ij")
     return BsplineSurface(np.stack([x, y, 0 * x], axis=-1), (p, p))
 

@@ -44,8 +44,13 @@ def write_rows(title: str, findings: Sequence[Finding], counts: Sequence[str] = 
 
 
 def _write_row(name: str, findings: Sequence[Finding], counts: Sequence[str]) -> str:
-    """One row of a table: medians, largest ratios, sums of counts, and the number with faults."""
+    """One row of a table.
+
+    `found` in its header is the sampled deviation: columns have the largest and the median ratio of
+    it to the bound, and the largest ratios of it and of the bound to the tolerance.
+    """
     with_triangles = [each for each in findings if each.triangles] or findings
+    # The bound of a flat surface is only rounding, and would give a meaningless ratio.
     with_bound = [each for each in with_triangles if each.bound > 1e-12 * each.tolerance]
     ratios = [each.deviation / each.bound for each in with_bound] or [0.0]
     sums = (sum(getattr(each, count) for each in findings) for count in counts)

@@ -19,9 +19,9 @@ class Written:
     """The mesh of a file: vertices (V, 3), faces (T, 3), its report, and further data.
 
     `places` (T, 3, 2) are the parameters at the corners of the faces. `parts` are the ranges of the
-    faces of each part (begin, end), by name, and `part_bounds` the reported bounds of parts.
-    `steps` (V, 3) are half the distance of neighbouring float32 numbers at each coordinate, if
-    vertices were rounded to float32.
+    faces of each part (begin, end), by name, and `part_bounds` the reported bounds of parts; only
+    JSON files have both. `steps` (V, 3) are half the distance of neighbouring float32 numbers at
+    each coordinate, for GLB files only, whose vertices are rounded to float32.
     """
 
     vertices: Array
@@ -39,12 +39,15 @@ class Written:
 
 
 def read_file(name: str, content: bytes, diagonal: int = 0) -> Written:
-    """The mesh of a file; `name` is `glb` or `json`. Quads are split along diagonal 0 or 1."""
+    """The mesh of a file; `name` is `glb` or `json`.
+
+    Quads of a JSON file are split from corner 0 to 2 (`diagonal` = 0), or from 1 to 3 (1).
+    """
     return _read_glb(content) if name == "glb" else _read_json(content, diagonal)
 
 
 def _read_json(content: bytes, diagonal: int) -> Written:
-    """The mesh of a JSON file; quads are split along this diagonal."""
+    """The mesh of a JSON file, with its quads split."""
     document = json.loads(content)
     faces = _split_polygons(document["faces"], diagonal)
     places = None
@@ -61,7 +64,7 @@ def _read_json(content: bytes, diagonal: int) -> Written:
 
 
 def _split_polygons(faces: list[list[int]], diagonal: int) -> Rows:
-    """Triangles (T, 3) of polygons with three or four corners."""
+    """Triangles (T, 3) of triangles and quads; quads are split from corner `diagonal` on."""
     triangles: list[list[int]] = []
     for face in faces:
         rotated = face[diagonal:] + face[:diagonal]

@@ -118,6 +118,7 @@ class Engine:
 
         The settings are secrets; the files that the settings name are volumes.
         """
+        # From each value to its option, so that none is given twice.
         options: dict[str, str] = {}
         for name, text in {"pip.conf": _read_pip_settings(), "npmrc": _read_npm_settings()}.items():
             file = self.folder / name
@@ -127,18 +128,19 @@ class Engine:
                 if path.is_file():
                     options[f"{path}:{path}:ro"] = "--volume"
                 elif path.is_dir() and name == "pip.conf" and path.parent != Path("/"):
-                    # If the index is a file, its packages are in the same folder.
+                    # The index may be a folder of this machine, with the packages beside it.
                     options[f"{path.parent}:{path.parent}:ro"] = "--volume"
         return [text for value, option in options.items() for text in (option, value)]
 
 
 def _read_pip_settings() -> str:
-    """The settings of this machine's pip as one file; variables of the environment come first."""
+    """The settings of this machine's pip as one file; environment variables have priority."""
     settings: dict[str, str] = {}
+    # Sorted, the lines `:env:.…`, which are variables, are before `global.…`.
     for line in sorted(run_command(sys.executable, "-m", "pip", "config", "list").splitlines()):
-        place, _, value = line.partition("=")
-        name = place.rpartition(".")[2]
-        if place.startswith((":env:", "global.", "user.", "site.")) and name not in settings:
+        key, _, value = line.partition("=")
+        name = key.rpartition(".")[2]
+        if key.startswith((":env:", "global.", "user.", "site.")) and name not in settings:
             settings[name] = str(ast.literal_eval(value)).replace("\n", "\n ")
     return "\n".join(["[global]", *(f"{name} = {value}" for name, value in settings.items()), ""])
 

@@ -14,7 +14,7 @@ import time
 from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
 
@@ -35,7 +35,7 @@ MAX_START = 2.0
 MEMORY = 512 << 20
 """The memory limit of the container."""
 MEMORY_BYTES = "250MB"
-"""The largest SURFACE_MEMORY_BYTES that this limit allows; docs/settings.md explains it."""
+"""SURFACE_MEMORY_BYTES of the container: a little less than the default, half of the limit."""
 
 SURFACE = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}
 
@@ -97,11 +97,11 @@ def check_build(engine: Engine) -> None:
         "labels", ", ".join(key.removeprefix(name) for key in sorted(labels)), passes=has_version
     )
     report_check("user", config["User"], passes=config["User"] == f"{USER}:{USER}")
-    shells = [config["Entrypoint"][0], image["Healthcheck"]["Test"][1]]
+    programs = [config["Entrypoint"][0], image["Healthcheck"]["Test"][1]]
     report_check(
         "runs",
         " ".join(config["Entrypoint"] + config["Cmd"]),
-        passes=shells == ["/app/bin/surface"] * 2,
+        passes=programs == ["/app/bin/surface"] * 2,
     )
 
 
@@ -127,13 +127,12 @@ def run_container(engine: Engine, *options: str) -> Iterator[str]:
 
 
 def _wait_until_ready(engine: Engine, container: str) -> None:
-    """Waits until the container responds."""
+    """Waits until the service is ready; raises `CheckFailed` after about 30 s."""
     for _ in range(1500):
-        try:
+        with suppress(httpx.TransportError):
             if httpx.get(f"{URL}/health/ready", trust_env=False).status_code == 200:
                 return
-        except httpx.TransportError:
-            time.sleep(0.02)
+        time.sleep(0.02)
     raise CheckFailed(f"no response\n{engine.logs(container)}")
 
 
@@ -227,15 +226,15 @@ def check_large(engine: Engine, container: str) -> None:
     report_check("largest resolutions of one patch", sizes)
     net = [[[i, j, i * j % 7] for j in range(100)] for i in range(100)]
     spline = {"type": "bspline", "control_net": net, "degree": [3, 3], "knots": "clamped"}
-    points = json.dumps({"surface": spline, "resolution": 1}).encode()
+    large_body = json.dumps({"surface": spline, "resolution": 1}).encode()
 
     def send_request(number: int) -> int | str:
-        """Requests a large mesh that no other client requests, or sends a large body."""
+        """Requests a large mesh that no other request is for, or sends many control points."""
         suffix = list(sizes)[number % len(sizes)]
-        body = json.dumps({"surface": SURFACE, "resolution": sizes[suffix] - number}).encode()
+        large_mesh = json.dumps({"surface": SURFACE, "resolution": sizes[suffix] - number}).encode()
         url = f"{URL}/v1/mesh?format={suffix}"
         headers = {"Content-Type": "application/json"}
-        content = points if number % 5 == 4 else body
+        content = large_body if number % 5 == 4 else large_mesh
         try:
             response = httpx.post(
                 url, content=content, headers=headers, timeout=120, trust_env=False
@@ -284,7 +283,7 @@ def run_checks(engine: Engine) -> None:
 
 
 def main() -> int:
-    """Runs all checks; returns 0 if they pass, 1 if not, and 2 if the image cannot be built."""
+    """Runs all checks; returns 0 if they pass, 1 if not, 2 if this machine cannot build images."""
     if missing := find_missing():
         print(f"The image cannot be built here: {missing}.", file=sys.stderr)
         return 2

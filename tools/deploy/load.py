@@ -1,7 +1,7 @@
 """Sends requests of many clients at once, each in a thread, and counts the responses.
 
 The clients use `http.client`, which never repeats a request. Other libraries send a request again
-if the connection was closed, and so hide the fault.
+if the connection was closed, so that the tests would not notice the closed connection.
 """
 
 import gzip
@@ -53,10 +53,11 @@ class Tally:
 class Clients:
     """A group of clients, each of which sends one request after the other.
 
-    `kinds` are the kinds of requests with their weights.
+    `kinds` are the kinds of requests with their weights, as for `Traffic.requests`.
     """
 
     number: int
+    """Number of clients."""
     kinds: dict[str, int]
     keeps_connection: bool = True
     """Whether clients keep their connection, or open a new one for each request."""
@@ -69,8 +70,8 @@ def run_under_load(
 ) -> Tally:
     """Sends the requests of all clients to a port of this machine while `action` runs.
 
-    Then it waits for the running requests, and returns the results. `action` gets the results so
-    far.
+    Then it waits for the running requests, and returns the results. The argument of `action` is the
+    tally of the results so far.
     """
     tally = Tally()
     is_over = threading.Event()
@@ -85,8 +86,9 @@ def run_under_load(
                     connection.close()
 
     with ThreadPoolExecutor(sum(group.number for group in groups)) as pool:
-        all_groups = [group for group in groups for _ in range(group.number)]
-        clients = [pool.submit(send_until_over, group) for group in all_groups]
+        clients = [
+            pool.submit(send_until_over, group) for group in groups for _ in range(group.number)
+        ]
         try:
             action(tally)
         finally:

@@ -1,4 +1,4 @@
-"""Tests that requests do not fail while instances behind HAProxy end: `make test-rolling`.
+"""Tests that requests do not fail while instances behind HAProxy restart: `make test-rolling`.
 
 HAProxy has the configuration of `deploy/`. The instances share a folder, as containers share a
 bucket.
@@ -24,14 +24,17 @@ from tools.deploy.load import Clients, Tally, run_under_load
 from tools.deploy.traffic import Traffic
 from tools.processes import Proxy, Server, peak_memory, service_server
 
-REQUESTS = 20_000
-ROUNDS = 4
+REQUESTS, ROUNDS = 20_000, 4
+"""Least number of requests, and of rounds in which each instance is restarted once."""
+
 KILLS = 10
+"""How often an instance is killed, the two in turn."""
+
 MAX_SECONDS = float(os.environ.get("LONGEST", "180"))
 """Seconds after which no further round of restarts begins; a busy machine needs more."""
 
 SETTINGS = {"SURFACE_DRAIN_DELAY": "5", "SURFACE_DRAIN_TIMEOUT": "60", "SURFACE_THREADS": "2"}
-"""The settings of `deploy/compose.yaml`."""
+"""Settings with their values in `deploy/compose.yaml`."""
 
 SHORT_REQUESTS = {
     "small_hit": 24,
@@ -43,6 +46,8 @@ SHORT_REQUESTS = {
     "cold": 2,
     "large_hit": 1,
 }
+"""Kinds of requests (`Traffic.requests`) with their weights."""
+
 CLIENTS = (
     Clients(6, SHORT_REQUESTS),
     Clients(4, SHORT_REQUESTS, keeps_connection=False),
@@ -135,6 +140,7 @@ def test_no_request_fails_while_instances_are_restarted(
     assert set(codes) == {0}
     assert tally.count >= REQUESTS
     assert len(codes) >= 2 * ROUNDS
+    # Long requests ran all the time, so that some of them ran while an instance stopped.
     assert len(tally.seconds["long post"]) >= len(codes)
 
 
@@ -143,7 +149,8 @@ def test_killed_instances_lose_no_stored_surface_and_break_few_responses(
 ) -> None:
     """Only responses that have begun may be incomplete, and each client notices it.
 
-    HAProxy sends a request again, to the other instance, if no byte of the response has arrived.
+    HAProxy sends a request again, to the other instance, if no byte of the response has arrived. If
+    it cannot do so, the client gets status 502.
     """
     traffic = Traffic()
     clients = (
@@ -176,6 +183,7 @@ def test_killed_instances_lose_no_stored_surface_and_break_few_responses(
         store_summary,
     )
     assert tally.wrong_responses == bad_gateways
+    # Each client waits for one response at a time, so a kill breaks at most one for each.
     assert len(tally.incomplete_responses) + len(bad_gateways) <= KILLS * sum(
         group.number for group in clients
     )
@@ -197,11 +205,11 @@ def test_a_client_notices_that_a_response_is_incomplete(tmp_path: Path) -> None:
             httpx.Client(base_url=proxy.url, transport=small_buffer, timeout=60) as client,
             client.stream("GET", target, headers=identity) as response,
         ):
-            pieces = response.iter_raw(1 << 16)
-            next(pieces)
+            chunks = response.iter_raw(1 << 16)
+            next(chunks)
             find_serving_instance(proxy, instances).kill()
             with pytest.raises(httpx.RemoteProtocolError):
-                deque(pieces)
+                deque(chunks)  # reads to the end
         assert response.status_code == 200
         assert int(response.headers["content-length"]) == len(complete_response.content)
         # The other instance still responds.
@@ -211,18 +219,20 @@ def test_a_client_notices_that_a_response_is_incomplete(tmp_path: Path) -> None:
         )
 
 
-def test_responses_that_the_proxy_sends_by_itself(tmp_path: Path) -> None:
+def test_responses_that_the_proxy_refuses_passes_on_caches_and_makes_itself(
+    tmp_path: Path,
+) -> None:
     with start_two_behind_haproxy(tmp_path) as (proxy, instances):
         # The proxy serves no metrics to clients, for any spelling of the URL.
         assert httpx.get(f"{instances[0].url}/metrics").status_code == 200
         for path in ("/metrics", "/%6detrics", "/metrics?x=1"):
             response = httpx.get(proxy.url + path)
             assert (response.status_code, response.json()["code"]) == (404, "not_found")
-        # A long head reaches the service, which refuses the query itself.
+        # The proxy passes on a long head; the service refuses the unknown parameter.
         refusal = httpx.get(f"{proxy.url}/v1/surfaces/saddle/mesh.glb?{'a' * 60_000}=1")
         assert refusal.status_code == 422
-        # The proxy caches a small response and revalidates it; headers about one request are not
-        # cached.
+        # The proxy caches a small response, and also answers 304 for it. Headers about one request
+        # are not cached.
         for coding, resolution in (("identity", 4), ("gzip", 5)):
             query = f"resolution={resolution}&engine={ENGINE}"
             target = f"{proxy.url}/v1/surfaces/saddle/mesh.glb?{query}"
@@ -236,6 +246,7 @@ def test_responses_that_the_proxy_sends_by_itself(tmp_path: Path) -> None:
             assert httpx.get(target, headers=headers).status_code == 304
         for each in instances:
             each.kill()
+        # The cached response does not need an instance.
         assert httpx.get(target).status_code == 200
         refusal = httpx.post(f"{proxy.url}/v1/points", json={})
         assert (refusal.status_code, refusal.json()["code"]) == (503, "no_instance")

@@ -49,19 +49,23 @@ class Traffic:
     def __init__(self, seed: int = SEED) -> None:
         self._random = random.Random(seed)
         self._seen: dict[tuple[str, str, bytes], str] = {}
+        # Other numbers than those of the patches in other requests.
         self._stores = count(10_000)
         self.stored: dict[str, bytes] = {}
         """The bodies of the stored surfaces that the service confirmed, by id."""
 
     def requests(self, kinds: dict[str, int]) -> Iterator[Request]:
-        """An endless sequence of random requests; `kinds` are the kinds with their weights."""
+        """An endless sequence of random requests of these kinds.
+
+        `kinds` has a weight for each kind; the kind `small_hit` is made by the method `_small_hit`.
+        """
         names, weights = list(kinds), list(kinds.values())
         while True:
             (kind,) = self._random.choices(names, weights)
             yield getattr(self, f"_{kind}")()
 
     def find_fault(self, request: Request, response: Response) -> str | None:
-        """The fault of a response in words, or None."""
+        """The fault of a response in words, or None; notes which surfaces are stored."""
         if response.status not in request.statuses:
             return f"{response.status} {response.body[:300]!r}"
         if request.kind == "store":

@@ -1,7 +1,8 @@
 """Fuzzes all parsers, one after the other, for SECONDS in total: `make fuzz`.
 
 The arguments are SECONDS, and optionally names of targets. The program prints each finding and
-writes its input to build/fuzz/. Each past finding has a test in the folder of its parser.
+writes its input to build/fuzz/corpus/, which the next run empties. Each past finding has a test in
+the folder of its parser.
 """
 
 import re

@@ -38,6 +38,7 @@ def judge(target: Callable[[bytes], None], content: bytes, seconds: float = SECO
     elapsed, peak = time.process_time() - start, measure_peak()
     if elapsed > seconds:
         raise TooExpensive(f"{elapsed:.1f} s for {len(content)} bytes")
+    # Otherwise the peak is one of an earlier input.
     if peak > peak_before and peak - bytes_before > MEMORY:
         raise TooExpensive(f"{(peak - bytes_before) >> 20} MiB for {len(content)} bytes")
 

@@ -1,9 +1,9 @@
 """Fuzzes one target, in a process of its own, until the time is over or there is a finding.
 
 Atheris mutates inputs, and keeps those that reach new code. The exit code is 0 without a finding.
-Atheris changes bytes; this module changes words and numbers. After a change of bytes, numbers that
-must agree, such as counts and lengths, rarely agree. If words are moved, repeated or replaced, they
-agree more often.
+Half of the mutations are by Atheris, which changes bytes; the others are by this module, which
+changes words and numbers. After a change of bytes, numbers that must agree, such as counts and
+lengths, rarely agree. If words are moved, repeated or replaced, they agree more often.
 """
 
 import random
@@ -20,12 +20,14 @@ with atheris.instrument_imports(include=["service"]):
 
 SEED = 20260101
 MAX_INPUT_SECONDS = 30
-"""Seconds after which Atheris ends an input; the CPU time of shorter inputs is judged."""
+"""Seconds after which Atheris ends the process with a finding. `judge` limits the CPU time of
+inputs that end sooner."""
 
 MAX_MEMORY_MIB = 2048
 """The largest memory of the process, including the inputs that Atheris keeps."""
 
 _TOKENS = re.compile(rb"[0-9A-Za-z_.+-]+|\s+|[^\s0-9A-Za-z_.+-]")
+"""The words of an input: letters and digits, blanks, or one other character."""
 
 VALUES = (
     b"0", b"1", b"2", b"3", b"4", b"5", b"6", b"7", b"8", b"16", b"64", b"65", b"-1", b"-0", b"1.5",
@@ -36,6 +38,7 @@ VALUES = (
 """Texts that replace words of an input."""
 
 MAX_TOKENS = 5000
+"""The largest number of words of a mutated input; the rest of the input is cut off."""
 
 
 def main(name: str, seconds: str, folder: str) -> None:
@@ -46,6 +49,8 @@ def main(name: str, seconds: str, folder: str) -> None:
         if len(content) <= MAX_INPUT_BYTES:
             (corpus / f"seed-{number:04}").write_bytes(content)
     target = TARGETS[name]
+    # The options are those of libFuzzer, which Atheris uses; `len_control=0` allows long inputs at
+    # once.
     arguments = [
         sys.argv[0],
         str(corpus),
@@ -73,7 +78,7 @@ def main(name: str, seconds: str, folder: str) -> None:
 def mutate_content(content: bytes, seed: int) -> bytes:
     """The content after some random changes of words: replaced, removed, repeated, exchanged."""
     generator = random.Random(seed)
-    tokens = _TOKENS.findall(content, 0, len(content))[:MAX_TOKENS]
+    tokens = _TOKENS.findall(content)[:MAX_TOKENS]
     for _ in range(generator.choice((1, 1, 2, 3, 6))):
         if not tokens:
             return generator.choice(VALUES)

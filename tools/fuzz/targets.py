@@ -69,7 +69,7 @@ SETTINGS = Settings(
 
 def parse_json(content: bytes) -> None:
     """Parses a body as JSON for each kind of request."""
-    DocumentBudget(LIMITS).take(content)
+    DocumentBudget(LIMITS).take(content)  # refuses too many values
     calls: tuple[Callable[[], object], ...] = (
         lambda: _check_restored(parse_request(SurfaceRequest, content, LIMITS).to_surface()),
         lambda: parse_request(MeshRequest, content, LIMITS).to_surface(),
@@ -94,8 +94,9 @@ def _build_file_target(name: str) -> Callable[[bytes], None]:
     """A target that decodes a file of this format."""
 
     def decode_file(content: bytes) -> None:
-        tree = DECODERS[name].decode(content, None, LIMITS.max_control_points)
-        validate_document(SurfaceRequest, {"surface": tree}, LIMITS).to_surface()
+        kind = None  # the file decides
+        surface = DECODERS[name].decode(content, kind, LIMITS.max_control_points)
+        validate_document(SurfaceRequest, {"surface": surface}, LIMITS).to_surface()
 
     return decode_file
 
@@ -154,23 +155,29 @@ def parse_keys(content: bytes) -> None:
 
 _SIGNER = Signer([SECRET, SECRET[::-1]])  # two different secrets, as during a rotation
 _PATH = "/v1/surfaces/saddle/mesh.glb"
+_NOW, _EXPIRES = 1_900_000_000, 2_000_000_000
+"""The Unix times of the requests, and of the expiry of signatures."""
 
 
 def check_signature(content: bytes) -> None:
-    """Checks the signature of a query; only a query that this target signed may be accepted."""
+    """Checks signatures: the query is refused as it is, and accepted after the target signed it."""
     try:
-        text = _SIGNER.sign(_PATH, content.decode("latin-1"), 2_000_000_000)
+        text = _SIGNER.sign(_PATH, content.decode("latin-1"), _EXPIRES)
     except ValueError:
-        pass
+        pass  # signed already, or not a query
     else:
         if text.isascii():
-            _SIGNER.verify(_PATH, text.encode(), 1_900_000_000)
-    _SIGNER.verify(_PATH, content, 1_900_000_000)
+            _SIGNER.verify(_PATH, text.encode(), _NOW)
+    # Must raise a `SurfaceError`.
+    _SIGNER.verify(_PATH, content, _NOW)
     raise AssertionError("the service accepted an invalid signature")
 
 
 class Connection(Wire):
-    """The transport that the protocol of the server writes to, also after the connection ended."""
+    """The transport that the protocol of the server writes to.
+
+    Unlike a `Wire`, it has addresses, and may be written to after it is closed.
+    """
 
     def __init__(self) -> None:
         super().__init__()
@@ -204,10 +211,11 @@ class _RunningService:
         protocol_class: Callable[..., asyncio.Protocol] = self.config.http_protocol_class
         protocol = protocol_class(config=self.config, server_state=state, app_state={})
         protocol.connection_made(wire)
+        # Two halves, so that a part of a request arrives alone.
         middle = len(content) // 2
-        for piece in (content[:middle], content[middle:]):
+        for chunk in (content[:middle], content[middle:]):
             if not wire.is_closed:
-                protocol.data_received(piece)
+                protocol.data_received(chunk)
                 await asyncio.sleep(0)
         for _ in range(3):
             await asyncio.sleep(0)

@@ -2,7 +2,7 @@
 
     python -m tools.judge [share] [family …]
 
-`share` is the part of the surfaces that is judged, 1 for all: 200 of every family. The exit status
+`share` is the share of the surfaces that is judged, 1 for all: 200 of every family. The exit status
 is 1 if a point was found beyond a bound, if a file could not be judged, or if a case stayed
 undecided.
 """
@@ -39,10 +39,11 @@ OPTIONS: tuple[dict[str, Any], ...] = (
     {"relative_tolerance": 1e-3}, {"relative_tolerance": 1e-2}, {"relative_tolerance": 1e-2},
     {"relative_tolerance": 1e-3},
 )  # fmt: skip
-"""A tenth of the files has most of the triangles."""
+"""Options of requests, in turn. Only one in ten has the smallest tolerance, because its files have
+most of the triangles."""
 
 WITHOUT_PATCHES = {"tube", "ribbon", "group"}
-
+"""Kinds of surfaces whose documents have no patches that `list_nets` could read."""
 
 PROCESSES = min(2, cpu_count())
 """Number of processes that judge cases at the same time."""
@@ -58,7 +59,10 @@ class Case(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """The bound that the service reported, and the one that the judge proved."""
+    """The number of triangles of a mesh, the bound that the service reported, and its proof.
+
+    `seconds` is the CPU time of the proof.
+    """
 
     case: Case
     triangles: int
@@ -68,10 +72,10 @@ class Verdict(NamedTuple):
 
 
 def list_cases(share: float = 1.0, names: tuple[str, ...] = ()) -> Iterator[Case]:
-    """Every family with every set of options; every other file is an STL.
+    """Surfaces of every family with all options in turn, and the examples; half of them as STL.
 
-    Families of lines are left out: without areas of triangles, pieces would have to be as small as
-    the bound.
+    `names` selects families; `examples` is one of the names. Families of lines are left out:
+    without areas of triangles, the proof would need pieces as small as the bound.
     """
     for number, name in enumerate(name for name, each in FAMILIES.items() if not each.has_no_area):
         for k in range(max(1, round(OF_EACH * share)) if not names or name in names else 0):
@@ -107,7 +111,10 @@ def split_rows(points: list[Any]) -> list[list[Any]]:
 
 
 def judge(client: Client, case: Case) -> Verdict | None:
-    """Requests the mesh and proves its bound; None if the mesh has no bound."""
+    """Requests the mesh and proves its bound.
+
+    None if the surface has no patches, or if the service refuses the tolerance as too small.
+    """
     if case.seed is None:
         surface = client.get(f"/v1/surfaces/{case.family}").json()["surface"]
         surface["up"] = "y"  # so that glTF does not turn the surface
@@ -120,6 +127,7 @@ def judge(client: Client, case: Case) -> Verdict | None:
     if response.status_code == 422 and "tolerance_too_small" in response.text:
         return None
     assert response.status_code == 200, f"{case}: {response.text}"
+    # The corners are relative to the origin: that of the GLB, or zero.
     corners, origin = {"glb": read_glb, "stl": read_stl}[case.suffix](response.content)
     bound = float(response.headers["surface-deviation-bound"])
     start = time.process_time()
@@ -127,15 +135,15 @@ def judge(client: Client, case: Case) -> Verdict | None:
     return Verdict(case, len(corners), bound, proof, time.process_time() - start)
 
 
-def judge_cases(some: Sequence[Case]) -> list[Verdict | str]:
-    """Verdicts of some cases in a process of its own; a text for a case that could not be judged.
+def judge_cases(cases: Sequence[Case]) -> list[Verdict | str]:
+    """Verdicts of some cases; a text for a case that could not be judged.
 
-    If float32 is too coarse for the STL of a case, the GLB is judged, which has an origin of its
-    own.
+    If the service refuses the STL of a case because float32 is too coarse for the tolerance, the
+    GLB is judged: its coordinates are relative to an origin near the surface.
     """
     verdicts: list[Verdict | str] = []
     with start_client(create_app(Settings())) as client:
-        for case in some:
+        for case in cases:
             try:
                 verdict = judge(client, case) or judge(client, case._replace(suffix="glb"))
             except Exception as error:
@@ -150,8 +158,8 @@ def main(arguments: list[str]) -> int:
     share = float(arguments[0]) if arguments else 1.0
     totals: dict[str, Counter[str]] = {}
     lines, failed = [], False
-    every = list(list_cases(share, tuple(arguments[1:])))
-    groups = [every[k : k + TOGETHER] for k in range(0, len(every), TOGETHER)]
+    cases = list(list_cases(share, tuple(arguments[1:])))
+    groups = [cases[k : k + TOGETHER] for k in range(0, len(cases), TOGETHER)]
     with Pool(PROCESSES, pin_blas) as pool:
         for verdict in chain.from_iterable(pool.imap_unordered(judge_cases, groups)):
             if isinstance(verdict, str):
@@ -165,8 +173,8 @@ def main(arguments: list[str]) -> int:
                 milliseconds=round(1e3 * verdict.seconds),
             )  # fmt: skip
             name = "examples" if case.seed is None else case.family
-            for kind in (name, "all"):
-                totals.setdefault(kind, Counter()).update(counts)
+            for row in (name, "all"):
+                totals.setdefault(row, Counter()).update(counts)
             if totals["all"]["surfaces"] % 100 == 0:
                 print(f"{name}: {dict(totals['all'])}", file=sys.stderr, flush=True)
             if proof.undecided or proof.beyond is not None:
@@ -176,8 +184,8 @@ def main(arguments: list[str]) -> int:
         "surfaces", "triangles", "pieces", "exact", "violations", "undecided", "milliseconds"
     )  # fmt: skip
     print(f"{'family':28}" + "".join(f"{name:>13}" for name in columns))
-    for kind in sorted(totals, key=[*FAMILIES, "examples", "all"].index):
-        print(f"{kind:28}" + "".join(f"{totals[kind][name]:13}" for name in columns))
+    for row in sorted(totals, key=[*FAMILIES, "examples", "all"].index):
+        print(f"{row:28}" + "".join(f"{totals[row][name]:13}" for name in columns))
     print("\n".join([*lines, "Something is wrong." if failed else "Nothing is wrong."]))
     return int(failed)
 

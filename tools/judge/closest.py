@@ -1,17 +1,19 @@
-"""Judges closest points by exhaustive search and by convex hulls, with none of the engine's code.
+"""Judges the engine's closest points by exhaustive search and by convex hulls.
 
     python -m tools.judge.closest [points] [surfaces] [family …]      (make judge-queries)
 
-It requests the closest points of 4500 points for each of 8 surfaces of every family, and for the
-examples. The points are in the box, beside it, far away, on the surface, close to it, on its
-normals up to ten diagonals away, and midway between two points of the surface. A row has these
-counts. `outside`: the judge found a nearer point than the interval allows. `wrong`: the service
-says that its interval is narrow enough, but the reported point is not the nearest. `wider`: the
-service says that its interval is not narrow enough. `tied`: several points may be the nearest. One
-of `ENCLOSED_EVERY` points is also judged by an
-interval that certainly contains the least distance (`enclosed`): the two intervals must overlap,
-else the point is `outside`. `undecided`: computing that interval takes too many pieces, as for
-lines. The exit status is 1 if any point is outside or wrong.
+The engine computes the closest points of 4500 points for each of 8 surfaces of every family, and
+for the examples; the judge has none of its code. The points are in the box, beside it, far away, on
+the surface, close to it, on its normals up to ten diagonals away, and midway between two points of
+the surface. For each point, the engine returns a point of the surface, its distance, and an
+interval that contains the least distance. A row has these counts. `outside`: the judge found a
+nearer point than the interval allows, or the returned distance is above it. `wrong`: the engine
+says that its interval is narrow enough, but the returned point is not the nearest; or the returned
+distance is not that of the returned point. `wider`: the engine says that its interval is not narrow
+enough. `tied`: several points may be the nearest. Every 10th point is also judged by an interval
+that certainly contains the least distance (`enclosed`): the two intervals must overlap, else the
+point is `outside`. `undecided`: computing that interval takes too many pieces, as for lines. The
+exit status is 1 if any point is outside or wrong.
 """
 
 import sys
@@ -36,33 +38,35 @@ from tools.judge.exact import list_nets
 FIRST_SEED = 7000
 """Seed of the first surface of a family; tests and `make certify` use other seeds."""
 
-
 ENCLOSED_EVERY, WIDTH = 10, 1e-9
-"""Every 10th point is enclosed, by an interval of width `WIDTH` in diagonals."""
+"""Every 10th point is judged by an interval of this width, in diagonals."""
 
 EXAMPLES = tuple(name for name in ALL_EXAMPLES if name not in ("trefoil-tube", "ribbon", "hair"))
 """The examples that are made of patches."""
 
 
 def scatter_points(sheets: list[Sheet], low: Array, high: Array, count: int, seed: int) -> Array:
-    """Points of all the kinds above, in about equal numbers."""
+    """About `count` points (n, 3): as many of each of the seven kinds that the module names.
+
+    `low` and `high` (3,) are the corners of the bounding box.
+    """
     rng = np.random.default_rng(seed)
     reach = float(np.linalg.norm(high - low))
-    each = max(1, count // 7)
+    of_each = max(1, count // 7)
     points_in_boxes = [
-        rng.uniform(low - margin * reach, high + margin * reach, (each, 3))
+        rng.uniform(low - margin * reach, high + margin * reach, (of_each, 3))
         for margin in (0, 0.3, 4)
     ]
     samples, normals = (
         np.concatenate(arrays) for arrays in zip(*map(_sample_normals, sheets), strict=True)
     )
-    first, second, third, fourth = (rng.integers(0, len(samples), each) for _ in range(4))
-    heights = reach * rng.choice([-1, 1], each) * 10.0 ** rng.uniform(-3, 1, each)
+    first, second, third, fourth = (rng.integers(0, len(samples), of_each) for _ in range(4))
+    heights = reach * rng.choice([-1, 1], of_each) * 10.0 ** rng.uniform(-3, 1, of_each)
     return np.concatenate(
         [
             *points_in_boxes,
             samples[first],
-            samples[third] + rng.normal(0, 1e-3 * reach, (each, 3)),
+            samples[third] + rng.normal(0, 1e-3 * reach, (of_each, 3)),
             samples[fourth] + heights[:, np.newaxis] * normals[fourth],
             (samples[first] + samples[second]) / 2,
         ]
@@ -81,7 +85,7 @@ def _sample_normals(sheet: Sheet) -> tuple[Array, Array]:
 
 
 def judge(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
-    """The findings about one surface."""
+    """The findings about one surface: a family or example, its seed, and the number of points."""
     name, seed, count = case
     surface = FAMILIES[name].surface(seed) if name in FAMILIES else None
     model = to_patches((surface or find(name).surface()).lower())
@@ -92,7 +96,7 @@ def judge(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
     columns = project_on_surface(model, ProjectQuery(points))
     seconds = time.process_time() - start
     diagonal = float(np.linalg.norm(high - low))
-    # The rounding errors of the samples themselves.
+    # Rounding errors of the judge's samples.
     slack = 1e-15 * np.abs(points).max(axis=1) + 1e-14 * diagonal
     least_distances = find_nearest(sheets, points)
     reached, bounds = columns["reached"], columns["distance_bounds"]

@@ -23,10 +23,11 @@ fewer than 30; the others end by `MAX_PIECES`."""
 MAX_PIECES = 4000
 """The largest number of pieces that are kept for one point at a time."""
 
-ROUNDING = 2.0**-44
+ROUNDING = 2.0**-43
 """The allowed error of a control point of a piece, relative to the largest coordinate. A halving in
-both directions computes p + q averages one after the other, each with an error of at most 2⁻⁵³; so
-this is enough for 512 averages, for example for 28 halvings of degrees 9 and 9."""
+both directions computes p + q averages one after the other, each with an error of at most 2⁻⁵³. So
+this is enough for 1024 averages, for example for 30 halvings of degrees 15 and 15. With weights,
+which have errors too, it is enough for half as many."""
 
 
 def enclose_least_distances(nets: list[Array], points: Array, width: float) -> tuple[Array, Array]:
@@ -47,28 +48,33 @@ def enclose_least_distances(nets: list[Array], points: Array, width: float) -> t
     size = max(float(np.abs(net[..., :3] / net[..., 3:]).max()) for net in nets)
     rounding = ROUNDING * (size + np.abs(points).max(axis=1))
     count, high = len(points), np.full(len(points), np.inf)
+    # Every point with every patch, for each array of nets: the numbers of points (k,), and nets
+    # (k, p+1, q+1, 4). Later only pieces of patches that may contain the nearest point of a point.
     pairs = [
         (np.repeat(np.arange(count), len(net)), np.tile(net, (count, 1, 1, 1))) for net in nets
     ]
     for _ in range(MAX_HALVINGS):
         lows = []
-        for point, pieces in pairs:
-            low, corner = _bound_distances(pieces, points[point])
-            np.minimum.at(high, point, corner + rounding[point])
-            lows.append(low - rounding[point])
-        are_near = [low < high[point] - width for (point, _), low in zip(pairs, lows, strict=True)]
+        for numbers, pieces in pairs:
+            low, corner_distance = _bound_distances(pieces, points[numbers])
+            np.minimum.at(high, numbers, corner_distance + rounding[numbers])
+            lows.append(low - rounding[numbers])
+        are_near = [
+            low < high[numbers] - width for (numbers, _), low in zip(pairs, lows, strict=True)
+        ]
         piece_counts = sum(
-            np.bincount(point[is_near], minlength=count)
-            for (point, _), is_near in zip(pairs, are_near, strict=True)
+            np.bincount(numbers[is_near], minlength=count)
+            for (numbers, _), is_near in zip(pairs, are_near, strict=True)
         )
         high[piece_counts > MAX_PIECES] = np.nan
         next_pairs = []
-        for (point, pieces), is_near in zip(pairs, are_near, strict=True):
-            is_kept = is_near & np.isfinite(high[point])
-            next_pairs.append((np.repeat(point[is_kept], 4), _split_quarters(pieces[is_kept])))
+        for (numbers, pieces), is_near in zip(pairs, are_near, strict=True):
+            is_kept = is_near & np.isfinite(high[numbers])
+            next_pairs.append((np.repeat(numbers[is_kept], 4), _split_quarters(pieces[is_kept])))
         pairs = next_pairs
-    for point, _ in pairs:
-        high[point] = np.nan
+    for numbers, _ in pairs:
+        high[numbers] = np.nan
+    # All pieces were dropped, so no point of the patches is nearer than `high - width`.
     return high - width, high
 
 
@@ -82,9 +88,9 @@ def _bound_distances(nets: Array, x: Array) -> tuple[Array, Array]:
     rows, columns = nets.shape[1:3]
     corners = [0, columns - 1, (rows - 1) * columns, rows * columns - 1]
     corner_distance = np.sqrt((y[:, corners] ** 2).sum(axis=2)).min(axis=1)
-    middle = y.mean(axis=1, keepdims=True)
-    length = np.sqrt((middle * middle).sum(axis=2))
-    along = (y * middle).sum(axis=2) / np.where(length > 0, length, 1.0)
+    direction = y.mean(axis=1, keepdims=True)  # from the middle of the control points to x
+    length = np.sqrt((direction * direction).sum(axis=2))
+    along = (y * direction).sum(axis=2) / np.where(length > 0, length, 1.0)
     return along.min(axis=1), corner_distance
 
 
