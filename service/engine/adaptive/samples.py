@@ -18,7 +18,7 @@ from service.bases.triangle_basis import triangle_bernstein
 from service.engine.adaptive.triangulation import Triangulation
 from service.engine.bounds.faces import SPAN, Faces
 from service.engine.curvatures.limit_curvature import LimitCurvatures
-from service.engine.curvatures.rows import limit_to_storable, stretch_patches, to_channels
+from service.engine.curvatures.rows import clip_to_storable, stretch_patches, to_channels
 from service.engine.evaluation.scattered import group_by_batch
 from service.engine.evaluation.triangle_nets import to_barycentric
 from service.engine.mesh.channels import CHUNK_VALUES, ChannelRows, find_limits
@@ -110,7 +110,7 @@ def evaluate_curvatures(
         index, u, v = samples.patch[rows] - first, samples.u[rows], samples.v[rows]
         if isinstance(batch, TrianglePatches):
             u = u * (1.0 - v)
-        values[:, rows] = limit_to_storable(
+        values[:, rows] = clip_to_storable(
             curvatures.curvatures(stretch_patches(batch, model.stretch), index, u, v)
         )
     return to_channels(model, values)

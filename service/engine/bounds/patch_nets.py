@@ -29,8 +29,9 @@ class Nets:
     ----------
     patches : ndarray of int, shape (k,)
         Numbers of the patches in the model.
-    values : ndarray of float64, shape (p+1, q+1, 3, k), or (p+1, q+1, 4, k) if rational
-        Points, or (w x, w y, w z, w) with weights of at most 1. Model units.
+    values : ndarray of float64, shape (p+1, q+1, D, k)
+        Points, D = 3; or, if rational, (w x, w y, w z, w) with weights of at most 1, D = 4. Model
+        units.
     """
 
     patches: Ints
@@ -50,8 +51,9 @@ class Nets:
     def piece_cost(self) -> int:
         """Approximate cost of certifying a piece over one of the patches, in multiplications.
 
-        Blossoming takes p + q steps for a net of (p+1)(q+1) points. Then the (p+q+1)(p+q+2) / 2
-        points of the triangular net are compared with the reference triangle.
+        Blossoming takes about p + q steps, each with 10 multiplications for each of (p+1)(q+1)
+        points. Then the (p+q+1)(p+q+2) / 2 points of the triangular net are compared with the
+        reference triangle, with about 60 multiplications for each.
         """
         p, q = self.degree
         return (p + q + 2) * (10 * (p + 1) * (q + 1) + 30 * (p + q + 1))

@@ -1,6 +1,7 @@
 """Deviation of polynomial patches of low degree from grids of their points, by two matrix products.
 
-The bound is that of `service.engine.bounds.second_derivatives`, block by block:
+The bound is that of `service.engine.bounds.second_derivatives` over each block, a rectangle of
+several divisions of the patch:
 
     ⅛ (h_u² p (p−1) max |Δ_u² P| + 2 h_u h_v p q max |Δ_u Δ_v P| + h_v² q (q−1) max |Δ_v² P|)
 
@@ -68,7 +69,8 @@ def bound_grid_deviations(patches: TensorPatches, divisions: tuple[int, int]) ->
     plan = _build_plan(patches.degree, divisions)
     diagonal, bounds = patches.diagonal, np.empty(patches.count)
     if 0 < diagonal < float_info.min:
-        # The reciprocal of a subnormal number may be infinite.
+        # The reciprocal of a subnormal number may be infinite. The diagonal of the box of all
+        # patches bounds every distance.
         return np.full(patches.count, diagonal)
     scale, step = 1 / (diagonal or 1.0), max(1, CHUNK // (3 * plan.means[..., 0].size))
     for first in range(0, patches.count, step):
@@ -101,9 +103,9 @@ class _Workspace:
 
     `planes` are the control points, `seconds` their second differences, and `rounded` the same in
     float32. `vectors` are the second differences over the blocks, with the coordinates `x`, `y`,
-    `z`. `longest` is the largest for each kind and block, and `bounds` the sum over the kinds:
-    `blocks` for each block, and `whole` for the patch. `largest` is the maximum over the blocks.
-    `columns`, `differences` and `squares_by_block` are views of other shapes.
+    `z`. `longest` is the largest length for each kind and block, and `bounds` the sum over the
+    kinds: `blocks` for each block, and `whole` for the patch. `largest` is the maximum over the
+    blocks. `columns`, `differences` and `squares_by_block` are views of other shapes.
     """
 
     def __init__(self, degree: tuple[int, int], divisions: tuple[int, int], count: int) -> None:
@@ -160,6 +162,7 @@ def _build_plan(degree: tuple[int, int], divisions: tuple[int, int]) -> _Plan:
     (p, q), (ru, rv) = degree, divisions
     blocks = count_blocks(ru, p), count_blocks(rv, q)
     factors = p * (p - 1) / ru**2 / 8, p * q / ru / rv / 4, q * (q - 1) / rv**2 / 8
+    # For each kind, the matrix to its second differences, and from these to those over blocks.
     kinds = [
         (
             np.kron(_build_differences(p, i), _build_differences(q, j)) * (factor / max(factors)),
@@ -167,20 +170,20 @@ def _build_plan(degree: tuple[int, int], divisions: tuple[int, int]) -> _Plan:
         )
         for (i, j), factor in zip(ORDERS, factors, strict=True)
     ]
-    size, most = len(kinds), max(len(vectors) for vectors, _ in kinds)
-    seconds = np.zeros((size, most, (p + 1) * (q + 1)))
-    means = np.zeros((size, most, blocks[0] * blocks[1] + 1, most), np.float32)
-    for kind, (vectors, cuts) in enumerate(kinds):
-        number = len(vectors)
-        seconds[kind, :number] = vectors
-        means[kind, :number, :-1, :number] = cuts
-        means[kind, :number, -1, :number] = np.eye(number)
+    max_count = max(len(differences) for differences, _ in kinds)
+    seconds = np.zeros((len(kinds), max_count, (p + 1) * (q + 1)))
+    means = np.zeros((len(kinds), max_count, blocks[0] * blocks[1] + 1, max_count), np.float32)
+    for kind, (differences, block_differences) in enumerate(kinds):
+        count = len(differences)
+        seconds[kind, :count] = differences
+        means[kind, :count, :-1, :count] = block_differences
+        means[kind, :count, -1, :count] = np.eye(count)  # the last block is the whole patch
     return _Plan(
-        seconds.reshape(size * most, -1),
-        means.reshape(size, -1, most),
+        seconds.reshape(len(kinds) * max_count, -1),
+        means.reshape(len(kinds), -1, max_count),
         blocks[0] * blocks[1],
         max(factors) * (1 + 2.0**-20),
-        (size * most + 8) * 2.0**-23,
+        (len(kinds) * max_count + 8) * 2.0**-23,
     )
 
 
@@ -196,10 +199,10 @@ def _build_block_differences(
     """Matrix (vectors, blocks, vectors) from differences over the patch to those over blocks."""
     if min(n - k for n, k in zip(degree, order, strict=True)) < 0:
         return np.zeros((0, 1, 0))
-    rows, columns = (
+    along_u, along_v = (
         build_block_shares(n - k, r, count_blocks(r, n)).reshape(n - k + 1, -1, n - k + 1)
         for n, k, r in zip(degree, order, divisions, strict=True)
     )
-    size = len(rows) * len(columns)
-    cuts: FloatArray = np.einsum("iak,jbl->ijabkl", rows, columns).reshape(size, -1, size)
-    return cuts
+    count = len(along_u) * len(along_v)
+    shares: FloatArray = np.einsum("iak,jbl->ijabkl", along_u, along_v)
+    return shares.reshape(count, -1, count)

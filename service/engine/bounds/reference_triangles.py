@@ -8,9 +8,9 @@ on its left.
 k. The wedge over edge k is a triangle in the plane of T, on the other side of the edge, with angles
 α and β at the ends of the edge. Folded about the edge by the angle θ, which is 0 if N lies flat
 beside T, the wedge lies in the plane of N; it lies in N itself if α and β are no larger than the
-angles of N at these ends. So a point of the wedge at height δ over the edge is at most 2 δ sin(θ/2)
-away from the mesh. If at each vertex the angles of T and of the two wedges there add up to at most
-π, T and its wedges together are one convex set K.
+angles of N at these ends. So a point of the wedge at the distance δ from the edge is at most
+2 δ sin(θ/2) away from the mesh. If at each vertex the angles of T and of the two wedges there add
+up to at most π, T and its wedges together are one convex set K.
 
 An angle is stored as a vector (cos, sin) of any length, so no inverse trigonometric function is
 needed.
@@ -31,11 +31,12 @@ SHRUNK = 1.0 - 2.0**-40
 """Factor that lowers wedges by more than the error of their angles."""
 
 STEEPEST = 16.0
-"""Largest slope of a wedge."""
+"""Largest slope of a wedge. Without it slopes would not be finite, because angles of neighbours may
+be 90° or more; 16 is the slope of 86°."""
 
 THIN = 2.0**-20
-"""A triangle whose height is below this share of its length gets no wedges, because they would
-lower the bound by less than that height."""
+"""A triangle in which C is nearer to the line A B than this share of the longest edge gets no
+wedges, because they would lower the bound by less than this distance."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -99,11 +100,12 @@ def build_reference_triangles(
     marks edges with a triangle beyond.
     """
     origin = vertices[0]
-    away = np.concatenate([vertices[1:], far]) - origin
-    axes = _build_axes(away[:2])
-    local = away[:, :1] * axes[:, 0]
-    local += away[:, 1:2] * axes[:, 1]
-    local += away[:, 2:] * axes[:, 2]
+    # B, C and the vertices beyond the edges, relative to A; then in the frame.
+    relative = np.concatenate([vertices[1:], far]) - origin
+    axes = _build_axes(relative[:2])
+    local = relative[:, :1] * axes[:, 0]
+    local += relative[:, 1:2] * axes[:, 1]
+    local += relative[:, 2:] * axes[:, 2]
     # B and C in the frame; without rounding `low`, `up_b` and `up_c` would be 0.
     (b, low, up_b), (_, y, up_c) = local[:2]
     tilt = np.maximum(np.abs(up_b), np.abs(up_c)) + np.abs(low)
@@ -126,23 +128,26 @@ def _build_axes(sides: Vectors) -> FloatArray:
     however small the angle between the sides is. If the second side is parallel to the first, the
     second axis may have any direction: the height of the third vertex then counts as tilt.
     """
-    (first, second), (size, other) = sides, length(sides)
-    is_point = size == 0
+    (first, second), (first_length, second_length) = sides, length(sides)
+    # A first side that is a point is replaced by the second; if both are points, by the x-axis.
+    is_point = first_length == 0
     if is_point.any():
-        first, size = np.where(is_point, second, first), np.where(is_point, other, size)
-    one = first / np.where(size > 0, size, 1.0)
-    one[0][size == 0] = 1.0
-    two = _orthogonalize(second, one)
-    size = length(two)
-    # In place of a second side that is parallel to the first, take a coordinate axis.
-    is_parallel = size <= 2.0**-48 * other
+        first = np.where(is_point, second, first)
+        first_length = np.where(is_point, second_length, first_length)
+    along = first / np.where(first_length > 0, first_length, 1.0)
+    along[0][first_length == 0] = 1.0
+    across = _orthogonalize(second, along)
+    across_length = length(across)
+    # A second side that is parallel to the first is replaced by the coordinate axis with the
+    # largest angle to the first.
+    is_parallel = across_length <= 2.0**-48 * second_length
     if is_parallel.any():
-        least = np.abs(one).argmin(axis=0)
+        least = np.abs(along).argmin(axis=0)
         axis = (np.arange(3)[:, np.newaxis] == least).astype(np.float64)
-        two = np.where(is_parallel, _orthogonalize(axis, one), two)
-        size = length(two)
-    two = two / size
-    return np.array([one, two, cross(one, two)])
+        across = np.where(is_parallel, _orthogonalize(axis, along), across)
+        across_length = length(across)
+    across = across / across_length
+    return np.array([along, across, cross(along, across)])
 
 
 def _orthogonalize(vectors: Vectors, unit: Vectors) -> Vectors:
@@ -166,20 +171,21 @@ def _build_wedges(
     (x, y), (tx, ty) = (far[:, :2] - corners).swapaxes(0, 1), tangents.swapaxes(0, 1)
     # The vertex beyond an edge: s along the edge, `out` away from T, `high` above its plane.
     s, out, high = x * tx + y * ty, x * ty - y * tx, far[:, 2]
+    # Its distance from the line of the edge; 0 without a wedge.
     reach = np.sqrt(out * out + high * high)
     joined = joined & (reach > 0)
     reach = np.where(joined, reach, 0.0)
-    unit = np.where(joined, reach, 1.0)
+    divisor = np.where(joined, reach, 1.0)
     # |(cos θ − 1, sin θ)| = 2 sin(θ/2)
-    folds = np.sqrt((out / unit - 1.0) ** 2 + (high / unit) ** 2)
-    # Directions (2, 2, 3, m): the neighbour's angles at the beginning of edge k, and at the end of
-    # the edge before it.
+    folds = np.sqrt((out / divisor - 1.0) ** 2 + (high / divisor) ** 2)
+    # Directions (2, 2, 3, m), axis 0 (cos, sin): at vertex k, where edge k begins and the edge
+    # before it ends, the angles of the neighbours beyond these two edges.
     angle = np.empty((2, 2, *s.shape))
     angle[0, 0], angle[0, 1] = np.where(joined, s, 1.0), np.where(joined, lengths - s, 1.0)[BEFORE]
     angle[1, 0], angle[1, 1] = reach, reach[BEFORE]
     # Two wedges at a vertex share π less the angle of T: the angle (cosine, sine) from the edge
-    # before to edge k. Each may have half of it, or the rest that the other wedge does not need.
-    # Cross products compare angles.
+    # before to edge k. Each may have half of it, or `most`: all that the other wedge does not need,
+    # if this is more. Cross products compare angles.
     before_x, before_y = tangents[BEFORE].swapaxes(0, 1)
     cosine = before_x * tx + before_y * ty
     sine = np.maximum(before_x * ty - before_y * tx, 0.0)
@@ -192,4 +198,5 @@ def _build_wedges(
     # Slopes of angles in [0, π], at most `STEEPEST`, also where the cosine is not positive.
     steep = angle[0] * STEEPEST <= angle[1]
     slope = np.where(steep, STEEPEST, angle[1] / np.where(steep, 1.0, angle[0])) * SHRUNK
+    # `slope[1]` has, at vertex k, the end of the edge before; edge k ends at the next vertex.
     return slope[0], slope[1][NEXT], folds

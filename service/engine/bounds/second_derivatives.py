@@ -72,7 +72,7 @@ class SecondDerivativeBounds:
     uu: FloatArray
     uv: FloatArray
     vv: FloatArray
-    across: FloatArray | float
+    across: FloatArray
 
     def bound_deviations(
         self, along_u: FloatArray | float, along_v: FloatArray | float
@@ -99,22 +99,23 @@ def bound_second_derivatives(
     `divisions` (R_u, R_v) are those of the grid, `blocks` is (n_u, n_v).
     """
     p, q = patches.degree
+    # The fields of the result: M_uu, M_uv, M_vv and `across`.
     bounds = np.zeros((4, *blocks, patches.count))
     bounds[3] = patches.diagonal
-    each = 4 * blocks[0] * blocks[1] * (p + 1) * (q + 1)
-    for rows in row_slices(patches.count, each, CHUNK):
+    numbers_per_patch = 4 * blocks[0] * blocks[1] * (p + 1) * (q + 1)
+    for rows in row_slices(patches.count, numbers_per_patch, CHUNK):
         net = _build_local_nets(patches, rows)
         du, dv = _subtract_neighbours(net, 1), _subtract_neighbours(net, 2)
         middles = None
         if patches.weights is not None:
             middles = _Middles.of(_cut_into_blocks(net, divisions, blocks))
             bounds[3, ..., rows] = 2 * middles.radii[:, 0]  # diameters
-        for row, second in enumerate(
+        for field, second in enumerate(
             (_subtract_neighbours(du, 1), _subtract_neighbours(du, 2), _subtract_neighbours(dv, 2))
         ):
             if second.size:
                 longest = _find_longest(_cut_into_blocks(second, divisions, blocks), middles)
-                bounds[row, ..., rows] = longest.reshape(*blocks, -1)
+                bounds[field, ..., rows] = longest.reshape(*blocks, -1)
     bounds[:3] *= np.array([p * (p - 1), p * q, q * (q - 1)])[:, None, None, None]
     return SecondDerivativeBounds(*bounds)
 
@@ -144,6 +145,7 @@ def bound_triangle_deviations(patches: TrianglePatches, divisions: int) -> Float
         ds, dt = partial_nets(net.swapaxes(0, 1))
         (ss, st), tt = partial_nets(ds), partial_nets(dt)[1]
         middles = None if patches.weights is None else _Middles.of(net)
+        # The nets of D²f[e, e] for the three sides e, and of D²f[e_ij, e_ik] for the corners i.
         sides = (ss, tt, ss - 2 * st + tt)
         corners = (st, ss - st, tt - st)
         m_ij, n_i = (
@@ -229,7 +231,8 @@ class _Middles:
 def _find_longest(vectors: FloatArray, middles: _Middles | None) -> FloatArray:
     """Length of the longest of the vectors (d, a, n_u, b, n_v, m) of each block: (n_u, n_v, m).
 
-    For homogeneous vectors it is the largest |Y| + r |w|, divided by the least weight.
+    For homogeneous vectors (X, w), which are differences of a net, it is the largest
+    |X − c w| + r |w|, divided by the least weight of the net.
     """
     if middles is None:
         return np.sqrt(_find_block_maxima(_square_lengths(vectors)))

@@ -13,6 +13,7 @@ size of the net.
 """
 
 from math import hypot, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
@@ -48,6 +49,17 @@ CHUNK_SAMPLES = 1 << 15
 """Samples in one chunk of comparisons."""
 
 
+class _Sizes(NamedTuple):
+    """Bounds of the distances of a batch's control points from three points, in model units.
+
+    These are the origin of the model, the origin of the mesh, and the middle of the batch.
+    """
+
+    from_model_origin: float
+    from_mesh_origin: float
+    from_middle: float
+
+
 def bound_vertex_error(
     patches: Patches, resolution: tuple[int, int], normals: bool, dtype: Real, origin: FloatArray
 ) -> float:
@@ -59,14 +71,16 @@ def bound_vertex_error(
     `normals` tells whether normals are computed too, because the formulation depends on it.
     """
     unit, least = PRECISIONS[dtype]
-    _, far, near = sizes = _measure_sizes(patches, origin)
+    sizes = _measure_sizes(patches, origin)
+    far, near = sizes.from_mesh_origin, sizes.from_middle
     terms, degrees = _count_terms(patches, resolution, normals)
     basis = 12 * (degrees + 1) * UNIT
     if patches.weights is None:
-        # The net, the basis, and the error of the basis: one unit each.
+        # A sum of products, in which rounding the net and the basis to `dtype` costs at most 4
+        # units more; the error of the basis; and subtracting the origin.
         grids = far * ((terms + 4) * unit + basis + UNIT)
     else:
-        # The numerator and the denominator, their quotient, and adding the middle.
+        # The same for the numerator and the denominator; their quotient; and adding the middle.
         grids = near * ((2 * (terms + 4) + 1) * unit + 2 * basis + 12 * UNIT) + 3 * far * unit
     edges = _bound_edge_samples(patches, degrees, unit, sizes)
     underflow = (terms + 8) * find_weight_ratio(patches) * least
@@ -86,7 +100,7 @@ def bound_edge_error(seams: Seams, layout: Layout, method: Method) -> float:
     # Each group has the curves of one degree; curves of degree 0 are single points.
     if len(curves) > 1 and sum(group.points.shape[1] > 1 for group in curves) > 1:
         max_coordinate = max(float(np.abs(group.points).max(initial=0.0)) for group in curves)
-        error += 10 * SAME_CURVE * max_coordinate
+        error += 10 * SAME_CURVE * max_coordinate  # `SAME_CURVE` explains the factor
     if method == "matrix" or not layout.is_framed:
         return error
     largest = 0.0
@@ -145,24 +159,28 @@ def measure_errors(
             difference *= difference
             squares += difference
         largest[rows] = squares.max(axis=1)
-    _, far, near = sizes = _measure_sizes(patches, origin)
+    sizes = _measure_sizes(patches, origin)
     degrees = 2 * patches.degree if isinstance(patches, TrianglePatches) else sum(patches.degree)
-    # The rounding of the points by `matrix`, and of their differences from the vertices.
-    compared = (28 * (degrees + 2) * near + 2 * far) * UNIT
+    # The rounding of the points by `matrix`, of which up to 24 (p + q + 1) units come from the
+    # bases (see `bound_vertex_error`), and that of their differences from the vertices.
+    compared = (28 * (degrees + 2) * sizes.from_middle + 2 * sizes.from_mesh_origin) * UNIT
     unit = float(np.finfo(positions.dtype).eps) / 2
     edges = _bound_edge_samples(patches, degrees, unit, sizes)
     return MARGIN * (np.sqrt(largest) + compared + edges)
 
 
-def _bound_edge_samples(
-    patches: Patches, degrees: int, unit: float, sizes: tuple[float, float, float]
-) -> float:
-    """Bound of the rounding of edges: evaluated in float64 in model coordinates, then stored."""
-    world, far, near = sizes
-    error = world * 16 * (degrees + 2) * UNIT + far * (unit + UNIT)
+def _bound_edge_samples(patches: Patches, degrees: int, unit: float, sizes: _Sizes) -> float:
+    """Bound of the rounding of edges: evaluated in float64 in model coordinates, then stored.
+
+    Evaluating takes at most 16 (p + q + 2) units, with p + q = `degrees`; most of them are for the
+    error of the basis. Storing relative to the origin of the mesh rounds once in float64, and once
+    in the precision of the vertices, by `unit`.
+    """
+    error = sizes.from_model_origin * 16 * (degrees + 2) * UNIT
+    error += sizes.from_mesh_origin * (unit + UNIT)
     if patches.weights is not None:
         # The weights of an edge are those of one of its patches, equal but for rounding.
-        error += 2 * near * find_weight_ratio(patches) * SAME_WEIGHT
+        error += 2 * sizes.from_middle * find_weight_ratio(patches) * SAME_WEIGHT
     return error
 
 
@@ -177,16 +195,15 @@ def _evaluate(nets: FloatArray, resolution: tuple[int, int]) -> FloatArray:
     return values.reshape(*values.shape[:2], -1)
 
 
-def _measure_sizes(patches: Patches, origin: FloatArray) -> tuple[float, float, float]:
-    """Bounds (world, far, near) of the distances of control points from three points.
-
-    These are the origin of the model, the origin of the mesh, and the middle of the patches.
-    """
+def _measure_sizes(patches: Patches, origin: FloatArray) -> _Sizes:
+    """The sizes of a batch; `origin` is that of the mesh, in model coordinates."""
     (low_x, low_y, low_z), (high_x, high_y, high_z) = patches.box
     x, y, z = origin.tolist()
-    world = hypot(max(-low_x, high_x), max(-low_y, high_y), max(-low_z, high_z))
-    far = hypot(max(x - low_x, high_x - x), max(y - low_y, high_y - y), max(z - low_z, high_z - z))
-    return world, far, patches.diagonal / 2
+    from_model_origin = hypot(max(-low_x, high_x), max(-low_y, high_y), max(-low_z, high_z))
+    from_mesh_origin = hypot(
+        max(x - low_x, high_x - x), max(y - low_y, high_y - y), max(z - low_z, high_z - z)
+    )
+    return _Sizes(from_model_origin, from_mesh_origin, patches.diagonal / 2)
 
 
 def _count_terms(patches: Patches, resolution: tuple[int, int], normals: bool) -> tuple[int, int]:

@@ -79,10 +79,10 @@ def compute_curvatures(
         mean = curvatures[1]
         np.divide(ell * g - 2.0 * em * f + pe * e, 2.0 * square * np.sqrt(square), out=mean)
         # The nets of a rational patch are those of w S_u and w S_v.
-        share = square * weight**4 / squared_norm[:, np.newaxis]
-        is_precise = (share > MAYBE_ZERO**2) & (square > MIN_SQUARE)
+        squared_share = square * weight**4 / squared_norm[:, np.newaxis]
+        is_precise = (squared_share > MAYBE_ZERO**2) & (square > MIN_SQUARE)
         is_precise &= np.isfinite(curvatures[0]) & np.isfinite(curvatures[1])
-    return curvatures, ~(share > PRECISE_NEAR_POLE**2), ~is_precise
+    return curvatures, ~(squared_share > PRECISE_NEAR_POLE**2), ~is_precise
 
 
 def _project(x: list[Planes]) -> list[Planes]:
@@ -90,6 +90,7 @@ def _project(x: list[Planes]) -> list[Planes]:
 
     S_u = (X_u − w_u S)/w,  S_uv = (X_uv − w_uv S − w_u S_v − w_v S_u)/w
     """
+    # `w` and `y` are the partials of the weight and of X, all divided by the weight.
     inverse_weight = 1.0 / x[0][3]
     w = [planes[3] * inverse_weight for planes in x]
     y = [planes[:3] * inverse_weight for planes in x]

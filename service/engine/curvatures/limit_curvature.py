@@ -72,10 +72,13 @@ class LimitCurvatures:
 
 
 def count_limit_multiplications(patches: Patches) -> int:
-    """A lower bound of the number of multiplications for the limit at one sample."""
+    """A lower bound of the number of multiplications for the limit at one sample.
+
+    Each control point adds at least 100 to `SERIES_COST`; homogeneous coordinates double the sum.
+    """
     degrees = patches.degree if isinstance(patches, TensorPatches) else (patches.degree,) * 2
-    size = (degrees[0] + 1) * (degrees[1] + 1)
-    return (SERIES_COST + 100 * size) * (1 if patches.weights is None else 2)
+    control_points = (degrees[0] + 1) * (degrees[1] + 1)
+    return (SERIES_COST + 100 * control_points) * (1 if patches.weights is None else 2)
 
 
 def is_affordable(models: Sequence[PatchModel], samples: int) -> bool:

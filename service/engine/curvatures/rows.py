@@ -50,7 +50,7 @@ def layout_curvatures(model: PatchModel, layout: Layout, dtype: Real) -> tuple[C
                 across = np.full(len(along), float(side % 2))
                 u, v = (across, along) if side < 2 else (along, across)
                 patch_rows = np.searchsorted(block.patches, owners)
-                rows[:, sample_rows] = limit_to_storable(
+                rows[:, sample_rows] = clip_to_storable(
                     limit_curvatures.curvatures(batch, patch_rows, u, v)
                 )
     return to_channels(model, rows)
@@ -59,8 +59,8 @@ def layout_curvatures(model: PatchModel, layout: Layout, dtype: Real) -> tuple[C
 def to_channels(model: PatchModel, rows: RealArray) -> tuple[ChannelRows, ...]:
     """The rows (2, N) of Gaussian and mean curvature as two channels.
 
-    Each channel gets the unit in which its values count as nearly equal: the square of the model's
-    size, or the size, because a curvature times this unit has no dimension.
+    The unit of a channel (`ChannelRows`) is the square of the model's size for Gaussian curvature,
+    and the size for mean curvature, so that a curvature times its unit has no dimension.
     """
     rows += 0.0  # turns -0.0 into 0.0, as for points
     low, high = model.bounds
@@ -81,7 +81,7 @@ def stretch_patches(patches: Patches, stretch: FloatArray | None) -> Patches:
     return replace(patches, points=points.reshape(patches.points.shape), channels=())
 
 
-def limit_to_storable(curvatures: FloatArray) -> FloatArray:
+def clip_to_storable(curvatures: FloatArray) -> FloatArray:
     """Curvatures as numbers that every format can store: finite in float32, 0 in place of NaN."""
     return np.nan_to_num(curvatures, nan=0.0, posinf=FLOAT32_MAX, neginf=-FLOAT32_MAX).clip(
         -FLOAT32_MAX, FLOAT32_MAX
@@ -102,14 +102,14 @@ def _write_block(
     doubtful = []
     for chunk in chunks:
         curvatures, doubtful_in_chunk = _compute_chunk(chunk, batch, block)
-        out[:, chunk.first : chunk.last, chunk.begin : chunk.end] = limit_to_storable(curvatures)
+        out[:, chunk.first : chunk.last, chunk.begin : chunk.end] = clip_to_storable(curvatures)
         doubtful.append(doubtful_in_chunk)
         limit_curvatures.refuse_if_too_costly(sum(pairs.shape[1] for pairs in doubtful), batch)
     # One call computes all limits, because preparing a patch of high degree takes half of the time.
     row, column = np.concatenate(doubtful, axis=1)
     if len(row):
         limits = limit_curvatures.curvatures(batch, row, *find_parameters(block, column))
-        out[:, row, column] = limit_to_storable(limits)
+        out[:, row, column] = clip_to_storable(limits)
 
 
 def _compute_chunk(chunk: Chunk, batch: Patches, block: Block) -> tuple[FloatArray, Ints]:

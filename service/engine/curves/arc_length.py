@@ -106,22 +106,23 @@ class Speeds:
         exponent = float(np.frexp(np.abs(local).max())[1])
         self.unit = 2.0 ** max(exponent, -1000.0)
         self.points: FloatArray = local / self.unit
-        self.steps: FloatArray = pieces.degree * np.diff(self.points, axis=1)
+        # The nets of C′; of a rational curve, those of (w C)′ and w′.
+        self.derivative_nets: FloatArray = pieces.degree * np.diff(self.points, axis=1)
         self.weights = pieces.weights
         self.degree = pieces.degree
         if self.weights is not None:
             self.weighted: FloatArray = self.weights[:, :, None] * self.points
-            self.steps = self.degree * np.diff(self.weighted, axis=1)
-            self.weight_steps: FloatArray = self.degree * np.diff(self.weights, axis=1)
+            self.derivative_nets = self.degree * np.diff(self.weighted, axis=1)
+            self.weight_derivatives: FloatArray = self.degree * np.diff(self.weights, axis=1)
         self.rounding: FloatArray = self._bound_rounding() * self.unit
 
     def _bound_rounding(self) -> FloatArray:
         """Bound of the rounding error of the speed on each piece, (S,), in units of `self.unit`."""
-        max_speed = np.abs(self.steps).max(axis=(1, 2))
+        max_speed = np.abs(self.derivative_nets).max(axis=(1, 2))
         if self.weights is not None:
             max_coordinate = np.abs(self.points).max(axis=(1, 2))
             max_speed = (
-                max_speed + max_coordinate * np.abs(self.weight_steps).max(axis=1)
+                max_speed + max_coordinate * np.abs(self.weight_derivatives).max(axis=1)
             ) / self.weights.min(axis=1)
         bound: FloatArray = 8 * (self.degree + 1) * float(np.finfo(np.float64).eps) * max_speed
         return bound
@@ -141,12 +142,12 @@ class Speeds:
         """|C′| at k parameters of each of M pieces, (M, k), in model units."""
         shape = t.shape
         lower_basis = bernstein(self.degree - 1, t.ravel()).reshape(*shape, -1)
-        first = np.einsum("mki,mid->mkd", lower_basis, self.steps[piece])
+        derivative = np.einsum("mki,mid->mkd", lower_basis, self.derivative_nets[piece])
         if self.weights is not None:
             basis = bernstein(self.degree, t.ravel()).reshape(*shape, -1)
             w = np.einsum("mki,mi->mk", basis, self.weights[piece])[..., None]
-            slope = np.einsum("mki,mi->mk", lower_basis, self.weight_steps[piece])[..., None]
+            dw = np.einsum("mki,mi->mk", lower_basis, self.weight_derivatives[piece])[..., None]
             point = np.einsum("mki,mid->mkd", basis, self.weighted[piece]) / w
-            first = (first - point * slope) / w
-        speed: FloatArray = np.sqrt(np.einsum("mkd,mkd->mk", first, first)) * self.unit
+            derivative = (derivative - point * dw) / w
+        speed: FloatArray = np.sqrt(np.einsum("mkd,mkd->mk", derivative, derivative)) * self.unit
         return speed

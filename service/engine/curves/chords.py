@@ -34,8 +34,8 @@ def least_tolerance(pieces: CurvePieces, *, is_float32: bool, origin: FloatArray
     if is_float32:
         step = float(FLOAT32.eps) * max_stored_coordinate + float(FLOAT32.smallest_subnormal)
         coordinate_error += step
-    # A vertex of up to 3 coordinates is off by less than 2 coordinate errors. Half of the sum is
-    # for rounding, as in `halve_chords`, with a factor of 2 to spare.
+    # A vertex of up to 3 coordinates is off by less than 2 coordinate errors. `halve_chords` keeps
+    # half of this tolerance for rounding: twice the sum of the errors of vertices and nets.
     return 4 * (2 * coordinate_error + _bound_rounding(pieces, MAX_HALVINGS))
 
 

@@ -119,24 +119,24 @@ class _LocalPieces:
     def directions(self, piece: Ints, t: FloatArray, before: bool) -> FloatArray:
         """Unit tangents at samples, (N, d); NaN where the piece is a single point."""
         points = self.points[piece]
-        steps = np.diff(points, axis=1)
         lower_basis = bernstein(self.degree - 1, t)
+        # C′ up to a positive factor; for a rational curve X′.
         if self.weights is None:
-            first = _combine(lower_basis, steps)
+            derivative = _combine(lower_basis, np.diff(points, axis=1))
         else:
             weights = self.weights[piece]
             centre = _evaluate(points, weights, bernstein(self.degree, t))
             net = weights[:, :, None] * (points - centre[:, None])
-            first = _combine(lower_basis, np.diff(net, axis=1))
-        length = np.sqrt((first * first).sum(axis=1))
+            derivative = _combine(lower_basis, np.diff(net, axis=1))
+        length = np.sqrt((derivative * derivative).sum(axis=1))
         limit = self.zero_limit[piece]
         slow_rows = np.flatnonzero(length <= limit)
         if len(slow_rows):
-            first[slow_rows] = self._limits(
+            derivative[slow_rows] = self._limits(
                 piece[slow_rows], t[slow_rows], limit[slow_rows], before
             )
-            length[slow_rows] = np.sqrt((first[slow_rows] * first[slow_rows]).sum(axis=1))
-        tangent: FloatArray = first / length[:, None] + 0.0  # turns -0.0 into 0.0
+            length[slow_rows] = np.sqrt(np.square(derivative[slow_rows]).sum(axis=1))
+        tangent: FloatArray = derivative / length[:, None] + 0.0  # turns -0.0 into 0.0
         return tangent
 
     def _limits(self, piece: Ints, t: FloatArray, limit: FloatArray, before: bool) -> FloatArray:

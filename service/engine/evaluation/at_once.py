@@ -119,6 +119,7 @@ class _Workspace:
     working precision. `point` (3, r, samples) is S, and later the vectors S_u × S_v. `products`
     lists the matrix products that compute S, S_u and S_v: two factors and the result of each. S_u
     and S_v are without the factors p and q, which do not change the direction of S_u × S_v.
+    `square` is |S_u × S_v|² and then its root; `term` is for terms that are subtracted or added.
     """
 
     def __init__(
@@ -129,19 +130,21 @@ class _Workspace:
         dtype: Real,
         is_separable: bool,
     ) -> None:
-        (p, q), (points, along_u, _), (dimension, count) = degree, count_vectors(degree), planes
-        vectors = sum(count_vectors(degree))
-        self.nets = np.empty((vectors, dimension, count))
-        self.points = self.nets[:points]
+        (p, q), (dimension, count) = degree, planes
+        point_count, du_count, dv_count = count_vectors(degree)
+        vector_count = point_count + du_count + dv_count
+        self.nets = np.empty((vector_count, dimension, count))
+        self.points = self.nets[:point_count]
         self.coordinates, self.weights = self.points[:, :3], self.points[:, 3:]
-        self.difference_nets = self.nets[points:]
+        self.difference_nets = self.nets[point_count:]
         grid = self.points.reshape(p + 1, q + 1, -1)
         self.before_u, self.behind_u = grid[:-1], grid[1:]
         self.before_v, self.behind_v = grid[:, :-1], grid[:, 1:]
-        self.du_net = self.nets[points : points + along_u].reshape(p, q + 1, -1)
-        self.dv_net = self.nets[points + along_u :].reshape(p + 1, q, -1)
+        self.du_net = self.nets[point_count : point_count + du_count].reshape(p, q + 1, -1)
+        self.dv_net = self.nets[point_count + du_count :].reshape(p + 1, q, -1)
         self.rounded = np.empty(self.nets.shape, dtype)
         samples = (resolution[0] + 1) * (resolution[1] + 1)
+        # S, S_u and S_v, then three planes for `term` and one for `square`.
         memory = np.empty((3 * dimension + 4, count, samples), dtype)
         results = [memory[i * dimension : (i + 1) * dimension] for i in range(3)]
         point, du, dv = (result[:3] for result in results)
@@ -158,14 +161,14 @@ class _Workspace:
             (du[1], dv[0], term[2]),
         )
         self.is_doubtful = np.empty((count, samples), np.bool_)
-        rows = self.rounded.reshape(vectors, -1)
+        rows = self.rounded.reshape(vector_count, -1)
         self.columns = rows.T
         self.transposed = np.empty_like(rows.T, order="C") if is_separable else None
         if self.transposed is None:
             self.products = plan_whole_products(rows, degree, resolution, results)
         else:
             self.products = plan_separable_products(self.transposed, degree, resolution, results)
-        self.differences = rows[points:]
+        self.differences = rows[point_count:]
         self.squares = np.empty_like(self.differences)
         self.means = build_means(degree, dtype)
         self.axis_sizes = np.empty((2, dimension * count), dtype)

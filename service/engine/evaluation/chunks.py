@@ -56,7 +56,7 @@ def weight_points(
 
 
 def find_shift(patches: Patches, origin: FloatArray | None) -> FloatArray:
-    """The vector (3,) from the origin of the result to the middle of the evaluation."""
+    """The vector (3,) from the origin of the result to the middle of the batch."""
     return patches.middle if origin is None else patches.middle - origin
 
 

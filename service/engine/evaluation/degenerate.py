@@ -92,12 +92,13 @@ def _restrict_to_longer_part(coefficients: FloatArray, t: FloatArray, axis: int)
     inner = np.flatnonzero(begin > 0)
     if len(inner):
         # The coefficients on the right part are the last values of all levels of the algorithm.
-        triangle, s = rows[inner], begin[inner].reshape(-1, *ones)
-        n = triangle.shape[-1]
+        # Each level overwrites all values of the level before but the last.
+        values, s = rows[inner], begin[inner].reshape(-1, *ones)
+        n = values.shape[-1]
         for level in range(1, n):
             size = n - level
-            triangle[..., :size] = (1 - s) * triangle[..., :size] + s * triangle[..., 1 : size + 1]
-        rows[inner] = triangle
+            values[..., :size] = (1 - s) * values[..., :size] + s * values[..., 1 : size + 1]
+        rows[inner] = values
     return np.moveaxis(rows, -1, axis)
 
 

@@ -30,7 +30,9 @@ from service.measuring import Measured
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 
 Formulation: TypeAlias = Literal["kronecker", "separable", "normal_polynomial"]
-"""The formulations of the method `matrix`."""
+"""The formulations of the method `matrix`: `kronecker` multiplies once with the basis of all
+samples, `separable` along u and then along v. `normal_polynomial` is separable, too, with the
+polynomial S_u × S_v in place of S_u and S_v."""
 
 LARGE_GRIDS: Mapping[Formulation, Callable[[GridEvaluation], None]] = MappingProxyType(
     {"separable": evaluate_separably, "normal_polynomial": evaluate_by_normal_polynomial}
@@ -190,10 +192,12 @@ def _choose_at_once(
     """
     q, vectors = degree[1], sum(count_vectors(degree))
     samples, chunk = (resolution[0] + 1) * (resolution[1] + 1), count_chunk(degree, resolution)
-    share = 1 / min(count, chunk)
-    product_cost = vectors * (1 + 2 * share)
-    row_cost = 2 * (3 * q + 7 + vectors / (resolution[1] + 1)) + 20_000 * (1 + share) / samples
-    is_faster = product_cost <= row_cost
+    chunks_per_patch = 1 / min(count, chunk)
+    # The costs for each sample.
+    kronecker_cost = vectors * (1 + 2 * chunks_per_patch)
+    separable_cost = 2 * (3 * q + 7 + vectors / (resolution[1] + 1))
+    separable_cost += 20_000 * (1 + chunks_per_patch) / samples
+    is_faster = kronecker_cost <= separable_cost
     return "kronecker" if is_faster and _is_basis_cached(degree, resolution) else "separable"
 
 

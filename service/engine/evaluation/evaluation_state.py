@@ -117,6 +117,7 @@ class Evaluation(ABC):
 
         It is a share of the mean squares of the differences along u and along v, (…, d, r) each.
         """
+        # The mean squares are sums over the numbers of vectors in the nets of one patch.
         planes, count = du.shape[-2:]
         threshold = _square_sums(du) * _square_sums(dv)
         threshold *= PRECISE_SHARE[self.dtype] ** 2 / (du.size * dv.size / (planes * count) ** 2)

@@ -17,8 +17,8 @@ class GridEvaluation(Evaluation):
     """Tensor-product patches on grids of samples.
 
     `shape` is (Ru+1, Rv+1), `sample_count` the product of both numbers; results have the shape
-    (P, Ru+1, Rv+1, 3). `parts` are the rows of the nets of S, S_u and S_v in an array that has one
-    net after another (`ChunkNets.rows`).
+    (P, Ru+1, Rv+1, 3). `net_rows` are the rows of the nets of S, S_u and S_v in an array that has
+    one net after another (`ChunkNets.rows`).
     """
 
     patches: TensorPatches
@@ -35,7 +35,7 @@ class GridEvaluation(Evaluation):
         self.shape = (resolution[0] + 1, resolution[1] + 1)
         p, q = patches.degree
         point_end, du_end = (p + 1) * (q + 1), (2 * p + 1) * (q + 1)
-        self.parts = (
+        self.net_rows = (
             slice(0, point_end),
             slice(point_end, du_end),
             slice(du_end, du_end + (p + 1) * q),
@@ -45,7 +45,7 @@ class GridEvaluation(Evaluation):
     def load_nets(self, first: int, last: int) -> ChunkNets:
         """The nets of patches [first, last)."""
         p, q = self.patches.degree
-        point_rows, du_rows, dv_rows = self.parts
+        point_rows, du_rows, dv_rows = self.net_rows
         count = (point_rows if self.normals is None else dv_rows).stop
         rows = scratch("nets", (count, self.dimension, last - first), np.float64)
         point = rows[point_rows].reshape(p + 1, q + 1, *rows.shape[1:])

@@ -96,7 +96,8 @@ def _iterate_patches(
     """
     p, q = work.patches.degree
     shapes = ((p + 1, q + 1), (p, q + 1), (p + 1, q))
-    columns_and_shapes = [*zip(work.parts, shapes, strict=True)][: 1 if work.normals is None else 3]
+    net_count = 1 if work.normals is None else 3
+    columns_and_shapes = [*zip(work.net_rows, shapes, strict=True)][:net_count]
     step = max(1, CHUNK_SAMPLES // ((p + 1) * (q + 1)))
     for first, last in row_runs(work.patches.count, step):
         nets = work.load_nets(first, last)
