@@ -123,16 +123,18 @@ def predict_size(model: PatchModel, options: MeshOptions) -> tuple[int, int, int
     """
     ru, rv = options.resolution
     triangle_patches = sum(b.count for b in model.batches if isinstance(b, TrianglePatches))
-    grids = model.patch_count - triangle_patches
+    tensor_patches = model.patch_count - triangle_patches
     triangle_faces = triangle_patches * max(ru, rv) ** 2
-    cells, border = grids * ru * rv, 2 * (ru + rv) * grids
-    size = grids * (ru + 1) * (rv + 1) + triangle_patches * triangle.count_points(max(ru, rv))
+    cells, border = tensor_patches * ru * rv, 2 * (ru + rv) * tensor_patches
+    size = tensor_patches * (ru + 1) * (rv + 1) + triangle_patches * triangle.count_points(
+        max(ru, rv)
+    )
     is_framed = False
     if ru != rv:  # else no patch is framed, because all edges have the same divisions
         _, seams = join(model, options.weld_tolerance)
         layout = Layout.plan(seams.connectivity, options.resolution)
         size, is_framed = layout.size, layout.is_framed
-        # A framed grid has at least two divisions in each direction.
+        # A framed patch has at least two divisions in each direction, also if ru or rv is 1.
         shapes = [(b.resolution, len(b.patches)) for b in layout.blocks if not b.is_triangle]
         cells = sum(along_u * along_v * count for (along_u, along_v), count in shapes)
         border = sum(2 * (along_u + along_v) * count for (along_u, along_v), count in shapes)
@@ -153,9 +155,9 @@ def _find_sharing(layout: Layout, rows: SampleRows, options: MeshOptions) -> Sha
     if not (options.weld and layout.has_shared_samples):
         return None
     if rows.channels:
-        first_equal = match_values(layout.leaders, rows.channels)
-        leader = merge_samples(layout.leaders, rows.normals, options.crease_angle, first_equal)
-        leaders = leader.take(layout.averages.members)
+        same_values = match_values(layout.leaders, rows.channels)
+        leader = merge_samples(layout.leaders, rows.normals, options.crease_angle, same_values)
+        leaders = leader.take(layout.averages.members)  # only samples that share a position
         return Sharing(leaders, hash_arrays(leaders), is_averaged=True)
     if rows.normals is None:
         return None

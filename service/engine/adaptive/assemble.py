@@ -158,14 +158,14 @@ def _weld_samples(
     leader = first[samples.vertex]  # the first sample at the same vertex
     if len(first) == len(number) and (leader == number).all():
         return Welding(number, number, number)  # no two samples share a vertex
-    alike = match_values(leader, channels) if options.weld and channels else None
+    same_values = match_values(leader, channels) if options.weld and channels else None
     return weld(
         leader,
         used_samples=None,  # triangles use all samples
         normals=normals,
         crease_angle=options.crease_angle,
         is_merged=options.weld,
-        same_values=alike,
+        same_values=same_values,
     )
 
 
@@ -179,10 +179,12 @@ def _sort_by_part(model: PatchModel, patch: Ints) -> tuple[Ints, list[MeshPart]]
         position[model.sequence] = np.arange(model.patch_count)
         patch = position[patch]
     order = np.argsort(patch, kind="stable")
-    ends = [part.first for part in model.parts] + [model.patch_count]
-    rows = np.searchsorted(patch[order], ends).tolist()
+    first_patches = [part.first for part in model.parts] + [model.patch_count]
+    # The number of triangles before each part, and the number of all triangles.
+    begins = np.searchsorted(patch[order], first_patches).tolist()
     return order, [
-        MeshPart(part.name, (rows[k], rows[k + 1]), (0, 0)) for k, part in enumerate(model.parts)
+        MeshPart(part.name, (begins[k], begins[k + 1]), (0, 0))
+        for k, part in enumerate(model.parts)
     ]
 
 

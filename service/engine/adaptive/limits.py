@@ -77,14 +77,14 @@ class MeshLimits:
 class SidePieces:
     """Counts the pieces of the sides of faces, once for each side, and limits the triangles.
 
-    A face of k pieces has at least k − 2 triangles.
+    A face with k pieces on its border has at least k − 2 triangles.
     """
 
     def __init__(self, faces: int, most: int) -> None:
         self.triangles, self._limits = -2 * faces, MeshLimits(most)
 
     def add(self, uses: Ints) -> None:
-        """Count n pieces; `uses` (n,) has the number of sides that have each piece."""
+        """Count n more pieces; `uses` (n,) has the number of sides that have each piece."""
         self.triangles += int(uses.sum())
         self._limits.count(self.triangles)
 

@@ -97,8 +97,8 @@ class ModelMesher:
             MeshLimits(most).count(int(estimate_least_triangles(model, goal.angle)))
         if normals is None and goal.angle < pi:
             (normals,) = build_side_normals([(model.batches, self.seams)])
-        edges = tighten_for_border(goal, rounding, model.bounds)
-        border = divide_border(self._faces, self.seams, edges, most, normals)
+        edge_goal = tighten_for_border(goal, rounding, model.bounds)
+        border = divide_border(self._faces, self.seams, edge_goal, most, normals)
         overlays = draw_overlays(model, border, options, storage, origin)
         if options.has_faces:
             triangulation = triangulate(
@@ -124,8 +124,8 @@ class ModelMesher:
             lines = build_line_mesh(model, options, overlays, origin, storage.dtype)
             mesh = replace(lines, step=storage.step)
         if options.has_wires:
-            rest = most - len(mesh.triangles)
-            curves = sample_goal_isocurves(model, self.seams, goal, options, rest)
+            most -= len(mesh.triangles)
+            curves = sample_goal_isocurves(model, self.seams, goal, options, most)
             mesh = add_wires(mesh, model, options, curves)
         return mesh
 
@@ -165,7 +165,7 @@ class GroupMesher:
         node_storage = storage if has_nodes else Storage()
         models = self._group.models
         steps = find_grid_steps(self._group, options) if is_quantized else (0.0,) * len(models)
-        self._models = [
+        self._meshers = [
             ModelMesher(model, options, replace(node_storage, step=step))
             for model, step in zip(models, steps, strict=True)
             if isinstance(model, PatchModel)  # always: groups with other models are refused before
@@ -182,13 +182,13 @@ class GroupMesher:
         goals = build_model_goals(goal, group, rounding)
         copies = Counter(member.model for member in group.members)
         meshes = []
-        normals: list[SideNormals | None] = [None] * len(self._models)
+        normals: list[SideNormals | None] = [None] * len(self._meshers)
         if goal.angle < pi:
             normals[:] = build_side_normals(
-                [(mesher.model.batches, mesher.seams) for mesher in self._models]
+                [(mesher.model.batches, mesher.seams) for mesher in self._meshers]
             )
-        for number, (model, model_goal) in enumerate(zip(self._models, goals, strict=True)):
-            mesh = model.build_mesh(model_goal, most // copies[number], effort, normals[number])
+        for number, (mesher, model_goal) in enumerate(zip(self._meshers, goals, strict=True)):
+            mesh = mesher.build_mesh(model_goal, most // copies[number], effort, normals[number])
             most -= len(mesh.triangles) * copies[number]
             meshes.append(mesh)
         scene = arrange(group, tuple(meshes))

@@ -26,7 +26,7 @@ from place to place.
    but not for a leaf that is much longer in this one.)
 2. As the strip over a segment of the border becomes flat, its nets contract into the hull of the
    net of the segment. This net is within 0.95 ε of the segment (by `divide_border`), and the
-   segment is a side of the base triangle of the strip. So the strip passes.
+   segment is a side of one triangle of the strip, its base. So the strip passes.
 3. A leaf may be cut because a piece of the border beside it is not an edge of any triangle, or
    because more than two triangles have one of its edges. This happens only if two of its corners
    are one vertex. Two places inside a face are different vertices, so the leaf reaches from side to
@@ -67,7 +67,7 @@ FLATTER = 2
 """Number of halvings of the height of a strip that fails."""
 
 CLOSE = 1.5
-"""The bound of a part is refined if it is at most this factor above the allowed deviation."""
+"""The bound of a part is refined if it is at most this factor times the allowed deviation."""
 
 QUARTERS = np.array(
     [
@@ -125,9 +125,12 @@ def replace_failing(task: Task, failing: Leaves, along_v: Bools, is_plain: Bools
     """
     a, b, c = failing.form[3:6]
     allowed = failing.form[6]
+    # Heights between the surface and the lines from the middle to the corners, on the diagonal from
+    # (0, 0) to (1, 1) and on the other one.
+    rising, falling = (a + 2.0 * b + c) * 0.25, (a - 2.0 * b + c) * 0.25
     # Columns: triangles of the fan on sides along u, and on sides along v; rows: their edges.
-    one, other = (a + 2.0 * b + c) * 0.25, (a - 2.0 * b + c) * 0.25
-    heights = maximize_heights(np.array([[a, c], [one, one], [other, other]])).max(axis=0)
+    edges = np.array([[a, c], [rising, rising], [falling, falling]])
+    heights = maximize_heights(edges).max(axis=0)
     to_fan = is_plain & ~failing.is_fan & (heights <= allowed)
     fans, rest = failing.take(to_fan), failing.take(~to_fan)
     fans = replace(fans, is_fan=np.ones(len(fans), dtype=bool))
@@ -155,12 +158,13 @@ class Proofs:
         """Prove all triangles that changed, or whose reference or base triangle changed."""
         triangles = draft.triangles
         count, changed = len(triangles), triangles.is_changed
-        more = count - len(self.meets_goal)
-        self.deviation = np.concatenate([self.deviation, np.full(more, np.inf)])
-        self.mesh = np.concatenate([self.mesh, np.zeros(more)])
-        self.meets_goal = np.concatenate([self.meets_goal, np.zeros(more, dtype=bool)])
+        added = count - len(self.meets_goal)
+        self.deviation = np.concatenate([self.deviation, np.full(added, np.inf)])
+        self.mesh = np.concatenate([self.mesh, np.zeros(added)])
+        self.meets_goal = np.concatenate([self.meets_goal, np.zeros(added, dtype=bool)])
         todo = changed | changed[triangles.reference]
         todo |= (triangles.base >= 0) & changed[triangles.base]
+        # Triangles without a reference triangle (−1) are left out, whatever `changed[-1]` is.
         todo &= triangles.is_alive & (triangles.reference >= 0)
         rows = todo.nonzero()[0]
         for first, last in row_runs(len(rows), CHUNK):
@@ -217,7 +221,8 @@ def _find_failing(draft: Draft, meets_goal: Bools) -> tuple[Ints, Bools, Ints]:
         along_v[degenerate] = (
             box[3, degenerate] - box[2, degenerate] > box[1, degenerate] - box[0, degenerate]
         )
-    # Triangles with an edge that more than two triangles have.
+    # Triangles with an edge that more than two triangles have; their leaves are cut in the
+    # direction in which such an edge is longest.
     crossed, edge = triangles.crossed.T
     if len(crossed):
         begin, end = triangles.corners[crossed, edge], triangles.corners[crossed, (edge + 1) % 3]
@@ -249,17 +254,18 @@ def _prefer_vertices(draft: Draft, cut: Ints, along_v: Bools) -> Bools:
     other direction.
     """
     polygons, samples = draft.polygons, draft.samples
-    leaf, place = expand_runs(polygons.size[cut], polygons.first[cut])
-    leaves, corner = polygons.leaves.take(cut), polygons.polygon[place]
+    leaf, row = expand_runs(polygons.size[cut], polygons.first[cut])
+    leaves, corner = polygons.leaves.take(cut), polygons.polygon[row]
     u0, u1, v0, v1 = leaves.box[:, leaf]
     u, v = samples.u[corner], samples.v[corner]
-    at_u = (2 * u == u0 + u1) & ((v == v0) | (v == v1))
-    at_v = (2 * v == v0 + v1) & ((u == u0) | (u == u1))
-    more = np.bincount(leaf, at_v, len(cut)) - np.bincount(leaf, at_u, len(cut))
+    # Corners at an end of the cut that halves u, and of the cut that halves v.
+    ends_u_cut = (2 * u == u0 + u1) & ((v == v0) | (v == v1))
+    ends_v_cut = (2 * v == v0 + v1) & ((u == u0) | (u == u1))
+    v_surplus = np.bincount(leaf, ends_v_cut, len(cut)) - np.bincount(leaf, ends_u_cut, len(cut))
     long_u, long_v = np.sqrt(leaves.form[0]), np.sqrt(leaves.form[2])
-    across_v = (more > 0) & (LONG * long_v >= long_u)
-    across_u = (more < 0) & (LONG * long_u >= long_v)
-    chosen: Bools = across_v | (along_v & ~across_u)
+    prefers_v = (v_surplus > 0) & (LONG * long_v >= long_u)
+    prefers_u = (v_surplus < 0) & (LONG * long_u >= long_v)
+    chosen: Bools = prefers_v | (along_v & ~prefers_u)
     return chosen
 
 

@@ -51,34 +51,41 @@ class PatchPlaces:
 def find_samples(faces: Faces, triangulation: Triangulation) -> tuple[PatchPlaces, IndexArray]:
     """The samples that triangles use, and the corners (T, 3) of triangles as sample numbers."""
     spans = faces.spans[triangulation.face]
-    below = np.zeros(triangulation.triangles.shape, dtype=np.intp)
+    # For each corner: 1 if its triangle is before a knot line of u through it, plus 2 if of v.
+    before = np.zeros(triangulation.triangles.shape, dtype=np.intp)
     for axis, at in enumerate((triangulation.u, triangulation.v)):
         inner = (at % SPAN == 0) & (at > 0) & (at < spans[:, axis] * SPAN)
         if inner.any():
-            below |= _is_before_knot(at, triangulation.triangles, inner).astype(np.intp) << axis
-    # Each sample has four numbers, one for each patch that may be around it.
-    key = triangulation.triangles * 4 + below
+            before |= _is_before_knot(at, triangulation.triangles, inner).astype(np.intp) << axis
+    # Each sample of the triangulation has four keys, one for each patch that may be around it.
+    key = triangulation.triangles * 4 + before
     used = np.zeros(4 * len(triangulation.face), dtype=bool)
     used[key] = True
     number = np.cumsum(used, dtype=np.uint32) - np.uint32(1)
-    row, side = np.divmod(used.nonzero()[0], 4)
-    span_u, u = _split_places(triangulation.u[row], side & 1, spans[row, 0])
-    span_v, v = _split_places(triangulation.v[row], side >> 1, spans[row, 1])
+    row, row_before = np.divmod(used.nonzero()[0], 4)
+    span_u, u = _split_places(triangulation.u[row], row_before & 1, spans[row, 0])
+    span_v, v = _split_places(triangulation.v[row], row_before >> 1, spans[row, 1])
     face = triangulation.face[row]
     patch = faces.first[face] + span_u * faces.stride[face] + span_v
     return PatchPlaces(patch, u, v, triangulation.vertex[row]), number[key]
 
 
 def _is_before_knot(at: Ints, triangles: Ints, inner: Bools) -> Bools:
-    """Whether a triangle lies before the knot line through its corner: shape (T, 3)."""
+    """Whether a triangle lies before the knot line through its corner: shape (T, 3).
+
+    A triangle with a corner on a knot line is judged by the mean of its three corners.
+    """
     places = at[triangles]
     before: Bools = inner[triangles] & (places.sum(axis=1, keepdims=True) < 3 * places)
     return before
 
 
-def _split_places(at: Ints, below: Ints, spans: Ints) -> tuple[Ints, FloatArray]:
-    """Span and parameter of places along one direction; the last place is in the last span."""
-    span = np.minimum(at // SPAN, spans - 1) - below
+def _split_places(at: Ints, before: Ints, spans: Ints) -> tuple[Ints, FloatArray]:
+    """Span and parameter of places along one direction; the last place is in the last span.
+
+    `before` is 1 for places on a knot line that belong to the span before it, otherwise 0.
+    """
+    span = np.minimum(at // SPAN, spans - 1) - before
     return span, (at - span * SPAN) / SPAN
 
 
@@ -144,7 +151,7 @@ def _evaluate_channel(
 
 
 def _find_parameters(model: PatchModel, samples: PatchPlaces) -> FloatArray:
-    """Parameters (N, 2) of samples: (s, t) of triangles, otherwise (u, v).
+    """Parameters (N, 2) of samples: (u (1 − v), v) of triangular patches, otherwise (u, v).
 
     They are in the domain of the surface if the model has domains, otherwise in the patch.
     """

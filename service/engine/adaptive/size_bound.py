@@ -2,10 +2,10 @@
 
 Let M_uu, M_uv and M_vv bound the second derivatives. Every triangle within a cell of sides h_u, h_v
 is within (h_u² M_uu + 2 h_u h_v M_uv + h_v² M_vv) / 8 of the surface. So 1/h_u ≥ √(M_uu / (8 ε'))
-and so on, with ε' a third of ε, are fine enough for ε. Estimates and certificates use nets, which
-are further away than the surface, but hardly twice as far: cells that are fine enough for ε/2 are
-not cut. So a patch is cut into at most the number of cells computed here, where the numbers along u
-and along v are powers of 2.
+and so on, with ε' a third of ε, are fine enough for ε. Estimates and certificates use control
+points, which are further from the triangles than the surface is, but hardly twice as far: cells
+that are fine enough for ε/2 are not cut. So a patch is cut into at most the number of cells
+computed here, where the numbers along u and along v are powers of 2.
 
 A cut adds at most two vertices to the inside of a face; a fan, which replaces a cut, adds one. A
 face with V_i vertices inside and V_b on its border has 2 V_i + V_b − 2 triangles. So n cells with b
@@ -31,16 +31,16 @@ from service.engine.wires.isocurves import IsoCurves, sample_divided_isocurves
 from service.surface.batches import TrianglePatches
 from service.surface.lowered import PatchModel
 
-PARTS = 6
-"""Each of the three terms may take a share of 1/`PARTS` of the tolerance."""
+TERM_DIVISOR = 6
+"""Each of the three terms may be 1/6 of the tolerance: a third of its half."""
 
 FINEST, FEWEST = 30, 4
-"""Sides are halved at most `FINEST` times here, and have at least `FEWEST` pieces, because closed
-sides have."""
+"""Sides are halved at most `FINEST` times here, to the unit of places. They have at least `FEWEST`
+pieces, because a closed side is halved, and its halves are halved again."""
 
-SAMPLES, SMOOTH, CHUNK = 8, 0.5, 1 << 16
-"""Divisions of patches whose normals are sampled; the largest distance of unit normals of
-neighbouring samples that counts as a smooth turn; samples in one block."""
+DIVISIONS, SMOOTH, CHUNK = 8, 0.5, 1 << 16
+"""Divisions, in each direction, of patches whose normals are sampled; the largest distance of unit
+normals of neighbouring samples that counts as a smooth turn; about the samples in one block."""
 
 
 def sample_goal_isocurves(
@@ -91,8 +91,8 @@ def bound_triangles(model: PatchModel, goal: Goal, options: MeshOptions) -> Most
             seams, options.isocurves
         )
         if options.has_solid_wires:
-            more = bound_solid_counts(curves, samples, options)
-            vertices, triangles = vertices + more[0], triangles + more[1]
+            solid_vertices, solid_triangles, _ = bound_solid_counts(curves, samples, options)
+            vertices, triangles = vertices + solid_vertices, triangles + solid_triangles
         else:
             points += samples
     return MostTriangles(vertices, triangles, points)
@@ -110,27 +110,29 @@ def estimate_least_triangles(model: PatchModel, angle: float) -> float:
     area = 0.0
     for batch in model.batches:
         grids = batch.to_tensor() if isinstance(batch, TrianglePatches) else batch
-        for rows in row_slices(grids.count, SAMPLES**2, CHUNK):
+        for rows in row_slices(grids.count, DIVISIONS**2, CHUNK):
             chosen = grids.take(np.arange(grids.count)[rows])
-            normals = evaluate(chosen, (SAMPLES, SAMPLES)).normals
+            normals = evaluate(chosen, (DIVISIONS, DIVISIONS)).normals
             assert normals is not None
             a, b, c = normals[:, :-1, :-1], normals[:, 1:, :-1], normals[:, :-1, 1:]
             along_u, along_v = b - a, c - a
+            # Squares of the areas on the unit sphere, and of the larger turns along u and v.
             size = np.square(np.cross(along_u, along_v)).sum(axis=-1)
-            near = np.maximum(np.square(along_u).sum(axis=-1), np.square(along_v).sum(axis=-1))
-            area += float(np.sqrt(size[near < SMOOTH**2]).sum())
+            turn = np.maximum(np.square(along_u).sum(axis=-1), np.square(along_v).sum(axis=-1))
+            area += float(np.sqrt(size[turn < SMOOTH**2]).sum())
     return area / (sqrt(3) / 4 * angle**2) / 8
 
 
 def _bound_cells(model: PatchModel, goal: Goal) -> tuple[int, int]:
     """Upper bounds of the numbers of cells and of pieces of the borders of patches."""
     nearest = np.array([goal.find_nearest_distance(*model.bounds)])
-    share = max(float(goal.find_allowed(nearest)[0]) / PARTS, float(np.finfo(np.float64).tiny))
+    allowed = float(goal.find_allowed(nearest)[0])
+    term = max(allowed / TERM_DIVISOR, float(np.finfo(np.float64).tiny))
     cells = pieces = 0
     for batch in model.batches:
         patches = batch.to_tensor() if isinstance(batch, TrianglePatches) else batch
         bends = bound_second_derivatives(patches, (1, 1), (1, 1))
-        uu, uv, vv = (each[0, 0] / (8 * share) for each in (bends.uu, 2 * bends.uv, bends.vv))
+        uu, uv, vv = (each[0, 0] / (8 * term) for each in (bends.uu, 2 * bends.uv, bends.vv))
         along = [np.exp2(np.clip(np.ceil(np.log2(m + 1e-300) / 2), 0, FINEST)) for m in (uu, vv)]
         # By the mixed term, the product of both numbers must be at least `uv`; as a power of 2 it
         # is less than twice that.

@@ -29,8 +29,8 @@ NEAR = 1e-3
 """Least distance to the eye that counts, as a share of the model's diagonal: anything nearer fills
 the whole picture, and at the eye itself the allowed deviation would be 0."""
 
-SHARE = 2.0
-"""A tolerance must be at least this factor times the rounding of placing and storing."""
+LEAST_ROUNDINGS = 2.0
+"""A tolerance must be at least this many times the rounding of placing and storing."""
 
 LEAST_REST = 0.96
 """Edges are divided by the full tolerance if rounding leaves at least this share of it."""
@@ -132,8 +132,8 @@ def subtract_rounding(goal: Goal, rounding: float, bounds: Box) -> Goal:
 
 def _subtract(tolerance: float, rounding: float) -> float:
     """The tolerance less `rounding`; an error if rounding is most of it."""
-    if tolerance < SHARE * rounding:
-        raise build_tolerance_error(f"a distance of {tolerance:.6g}", SHARE * rounding)
+    if tolerance < LEAST_ROUNDINGS * rounding:
+        raise build_tolerance_error(f"a distance of {tolerance:.6g}", LEAST_ROUNDINGS * rounding)
     return tolerance - rounding
 
 

@@ -179,6 +179,7 @@ def _find_triangles_beside(face: Ints, corners: Ints, flat: Bools) -> Ints:
     size = int(corners.max()) + 1
     keys = (face[staying].repeat(3) * size + edges[:, 0]) * size + edges[:, 1]
     order = np.argsort(keys, kind="stable")
+    # Two of the three sorted corners are equal, so the first and the last end the segment.
     ends = np.sort(corners[flat], axis=1)
     segments = (face[flat] * size + ends[:, 0]) * size + ends[:, 2]
     row = np.minimum(np.searchsorted(keys, segments, sorter=order), len(keys) - 1)

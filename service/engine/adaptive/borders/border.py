@@ -98,12 +98,13 @@ def divide_border(
     along = division.at[source]
     along = np.where(chains.reversed[run], chains.length[chain] * SPAN - along, along)
     target = start[chains.side[run]] + divisions_before[run] + k
-    at, listed = np.zeros(start[-1], dtype=np.intp), np.empty(start[-1], dtype=np.intp)
-    at[target], listed[target] = chains.first[run] * SPAN + along, vertex[source]
-    single = start[:-1][collapsed.ravel()]
-    at[single + 1] = spans[collapsed] * SPAN
-    listed[single] = listed[single + 1] = number[len(corners) - len(poles) :]
-    return Border(start.astype(np.intp), at, listed, points, collapsed)
+    at, entry_vertex = np.zeros(start[-1], dtype=np.intp), np.empty(start[-1], dtype=np.intp)
+    at[target], entry_vertex[target] = chains.first[run] * SPAN + along, vertex[source]
+    # The first of the two entries of each side that is one point.
+    pole = start[:-1][collapsed.ravel()]
+    at[pole + 1] = spans[collapsed] * SPAN
+    entry_vertex[pole] = entry_vertex[pole + 1] = number[len(corners) - len(poles) :]
+    return Border(start.astype(np.intp), at, entry_vertex, points, collapsed)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -141,6 +142,7 @@ class BorderPlaces:
         """The places of the border of faces."""
         size = (faces.spans * SPAN).T
         side = np.arange(len(border.start) - 1).repeat(border.start[1:] - border.start[:-1])
+        # Sides 0 and 1 (u = 0 and the greatest u) run along v, sides 2 and 3 along u.
         far, s, at = size[:, side // 4], side % 4, border.at
         u = np.where(s < 2, np.where(s == 1, far[0], 0), at)
         v = np.where(s < 2, at, np.where(s == 3, far[1], 0))

@@ -193,20 +193,22 @@ def _list_single_chains(steps: _Steps, single: Bools) -> _ChainRuns:
 def _join_chains(steps: _Steps, groups: list[_ChainRuns]) -> Chains:
     """All chains in one list, and all runs in the order of their sides."""
     edges, backward, corners, chain = [], [], [], []
-    length = np.repeat([part.steps.shape[1] for part in groups], [len(p.steps) for p in groups])
+    length = np.repeat(
+        [runs.steps.shape[1] for runs in groups], [len(runs.steps) for runs in groups]
+    )
     count = 0
-    for part in groups:
-        against = part.turned[:, None]
-        begin = np.where(against, steps.end[part.steps], steps.begin[part.steps])
-        last = part.steps[:, -1:]
+    for runs in groups:
+        against = runs.turned[:, None]
+        begin = np.where(against, steps.end[runs.steps], steps.begin[runs.steps])
+        last = runs.steps[:, -1:]
         end = np.where(against, steps.begin[last], steps.end[last])
-        edges.append(steps.edge[part.steps].ravel())
-        backward.append((steps.backward[part.steps] ^ against).ravel())
+        edges.append(steps.edge[runs.steps].ravel())
+        backward.append((steps.backward[runs.steps] ^ against).ravel())
         corners.append(np.concatenate([begin, end], axis=1).ravel())
-        chain.append(part.chain + count)
-        count += len(part.steps)
+        chain.append(runs.chain + count)
+        count += len(runs.steps)
     side, first, turned = (
-        np.concatenate([getattr(part, name) for part in groups])
+        np.concatenate([getattr(runs, name) for runs in groups])
         for name in ("side", "first", "reversed")
     )
     order = np.lexsort((first, side))

@@ -57,11 +57,12 @@ class SideNormals:
         largest of all patches. `begin` and `end` (M,) are parameters in [0, 1]; `against` (M,) says
         whether they are counted against the direction of the edge.
         """
-        run = self.number[edge]
-        part, row = expand_runs(self.count[run], self.start[run])
+        distinct = self.number[edge]
+        part, row = expand_runs(self.count[distinct], self.start[distinct])
         patch, side = np.divmod(self.side[row], 4)
         t = np.stack([begin, begin + (end - begin) / 2, end], axis=1)[part]
         along = np.where((against[part] ^ self.backward[row])[:, None], 1.0 - t, t)
+        # Sides 0 and 1 are u = 0 and u = 1, sides 2 and 3 are v = 0 and v = 1.
         across = np.broadcast_to((side % 2.0)[:, None], along.shape)
         along_v = side[:, None] < 2
         u, v = np.where(along_v, across, along), np.where(along_v, along, across)
@@ -101,23 +102,25 @@ def build_side_normals(models: Sequence[tuple[Sequence[Patches], Seams]]) -> lis
 
 def _number_different_edges(seams: Sequence[Seams]) -> list[Ints]:
     """Numbers of the edges (E,) of each model, equal for equal curves."""
-    numbers = [np.zeros(len(seam.users), np.intp) for seam in seams]
-    sizes = {group.points.shape[1] for seam in seams for group in seam.curves}
+    numbers = [np.zeros(len(model_seams.users), np.intp) for model_seams in seams]
+    sizes = {group.points.shape[1] for model_seams in seams for group in model_seams.curves}
     count = 0
     for size in sorted(sizes):
         ids, rows = [], []
-        for number, seam in zip(numbers, seams, strict=True):
-            for group in seam.curves:
+        for number, model_seams in zip(numbers, seams, strict=True):
+            for group in model_seams.curves:
                 if group.points.shape[1] == size:
-                    many = len(group.points)
-                    weights = np.ones((many, size)) if group.weights is None else group.weights
+                    edges = len(group.points)
+                    weights = np.ones((edges, size)) if group.weights is None else group.weights
                     rows.append(
-                        np.concatenate([group.points.reshape(many, 3 * size), weights], axis=1)
+                        np.concatenate([group.points.reshape(edges, 3 * size), weights], axis=1)
                     )
                     ids.append((number, group.ids))
-        first, place = unique_rows(np.concatenate(rows))
-        for number, edges in ids:
-            number[edges], place = count + place[: len(edges)], place[len(edges) :]
+        first, row_number = unique_rows(np.concatenate(rows))
+        begin = 0
+        for number, edge in ids:
+            number[edge] = count + row_number[begin : begin + len(edge)]
+            begin += len(edge)
         count += len(first)
     return numbers
 
@@ -186,38 +189,39 @@ class Tree:
         sizes = [rows.stop - rows.start for rows in self.level]
         return np.repeat(np.arange(len(sizes)), sizes)
 
-    def walk(self, cut: Bools, closed: Bools, again: Bools) -> tuple[Bools, Bools, Bools]:
-        """Which pieces exist, which of them are cut, and which must be cut; all (M,).
+    def walk(self, bent: Bools, closed: Bools, forced: Bools) -> tuple[Bools, Bools]:
+        """Which pieces exist, and which of them are cut; both (M,).
 
-        `cut` (M,) marks pieces that must be cut for their shape, `closed` (M,) those that end in
-        their first point. A piece of the first level must be cut if it is marked in `again`, any
-        other piece if it is half of a closed piece.
+        A piece exists if it is of the first level, or a half of a piece that is cut. It is cut if
+        it is marked in `bent` (M,), for its shape; or if it is a half of a piece that is marked in
+        `closed` (M,), because that ends in its first point; or if it is of the first level, of n
+        pieces, and marked in `forced` (n,).
         """
-        real, must, cut = np.ones(len(cut), dtype=bool), np.zeros(len(cut), dtype=bool), cut.copy()
-        must[self.level[0]] = again
-        cut[self.level[0]] |= again
+        exists, cut = np.ones(len(bent), dtype=bool), bent.copy()
+        cut[self.level[0]] |= forced
         for rows in self.level[1:]:
             above = self.parent[rows]
-            real[rows], must[rows] = cut[above], closed[above]
-            cut[rows] = (cut[rows] | must[rows]) & real[rows]
-        return real, cut, must
+            exists[rows] = cut[above]
+            cut[rows] = (bent[rows] | closed[above]) & exists[rows]
+        return exists, cut
 
 
 def group_curves(chains: Chains, seams: Seams, normals: SideNormals | None) -> Iterator[Curves]:
     """All chains, grouped by degree."""
-    kind, place = (np.empty(len(seams.users), dtype=np.intp) for _ in range(2))
+    # For each edge of the model, the number of its group in `seams.curves`, and its row there.
+    group_number, group_row = (np.empty(len(seams.users), dtype=np.intp) for _ in range(2))
     for number, group in enumerate(seams.curves):
-        kind[group.ids], place[group.ids] = number, np.arange(len(group.ids))
-    kinds = kind[chains.edge]
+        group_number[group.ids], group_row[group.ids] = number, np.arange(len(group.ids))
+    edge_group = group_number[chains.edge]
     uses, length = chains.uses, chains.length
     for number, group in enumerate(seams.curves):
-        rows = (kinds == number).nonzero()[0]
-        chain = (kinds[chains.start[:-1]] == number).nonzero()[0]
+        rows = (edge_group == number).nonzero()[0]
+        chain = (edge_group[chains.start[:-1]] == number).nonzero()[0]
         if not len(chain):
             continue
         owner = np.repeat(np.arange(len(chain)), length[chain])
         origin = seams.corner_points[chains.corner[chains.start[chain] + chain]]
-        chosen, turned = place[chains.edge[rows]], chains.backward[rows]
+        chosen, turned = group_row[chains.edge[rows]], chains.backward[rows]
         points = group.points[chosen]
         points[turned] = points[turned, ::-1]
         points -= origin[owner, None]
@@ -243,7 +247,7 @@ def group_curves(chains: Chains, seams: Seams, normals: SideNormals | None) -> I
 
 
 def build_halving_tree(count: int, levels: int) -> Tree:
-    """The tree of `count` pieces that are all halved `levels` − 1 times, or not at all."""
+    """The tree of `count` pieces, all halved `levels` − 1 times (0 times if `levels` is 0)."""
     ends = [count * (2**k - 1) for k in range(max(levels, 1) + 1)]
     level = [slice(*pair) for pair in pairwise(ends)]
     number = np.arange(ends[-1])
@@ -264,8 +268,8 @@ def halve_nets(tree: Tree, at: Ints, depth: int, nets: FloatArray) -> tuple[Ints
     places = np.empty(len(tree.parent), dtype=np.intp)
     halves = np.empty((len(places), *nets.shape[1:]))
     places[tree.level[0]], halves[tree.level[0]] = at, nets
-    for number, (rows, below) in enumerate(pairwise(tree.level), start=depth + 1):
-        both = halves[below].reshape(2, -1, *nets.shape[1:])
+    for halvings, (rows, lower) in enumerate(pairwise(tree.level), start=depth + 1):
+        both = halves[lower].reshape(2, -1, *nets.shape[1:])
         halve(halves[rows].transpose(1, 2, 0), 0, both.transpose(2, 3, 0, 1))
-        places[below] = (places[rows] + np.array([[0], [SPAN >> number]])).ravel()
+        places[lower] = (places[rows] + np.array([[0], [SPAN >> halvings]])).ravel()
     return places, halves

@@ -50,7 +50,7 @@ so that a narrow bend does not count as a crease."""
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Division:
-    """The vertices of chains: those of chain c are `start[c] : start[c+1]`, including both ends.
+    """The vertices of chains: `start[c] : start[c+1]` are those of chain c, its two ends included.
 
     Attributes
     ----------
@@ -86,17 +86,18 @@ def divide_chains(
     pieces = SidePieces(faces, most)
     pieces.add(chains.uses)
     length = chains.length
-    every = np.arange(len(length))
+    all_chains = np.arange(len(length))
     # The last vertex of each chain; all other vertices are the first points of pieces.
-    parts = [(every, length * SPAN, np.zeros((len(every), 3)))]
+    parts = [(all_chains, length * SPAN, np.zeros((len(all_chains), 3)))]
     parts += [
         _divide_curves(curves, goal, pieces) for curves in group_curves(chains, seams, normals)
     ]
     chain, at, points = (np.concatenate(columns) for columns in zip(*parts, strict=True))
     order = np.lexsort((at, chain))
     chain, at = chain[order], at[order]
+    # Every chain has one corner more than edges.
     knot = chains.start[chain] + chain + at // SPAN
-    start = np.concatenate([[0], np.cumsum(np.bincount(chain, minlength=len(every)))])
+    start = np.concatenate([[0], np.cumsum(np.bincount(chain, minlength=len(all_chains)))])
     corner = np.where(at % SPAN == 0, chains.corner[knot], -1)
     return Division(start.astype(np.intp), at, corner, points[order])
 
@@ -105,13 +106,13 @@ def _divide_curves(curves: Curves, goal: Goal, pieces: SidePieces) -> tuple[Ints
     """The chain, the place and the first point of each piece, in any order."""
     several = curves.start[1:] - curves.start[:-1] > 1
     row = curves.start[:-1][~several]
-    cuts, again = np.zeros_like(row), np.zeros(len(row), dtype=bool)
+    cuts, forced = np.zeros_like(row), np.zeros(len(row), dtype=bool)
     straight_parts: list[tuple[Ints, Ints, FloatArray]] = []
     if several.any():
-        straight, *more = cut_at_knots(curves, several.nonzero()[0], goal, pieces)
-        row, cuts, again = map(np.concatenate, zip((row, cuts, again), more, strict=True))
+        straight, *singles = cut_at_knots(curves, several.nonzero()[0], goal, pieces)
+        row, cuts, forced = map(np.concatenate, zip((row, cuts, forced), singles, strict=True))
         straight_parts.append((straight, np.zeros_like(straight), curves.nets[straight, 0]))
-    straight_parts += halve_edges(curves, (row, cuts, again), goal, pieces)
+    straight_parts += halve_edges(curves, (row, cuts, forced), goal, pieces)
     row, at, nets = (np.concatenate(columns) for columns in zip(*straight_parts, strict=True))
     owner = curves.owner[row]
     points = project_nets(nets[:, None], 3)[:, 0] + curves.origin[owner]
@@ -123,13 +124,14 @@ class _EdgeParts:
     """M parts of edges (`row`) that begin at the places `at`, and their nets.
 
     All are results of `depth` halvings of their edges. `cuts` (M,) is the number of cuts, at knots
-    too, that led to each part; parts marked in `again` must be cut.
+    too, that led to each part; parts marked in `forced` must be cut, because each is a half of a
+    closed piece.
     """
 
     row: Ints
     at: Ints
     cuts: Ints
-    again: Bools
+    forced: Bools
     depth: int
     nets: FloatArray
 
@@ -147,21 +149,23 @@ def halve_edges(
     straight_parts: list[tuple[Ints, Ints, FloatArray]] = []
     waiting: list[_EdgeParts] = []
     for begin, end in row_runs(len(single[0]), block):
-        row, cuts, again = single[0][begin:end], single[1][begin:end], single[2][begin:end]
-        waiting.append(_EdgeParts(row, np.zeros_like(row), cuts, again, 0, curves.nets[row]))
+        row, cuts, forced = single[0][begin:end], single[1][begin:end], single[2][begin:end]
+        waiting.append(_EdgeParts(row, np.zeros_like(row), cuts, forced, 0, curves.nets[row]))
     while waiting:
         parts = waiting.pop()
+        # L levels have 2^L − 1 times the coordinates of the first: the most that `AHEAD` allows.
         tree = build_halving_tree(len(parts.row), (AHEAD // parts.nets.size + 1).bit_length() - 1)
         at, nets = halve_nets(tree, parts.at, parts.depth, parts.nets)
-        number = np.arange(len(at)) % len(parts.row)
-        row, cuts = parts.row[number], parts.cuts[number] + tree.depth
+        # The part of the first level that contains each part; all levels have the same order.
+        root = np.arange(len(at)) % len(parts.row)
+        row, cuts = parts.row[root], parts.cuts[root] + tree.depth
         decision, slack = _judge_parts(
             curves, row, at, nets, goal, cuts=cuts, depth=parts.depth + tree.depth
         )
-        real, cut, _ = tree.walk(decision.cut, decision.closed, parts.again)
-        refuse_hopeless(decision, real, slack, goal)
+        exists, cut = tree.walk(decision.cut, decision.closed, parts.forced)
+        refuse_hopeless(decision, exists, slack, goal)
         pieces.add(curves.uses[curves.owner[row[cut]]])
-        done = (real & ~cut).nonzero()[0]
+        done = (exists & ~cut).nonzero()[0]
         straight_parts.append((row[done], at[done], nets[done, 0]))
         # The halves of the parts of the last level that must be cut are judged later.
         last = tree.level[-1]
@@ -172,11 +176,11 @@ def halve_edges(
             at_both, both = halve_nets(
                 build_halving_tree(len(rows), 2), at[rows], depth - 1, nets[rows]
             )
-            half = slice(len(rows), None)
-            doubled = (np.tile(column[rows], 2) for column in (row, cuts + 1, decision.closed))
-            again_row, again_cuts, again = doubled
+            halves = slice(len(rows), None)  # the second level; the first is the parts themselves
+            half_row, half_cuts = np.tile(row[rows], 2), np.tile(cuts[rows] + 1, 2)
+            forced = np.tile(decision.closed[rows], 2)  # both halves of a closed part must be cut
             waiting.append(
-                _EdgeParts(again_row, at_both[half], again_cuts, again, depth, both[half])
+                _EdgeParts(half_row, at_both[halves], half_cuts, forced, depth, both[halves])
             )
     return straight_parts
 

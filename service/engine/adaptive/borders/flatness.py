@@ -37,7 +37,8 @@ vertices that show it. And two chains between the same two corners, as at the en
 one segment only if both are nearly straight: they turn by at most some twenty degrees."""
 
 MOST_CUTS_OF_CLOSED = 8
-"""Number of cuts after which a piece is no longer cut because it ends where it began."""
+"""Number of cuts after which a piece is no longer cut for ending where it began; without a limit, a
+piece that is one point would be cut for ever."""
 
 MOST_HALVINGS_FOR_ANGLE = 12
 """Number of halvings of an edge after which it is no longer cut for an angle: at a cusp no number
@@ -161,29 +162,30 @@ def cut_at_knots(
     -------
     straight : ndarray of int
         First edges of straight pieces of several edges.
-    row, cuts, again : ndarrays of int, int and bool
+    row, cuts, forced : ndarrays of int, int and bool
         Single edges that remain to be halved, the number of cuts that led to each, and whether each
         must be cut in any case.
     """
+    # The edges of each piece are first, …, last − 1.
     first, last = curves.start[chains], curves.start[chains + 1]
-    cuts, again = np.zeros_like(first), np.zeros(len(first), dtype=bool)
-    straight, singles = [first[:0]], [(first[:0], cuts[:0], again[:0])]
+    cuts, forced = np.zeros_like(first), np.zeros(len(first), dtype=bool)
+    straight, singles = [first[:0]], [(first[:0], cuts[:0], forced[:0])]
     while True:
         single = last - first == 1
-        singles.append((first[single], cuts[single], again[single]))
-        first, last, cuts, again = (column[~single] for column in (first, last, cuts, again))
+        singles.append((first[single], cuts[single], forced[single]))
+        first, last, cuts, forced = (column[~single] for column in (first, last, cuts, forced))
         if not len(first):
-            row, cuts, again = (np.concatenate(parts) for parts in zip(*singles, strict=True))
-            return np.concatenate(straight), row, cuts, again
+            row, cuts, forced = (np.concatenate(parts) for parts in zip(*singles, strict=True))
+            return np.concatenate(straight), row, cuts, forced
         decision, slack = _judge_runs(curves, first, last, cuts, goal)
         refuse_hopeless(decision, np.ones(len(first), dtype=bool), slack, goal)
-        cut = decision.cut | again
+        cut = decision.cut | forced
         straight.append(first[~cut])
         first, last = first[cut], last[cut]
         pieces.add(curves.uses[curves.owner[first]])
         middle = (first + last) // 2
         first, last = np.append(first, middle), np.append(middle, last)
-        cuts, again = np.tile(cuts[cut] + 1, 2), np.tile(decision.closed[cut], 2)
+        cuts, forced = np.tile(cuts[cut] + 1, 2), np.tile(decision.closed[cut], 2)
 
 
 def _judge_runs(
@@ -220,6 +222,7 @@ def _judge_runs(
     )
     turns = curves.measure_turns(rows, np.zeros(len(rows)), np.ones(len(rows)))
     if turns is not None:
-        far = np.add.reduceat(turns[1], begin) > find_chord(goal.angle)
+        _, edge_turns = turns
+        far = np.add.reduceat(edge_turns, begin) > find_chord(goal.angle)
         decision = replace(decision, cut=decision.cut | far)
     return decision, slack

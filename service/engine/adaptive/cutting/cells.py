@@ -20,8 +20,8 @@ from service.engine.bounds.patch_nets import Nets, PatchNets
 from service.engine.bounds.vectors import Columns, Vectors
 
 SHORTEST = 16
-"""Least side of a cell, in units of places: it leaves room for a corner that is moved into the face
-by a share of it, where the border has no vertex."""
+"""Least side of a cell, in units of places. It leaves room for corners that are moved into the face
+by a share of this side, where the border has no vertex."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -156,9 +156,9 @@ class Task:
 
 def build_whole_cells(faces: Faces) -> Cells:
     """One cell for each face."""
-    none = np.zeros(len(faces.first), dtype=np.intp)
+    zero = np.zeros(len(faces.first), dtype=np.intp)
     high = faces.spans * SPAN
-    return Cells(np.arange(len(faces.first)), np.array([none, high[:, 0], none, high[:, 1]]))
+    return Cells(np.arange(len(faces.first)), np.array([zero, high[:, 0], zero, high[:, 1]]))
 
 
 def halve(nets: FloatArray, axis: int, halves: FloatArray) -> None:
@@ -201,10 +201,10 @@ def evaluate_nine_points(nets: FloatArray) -> FloatArray:
     """Points at u, v ∈ {0, ½, 1}, shape (3, 3, 3, m): entry [i, j] is S(i/2, j/2), shape (3, m)."""
     lines = np.empty((3, *nets.shape[1:]))
     lines[0], lines[1], lines[2] = nets[0], _evaluate_middle(nets), nets[-1]
-    places = np.empty((3, 3, *nets.shape[2:]))
-    places[:, 0], places[:, 2] = lines[:, 0], lines[:, -1]
-    places[:, 1] = _evaluate_middle(lines.swapaxes(0, 1))
-    return project_cells(places)
+    points = np.empty((3, 3, *nets.shape[2:]))
+    points[:, 0], points[:, 2] = lines[:, 0], lines[:, -1]
+    points[:, 1] = _evaluate_middle(lines.swapaxes(0, 1))
+    return project_cells(points)
 
 
 def project_cells(nets: FloatArray) -> FloatArray:
@@ -253,7 +253,7 @@ def restrict(nets: Nets, rows: Ints, cells: Cells) -> FloatArray:
     first = low // SPAN * SPAN
     if (high - low == SPAN).all():
         return elevate(nets.take(rows))
-    places = np.array([low - first, high - first]) / SPAN
-    along = (build_blossoms(degree, places[:, k]) for k, degree in enumerate(nets.degree))
+    ends = np.array([low - first, high - first]) / SPAN  # parameters of the patch
+    along = (build_blossoms(degree, ends[:, k]) for k, degree in enumerate(nets.degree))
     boxes = build_box_nets(nets.items.take(rows, axis=0), *along)
     return elevate(np.ascontiguousarray(boxes.transpose(2, 3, 1, 0)))

@@ -42,7 +42,7 @@ SKEW = 0.25
 """Share of a cell's skewness that counts for the longer side when a direction is chosen."""
 
 LENGTH = 1e-3
-"""Share of the allowed deviation that counts for the longer side; it breaks ties."""
+"""Share of the allowed deviation that counts for the longer side too; it breaks ties."""
 
 
 def estimate_cells(
@@ -68,8 +68,8 @@ def estimate_cells(
     at_border : ndarray of bool, shape (4, m)
         Whether the sides ab, bc, cd, da of the cells are on the border of the face.
     """
-    at = evaluate_nine_points(nets)
-    nine_points = at.reshape(9, *at.shape[2:])
+    grid = evaluate_nine_points(nets)
+    nine_points = grid.reshape(9, *grid.shape[2:])
     planes, normal, steps, squares = find_planes(nine_points)
     flat = planes.flat
     allowed = find_allowed(nets, goal, eye)
@@ -91,25 +91,29 @@ def estimate_cells(
     if len(tried):
         normals = np.where(is_rising, planes.normals[:2], planes.normals[2:]).take(tried, axis=-1)
         net, no_plane = project_cells(nets.take(tried, axis=-1)), flat[tried]
-        more = measure_remainder(net, at.take(tried, axis=-1), normals, no_plane, goal.two_sided)
-        more *= REMAINDER_SHARE
-        passes = best[tried] + more <= allowed[tried]
-        rest = (~passes & may_fan[tried]).nonzero()[0]
-        if len(rest):
-            fan = measure_fans(nine_points.take(tried[rest], axis=-1), goal.two_sided)
-            is_fan[tried[rest]] = fan + more[rest] <= FAN_SHARE * allowed[tried[rest]]
+        remainder = measure_remainder(
+            net, grid.take(tried, axis=-1), normals, no_plane, goal.two_sided
+        )
+        remainder *= REMAINDER_SHARE
+        passes = best[tried] + remainder <= allowed[tried]
+        other = (~passes & may_fan[tried]).nonzero()[0]  # rows of `tried`
+        if len(other):
+            rows = tried[other]
+            fan_heights = measure_fans(nine_points.take(rows, axis=-1), goal.two_sided)
+            is_fan[rows] = fan_heights + remainder[other] <= FAN_SHARE * allowed[rows]
         fails[tried] = ~(passes | is_fan[tried])
         # Cells that fail only because of their remainder are cut as their whole nets bend.
-        above = (fails[tried] & fits[tried]).nonzero()[0]
-        if len(above):
-            net, normals = net.take(above, axis=-1), normals.take(above, axis=-1)
-            bends[:, tried[above]] = measure_sag(net, normals, no_plane[above], goal.two_sided)
+        curled = (fails[tried] & fits[tried]).nonzero()[0]
+        if len(curled):
+            net, normals = net.take(curled, axis=-1), normals.take(curled, axis=-1)
+            bends[:, tried[curled]] = measure_sag(net, normals, no_plane[curled], goal.two_sided)
+    # `signed` has heights of the cell over chords, a form has heights of chords over the cell.
     form = build_forms(steps, normal, -signed[4:], allowed)
     # Rows 0 and 2 of `Leaves.form` are the squared lengths along u and v. Row 4 is b, and 8 b is
     # (S_00 − S_10 + S_11 − S_01) · n.
     v_first = choose_directions(bends, np.sqrt(form[:3:2]), form[4] * 8.0, allowed)
     if scale is not None:
-        turning, turns_along_v = compare_normals(at, goal.angle, scale, nets)
+        turning, turns_along_v = compare_normals(grid, goal.angle, scale, nets)
         turning &= ~fails
         fails |= turning
         v_first = np.where(turning, turns_along_v, v_first)

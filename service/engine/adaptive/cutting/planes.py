@@ -77,7 +77,7 @@ class Planes:
     worse: Ints
 
 
-def find_planes(at: FloatArray) -> tuple[Planes, Vectors, FloatArray, FloatArray]:
+def find_planes(points: FloatArray) -> tuple[Planes, Vectors, FloatArray, FloatArray]:
     """Planes of cells, given nine points (9, 3, m) of each.
 
     Returns
@@ -90,12 +90,13 @@ def find_planes(at: FloatArray) -> tuple[Planes, Vectors, FloatArray, FloatArray
     squares : ndarray of float64, shape (6, m)
         The squares of the lengths of these vectors.
     """
-    steps = at.take(STEPS[0], axis=0)
-    steps -= at.take(STEPS[1], axis=0)
+    steps = points.take(STEPS[0], axis=0)
+    steps -= points.take(STEPS[1], axis=0)
     squares = dot(steps, steps)
-    lines = steps.reshape(-1, steps.shape[2])
-    crossed = lines.take(CYCLES[0][0], axis=0) * lines.take(CYCLES[1][1], axis=0)
-    crossed -= lines.take(CYCLES[1][0], axis=0) * lines.take(CYCLES[0][1], axis=0)
+    # The vector products of `FACTORS`, for all at once; each row is one coordinate of one step.
+    rows = steps.reshape(-1, steps.shape[2])
+    crossed = rows.take(CYCLES[0][0], axis=0) * rows.take(CYCLES[1][1], axis=0)
+    crossed -= rows.take(CYCLES[1][0], axis=0) * rows.take(CYCLES[0][1], axis=0)
     size = np.sqrt(dot(crossed, crossed))
     has_no_area = size[:4] <= THIN * np.maximum.reduce(squares.take(TRIANGLE_SIDES, axis=0), axis=1)
     size[4] = np.maximum(size[4], np.finfo(float).tiny)
@@ -110,7 +111,7 @@ def find_planes(at: FloatArray) -> tuple[Planes, Vectors, FloatArray, FloatArray
 
 
 def measure_heights(
-    at: FloatArray, planes: Planes, normal: Vectors, two_sided: bool
+    points: FloatArray, planes: Planes, normal: Vectors, two_sided: bool
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Heights of nine points (9, 3, m) of cells over planes and along unit normals (3, m).
 
@@ -127,18 +128,20 @@ def measure_heights(
         The same heights; but distances if a cell has no plane, and the larger of the absolute
         height and half the distance if the goal has two sides.
     """
-    difference = at.take(HALFWAY, axis=0)
-    difference -= at.take(TRIANGLE_CORNERS, axis=0)
+    difference = points.take(HALFWAY, axis=0)
+    difference -= points.take(TRIANGLE_CORNERS, axis=0)
     highs = maximize_heights(dot(difference, planes.normals))
     over = np.maximum(highs[::2], highs[1::2])
-    bends = at.take(BENDS[1], axis=0)
-    bends += at.take(BENDS[2], axis=0)
+    # Vectors from the middles of the chords to the middles of the lines.
+    bends = points.take(BENDS[1], axis=0)
+    bends += points.take(BENDS[2], axis=0)
     bends *= -0.5
-    bends += at.take(BENDS[0], axis=0)
+    bends += points.take(BENDS[0], axis=0)
     signed = heights = dot(bends, normal)
     if two_sided or planes.flat.any():
         distances = np.sqrt(dot(bends, bends))
-        across = at[4] - (at[[0, 6]] + at[[8, 2]]) * 0.5
+        # The same vectors for the two diagonals.
+        across = points[4] - (points[[0, 6]] + points[[8, 2]]) * 0.5
         largest = np.maximum(distances[:4].max(axis=0), np.sqrt(dot(across, across)))
         over = np.where(planes.flat, largest, over)
         heights = np.where(planes.flat, distances, heights)
@@ -148,7 +151,7 @@ def measure_heights(
     return over, signed, heights
 
 
-def measure_fans(at: FloatArray, two_sided: bool) -> FloatArray:
+def measure_fans(points: FloatArray, two_sided: bool) -> FloatArray:
     """Largest heights (m,) of cells over fans: four triangles between a side and the middle.
 
     The spokes of a fan are the lines from its middle to the corners. Half-way along a spoke of a
@@ -156,19 +159,21 @@ def measure_fans(at: FloatArray, two_sided: bool) -> FloatArray:
 
     Parameters
     ----------
-    at : ndarray of float64, shape (9, 3, m)
+    points : ndarray of float64, shape (9, 3, m)
         Nine points of each cell.
     two_sided : bool
         Whether half of each distance at equal parameters counts too.
     """
-    corners, after, middle = at.take(FAN_CORNERS[0], axis=0), at.take(FAN_CORNERS[1], axis=0), at[4]
+    corners, after = points.take(FAN_CORNERS[0], axis=0), points.take(FAN_CORNERS[1], axis=0)
+    middle = points[4]
     normals = cross(after - corners, middle - corners)
     normals /= np.maximum(length(normals), np.finfo(float).tiny)[:, np.newaxis]
-    sides = at.take(BENDS[0, :4], axis=0) - (corners + after) * 0.5
+    sides = points.take(BENDS[0, :4], axis=0) - (corners + after) * 0.5
     spokes = (middle - (corners + corners.take(OPPOSITE, axis=0)) * 0.5) * 0.25
     bends = np.array([sides, spokes.take(AFTER_CORNER, axis=0), spokes])
     heights: FloatArray = np.maximum.reduce(maximize_heights(dot(bends, normals)), axis=0)
     if two_sided:
+        # `bends[2]` has the vectors of `bends[1]` in another order.
         heights = np.maximum(heights, 0.5 * length(bends[:2]).max(axis=(0, 1)))
     return heights
 
@@ -180,14 +185,14 @@ def maximize_heights(m: FloatArray) -> FloatArray:
 
 
 def measure_remainder(
-    net: FloatArray, at: FloatArray, normals: FloatArray, flat: Bools, two_sided: bool
+    net: FloatArray, points: FloatArray, normals: FloatArray, flat: Bools, two_sided: bool
 ) -> FloatArray:
     """The largest heights (m,) of control points of nets less their biquadratic parts.
 
     Parameters
     ----------
     net : ndarray of float64, shape (p+1, q+1, 3, m)
-    at : ndarray of float64, shape (3, 3, 3, m)
+    points : ndarray of float64, shape (3, 3, 3, m)
         Nine points of each cell.
     normals : ndarray of float64, shape (2, 3, m)
         Normals of both triangles.
@@ -199,13 +204,14 @@ def measure_remainder(
     normals = normals[:, np.newaxis, np.newaxis]
     heights: FloatArray
     heights = np.maximum.reduce(
-        np.abs(_subtract_biquadratic(dot(net, normals), dot(at, normals))), axis=(0, 1, 2)
+        np.abs(_subtract_biquadratic(dot(net, normals), dot(points, normals))), axis=(0, 1, 2)
     )
     if flat.any() or two_sided:
-        rest = _subtract_biquadratic(
-            net.swapaxes(0, 2).swapaxes(1, 2), at.swapaxes(0, 2).swapaxes(1, 2)
+        # The axis of the coordinates comes first.
+        remainder = _subtract_biquadratic(
+            net.swapaxes(0, 2).swapaxes(1, 2), points.swapaxes(0, 2).swapaxes(1, 2)
         )
-        lengths = np.sqrt(np.add.reduce(rest * rest, axis=0).max(axis=(0, 1)))
+        lengths = np.sqrt(np.add.reduce(remainder * remainder, axis=0).max(axis=(0, 1)))
         share = 0.5 if two_sided else 0.0
         heights = np.where(flat, lengths, np.maximum(heights, lengths * share))
     return heights
@@ -214,7 +220,7 @@ def measure_remainder(
 def measure_sag(net: FloatArray, normals: FloatArray, flat: Bools, two_sided: bool) -> FloatArray:
     """Bounds (2, m) of the heights of nets over chords along u and along v, by second differences.
 
-    The arguments are those of `measure_remainder`.
+    The parameters are those of `measure_remainder`.
     """
     sag = np.empty((2, net.shape[3]))
     for axis in (0, 1):
@@ -230,13 +236,13 @@ def measure_sag(net: FloatArray, normals: FloatArray, flat: Bools, two_sided: bo
     return sag
 
 
-def _subtract_biquadratic(values: FloatArray, at: FloatArray) -> FloatArray:
+def _subtract_biquadratic(nets: FloatArray, values: FloatArray) -> FloatArray:
     """Nets (k, p+1, q+1, m) less those of biquadratic functions with values (k, 3, 3, m)."""
-    along_u, along_v = (build_quadratic_matrix(n - 1)[..., np.newaxis] for n in values.shape[1:3])
-    row = along_u[:, 0, np.newaxis] * at[:, np.newaxis, 0]
-    row += along_u[:, 1, np.newaxis] * at[:, np.newaxis, 1]
-    row += along_u[:, 2, np.newaxis] * at[:, np.newaxis, 2]
-    rest = values - along_v[:, 0] * row[:, :, np.newaxis, 0]
+    along_u, along_v = (build_quadratic_matrix(n - 1)[..., np.newaxis] for n in nets.shape[1:3])
+    row = along_u[:, 0, np.newaxis] * values[:, np.newaxis, 0]
+    row += along_u[:, 1, np.newaxis] * values[:, np.newaxis, 1]
+    row += along_u[:, 2, np.newaxis] * values[:, np.newaxis, 2]
+    rest = nets - along_v[:, 0] * row[:, :, np.newaxis, 0]
     rest -= along_v[:, 1] * row[:, :, np.newaxis, 1]
     rest -= along_v[:, 2] * row[:, :, np.newaxis, 2]
     return rest

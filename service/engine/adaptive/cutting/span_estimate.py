@@ -41,12 +41,14 @@ def estimate_span_cells(task: Task, cells: Cells, nine_points: NinePoints) -> tu
     # From the middle of the face's first patch to the middle of the piece's patch.
     offset = middles.take(patch, axis=1) - middles.take(task.faces.first[piece_cells.face], axis=1)
     points = nine_points.evaluate(piece_cells, patch)
-    at = (points + offset).reshape(9, 3, -1)
+    # The same points (9, 3, N), about the middle of the face's first patch.
+    face_points = (points + offset).reshape(9, 3, -1)
     # Of the nine points of each cell (3 × 3, u outermost) only the corners are filled.
     # The pieces of a cell are numbered from `start` to `end`, in lines along v of `width` pieces.
     corner = np.zeros((9, 3, len(cells)))
-    corner[0], corner[6] = at[0][:, pieces.start], at[6][:, pieces.end - pieces.width + 1]
-    corner[8], corner[2] = at[8][:, pieces.end], at[2][:, pieces.start + pieces.width - 1]
+    corner[0], corner[8] = face_points[0][:, pieces.start], face_points[8][:, pieces.end]
+    corner[6] = face_points[6][:, pieces.end - pieces.width + 1]
+    corner[2] = face_points[2][:, pieces.start + pieces.width - 1]
     planes, normal, steps, squares = find_planes(corner)
     allowed = _find_allowed(task, pieces)
     if goal.angle < np.pi:
@@ -61,16 +63,16 @@ def estimate_span_cells(task: Task, cells: Cells, nine_points: NinePoints) -> tu
 
     triangles = _CellTriangles(corner[[0, 6, 8, 2]], planes, distance_share)
     shares_of_points = np.repeat(shares[0], 3, axis=0), np.tile(shares[1], (3, 1))
-    heights = pieces.find_largest(triangles.measure_heights(at, shares_of_points, cell))
+    heights = pieces.find_largest(triangles.measure_heights(face_points, shares_of_points, cell))
     # The diagonal with fewer triangles without area is better; if both have equally many, the
     # heights decide.
     is_rising = np.where(planes.worse == 0, heights[0] < heights[1] * NEARLY, planes.worse < 0)
     best = np.where(is_rising, heights[0], heights[1])
     fails = best > allowed
     if goal.angle < np.pi:
-        fails |= _find_turning(pieces, at, normal, goal.angle)
+        fails |= _find_turning(pieces, face_points, normal, goal.angle)
 
-    signed, bends, lengths = _measure_bends(triangles, pieces, at, shares[:, 1], normal)
+    signed, bends, lengths = _measure_bends(triangles, pieces, face_points, shares[:, 1], normal)
     if not fails.all():
         chosen = np.where(is_rising, planes.normals[:2], planes.normals[2:])
         # The heights of control points over the biquadratic part of the piece; the heights of nets
@@ -119,19 +121,20 @@ class _CellTriangles:
             The cell of each column.
         """
         x, y = shares
-        under = self.planes.normals.take(cell, axis=-1)
+        normals = self.planes.normals.take(cell, axis=-1)
         a, b, c, d = self.corner.take(cell, axis=-1)
         heights = np.empty((2, len(cell)))
         distance_share = self.distance_share[cell]
-        for way, (from_, below) in enumerate(((a, y <= x), (b, x + y <= 1.0))):
-            difference = points - from_
-            height_below = dot(difference, under[2 * way])
-            height_above = dot(difference, under[2 * way + 1])
+        # A corner of both triangles, and which points are below the diagonal: ac, then bd.
+        for pair, (start, below) in enumerate(((a, y <= x), (b, x + y <= 1.0))):
+            difference = points - start
+            height_below = dot(difference, normals[2 * pair])
+            height_above = dot(difference, normals[2 * pair + 1])
             height = np.abs(np.where(below, height_below, height_above))
             if distance_share.any():
                 # The points of the triangles at the same parameters.
                 s, t = x[:, np.newaxis], y[:, np.newaxis]
-                if from_ is a:
+                if start is a:
                     lower, upper = a + s * (b - a) + t * (c - b), a + t * (d - a) + s * (c - d)
                 else:
                     lower = a + s * (b - a) + t * (d - a)
@@ -139,21 +142,22 @@ class _CellTriangles:
                 offset = points - np.where(below[:, np.newaxis], lower, upper)
                 distance = distance_share * np.sqrt(dot(offset, offset))
                 height = np.maximum(np.where(distance_share == 1.0, 0.0, height), distance)
-            heights[way] = height.max(axis=0)
+            heights[pair] = height.max(axis=0)
         return heights
 
 
 def _measure_bends(
     triangles: _CellTriangles,
     pieces: SpanPieces,
-    at: FloatArray,
+    points: FloatArray,
     middle: FloatArray,
     normal: Vectors,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Heights of middles of pieces over chords, and lengths of chords; rows are for u and for v.
 
     A chord joins the middles of the outer sides of the first and the last piece of a line of
-    pieces; `middle` (2, N) is the share of the chord at which the middle of each piece is.
+    pieces; `middle` (2, N) is the share of the chord at which the middle of each piece is. `points`
+    (9, 3, N) are the nine points of each piece.
 
     Returns
     -------
@@ -167,9 +171,9 @@ def _measure_bends(
     share = triangles.distance_share[pieces.cell]
     signed, bends, lengths = np.empty((3, 2, len(pieces.start)))
     for axis, (first, last) in enumerate(pieces.find_line_ends()):
-        begin = at[(1, 3)[axis]][:, first]
-        chord = at[(7, 5)[axis]][:, last] - begin
-        difference = at[4] - (begin + middle[axis] * chord)
+        begin = points[(1, 3)[axis]][:, first]
+        chord = points[(7, 5)[axis]][:, last] - begin
+        difference = points[4] - (begin + middle[axis] * chord)
         height = dot(difference, normal[:, pieces.cell])
         above, below = pieces.find_largest(height), pieces.find_largest(-height)
         signed[axis] = np.where(above >= below, above, -below)
@@ -181,12 +185,12 @@ def _measure_bends(
     return signed, bends, lengths
 
 
-def _find_turning(pieces: SpanPieces, at: FloatArray, normal: Vectors, angle: float) -> Bools:
+def _find_turning(pieces: SpanPieces, points: FloatArray, normal: Vectors, angle: float) -> Bools:
     """Which cells have a normal that differs by more than half the angle from the cell's normal.
 
     In all other cells no two normals differ by more than the angle.
     """
-    normals = estimate_normals(at.reshape(3, 3, 3, -1))
+    normals = estimate_normals(points.reshape(3, 3, 3, -1))
     distances = np.where(
         dot(normals, normals) == 0.0, 0.0, length(normals - normal[:, pieces.cell])
     )
