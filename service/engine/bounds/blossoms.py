@@ -52,10 +52,11 @@ def list_mixtures(arguments: int, degree: int) -> tuple[Exponents, ...]:
     if degree == 0:
         return ((0,) * arguments,)
     shorter = list_mixtures(arguments, degree - 1)
+    # The first C(degree − 1 + last, last) mixtures have no argument after `last`.
     return tuple(
-        (*one[:last], one[last] + 1, *one[last + 1 :])
+        (*mixture[:last], mixture[last] + 1, *mixture[last + 1 :])
         for last in range(arguments)
-        for one in shorter[: comb(degree - 1 + last, last)]
+        for mixture in shorter[: comb(degree - 1 + last, last)]
     )
 
 
@@ -84,17 +85,17 @@ def build_blossoms(degree: int, arguments: FloatArray) -> FloatArray:
     ndarray of float64, shape (m, mixtures, n+1)
         Row r times the control points of a curve is its blossom at mixture r.
     """
-    rest = 1.0 - arguments
-    blossoms = np.empty((len(rest), 2, rest.shape[1]))
-    blossoms[:, 0], blossoms[:, 1] = rest, arguments
+    complements = 1.0 - arguments
+    blossoms = np.empty((len(arguments), 2, arguments.shape[1]))
+    blossoms[:, 0], blossoms[:, 1] = complements, arguments
     for d in range(2, degree + 1):
         parent, last = _find_parents(len(arguments), d)
-        before = blossoms.take(parent, axis=0)
+        shorter = blossoms.take(parent, axis=0)
         blossoms = np.empty((len(parent), d + 1, arguments.shape[1]))
-        np.multiply(before, rest.take(last, axis=0)[:, np.newaxis], out=blossoms[:, :d])
+        np.multiply(shorter, complements.take(last, axis=0)[:, np.newaxis], out=blossoms[:, :d])
         blossoms[:, d] = 0.0
-        before *= arguments.take(last, axis=0)[:, np.newaxis]
-        blossoms[:, 1:] += before
+        shorter *= arguments.take(last, axis=0)[:, np.newaxis]
+        blossoms[:, 1:] += shorter
     return np.ascontiguousarray(blossoms.transpose(2, 0, 1))
 
 
@@ -138,15 +139,15 @@ def build_triangle_nets(
     shape, boxes = _find_shapes(parameters)
     triangles = np.empty((*nets.shape[:2], comb(p + q + 2, 2)))
     is_other = shape == len(SHAPES)
-    rows, rest = (~is_other).nonzero()[0], is_other.nonzero()[0]
-    if len(rest):
-        other_nets = _blossom(nets.take(rest, axis=0), parameters.take(rest, axis=2))
-        triangles[rest] = other_nets @ _build_triangle_shares(p, q)
-    if len(rows):
-        box_nets = _blossom(nets.take(rows, axis=0), boxes.take(rows, axis=2))
-        for number in np.bincount(shape[rows]).nonzero()[0].tolist():
-            chosen = (shape[rows] == number).nonzero()[0]
-            triangles[rows[chosen]] = box_nets.take(chosen, axis=0) @ _build_box_shares(
+    usual, other = (~is_other).nonzero()[0], is_other.nonzero()[0]
+    if len(other):
+        other_nets = _blossom(nets.take(other, axis=0), parameters.take(other, axis=2))
+        triangles[other] = other_nets @ _build_triangle_shares(p, q)
+    if len(usual):
+        box_nets = _blossom(nets.take(usual, axis=0), boxes.take(usual, axis=2))
+        for number in np.bincount(shape[usual]).nonzero()[0].tolist():
+            chosen = (shape[usual] == number).nonzero()[0]
+            triangles[usual[chosen]] = box_nets.take(chosen, axis=0) @ _build_box_shares(
                 p, q, number
             )
     return triangles
@@ -174,15 +175,18 @@ def _find_shapes(parameters: FloatArray) -> tuple[Ints, FloatArray]:
     after, before = parameters.take(NEXT, axis=0), parameters.take(BEFORE, axis=0)
     same_after, same_before, level = parameters == after, parameters == before, after == before
     halfway = 2.0 * parameters == after + before
-    # Axes: the shape, the corner that is at the right angle or opposite the base, the triangle.
+    # Axes: the shape, the tip (the corner at the right angle, or opposite the base), the triangle.
     fits = np.empty((len(SHAPES), *same_after[:, 0].shape), dtype=bool)
     fits[0] = (same_after & same_before[:, ::-1]).any(axis=1)
     fits[1], fits[2] = level[:, 1] & halfway[:, 0], level[:, 0] & halfway[:, 1]
     fits = fits.reshape(-1, fits.shape[2])
     row = fits.argmax(axis=0)
     every = np.arange(len(row))
-    shape, tip = np.where(fits[row, every], row // 3, len(SHAPES)), row % 3
-    tip, one, two = (corners[tip, :, every].T for corners in (parameters, after, before))
+    shape, tip_number = np.where(fits[row, every], row // 3, len(SHAPES)), row % 3
+    # The tip, the corner after it and the corner before it: shape (2, m) each.
+    tip, one, two = (corners[tip_number, :, every].T for corners in (parameters, after, before))
+    # The box about a right triangle goes from the tip to the opposite corner, that about a triangle
+    # of a fan from the beginning of the base to the opposite corner.
     is_right = shape == 0
     boxes = np.empty((2, *tip.shape))
     boxes[0] = np.where(is_right, tip, one)
@@ -199,10 +203,15 @@ def list_exponents(degree: int) -> tuple[Exponents, ...]:
 
 @lru_cache(maxsize=64)
 def _build_triangle_shares(p: int, q: int) -> FloatArray:
-    """The matrix (U V, N) from blossoms (u, v) of a surface to the points of a triangle's net."""
+    """The matrix (U V, N) from blossoms (u, v) of a surface to the points of a triangle's net.
+
+    A point is a mean of blossoms; an entry is the share of one blossom in one point.
+    """
     along_u, along_v = list_mixtures(3, p), list_mixtures(3, q)
     column = {key: number for number, key in enumerate(list_exponents(p + q))}
     shares = np.zeros((len(along_u), len(along_v), len(column)))
+    # Of all C(p + q, p) choices of the p corners that give their u, out of the p + q dealt corners,
+    # `ways` take the corners a along u, and leave the corners b along v.
     for j, b in enumerate(along_v):
         for i, a in enumerate(along_u):
             both = tuple(x + y for x, y in zip(a, b, strict=True))

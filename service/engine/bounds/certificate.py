@@ -52,7 +52,7 @@ from service.engine.bounds.local_frames import LocalFrames, build_local_frames
 from service.engine.bounds.patch_nets import Nets, PatchNets
 
 BLOCK = 1 << 16
-"""The most pieces in one block, unless a single part has more."""
+"""The most pieces in one block, unless a single part has more; it limits memory."""
 
 CHUNK = 1 << 17
 """Numbers in the nets of one chunk, so that temporary arrays stay in the cache."""
@@ -153,8 +153,9 @@ def find_covering_hulls(measure: PieceMeasure) -> tuple[FloatArray, Bools] | Non
         return None
     # Pairs of a part and a patch: the first piece of each pair, and the pair of each piece.
     first, pair = unique_values(pieces.part * len(measure.patch_nets.sizes) + pieces.patch)
-    one, two = (pieces.corners[1:] - pieces.corners[0]).astype(np.float64)
-    twice_area = np.bincount(pair, np.abs(one[0] * two[1] - one[1] * two[0]))
+    # A patch is covered if the areas of its pieces add up to SPAN², up to rounding.
+    to_b, to_c = (pieces.corners[1:] - pieces.corners[0]).astype(np.float64)
+    twice_area = np.bincount(pair, np.abs(to_b[0] * to_c[1] - to_b[1] * to_c[0]))
     part, is_covered = pieces.part[first], twice_area >= (2.0 - 1e-9) * SPAN * SPAN
     has_hulls = (np.bincount(part, is_covered) >= COVERED)[part]
     if not has_hulls.any():
@@ -267,7 +268,7 @@ def _join(choose: np.ufunc, values: FloatArray, part: Ints, count: int) -> Float
     `part` is in ascending order. A part has at least one piece, unless its corners are in a line;
     the value of a part without pieces is 0.
     """
-    if len(values) == count:  # one piece for each part
+    if np.array_equal(part, np.arange(count)):  # one piece for each part
         return values
     begins = np.diff(part, prepend=-1).nonzero()[0]
     chosen = np.zeros(count)

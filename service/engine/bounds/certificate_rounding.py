@@ -30,9 +30,9 @@ matrices.
 coordinates: at most 16 in a row, and p + q + 1 more for the value half-way along an edge, one for
 each point of the edge. The greatest value of Q, the quadratic part of the heights (`distance`), has
 a factor 4/3, and the net of Q that is subtracted for the remainder has at most the factor 8/3 in
-one row, because 4 Σ i_k i_{k+1} ≤ 4 n²/3 and n = p + q ≥ 2. Together these are 4 · 4 (n + 1) u and
-less than 60 u more, which is below 16 (16 + p + q) u. Errors of wedges are at most 8 u times the
-length of an edge (`reference_triangles`), so less than 64 u.
+one row, because 4 Σ i_k i_{k+1} ≤ 4 n²/3 and n = p + q ≥ 2. Together these are
+(4/3 + 8/3) · 4 (n + 1) u and less than 60 u more, which is below 16 (16 + p + q) u. Errors of
+wedges are at most 8 u times the length of an edge (`reference_triangles`), so less than 64 u.
 
 **Vertices.** For a vertex X, X − M is rounded, relative to 1. A position that is stored relative to
 an origin is one number here, which may be off by u |X| in each coordinate. Adding the middle of the
@@ -57,7 +57,10 @@ def count_roundings(p: int, q: int) -> int:
 
 
 def bound_storage_error(far: FloatArray) -> FloatArray:
-    """Bounds (m,) of the errors of stored vertices whose coordinates are up to `far`, (m,)."""
+    """Bounds (m,) of the errors of stored vertices whose coordinates are up to `far`, (m,).
+
+    An error of u |X| in each of three coordinates is at most √3 u |X| < 4 u |X| in space.
+    """
     slack: FloatArray = 4 * UNIT * far
     return slack
 
@@ -80,12 +83,12 @@ def find_least_tolerance(patch_nets: PatchNets, step: float = 0.0) -> float:
     for nets in patch_nets.groups:
         sizes = patch_nets.sizes[nets.patches]
         far = sizes + np.abs(patch_nets.middles[:, nets.patches]).max(axis=0)
-        # In local units, with a factor 2 as a margin.
-        share = 2 * UNIT * count_roundings(*nets.degree)
+        # The error of the certificate in local units, with a factor 2 as a margin.
+        error = 2 * UNIT * count_roundings(*nets.degree)
         if sum(nets.degree) > DIRECT:
-            share += SHIFT
+            error += SHIFT
         # A local unit is a power of two, up to twice the size.
-        slack = 2 * share * sizes + bound_storage_error(far)
+        slack = 2 * error * sizes + bound_storage_error(far)
         least = max(least, float(slack.max()))
     return max(4 * (least + patch_nets.lowering) + 2 * step, LEAST)
 

@@ -63,10 +63,11 @@ def measure_distances(points: FloatArray, chords: FloatArray) -> FloatArray:
     unit = np.where(size > 0, size, 1.0)
     differences, along = [x / unit[:, None] for x in differences], [x / unit for x in along]
     squared = _dot(along, along)
-    share = _dot(differences, [x[:, None] for x in along])
-    share /= np.where(squared > 0, squared, 1.0)[:, None]
-    np.clip(share, 0.0, 1.0, out=share)
-    gap = [x - share * y[:, None] for x, y in zip(differences, along, strict=True)]
+    # The parameter in [0, 1] of the nearest point of the segment, and the vector from it.
+    foot = _dot(differences, [x[:, None] for x in along])
+    foot /= np.where(squared > 0, squared, 1.0)[:, None]
+    np.clip(foot, 0.0, 1.0, out=foot)
+    gap = [x - foot * y[:, None] for x, y in zip(differences, along, strict=True)]
     distance: FloatArray = unit[:, None] * np.sqrt(_dot(gap, gap))
     return distance
 

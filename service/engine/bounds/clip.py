@@ -118,15 +118,16 @@ def find_images(pieces: PatchPieces, corners: Ints) -> FloatArray:
         return shares
     cut = (np.bincount(pieces.part)[pieces.part] > 1).nonzero()[0]
     triangle = corners[..., pieces.part[cut]].astype(np.float64)
-    # Differences of places are exact, products nearly so.
+    # Coordinate k of a point is its height over the edge opposite corner k, divided by that of
+    # corner k. Differences of places are exact, products nearly so.
     for k in range(3):
-        one, two = triangle[(k + 1) % 3], triangle[(k + 2) % 3]
-        side, high = two - one, triangle[k] - one
-        difference = pieces.corners[..., cut] - one
-        area = side[0] * high[1] - side[1] * high[0]
-        thin = np.abs(area) < THIN * np.hypot(side[0], side[1])
-        share = (side[0] * difference[:, 1] - side[1] * difference[:, 0]) / np.where(
-            thin, np.nan, area
+        begin, end = triangle[(k + 1) % 3], triangle[(k + 2) % 3]
+        edge, to_corner = end - begin, triangle[k] - begin
+        difference = pieces.corners[..., cut] - begin
+        twice_area = edge[0] * to_corner[1] - edge[1] * to_corner[0]
+        thin = np.abs(twice_area) < THIN * np.hypot(edge[0], edge[1])
+        share = (edge[0] * difference[:, 1] - edge[1] * difference[:, 0]) / np.where(
+            thin, np.nan, twice_area
         )
         shares[:, k, cut] = np.where(share < ON_EDGE, 0.0, share)
     shares[..., cut] /= shares[:, :1, cut] + shares[:, 1:2, cut] + shares[:, 2:, cut]
@@ -158,10 +159,11 @@ def _cut_at_knots(corners: Ints, counts: Ints, axis: int) -> tuple[Ints, Ints, I
     source = several[run]
     rings = _slice_triangles(corners.take(several, axis=2), run, span, axis)
     sources, pieces, spans = [unsplit], [corners.take(unsplit, axis=2)], [begin[unsplit]]
+    # A polygon of five corners as three triangles at its corner 0.
     for k in (1, 2, 3):
         triangles = rings[[0, k, k + 1]]
         steps = triangles - triangles[[1, 2, 0]]
-        # Triangles with three different corners.
+        # Only triangles with three different corners are kept.
         proper = ((steps != 0).any(axis=1).all(axis=0)).nonzero()[0]
         sources.append(source[proper])
         pieces.append(triangles.take(proper, axis=2))
@@ -182,14 +184,15 @@ def _slice_triangles(corners: Ints, source: Ints, span: Ints, axis: int) -> Ints
     across = np.take_along_axis(across, order, axis=0).take(source, axis=1)
     a, b, c = ((along[k], across[k]) for k in range(3))
     low, high = np.maximum(span * SPAN, a[0]), np.minimum((span + 1) * SPAN, c[0])
-    turns = (low < b[0]) & (b[0] < high)
+    # Where B is not inside the span, the third corner repeats the second.
+    has_b = (low < b[0]) & (b[0] < high)
     at_low, at_high = _cross_chain(a, b, c, low), _cross_chain(a, b, c, high)
     ring = np.empty((5, 2, len(span)), dtype=corners.dtype)
-    ring[:, axis] = low, low, np.where(turns, b[0], low), high, high
+    ring[:, axis] = low, low, np.where(has_b, b[0], low), high, high
     ring[:, 1 - axis] = (
         _cross_edge(a, c, low),
         at_low,
-        np.where(turns, b[1], at_low),
+        np.where(has_b, b[1], at_low),
         at_high,
         _cross_edge(a, c, high),
     )

@@ -61,12 +61,12 @@ def bound_missing_distances(
     ]
     corners, written, halves, owner = (np.concatenate(parts) for parts in zip(*rims, strict=True))
     missing = find_missing_triangles(corners, written, halves).nonzero()[0]
-    further = np.zeros(len(layout.base))
+    bounds = np.zeros(len(layout.base))
     if not len(missing):
-        return further
+        return bounds
     vertices = np.unique(corners[written])
-    np.maximum.at(further, owner[missing], _bound_distances(corners[missing], vertices, positions))
-    return further
+    np.maximum.at(bounds, owner[missing], _bound_distances(corners[missing], vertices, positions))
+    return bounds
 
 
 def has_missing_triangles(shape: AnyShape, kind: Faces) -> bool:
@@ -132,9 +132,10 @@ def find_missing_triangles(corners: Ints, written: Bools, halves: Bools) -> Bool
     points = np.repeat(present.reshape(-1, 1), 2, axis=1)
     sides = np.concatenate([present[:, :2], present[:, ::2], present[~halves[written], 1:], points])
     # A triangle without area is a line or a point: the first and the last number are its ends.
-    step = [int(corners.max()) + 1, 1]
+    # A pair of points is compared as one number, pair @ digits.
+    digits = [int(corners.max()) + 1, 1]
     missing = ~written
-    missing[~written] = ~np.isin(omitted[:, ::2] @ step, np.sort(sides, axis=1) @ step)
+    missing[~written] = ~np.isin(omitted[:, ::2] @ digits, np.sort(sides, axis=1) @ digits)
     # A quad whose halves are folded onto each other is omitted, but its halves have an area.
     missing[~written] |= (np.diff(omitted, axis=1) > 0).all(axis=1)
     return missing
@@ -144,12 +145,13 @@ def _bound_distances(corners: Ints, vertices: Ints, positions: RealArray) -> Flo
     """Bounds (m,) of the distance from any point of a triangle (m, 3) to the nearest vertex."""
     if not len(vertices):
         return np.full(len(corners), np.inf)
-    others = vertices[:: -(-len(vertices) // CANDIDATES)]
-    targets = np.concatenate([corners, np.tile(others, (len(corners), 1))], axis=1)
+    candidates = vertices[:: -(-len(vertices) // CANDIDATES)]
+    targets = np.concatenate([corners, np.tile(candidates, (len(corners), 1))], axis=1)
     points = positions[corners].astype(np.float64)
     nearest = np.full(len(corners), np.inf)
     for target in targets.T:
         difference = points - positions[target].astype(np.float64)[:, np.newaxis]
+        # Of the corners of each triangle, the one farthest from the target.
         far = np.sqrt(np.square(difference).sum(axis=2)).max(axis=1)
         np.minimum(nearest, np.where(np.isin(target, vertices), far, np.inf), out=nearest)
     return nearest
@@ -165,6 +167,7 @@ def _build_rim(shape: AnyShape) -> IndexArray:
 
     def build() -> IndexArray:
         corners = build_faces(shape, "triangles")[0]
+        # The number of triangles that are half a quad; these come first.
         halves = 2 * len(build_faces(shape, "quads")[1])
         if isinstance(shape, TriangleShape):
             border = np.zeros(triangle.count_points(shape.divisions), dtype=bool)

@@ -31,10 +31,10 @@ LOW = 3
 """Degree to which nets are reduced."""
 
 SHIFT = 2.0**-40
-"""Bound of the rounding in these differences: 4 · 400 u from points, which are rounded fewer than
-400 times at degree (64, 64) (3 (p + q) + 2 times, `certificate_rounding`), a few u from sums, and
-2^-44 from parameters within a box: if they change by 2^-53, a cubic surface with coordinates up to
-4 moves by at most this distance. If weights differ, the bound is multiplied by their ratio."""
+"""Bound of the rounding in the bound of |S − S'|: 4 · 400 u from points, which are rounded fewer
+than 400 times at degree (64, 64) (3 (p + q) + 2 times, `certificate_rounding`), a few u from sums,
+and 2^-44 from parameters within a box: if they change by 2^-53, a cubic surface with coordinates up
+to 4 moves by at most this distance. If weights differ, the bound is multiplied by their ratio."""
 
 
 def sort_by_box(patch: Ints, parameters: FloatArray) -> Ints:
@@ -114,6 +114,7 @@ def _reduce_nets(boxes: FloatArray) -> tuple[FloatArray, FloatArray]:
     least = np.where(positive, least, 1.0)
     low[:, 3] = np.where(positive[:, np.newaxis, np.newaxis], low[:, 3], 1.0)
     low_points = low[:, :3] / low[:, 3:]
+    # max ‖S' − C‖
     size = np.sqrt((low_points * low_points).sum(axis=1).max(axis=(1, 2)))
     gap = (points + weights * size) / boxes[:, 3].min(axis=(1, 2)) + SHIFT * (most / least)
     low[:, :3] += low[:, 3:] * corner

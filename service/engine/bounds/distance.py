@@ -94,15 +94,16 @@ def bound_distances(
     beyond = is_beyond.ravel().nonzero()[0]
     if len(beyond):
         size = np.add.reduce(is_beyond, axis=1, dtype=np.intp)
-        net, some = np.arange(count).repeat(size), size.nonzero()[0]
+        # The net of each of these points, and the nets that have some.
+        net, rows = np.arange(count).repeat(size), size.nonzero()[0]
         flat = points.reshape(-1)
         # `beyond` counts points in (m, N), `at` their x in (m, 3, N).
         at = beyond + 2 * many * net
         x, y = flat.take(at), flat.take(at + many)
         values = _measure_to_edges(x, y, out.reshape(3, -1).take(beyond, axis=1), triangles, net)
         np.add(squared.reshape(-1).take(beyond), values[:2], out=values[2:4])
-        first = (size.cumsum() - size)[some]
-        largest[:, some] = np.maximum.reduceat(values, first, axis=1)
+        first = (size.cumsum() - size)[rows]
+        largest[:, rows] = np.maximum.reduceat(values, first, axis=1)
     height = np.minimum(np.sqrt(highest), rise)
     in_space = np.maximum(largest[2:4], highest)
     to_triangle, to_lens = np.sqrt(np.minimum(height * height + largest[:2], in_space))
@@ -152,6 +153,8 @@ def _measure_to_edges(
     # `foot` is the nearest point of the edge, as a distance from its beginning.
     foot = np.maximum(along, 0.0)
     np.minimum(foot, length, out=foot)
+    # `along` becomes the squared distance from `foot`, measured along the edge, and `wedge` the
+    # height of the wedge over `foot`: the lesser of the heights of its two sides.
     along -= foot
     along *= along
     wedge = foot * triangles.begins.take(which, axis=1)
@@ -199,10 +202,10 @@ def maximize_quadratics(m: FloatArray) -> FloatArray:
     low, high = np.minimum(m[0], m[1]), np.maximum(m[0], m[1])
     a, c = np.minimum(low, m[2]), np.maximum(high, m[2])
     b = np.maximum(low, np.minimum(high, m[2]))
-    cosine = np.maximum(a + (b - c), 0.0)
-    # Where the cosine is not 0, a is positive.
-    share = cosine / (2.0 * np.maximum(a, TINY)) * (cosine / (2.0 * np.maximum(b, TINY)))
-    largest: FloatArray = np.maximum(c, 0.0) / (1.0 - share)
+    # a ≤ b ≤ c are the m_k. Where the excess is not 0, a is positive.
+    excess = np.maximum(a + (b - c), 0.0)
+    squared_cosine = excess / (2.0 * np.maximum(a, TINY)) * (excess / (2.0 * np.maximum(b, TINY)))
+    largest: FloatArray = np.maximum(c, 0.0) / (1.0 - squared_cosine)
     return largest
 
 
@@ -216,13 +219,13 @@ def _build_quadratic_tables(degree: int) -> tuple[FloatArray, FloatArray]:
     Half-way along an edge a net is Σ_i C(n, i) h_i / 2^n.
     """
     keys = list_exponents(degree)
-    place = {key: number for number, key in enumerate(keys)}
+    row = {key: number for number, key in enumerate(keys)}
     halfway = np.zeros((len(keys), 3))
     for k in range(3):
         for i in range(degree + 1):
             key = [0, 0, 0]
             key[k], key[(k + 1) % 3] = degree - i, i
-            halfway[place[key[0], key[1], key[2]], k] = comb(degree, i) / 2**degree
+            halfway[row[key[0], key[1], key[2]], k] = comb(degree, i) / 2**degree
     net = np.array(keys, dtype=np.float64).T
     elevated = 4.0 * net * net[[1, 2, 0]] / (degree * (degree - 1))
     for table in (halfway, elevated):

@@ -137,9 +137,9 @@ class LocalFrames:
         # A distant eye is moved to the nearest point of the cube within `FAR` of the middle. The
         # piece is in this convex cube, so this never increases the distance.
         difference = np.clip(eye[:, np.newaxis] - self.middle, -FAR * self.unit, FAR * self.unit)
-        framed = self.triangles.to_frames(difference.T[..., np.newaxis], 1.0 / self.unit)[..., 0]
+        local_eye = self.triangles.to_frames(difference.T[..., np.newaxis], 1.0 / self.unit)[..., 0]
         points = project_local_nets(piece.net)
-        gap = np.maximum(points.min(axis=2) - framed, framed - points.max(axis=2)).T
+        gap = np.maximum(points.min(axis=2) - local_eye, local_eye - points.max(axis=2)).T
         gap = np.maximum(gap, 0.0)
         length = np.sqrt(gap[0] * gap[0] + gap[1] * gap[1] + gap[2] * gap[2])
         # If the eye is far from the middle, its coordinates are rounded.
@@ -167,10 +167,10 @@ class LocalFrames:
             away[:, :2] -= net[:, 3:] * target if net.shape[1] == 4 else target
             difference += away @ raised
         rises = bound_heights(difference[:, :3], degree + 1)
-        part = self._bound_quotients(np.sqrt((rises * rises).sum(axis=1)), net)
+        by_coordinates = self._bound_quotients(np.sqrt((rises * rises).sum(axis=1)), net)
         points = project_local_nets(difference)
-        whole = np.sqrt(((points * points).sum(axis=1)).max(axis=1))
-        bound: FloatArray = np.minimum(part, whole) + piece.gap
+        by_hull = np.sqrt(((points * points).sum(axis=1)).max(axis=1))
+        bound: FloatArray = np.minimum(by_coordinates, by_hull) + piece.gap
         return bound
 
     def _bound_deviation(self, net: FloatArray) -> FloatArray:
@@ -196,16 +196,16 @@ class LocalFrames:
 @lru_cache(maxsize=64)
 def _build_raising(degree: int) -> FloatArray:
     """Matrices (3, N, N+n+2) from a net to its product with each barycentric coordinate."""
-    place = {key: row for row, key in enumerate(list_exponents(degree))}
+    row = {key: number for number, key in enumerate(list_exponents(degree))}
     keys = list_exponents(degree + 1)
-    shares = np.zeros((3, len(place), len(keys)))
-    for at, key in enumerate(keys):
+    matrices = np.zeros((3, len(row), len(keys)))
+    for column, key in enumerate(keys):
         for corner in range(3):
             if key[corner]:
                 lower = tuple(n - (k == corner) for k, n in enumerate(key))
-                shares[corner, place[lower], at] = key[corner] / (degree + 1)
-    shares.flags.writeable = False
-    return shares
+                matrices[corner, row[lower], column] = key[corner] / (degree + 1)
+    matrices.flags.writeable = False
+    return matrices
 
 
 def _bound_by_hulls(

@@ -91,6 +91,22 @@ def test_no_sample_of_a_part_across_knot_lines_is_beyond_the_bound() -> None:
             check_bounds(patch_nets, faces, parts, evaluate_places(patch_nets, faces, places))
 
 
+def test_bounds_do_not_depend_on_a_part_without_pieces() -> None:
+    net = build_net(np.random.default_rng(13), 3, 2, 0.2)
+    surface = BsplineSurface(net, (2, 2))
+    patch_nets, faces = PatchNets.of(surface.lower()), build_face(2, 1)
+    places = np.array([(0, 0), (2 * SPAN, 0), (SPAN, SPAN)])
+    # The corners of the first part are in a line, so it has no pieces; the second part has two.
+    # Together they have as many pieces as there are parts.
+    corners = np.array([(0, 1, 1), (0, 1, 2)])
+    parts = build_parts(places, corners, np.full((2, 3), -1))
+    assert clip_parts(faces, parts.face, parts.corners.transpose(1, 2, 0)).part.tolist() == [1, 1]
+    positions = evaluate_places(patch_nets, faces, places)
+    together = certify(patch_nets, faces, parts, positions, GOAL).deviation
+    alone = certify(patch_nets, faces, parts.take(slice(1, 2)), positions, GOAL).deviation
+    assert together.tolist() == [0.0, *alone.tolist()]
+
+
 def test_most_patches_inside_a_part_are_bounded_by_the_hulls_of_their_nets(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -11,7 +11,7 @@ from service.engine.adaptive.cutting.cells import Cells, Task, evaluate_nine_poi
 from service.engine.bounds.faces import SPAN
 
 BLOCK = 1 << 14
-"""Approximate number of spans in one block."""
+"""Approximate number of spans in one block; it limits the memory of their nets."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -47,6 +47,7 @@ class SpanPieces:
 
         The first pair is for lines along u, the second pair for lines along v.
         """
+        # Piece `number` of a cell is at `across` in its line along v, which `first` begins.
         number = np.arange(len(self.cell)) - self.start[self.cell]
         width = self.width[self.cell]
         across = number % width
@@ -120,12 +121,13 @@ class NinePoints:
         if len(fresh):
             # Pieces of many cells may be the same span.
             fresh = fresh[np.unique(patch[fresh], return_index=True)[1]]
-            more = np.empty((3, 3, 3, len(fresh)))
+            # Columns are counted from 0 first, then shifted behind the cached points.
+            added = np.empty((3, 3, 3, len(fresh)))
             self.column[patch[fresh]] = np.arange(len(fresh))
             for net, rows in build_nets(self.task, cells, fresh):
-                more[..., self.column[patch[rows]]] = evaluate_nine_points(net)
+                added[..., self.column[patch[rows]]] = evaluate_nine_points(net)
             self.column[patch[fresh]] += self.points.shape[3]
-            self.points = np.concatenate([self.points, more], axis=3)
+            self.points = np.concatenate([self.points, added], axis=3)
         if is_span.all():
             return self.points.take(self.column[patch], axis=3)
         points = np.empty((3, 3, 3, len(patch)))

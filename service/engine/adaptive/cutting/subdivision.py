@@ -31,7 +31,7 @@ from service.engine.bounds.faces import SPAN
 from service.engine.bounds.patch_nets import Nets
 
 BLOCK = 1 << 18
-"""Numbers in the nets of one block, approximately."""
+"""Numbers in the nets of one block, approximately; it limits memory."""
 
 OVERHEAD = 20
 """Multiplications for every number of a net, in addition to halving."""
@@ -67,8 +67,8 @@ def divide_cells(task: Task, start: Cells, ahead: int = 0) -> Leaves:
     leaves: list[Leaves] = []
     several = np.any(start.box[1::2] - start.box[::2] > SPAN, axis=0)
     if several.any():
-        leaves, rest = _divide_several_spans(task, start.take(several))
-        start = Cells.concatenate([start.take(~several), *rest])
+        leaves, single = _divide_several_spans(task, start.take(several))
+        start = Cells.concatenate([start.take(~several), *single])
     for nets, rows in task.patch_nets.split_by_group(task.find_patches(start)):
         leaves += _divide_single_spans(task, start.take(rows), nets, ahead)
     every = Leaves.concatenate(leaves or [NO_LEAVES])
@@ -78,16 +78,18 @@ def divide_cells(task: Task, start: Cells, ahead: int = 0) -> Leaves:
 def _divide_several_spans(task: Task, start: Cells) -> tuple[list[Leaves], list[Cells]]:
     """Leaves of several spans, and the cells of one span that remain to be estimated."""
     leaves: list[Leaves] = []
-    rest: list[Cells] = []
+    single: list[Cells] = []
     nine_points, waiting = NinePoints(task), [start]
     while waiting:
         cells = waiting.pop()
         while waiting and len(cells) + len(waiting[-1]) <= SPAN_BLOCK:
             cells = Cells.concatenate([cells, waiting.pop()])
+        # The first cells, with up to `SPAN_BLOCK` spans together; the others wait.
         fitting = int(np.searchsorted(np.cumsum(count_spans(cells)), SPAN_BLOCK, side="right"))
         if 0 < fitting < len(cells):
             waiting.append(cells.take(slice(fitting, None)))
             cells = cells.take(slice(fitting))
+        # `candidates` are all cells as leaves; those that do not fail become leaves.
         fails, candidates = estimate_span_cells(task, cells, nine_points)
         leaves.append(candidates.take(~fails))
         cut = cells.take(fails)
@@ -98,10 +100,10 @@ def _divide_several_spans(task: Task, start: Cells) -> tuple[list[Leaves], list[
         along_v = np.where(thin[0] | thin[1], thin[0], candidates.along_v[fails])
         halves = Cells.concatenate([*cut.halve(along_v)])
         several = count_spans(halves) > 1
-        rest.append(halves.take(~several))
+        single.append(halves.take(~several))
         if several.any():
             waiting.append(halves.take(several))
-    return leaves, rest
+    return leaves, single
 
 
 def _divide_single_spans(task: Task, start: Cells, nets: Nets, ahead: int) -> Iterator[Leaves]:
@@ -120,11 +122,12 @@ def _divide_single_spans(task: Task, start: Cells, nets: Nets, ahead: int) -> It
         cells, patch, net = waiting.pop()
         if net is None:
             net = restrict(nets, task.patch_nets.row[patch], cells)
+        # Blocks of halves may be small: blocks of up to `block` cells together are one step.
         parts = [(cells, patch, net)]
         total = len(cells)
-        while waiting and (more := waiting[-1][2]) is not None and total + more.shape[3] <= block:
-            parts.append((*waiting.pop()[:2], more))
-            total += more.shape[3]
+        while waiting and (added := waiting[-1][2]) is not None and total + added.shape[3] <= block:
+            parts.append((*waiting.pop()[:2], added))
+            total += added.shape[3]
         if len(parts) > 1:
             cells = Cells.concatenate([part[0] for part in parts])
             patch = np.concatenate([part[1] for part in parts])
@@ -132,8 +135,8 @@ def _divide_single_spans(task: Task, start: Cells, nets: Nets, ahead: int) -> It
         cells, patch, net, sizes = _add_halves(cells, patch, net, ahead)
         work = net.size * (sum(degrees) + OVERHEAD)
         task.limits.spend(work + NORMALS * len(cells) if has_angle else work)
-        shares = (cells.box[1::2] - cells.box[::2]) / SPAN
-        scale = Scale(shares, task.patch_nets.sizes[patch]) if has_angle else None
+        extents = (cells.box[1::2] - cells.box[::2]) / SPAN
+        scale = Scale(extents, task.patch_nets.sizes[patch]) if has_angle else None
         fails, candidates = estimate_cells(
             *(cells, net, task.goal),
             eye=task.find_eyes(patch),
@@ -147,9 +150,9 @@ def _divide_single_spans(task: Task, start: Cells, nets: Nets, ahead: int) -> It
             task.limits.count(leaves)
         if not len(cut):
             continue
-        halves, doubled, halves_nets = _halve_cells(candidates, patch, net, cut)
+        halves, halves_patch, halves_nets = _halve_cells(candidates, patch, net, cut)
         waiting += [
-            (halves.take(rows), doubled[rows], halves_nets[..., rows])
+            (halves.take(rows), halves_patch[rows], halves_nets[..., rows])
             for rows in (slice(k, k + block) for k in range(0, len(halves), block))
         ]
 
@@ -161,7 +164,8 @@ def _choose_leaves(is_failing: Bools, along_v: Bools, sizes: list[int]) -> tuple
         fails = is_failing[level]
         leaves.append(level[~fails])
         cut = level[fails]
-        # The order of halves is that of `_add_halves`.
+        # `_add_halves` puts four blocks of `size` halves behind the level; a cut along v uses the
+        # last two.
         half = cut + size * (1 + 2 * along_v[cut])
         level = np.concatenate([half, half + size])
     return np.concatenate(leaves), cut
@@ -170,17 +174,21 @@ def _choose_leaves(is_failing: Bools, along_v: Bools, sizes: list[int]) -> tuple
 def _halve_cells(
     cells: Leaves, patch: Ints, net: FloatArray, cut: Ints
 ) -> tuple[Cells, Ints, FloatArray]:
-    """Halves of some cells: first of cells whose u is halved, then of cells whose v is halved."""
+    """Halves of the cells `cut`, their patches and their nets: all first halves, then all second.
+
+    Among each, those of cells whose u is halved come before those of cells whose v is halved.
+    """
     cut = cut[cells.along_v[cut].argsort(kind="stable")]
     along_v, count = cells.along_v[cut], len(cut)
     halves_nets = np.empty((*net.shape[:3], 2 * count))
+    # The last two axes: first or second half, cell.
     both = halves_nets.reshape(*net.shape[:3], 2, count)
     middle = count - int(np.count_nonzero(along_v))
     for axis, rows in enumerate((slice(0, middle), slice(middle, None))):
         if len(cut[rows]):
             halve(net.take(cut[rows], axis=-1), axis, both[..., rows])
-    doubled = np.concatenate([patch[cut], patch[cut]])
-    return Cells.concatenate([*cells.take(cut).halve(along_v)]), doubled, halves_nets
+    halves_patch = np.concatenate([patch[cut], patch[cut]])
+    return Cells.concatenate([*cells.take(cut).halve(along_v)]), halves_patch, halves_nets
 
 
 def _add_halves(
@@ -205,6 +213,8 @@ def _add_halves(
     for size in sizes[:-1]:
         begin, end = end, end + size
         low, high = boxes[::2, begin:end], boxes[1::2, begin:end]
+        # Axes: row of the box, half (two along u, two along v), cell. All halves begin as the whole
+        # cell; then one end of each is moved to the middle.
         halves = boxes[:, end : end + 4 * size].reshape(4, 4, size)
         halves[::2], halves[1::2] = low[:, np.newaxis], high[:, np.newaxis]
         halves[1, 0] = halves[0, 1] = (low[0] + high[0]) // 2
@@ -212,8 +222,8 @@ def _add_halves(
         nets = halves_nets[..., end : end + 4 * size].reshape(*net.shape[:3], 2, 2, size)
         for axis in (0, 1):
             halve(halves_nets[..., begin:end], axis, nets[..., axis, :, :])
-    number = np.arange(total) % sizes[0]
-    return Cells(cells.face[number], boxes), patch[number], halves_nets, sizes
+    origin = np.arange(total) % sizes[0]  # the cell of `cells` that each box is in
+    return Cells(cells.face[origin], boxes), patch[origin], halves_nets, sizes
 
 
 _Level: TypeAlias = tuple[Cells, Ints, FloatArray | None]

@@ -26,7 +26,8 @@ from service.engine.adaptive.limits import build_depth_error
 from service.engine.bounds.faces import SPAN
 
 LIFT = 4
-"""A corner is lifted by the least height divided by this."""
+"""A corner is lifted by the least height of the leaves at its segment, divided by this and by 2 for
+each halving of its strip. A leaf lifted at opposite sides keeps at least half its height."""
 
 CORNERS = np.array([[0, 3], [1, 2], [0, 1], [3, 2]])
 """Corners at both ends of each side; corners are counted (0, 0), (1, 0), (1, 1), (0, 1)."""
@@ -44,8 +45,8 @@ class CellBoundaries:
     face, u, v, vertex : ndarray of int, shape (N,)
         Samples, in the order of face, u, v. The numbers of vertices begin with those of the border.
     start : ndarray of int, shape (L+1,)
-        Polygon k has the samples `corner[start[k] : start[k+1]]`, counter-clockwise from the one
-        nearest to (0, 0); the last sample of a fan is its middle.
+        Polygon k has the samples `corner[start[k] : start[k+1]]`, counter-clockwise from the
+        corner (0, 0) unless it is lifted; the last sample of a fan is its middle.
     corner : ndarray of int, shape (C,)
         Samples at the corners of all polygons.
     is_plain : ndarray of bool, shape (L,)
@@ -123,6 +124,9 @@ def trace_boundaries(border_places: BorderPlaces, leaves: Leaves, halvings: Ints
     by_v = by_v[order]
     begin_u, end_u = lines_u.searchsorted(low_u[leaves.face] + leaves.box[:2])
     begin_v, end_v = lines_v.searchsorted(low_v[leaves.face] + leaves.box[2:])
+    # The runs of samples along each side: below with both corners, on the right and above without
+    # the first, on the left with none. A lifted corner is not on its line; it is in the run of the
+    # other side that it ends.
     below, above = begin_v * many_u, end_v * many_u
     before, after = begin_u * many_v, end_u * many_v
     runs = [
@@ -183,29 +187,31 @@ def _lift(
         See `CellBoundaries`.
     """
     (places, vertex), box, border = corners, cells.box, border_places.border
-    limits = np.zeros((len(border_places.faces.spans), 4), dtype=np.intp)
-    limits[:, 1::2] = border_places.faces.spans * SPAN
-    # A leaf is at side k of its face if row k of its box is equal to that of the face.
-    lying, leaf = (box == limits[cells.face].T).nonzero()
-    side = 4 * cells.face[leaf] + lying
+    face_boxes = np.zeros((len(border_places.faces.spans), 4), dtype=np.intp)
+    face_boxes[:, 1::2] = border_places.faces.spans * SPAN
+    # A leaf is at side s of its face if row s of its box is equal to that of the face.
+    s, leaf = (box == face_boxes[cells.face].T).nonzero()
+    side = 4 * cells.face[leaf] + s
     collapsed = border.collapsed.ravel()[side]
     if collapsed.any():
-        point = CORNERS[lying[collapsed]].T, leaf[collapsed]
+        point = CORNERS[s[collapsed]].T, leaf[collapsed]
         vertex[point] = border.vertex[border.start[side[collapsed]]]
-        lying, leaf, side = lying[~collapsed], leaf[~collapsed], side[~collapsed]
-    across = lying - lying % 2
+        s, leaf, side = s[~collapsed], leaf[~collapsed], side[~collapsed]
+    # Rows of the box: across the side, and those of both ends along it.
+    across = s - s % 2
     along = np.array([2 - across, 3 - across])
     key = border_places.base[side] + box[along, leaf]
     entry = border_places.key.searchsorted(key, "right") - 1
     exact = border_places.key[entry] == key
-    corner, both = CORNERS[lying].T, np.array([leaf, leaf])
-    vertex[corner[exact], both[exact]] = border.vertex[entry[exact]]
+    # Both ends of each side of a leaf on the border: shape (2, sides).
+    corner, end_leaf = CORNERS[s].T, np.array([leaf, leaf])
+    vertex[corner[exact], end_leaf[exact]] = border.vertex[entry[exact]]
     segment = entry.copy()
     # Where the second end of a side of a leaf is a vertex, the side touches the segment before it.
     segment[1] -= exact[1]
-    touching = np.array([segment.ravel(), both.ravel()])
+    touching = np.array([segment.ravel(), end_leaf.ravel()])
     free = (~exact).nonzero()
-    corner, lifted, entry = corner[free], both[free], entry[free]
+    corner, lifted, entry = corner[free], end_leaf[free], entry[free]
     if len(lifted):
         least = np.full(len(border_places.key), np.iinfo(np.intp).max)
         height = box[across + 1, leaf] - box[across, leaf]
@@ -213,8 +219,8 @@ def _lift(
         depth = (least[entry] // LIFT) >> halvings[entry]
         if depth.min() < 1:
             raise build_depth_error()
-        side = lying[free[1]]
-        places[side // 2, corner, lifted] += np.where(side % 2 == 1, -depth, depth)
+        s = s[free[1]]
+        places[s // 2, corner, lifted] += np.where(s % 2 == 1, -depth, depth)
     return corner, lifted, entry, touching
 
 
@@ -231,7 +237,7 @@ def _chain_polygons(runs: Ints, order: Ints) -> tuple[Ints, Ints]:
     count = end - first
     run, rising = expand_runs(count, first)
     side = run % 5
-    place = np.where(side < 2, rising, (first + end - 1)[run] - rising)
+    index = np.where(side < 2, rising, (first + end - 1)[run] - rising)
     start = np.zeros(len(count) // 5 + 1, dtype=np.intp)
     start[1:] = np.cumsum(count)[4::5]
-    return start, np.where((side == 0) | (side == 2), order[place], place)
+    return start, np.where((side == 0) | (side == 2), order[index], index)

@@ -27,7 +27,8 @@ OVERHEAD = 4000
 """Approximate cost of the triangles of one leaf, in multiplications."""
 
 MOST_CORNERS = 64
-"""A leaf with more corners than this is crowded."""
+"""A leaf with more corners than this is crowded. The time to triangulate a polygon grows with the
+cube of its number of corners."""
 
 MANY, BENT = 7, 4
 """A leaf with at least `MANY` corners is crowded if the middle of one of its sides is further from
@@ -85,9 +86,9 @@ class Draft:
             halves = leaves.take(crowded).halve(along_v)
             of_fresh = crowded[crowded < len(fresh)]
             of_near = crowded[crowded >= len(fresh)] - len(fresh)
-            rest = fresh.take(np.delete(np.arange(len(fresh)), of_fresh))
+            others = fresh.take(np.delete(np.arange(len(fresh)), of_fresh))
             fresh = Leaves.concatenate(
-                [rest, divide_cells(self.task, Cells.concatenate([*halves]))]
+                [others, divide_cells(self.task, Cells.concatenate([*halves]))]
             )
             cut = np.concatenate([cut, near[of_near]])
         # Finding neighbours takes much memory, so all temporary arrays are freed before. `pop`
@@ -186,7 +187,8 @@ def find_crowded(task: Task, leaves: Leaves, size: Ints) -> Ints:
     many = (size >= MANY).nonzero()[0]
     if not len(many):
         return many
-    # Corners, each with the middle of the side after it.
+    # Corners, each with the middle of the side after it. Then the distances of these middles from
+    # the chords of the sides, and the largest of each leaf.
     u0, u1, v0, v1 = leaves.box[:, many]
     u, v = (u0 + u1) // 2, (v0 + v1) // 2
     us, vs = np.array([u0, u, u1, u1, u1, u, u0, u0]), np.array([v0, v0, v0, v, v1, v1, v1, v])

@@ -68,6 +68,7 @@ class DraftSamples:
                 for name in ("face", "u", "v")
             ]
             order = np.lexsort(columns[::-1])
+            # In this order an old sample follows the sample of the boundaries that is equal.
             same = np.logical_and.reduce([c[order[1:]] == c[order[:-1]] for c in columns])
             hits = same.nonzero()[0]
             number[order[hits]] = old[order[hits + 1] - len(number)]
@@ -186,11 +187,11 @@ class DraftTriangles:
         # An edge may have changed if both of its ends are vertices of new or removed triangles.
         mark = np.zeros(len(samples.points), dtype=bool)
         mark[self.vertices[self.is_changed]] = True
-        one, two, three = (mark[self.vertices[:, k]] & self.is_alive for k in range(3))
-        edge = np.stack([one & two, two & three, three & one], axis=1)
+        at_a, at_b, at_c = (mark[self.vertices[:, k]] & self.is_alive for k in range(3))
+        edge = np.stack([at_a & at_b, at_b & at_c, at_c & at_a], axis=1)
         touched = (edge[:, 0] | edge[:, 1] | edge[:, 2]).nonzero()[0]
         self._find_neighbours(touched, edge[touched], samples)
-        # A flat triangle whose reference triangle was removed is not always among these; it loses
+        # A flat triangle whose reference triangle was removed is not always `touched`; it loses
         # its reference triangle here.
         flat = (self.is_flat & self.is_alive).nonzero()[0]
         orphans = flat[(self.reference[flat] >= 0) & ~self.is_alive[self.reference[flat]]]
@@ -221,7 +222,8 @@ class DraftTriangles:
     def _find_references(self, rows: Ints, has_area: Bools, edges: Bools) -> None:
         """Find reference triangles for the flat triangles, and the leaves that are bare.
 
-        `has_area` marks triangles that are not flat.
+        `has_area` (m,) marks triangles that are not flat, `edges` (m, 3) the edges that may have
+        changed.
         """
         corners, reference = self.corners[rows], self.reference[rows]
         flat = ~has_area & (reference >= 0)
@@ -232,18 +234,22 @@ class DraftTriangles:
         self.reference[rows] = reference
         self.is_changed[rows[moved]] = True
         del reference
-        side = ((~has_area[:, np.newaxis] & edges).ravel()).nonzero()[0]
+        # Edges (3 · row + k) of flat triangles, on the border of the face: no triangle has the
+        # reverse.
+        edge = ((~has_area[:, np.newaxis] & edges).ravel()).nonzero()[0]
         forth, back = number_directed_edges(corners)
-        back = back[side]
+        back = back[edge]
         del corners
-        side = side[~is_among(back, forth)]
+        edge = edge[~is_among(back, forth)]
         del forth, back
+        # Of these, edges that are not one vertex and that no triangle with an area has, compared by
+        # vertices.
         vertex = self.vertices[rows]
         keys = number_edges(vertex)
-        ends = vertex.ravel()[side], vertex[side // 3, (side + 1) % 3]
+        ends = vertex.ravel()[edge], vertex[edge // 3, (edge + 1) % 3]
         del vertex
-        is_open = (ends[0] != ends[1]) & ~is_among(keys[side], keys[np.repeat(has_area, 3)])
-        self.bare = np.unique(self.leaf[rows[side[is_open] // 3]])
+        is_bare = (ends[0] != ends[1]) & ~is_among(keys[edge], keys[np.repeat(has_area, 3)])
+        self.bare = np.unique(self.leaf[rows[edge[is_bare] // 3]])
 
     def drop_neighbours(self) -> None:
         """Free the memory of neighbours and vertices, which are no longer needed."""

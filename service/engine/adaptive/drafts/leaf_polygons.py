@@ -61,12 +61,12 @@ class LeafPolygons:
         Leaves that touch `segments` are marked too; leaves that are not present are unmarked.
         """
         mark = self.mark_samples(leaves, samples)
-        together = np.zeros(self._segments, dtype=bool)
+        is_touched = np.zeros(self._segments, dtype=bool)
         segment, leaf = self.touching
-        together[segment[leaves[leaf]]] = True
-        together[segments] = True
+        is_touched[segment[leaves[leaf]]] = True
+        is_touched[segments] = True
         leaves[self.owner[mark[self.polygon]]] = True
-        leaves[leaf[together[segment]]] = True
+        leaves[leaf[is_touched[segment]]] = True
         leaves &= self.is_present
 
     def find_changed(
@@ -116,13 +116,14 @@ class LeafPolygons:
         self.leaves = Leaves.concatenate([self.leaves, fresh])
         self.is_present[cut] = False
         self.is_present = np.concatenate([self.is_present, np.ones(count, dtype=bool)])
-        more = np.zeros(count, dtype=np.intp)
+        # Set below, with those of the other polygons that are stored.
+        unset = np.zeros(count, dtype=np.intp)
         self.first, self.size = (
-            np.concatenate([values, more]) for values in (self.first, self.size)
+            np.concatenate([values, unset]) for values in (self.first, self.size)
         )
         is_removed = ~self.is_present
         is_removed[numbers] = True
-        rest = (~is_removed[self.owner]).nonzero()[0]
+        kept = (~is_removed[self.owner]).nonzero()[0]
         # Corners of polygons that stay keep their order, and `shifted` has their new positions in
         # `polygon`; the new polygons follow.
         shifted = np.cumsum(~is_removed[self.owner]) - 1
@@ -130,9 +131,10 @@ class LeafPolygons:
         self.first[staying] = shifted[self.first[staying]]
         size = size[rows]
         run, corner = expand_runs(size, boundaries.start[rows])
-        self.first[numbers], self.size[numbers] = len(rest) + np.cumsum(size) - size, size
-        self.polygon = np.concatenate([self.polygon[rest], polygon[corner]])
-        self.owner = np.concatenate([self.owner[rest], numbers[run]])
+        self.first[numbers], self.size[numbers] = len(kept) + np.cumsum(size) - size, size
+        self.polygon = np.concatenate([self.polygon[kept], polygon[corner]])
+        self.owner = np.concatenate([self.owner[kept], numbers[run]])
+        # A leaf touches the same segments as long as it is present, also if its polygon changes.
         added = boundaries.touching[:, boundaries.touching[1] < count]
         added[1] += len(self.is_present) - count
         before = self.touching[:, self.is_present[self.touching[1]]]

@@ -56,7 +56,7 @@ def list_triangulations(corners: int) -> Ints:
     """All triangulations of a convex polygon, (ways, n − 2), as columns of `list_triples`.
 
     Meshes have triangles in this order. Above seven corners it is the order of
-    `_choose_step_by_step`.
+    `_choose_step_by_step`, which once cut these polygons: their files keep their bytes.
     """
     number = {tuple(triple): row for row, triple in enumerate(list_triples(corners).T.tolist())}
 
@@ -107,15 +107,18 @@ def triangulate_polygons(
             rows[np.arange(triples[0].size) % len(rows)]
             for (_, rows), triples in zip(batch, corners, strict=True)
         ]
-        every = np.concatenate([triples.reshape(3, -1) for triples in corners], axis=1)
+        all_triples = np.concatenate([triples.reshape(3, -1) for triples in corners], axis=1)
         # The heights of chords (rows a, b, c) and the allowed deviation.
         own_form = form[3:].take(np.concatenate(owner), axis=1)
-        costs = _find_costs(x[every], y[every], points.take(every, axis=1), own_form)
+        costs = _find_costs(
+            x[all_triples], y[all_triples], points.take(all_triples, axis=1), own_form
+        )
         first = 0
         for (n, rows), triples in zip(batch, corners, strict=True):
-            mine = costs[first : first + triples[0].size].reshape(triples.shape[1:])
-            first += mine.size
-            chosen = _choose_among_all(mine, n) if n <= ALL else _choose_step_by_step(mine, n)
+            # The costs of these polygons: (triples, polygons).
+            own = costs[first : first + triples[0].size].reshape(triples.shape[1:])
+            first += own.size
+            chosen = _choose_among_all(own, n) if n <= ALL else _choose_step_by_step(own, n)
             triangles.append(triples[:, chosen, np.arange(len(rows))].reshape(3, -1).T)
             polygon += [rows] * (n - 2)
     return np.concatenate(triangles), np.concatenate(polygon)
@@ -149,10 +152,15 @@ def _choose_among_all(costs: FloatArray, corners: int) -> Ints:
 
 
 def _choose_step_by_step(costs: FloatArray, corners: int) -> Ints:
-    """The cheapest way to cut each polygon, (n − 2, m), from smaller polygons to larger ones."""
+    """The cheapest way to cut each polygon, as in `_choose_among_all`, for any number of corners.
+
+    It is built from smaller polygons to larger ones, as described at the top of this file.
+    """
     many = costs.shape[1]
+    # Between corners i and k: the least cost c_ik, and the triple (i, j, k) of that cost, as a row
+    # of `list_triples`.
     least = np.zeros((corners, corners, many))
-    middle = np.empty((corners, corners, many), dtype=np.intp)
+    best = np.empty((corners, corners, many), dtype=np.intp)
     begin = 0
     for gap in range(2, corners):
         i, step = np.arange(corners - gap), np.arange(1, gap)
@@ -164,24 +172,25 @@ def _choose_step_by_step(costs: FloatArray, corners: int) -> Ints:
         # As in `_choose_among_all`, the first that is nearly the lowest.
         chosen = (total * NEARLY <= lowest[:, np.newaxis]).argmax(axis=1)
         least[i, i + gap] = lowest
-        middle[i, i + gap] = begin + i[:, np.newaxis] * (gap - 1) + chosen
+        best[i, i + gap] = begin + i[:, np.newaxis] * (gap - 1) + chosen
         begin = end
     every = np.arange(many)
-    number, (_, between, _) = np.empty((corners - 2, many), dtype=np.intp), list_triples(corners)
-    # A stack of pairs of corners between which a polygon is still to be cut, at most n − 2.
-    open_ = np.zeros((corners, 2, many), dtype=np.intp)
-    open_[0, 1] = corners - 1
-    height = np.ones(many, dtype=np.intp)
+    result, (_, middle, _) = np.empty((corners - 2, many), dtype=np.intp), list_triples(corners)
+    # For each polygon a stack of pairs of corners between which it is still to be cut, at most
+    # n − 2 pairs; `depth` is the number of pairs.
+    stack = np.zeros((corners, 2, many), dtype=np.intp)
+    stack[0, 1] = corners - 1
+    depth = np.ones(many, dtype=np.intp)
     for row in range(corners - 2):
-        height -= 1
-        low, high = open_[height, :, every].T
-        number[row] = middle[low, high, every]
-        j = between[number[row]]
+        depth -= 1
+        low, high = stack[depth, :, every].T
+        result[row] = best[low, high, every]
+        j = middle[result[row]]
         for one, other in ((low, j), (j, high)):
             wide = (other - one > 1).nonzero()[0]
-            open_[height[wide], :, wide] = np.stack([one[wide], other[wide]], axis=1)
-            height[wide] += 1
-    return number
+            stack[depth[wide], :, wide] = np.stack([one[wide], other[wide]], axis=1)
+            depth[wide] += 1
+    return result
 
 
 def _find_costs(x: FloatArray, y: FloatArray, points: FloatArray, form: FloatArray) -> FloatArray:
@@ -203,7 +212,7 @@ def _find_costs(x: FloatArray, y: FloatArray, points: FloatArray, form: FloatArr
     dx, dy = x[NEXT] - x, y[NEXT] - y
     # The heights over the middles of the three sides give the greatest height over the triangle.
     ratio = maximize_heights((form[0] * dx + 2.0 * form[1] * dy) * dx + form[2] * dy * dy) / form[3]
-    ratio *= ratio
+    square = ratio * ratio
     steps = (points[:, NEXT] - points).swapaxes(0, 1)
     squares = dot(steps, steps)
     total = squares.sum(axis=0)
@@ -213,4 +222,4 @@ def _find_costs(x: FloatArray, y: FloatArray, points: FloatArray, form: FloatArr
     shape = total / np.maximum(scaled, total / WORST + np.finfo(float).tiny)
     # The places of a triangle turn to the left unless they are in a line.
     turns = dx[0] * dy[1] > dx[1] * dy[0]
-    return np.where(turns, ratio * ratio + SHAPE * shape, WORST * WORST)
+    return np.where(turns, square * square + SHAPE * shape, WORST * WORST)

@@ -68,11 +68,11 @@ def _triangulate_leaves(
 ) -> tuple[Ints, Ints]:
     """Corners (T, 3) and leaves (T,) of the triangles of selected leaves."""
     plain = (boundaries.is_plain & selected).nonzero()[0]
-    four = boundaries.corner[boundaries.start[plain] + np.arange(4)[:, np.newaxis]]
+    a, b, c, d = boundaries.corner[boundaries.start[plain] + np.arange(4)[:, np.newaxis]]
+    # Two triangles: abc and acd at the diagonal ac, or abd and bcd at the diagonal bd.
     is_rising = leaves.is_rising[plain]
-    third = np.where(is_rising, four[2], four[3])
-    other = np.where(is_rising, four[0], four[1])
-    pair = np.stack([four[0], four[1], third, other, four[2], four[3]], axis=1).reshape(-1, 3)
+    third, first = np.where(is_rising, c, d), np.where(is_rising, a, b)
+    pair = np.stack([a, b, third, first, c, d], axis=1).reshape(-1, 3)
     parts = [(pair, np.repeat(plain, 2))]
     fans = (leaves.is_fan & selected).nonzero()[0]
     if len(fans):
@@ -124,29 +124,32 @@ def _triangulate_strips(boundaries: CellBoundaries, rows: Ints) -> TriangleRows:
         return TriangleRows(np.empty((0, 3), dtype=np.intp), none, none, none)
     u, v = boundaries.u, boundaries.v
     low, high = boundaries.ends[:, rows]
-    # A segment is along u or along v: the other coordinate is equal at both ends.
-    far = np.where(
+    # Twice the distance of each lifted corner from the middle of its segment, negative in the first
+    # half. A segment is along u or along v: the other coordinate is equal at both ends.
+    from_middle = np.where(
         u[low] == u[high], 2 * v[lifted] - v[low] - v[high], 2 * u[lifted] - u[low] - u[high]
     )
-    new = np.append(True, segment[1:] != segment[:-1])
-    start = new.nonzero()[0]
-    strip = np.cumsum(new) - 1
-    before = np.add.reduceat((far <= 0).astype(np.intp), start)
-    tip = start + np.maximum(before - 1, 0)
+    is_start = np.append(True, segment[1:] != segment[:-1])
+    start = is_start.nonzero()[0]
+    strip = np.cumsum(is_start) - 1
+    count_before = np.add.reduceat((from_middle <= 0).astype(np.intp), start)
+    tip = start + np.maximum(count_before - 1, 0)
     from_pole, to_pole = boundaries.is_polar[:, rows[start]]
     last = np.append(start[1:], count) - 1
     tip = np.where(to_pole & ~from_pole, last, np.where(from_pole & ~to_pole, start, tip))
-    pair = (~new).nonzero()[0]
-    first = pair <= tip[strip[pair]]
+    # Each lifted corner that follows another one of its strip makes a triangle with that one: at a
+    # up to the tip, at b after it.
+    later = (~is_start).nonzero()[0]
+    is_at_a = later <= tip[strip[later]]
     fans = np.stack(
-        [np.where(first, low[pair], high[pair]), lifted[pair - 1], lifted[pair]], axis=1
+        [np.where(is_at_a, low[later], high[later]), lifted[later - 1], lifted[later]], axis=1
     )
     bases = np.stack([low[start], lifted[tip], high[start]], axis=1)
     corners = np.concatenate([bases, fans])
-    number = np.concatenate([np.arange(len(start)), strip[pair]])
-    turns_left = boundaries.turns_left[rows[start]][number]
+    owner = np.concatenate([np.arange(len(start)), strip[later]])  # the strip of each triangle
+    turns_left = boundaries.turns_left[rows[start]][owner]
     corners[turns_left] = corners[turns_left][:, [0, 2, 1]]
-    return TriangleRows(corners, np.full(len(corners), -1), segment[start][number], number)
+    return TriangleRows(corners, np.full(len(corners), -1), segment[start][owner], owner)
 
 
 def number_directed_edges(corners: Ints) -> tuple[Ints, Ints]:
@@ -202,6 +205,7 @@ def assign_references(corners: Ints, leaf: Ints, reference: Ints) -> None:
     owner[edge] = rows // 3
     beside = owner[number].reshape(-1, 3)
     within = np.where(leaf[beside] == leaf[waiting][:, np.newaxis], beside, -1)
+    # Each pass of the inner loop takes the reference triangles of neighbours that have one already.
     for around in (within, beside):
         while True:
             open_ = (reference[waiting] < 0).nonzero()[0]
@@ -234,22 +238,24 @@ def find_neighbours(vertex: Ints, has_area: Bools, face: Ints) -> tuple[Ints, In
     sides = np.argsort(keys)[np.count_nonzero(dropped) :]
     keys = keys[sides]
     same = keys[1:] == keys[:-1]
-    third = (same[1:] & same[:-1]).nonzero()[0]
+    # Where three keys in a row are equal, more than two triangles have the edge.
+    begin_of_three = (same[1:] & same[:-1]).nonzero()[0]
     owner = face[sides // 3]
-    if len(third):
+    if len(begin_of_three):
         # Within an edge, sort by face.
         order = np.lexsort((owner, keys))
         owner, sides = owner[order], sides[order]
     del keys
-    mine = np.concatenate([[False], same & (owner[1:] == owner[:-1]), [False]])
+    # Whether each side, and the side before it, are one edge of one face; false at both ends.
+    is_paired = np.concatenate([[False], same & (owner[1:] == owner[:-1]), [False]])
     # Two sides of one face, without a third side.
-    two = (mine[1:-1] & ~mine[:-2] & ~mine[2:]).nonzero()[0]
+    two = (is_paired[1:-1] & ~is_paired[:-2] & ~is_paired[2:]).nonzero()[0]
     one, other = sides[two], sides[two + 1]
     nonmanifold = np.zeros(len(sides), dtype=bool)
     for step in range(3):
-        nonmanifold[third + step] = True
+        nonmanifold[begin_of_three + step] = True
     sides = sides[nonmanifold]
-    del owner, mine, two
+    del owner, is_paired, two
     across = np.full(vertex.size, -1, dtype=INDEX)
     # Opposite edge (k, k + 1) is vertex k + 2, which is k − 1 modulo 3.
     for side, opposite in ((one, other), (other, one)):
