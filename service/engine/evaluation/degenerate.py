@@ -15,10 +15,12 @@ from service.engine.evaluation.nets import DerivativeNets, evaluate_along, longe
 
 VANISHING = 2.0**-40
 """A length below this share of the largest possible length counts as zero. Rounding errors are some
-2^-52 of the largest length, so a larger length has at least a dozen correct binary digits."""
+2^-52 of the largest possible length, so a length that does not count as zero has at least a dozen
+correct binary digits."""
 
 NEGLIGIBLE = 2.0**-36
-"""Coefficients of N below this share of the largest count as zero: they come from rounding."""
+"""Coefficients of N below this share of the longest coefficient of their patch count as zero: they
+come from rounding."""
 
 Direction: TypeAlias = Literal["v", "u", "diagonal"]
 
@@ -59,13 +61,13 @@ def limit_normals(
     # the patch, it leads in direction v. If this line is a collapsed side, N vanishes along it, and
     # the next line is tried.
     is_on_u_side_only = ((u == 0) | (u == 1)) & (v > 0) & (v < 1)
-    orders: tuple[tuple[NDArray[np.bool_], tuple[Direction, ...]], ...] = (
+    groups_and_directions: tuple[tuple[NDArray[np.bool_], tuple[Direction, ...]], ...] = (
         (has_limit & ~is_on_u_side_only, ("v", "u")),
         (has_limit & is_on_u_side_only, ("u", "v")),
         # Corners where N vanishes along both sides.
         (has_limit & ((u == 0) | (u == 1)) & ((v == 0) | (v == 1)), ("diagonal",)),
     )
-    for group, directions in orders:
+    for group, directions in groups_and_directions:
         for direction in directions:
             unresolved = np.flatnonzero(group & np.isnan(normals[:, 0]))
             if len(unresolved):
@@ -152,7 +154,7 @@ def _find_mean_normals(
     """The mean normals (m, 3) of patches, weighted by area.
 
     The mean of the coefficients of N is the integral of N over the patch. A patch without area gets
-    a vector perpendicular to its longest difference.
+    a vector perpendicular to the longest difference of its neighbouring control points.
     """
     used, inverse = np.unique(patch_numbers, return_inverse=True)
     mean = coefficients[used].mean(axis=(2, 3))

@@ -67,7 +67,8 @@ class Evaluation(ABC):
         self.positions = out.positions
         self.normals = out.normals
         self.origin = None if origin is None or not is_moved(origin) else origin
-        # As in `at_once`, nets are scaled and weights are at most 1.
+        # Nets are scaled, and weights are divided by the largest weight, as in the module
+        # `at_once`, which says why nets are scaled.
         self.scale = find_scale(patches.extent)
         self.largest_weight = 1.0 if patches.weights is None else float(patches.weights.max())
         self.dimension = 4 if self.is_rational else 3
@@ -115,7 +116,8 @@ class Evaluation(ABC):
     def find_thresholds(self, du: FloatArray, dv: FloatArray) -> FloatArray:
         """The least |S_u × S_v|² that is precise enough, for each patch, (r,).
 
-        It is a share of the mean squares of the differences along u and along v, (…, d, r) each.
+        It is the product of the mean squares of the differences along u and of those along v, times
+        the square of `PRECISE_SHARE`. `du` and `dv` (…, d, r) are these differences.
         """
         # The mean squares are sums over the numbers of vectors in the nets of one patch.
         planes, count = du.shape[-2:]
@@ -125,7 +127,7 @@ class Evaluation(ABC):
         return threshold
 
     def write_positions(self, planes: RealArray, out: RealArray) -> None:
-        """Writes S from planes of the control points of `load_points`.
+        """Writes S from its `planes` (d, …) at samples, evaluated from the net of `load_points`.
 
         Homogeneous planes are projected in place.
         """
@@ -152,7 +154,7 @@ class Evaluation(ABC):
         return planes
 
     def write_local(self, planes: RealArray, out: RealArray) -> None:
-        """Writes S from planes of the control points of `load_local`.
+        """Writes S from its `planes` (d, …) at samples, evaluated from the net of `load_local`.
 
         Homogeneous planes are projected in place.
         """
@@ -191,7 +193,7 @@ class Evaluation(ABC):
         """Planes of S_u × S_v up to a positive factor.
 
         For rational patches `point` must already be projected. The result is in the work array that
-        `sample_planes` returns for S, so it overwrites `point` if that is this array.
+        `sample_planes` returns for S. So a `point` in that work array is overwritten.
         """
         # `write_normals` reuses this memory under the same name.
         term = scratch("square", (2, *du.shape[1:]), self.dtype)[1]
@@ -231,6 +233,7 @@ class Evaluation(ABC):
         self._write_poles(self.normals)
         is_missing = np.isnan(normals[doubtful, 0])
         remaining = doubtful[is_missing]
+        # Each sample that `_write_poles` wrote is at a pole.
         poles = len(doubtful) - len(remaining)
         if len(remaining) and evaluate_in_double is not None:
             counts = np.bincount(remaining // self.sample_count, minlength=self.patches.count)

@@ -23,7 +23,7 @@ CHUNK_BYTES = 8 << 20
 """The most memory for the nets of one group of samples."""
 
 CHUNK_SAMPLES = 1024
-"""The most samples that are computed together."""
+"""The most samples that are computed together: it limits the memory if all are on one patch."""
 
 
 class DerivativeNets:

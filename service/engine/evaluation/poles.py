@@ -85,12 +85,13 @@ def write_pole_normals(
     assert isinstance(plan, _Plan)
     points, rows = patches.points.reshape(-1), normals.reshape(-1, 3)
     for sides in plan.sides:
-        cones = points.take(sides.beside)
-        cones -= points.take(sides.pole)
+        # The control vectors of the curves C, shape (6, m, n+1): rows 0 to 2 are y, z, x, and rows
+        # 3 to 5 are z, x, y (`YZX_ZXY`).
+        control_vectors = points.take(sides.beside)
+        control_vectors -= points.take(sides.pole)
         if patches.weights is not None:
-            cones *= patches.weights.reshape(-1).take(sides.weights)
-        # Rows 0 to 2 are y, z, x, and rows 3 to 5 are z, x, y (`YZX_ZXY`).
-        values_and_slopes = cones @ sides.basis
+            control_vectors *= patches.weights.reshape(-1).take(sides.weights)
+        values_and_slopes = control_vectors @ sides.basis
         count = values_and_slopes.shape[2] // 2
         value, slope = values_and_slopes[:, :, :count], values_and_slopes[:, :, count:]
         vectors = value[:3] * slope[3:]
@@ -98,8 +99,8 @@ def write_pole_normals(
         length = np.sqrt(np.add.reduce(vectors * vectors))
         # |C × C′| / |C|² is about the angle of the cone; the sum of the squares of the control
         # points stands for |C|².
-        cones *= cones
-        sizes = np.add.reduce(cones[:3], axis=(0, 2))
+        control_vectors *= control_vectors
+        sizes = np.add.reduce(control_vectors[:3], axis=(0, 2))
         is_flat = length <= MIN_CONE_ANGLE * sizes[:, np.newaxis]
         if np.count_nonzero(is_flat):
             length[is_flat] = np.nan
@@ -111,6 +112,7 @@ def write_pole_normals(
 def _plan_poles(patches: TensorPatches, resolution: tuple[int, int]) -> _Plan:
     """Plans the normals at the poles of patches on grids of this resolution."""
     degree, sides = patches.degree, []
+    # The numbers of all control points, and those of all samples, as one grid for each patch.
     grids = [
         np.arange(patches.count * (m + 1) * (n + 1)).reshape(patches.count, m + 1, n + 1)
         for m, n in (degree, resolution)

@@ -73,10 +73,11 @@ class TriangleEvaluation(Evaluation):
 
     def _write_at_once(self) -> None:
         """Writes all samples by products with a cached basis of two variables."""
-        # A cache line has 16 numbers: so every plane of a chunk begins at a cache line.
-        count = max(16, CHUNK_SAMPLES // self.sample_count // 16 * 16)
+        # A multiple of 16 patches, because a cache line has 16 float32 numbers: so every plane of a
+        # chunk begins at a cache line.
+        chunk_patches = max(16, CHUNK_SAMPLES // self.sample_count // 16 * 16)
         for first, last in row_runs(
-            self.patches.count, 1 if self.sample_count > CHUNK_SAMPLES else count
+            self.patches.count, 1 if self.sample_count > CHUNK_SAMPLES else chunk_patches
         ):
             nets = self.load_nets(first, last)
             for begin, end in row_runs(self.sample_count, CHUNK_SAMPLES):

@@ -23,7 +23,7 @@ from service.engine.vectors import cross
 from service.surface.batches import TrianglePatches
 
 CHUNK_POINTS = 1 << 18
-"""The most control points in one chunk, if each of its samples is on another patch."""
+"""The most control points in one chunk, even if each of its samples is on a patch of its own."""
 
 
 def triangle_normals(
@@ -80,8 +80,9 @@ def normals_at(
 class LocalTriangles:
     """K patches as (S − middle) · scale, with the `middle` (K, 3) and the `scale` (K,) of each.
 
-    Raising the degree rounds. If points are relative to the middle, the rounding error depends on
-    the size of the patch and not on its distance from zero.
+    Converting to a tensor-product patch raises the degree, which rounds. If points are relative to
+    the middle, the rounding error depends on the size of the patch and not on its distance from
+    zero.
     """
 
     patches: TrianglePatches

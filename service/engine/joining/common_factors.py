@@ -55,7 +55,7 @@ def find_scales(
     )
     ends = np.searchsorted(surface_of_point, np.arange(count + 1))
     runs = {k: slice(ends[k], ends[k + 1]) for k in neighbours}
-    # Surfaces without weights come first.
+    # Surfaces whose weights are all 1 come first.
     sort_key = {k: (bool(logs[r].any()), hash_arrays(points[r], logs[r])) for k, r in runs.items()}
     scale = np.zeros(count)
     visited: set[int] = set()
@@ -124,18 +124,19 @@ def _find_meeting_surfaces(
         corner_pair[is_reversed, ::-1],
         ends[is_reversed, ::-1],
     )
-    # Sides between the same two corners are compared with the first of them, the leader. If the
-    # ratios of their weights at both corners are equal up to the tolerance of each, they agree.
+    # Sides between the same two corners are compared with the first of them, the leader. A side
+    # agrees with it if the ratio of their weights is nearly the same at both corners: each of the
+    # two logarithms of ratios may be wrong by the tolerance.
     end_logs = logs[ends]
     order = np.lexsort((end_logs[:, 1], end_logs[:, 0], corner_pair[:, 1], corner_pair[:, 0]))
     ends, corner_pair, end_logs = ends[order], corner_pair[order], end_logs[order]
     is_new = np.append(True, (corner_pair[1:] != corner_pair[:-1]).any(axis=1))
     leader = np.flatnonzero(is_new)[np.cumsum(is_new) - 1]
-    step = end_logs - end_logs[leader]
+    log_ratios = end_logs - end_logs[leader]
     first_surface, second_surface = surface_of_point[ends[leader, 0]], surface_of_point[ends[:, 0]]
     surfaces_meet = (first_surface != second_surface) & (
-        np.abs(step[:, 0] - step[:, 1]) <= 2 * tolerance
+        np.abs(log_ratios[:, 0] - log_ratios[:, 1]) <= 2 * tolerance
     )
-    shift = step[surfaces_meet].mean(axis=1)
+    shift = log_ratios[surfaces_meet].mean(axis=1)
     shift[np.abs(shift) <= tolerance] = 0.0
     return first_surface[surfaces_meet], second_surface[surfaces_meet], shift

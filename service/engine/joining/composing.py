@@ -34,7 +34,7 @@ def compose(group: GroupModel, numbers: Sequence[int]) -> tuple[PatchModel, tupl
         assert isinstance(model, PatchModel)
         is_mirrored = _is_mirror(member)
         are_mirrored.append(is_mirrored)
-        oriented, order = _exchange_parameters(model) if is_mirrored else (model, None)
+        oriented, new_numbers = _exchange_parameters(model) if is_mirrored else (model, None)
         # Adding 0.0 turns −0.0 into 0.0, so that equal points have equal bits.
         for batch in oriented.batches:
             placed = place_points(batch.points.reshape(-1, 3), member.matrix)
@@ -46,7 +46,7 @@ def compose(group: GroupModel, numbers: Sequence[int]) -> tuple[PatchModel, tupl
         sequence = (
             np.arange(oriented.patch_count) if oriented.sequence is None else oriented.sequence
         )
-        sequences.append(first + (sequence if order is None else order[sequence]))
+        sequences.append(first + (sequence if new_numbers is None else new_numbers[sequence]))
         is_single = len(oriented.parts) == 1
         parts += [
             Part(
@@ -96,14 +96,14 @@ def _exchange_triangle(batch: TrianglePatches) -> TrianglePatches:
 
 def _exchange_parameters(model: PatchModel) -> tuple[PatchModel, Ints]:
     """The model with u and v exchanged, and the new number of each patch, (P,)."""
-    order = np.arange(model.patch_count)
+    new_numbers = np.arange(model.patch_count)
     domains = []
     for d in model.domains:
         rows, columns = len(d.u) - 1, len(d.v) - 1
         grid = d.first + np.arange(rows * columns).reshape(rows, columns)
-        order[grid.T.ravel()] = d.first + np.arange(grid.size)
+        new_numbers[grid.T.ravel()] = d.first + np.arange(grid.size)
         domains.append(Domain(d.v, d.u, d.first))
-    source = np.argsort(order)
+    source = np.argsort(new_numbers)
     batches: list[Patches] = []
     first = 0
     for batch in model.batches:
@@ -119,7 +119,7 @@ def _exchange_parameters(model: PatchModel) -> tuple[PatchModel, Ints]:
         channels = tuple(replace(c, nets=c.nets.swapaxes(1, 2)) for c in part.channels)
         points = np.ascontiguousarray(part.points.swapaxes(1, 2))
         batches.append(TensorPatches(points, weights, channels))
-    return replace(model, batches=tuple(batches), domains=tuple(domains)), order
+    return replace(model, batches=tuple(batches), domains=tuple(domains)), new_numbers
 
 
 def _is_mirror(member: PlacedModel) -> bool:

@@ -41,7 +41,8 @@ CHUNK = 1 << 18
 """The approximate count of numbers in one chunk."""
 
 MIN_END_DISTANCE = 64.0
-"""A corner that cuts an edge is further from the ends of the edge than this multiple of `reach`."""
+"""A corner that cuts an edge is further from the ends of the edge than this multiple of `reach`,
+so that no piece of the edge is nearly a point."""
 
 MAX_SLACK = 1e-6
 """The largest difference of two parameters that may count as equal."""
@@ -65,7 +66,7 @@ def find_corners_on_edges(borders: Sequence[OpenBorder], reach: float) -> Ints:
     number = np.arange(edge_ends[-1])
     edges = OpenEdges(
         curves=tuple(_join_curves(curves) for curves in curves_by_form.values()),
-        row=number,
+        number=number,
         side=number,  # The search for corners reads only the length of this array.
         begin=np.concatenate(begin),
         end=np.concatenate(end),
@@ -116,6 +117,8 @@ def find_corner_candidates(edges: OpenEdges, reach: float) -> tuple[Ints, Ints]:
         is_inside &= (corners != edges.begin[:, None]) & (corners != edges.end[:, None])
         edge, position = is_inside.nonzero()
         return edge, corners[position]
+    # With many pairs, corners are sorted along the axis on which they extend furthest. An edge is
+    # compared only with the run of corners within its bounds along this axis.
     axis = int(np.ptp(extents[:, :3], axis=0).argmax())
     order = np.argsort(extents[:, axis], kind="stable")
     corners, extents = corners[order], extents[order]
@@ -175,6 +178,7 @@ def place_corners(
         for part in row_slices(len(rows_of_degree), 3 * len(samples), CHUNK):
             pairs = rows_of_degree[part]
             curve, target = row_of_edge[edge[pairs]], points[pairs]
+            # Each curve relative to the point that is placed on it: the point is then 0.
             nets = group.points[curve] - target[:, None]
             weights = None if group.weights is None else group.weights[curve]
             squares = np.square(evaluate_curves(nets, weights, samples)).sum(axis=2)
@@ -194,11 +198,11 @@ def place_corners(
                 t = (t - step).clip(0, 1)
             value, slope = _evaluate_with_slope(nets, weights, t)
             is_near = np.square(value).sum(axis=1) <= reach**2
-            ends = np.minimum(np.square(nets[:, 0]).sum(axis=1), np.square(nets[:, -1]).sum(axis=1))
-            at[pairs], is_on[pairs] = (
-                t,
-                is_near & (ends > (MIN_END_DISTANCE * reach) ** 2) & (t > 0) & (t < 1),
+            squared_end_distance = np.minimum(
+                np.square(nets[:, 0]).sum(axis=1), np.square(nets[:, -1]).sum(axis=1)
             )
+            is_far_from_ends = squared_end_distance > (MIN_END_DISTANCE * reach) ** 2
+            at[pairs], is_on[pairs] = t, is_near & is_far_from_ends & (t > 0) & (t < 1)
             speed = np.sqrt(np.square(slope).sum(axis=1))
             # A step of 4 `reach` along the curve; `reach` as the least speed avoids division by 0.
             slack[pairs] = np.minimum(4 * reach / np.maximum(speed, reach), MAX_SLACK)
@@ -214,9 +218,9 @@ def evaluate_curves(
     if weights is None:
         value: FloatArray = basis @ nets
         return value
-    shares = basis * weights[:, None]
-    value = shares @ nets
-    value /= shares.sum(axis=2, keepdims=True)
+    weighted_basis = basis * weights[:, None]
+    value = weighted_basis @ nets
+    value /= weighted_basis.sum(axis=2, keepdims=True)
     return value
 
 
@@ -229,7 +233,9 @@ def _evaluate_with_slope(
     if weights is None:
         return (basis @ nets)[:, 0], degree * (lower_basis @ np.diff(nets, axis=1))[:, 0]
     weighted = nets * weights[..., None]
-    total, change = (basis @ weights[..., None])[:, 0], degree * np.diff(weights, axis=1)
-    value = (basis @ weighted)[:, 0] / total
+    weight = (basis @ weights[..., None])[:, 0]
+    weight_differences = degree * np.diff(weights, axis=1)
+    weight_slope = (lower_basis @ weight_differences[..., None])[:, 0]
+    value = (basis @ weighted)[:, 0] / weight
     slope = degree * (lower_basis @ np.diff(weighted, axis=1))[:, 0]
-    return value, (slope - (lower_basis @ change[..., None])[:, 0] * value) / total
+    return value, (slope - weight_slope * value) / weight

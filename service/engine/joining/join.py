@@ -60,7 +60,7 @@ def join_further(
     model, seams = _snap_model(model, seams, tolerance)
     if not (tolerance and may_be_cut(model, seams)):
         return model, seams
-    previous = model, seams
+    uncut = model, seams
     count = model.patch_count
     max_patches = (
         max(GROWTH * count, min(SQUARE_GROWTH * count**2, MAX_SQUARE_GROWTH)) + EXTRA_PATCHES
@@ -76,11 +76,11 @@ def join_further(
         checkpoint()
         model = cut(model, lines)
         if model.patch_count > max_patches or _count_points(model) > max_points:
-            return previous
+            return uncut
         model, seams = _snap_model(model, connect_if_apart(model, tolerance), tolerance)
     else:
-        return previous
-    if model.patch_count > previous[0].patch_count:
+        return uncut
+    if model.patch_count > uncut[0].patch_count:
         allow(model)
     return model, seams
 

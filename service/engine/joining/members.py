@@ -91,7 +91,8 @@ def join_members(group: GroupModel, tolerance: float, allow: Allow = allow_any) 
         joined_model, are_mirrored = compose(group, numbers)
         joined_model, seams = join(joined_model, tolerance, allow)
         member_of_patch = _find_owners(joined_model, group, numbers)
-        # The lowest and the highest member at each edge: an edge joins members if these differ.
+        # The lowest and the highest member at each edge. An edge joins two members if it has two
+        # sides, one of each. Edges with more sides do not count: copies may lie on each other.
         low, high = np.full(len(seams.users), len(numbers)), np.full(len(seams.users), -1)
         is_line = ~seams.collapsed
         np.minimum.at(

@@ -61,6 +61,7 @@ def _find_groups(points: FloatArray, reach: float) -> tuple[Ints, Bools]:
     leader = np.arange(len(points))
     is_joined = np.repeat(~is_wide, sizes)
     leader[order[is_joined]] = np.repeat(order[starts], sizes)[is_joined]
+    # Crowds of equal size are compared together.
     for size in range(2, MAX_CROWD + 1):
         crowds = starts[is_wide & (sizes == size), None] + np.arange(size)
         for begin in range(0, len(crowds), CHUNK):

@@ -19,7 +19,7 @@ class OpenEdges:
     ----------
     curves : tuple of EdgeCurves
         All edges of the model, one value for each degree.
-    row : ndarray of int
+    number : ndarray of int
         For each distinct edge of the model, its number among the open edges, or −1.
     side : ndarray of int, shape (E,)
         The only side (patch · 4 + side) of each edge.
@@ -29,7 +29,7 @@ class OpenEdges:
     """
 
     curves: tuple[EdgeCurves, ...]
-    row: Ints
+    number: Ints
     side: Ints
     begin: Ints
     end: Ints
@@ -39,16 +39,16 @@ class OpenEdges:
 def find_open_edges(seams: Seams) -> OpenEdges:
     """The open edges of a model that are lines, not points."""
     connectivity = seams.connectivity
-    lines = np.flatnonzero(
+    sides = np.flatnonzero(
         connectivity.open_lines[connectivity.edge.ravel()] & ~connectivity.collapsed.ravel()
     )
-    edge = connectivity.edge.ravel()[lines]
-    row = np.full(len(connectivity.users), -1)
-    row[edge] = np.arange(len(edge))
-    ends = [connectivity.corner[:, corners].ravel()[lines] for corners in (BEGINS, ENDS)]
-    is_backward = connectivity.backward.ravel()[lines]
+    edge = connectivity.edge.ravel()[sides]
+    number = np.full(len(connectivity.users), -1)
+    number[edge] = np.arange(len(edge))
+    ends = [connectivity.corner[:, corners].ravel()[sides] for corners in (BEGINS, ENDS)]
+    is_backward = connectivity.backward.ravel()[sides]
     begin, end = np.where(is_backward, ends[1], ends[0]), np.where(is_backward, ends[0], ends[1])
-    return OpenEdges(seams.curves, row, lines, begin, end, seams.corner_points)
+    return OpenEdges(seams.curves, number, sides, begin, end, seams.corner_points)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -89,7 +89,7 @@ def find_open_border(seams: Seams) -> OpenBorder:
 def iterate_degrees(edges: OpenEdges) -> Iterator[tuple[EdgeCurves, Ints, Ints]]:
     """For each degree, yields the curves, which rows of them are open edges, and their numbers."""
     for group in edges.curves:
-        number = edges.row[group.ids]
+        number = edges.number[group.ids]
         rows = np.flatnonzero(number >= 0)
         if len(rows):
             yield group, rows, number[rows]

@@ -60,7 +60,10 @@ def replace_by_raised_nets(
     ends = [connectivity.corner[:, corners].ravel()[side] for corners in (BEGINS, ENDS)]
     begin, end = np.where(is_backward, ends[1], ends[0]), np.where(is_backward, ends[0], ends[1])
     degree = np.concatenate([np.full(len(rows), rows.shape[1] - 1) for rows in pattern.edges])
+    # Edges are numbered by ascending degree: `first[k]` is the first edge of `pattern.edges[k]`.
     first = np.cumsum([0, *(len(rows) for rows in pattern.edges)])
+    # The edges whose corners are also those of an edge of another degree, a number for the corners
+    # of each, and the highest degree between these corners.
     pair, edges, higher_degree = find_candidates(
         ~connectivity.collapsed.ravel()[side], degree, begin, end
     )
@@ -70,6 +73,7 @@ def replace_by_raised_nets(
     higher_degree = higher_degree[has_two_ends]
     for common_degree in np.unique(higher_degree).tolist():
         rows = np.flatnonzero(higher_degree == common_degree)
+        # Of the edges between the same corners, one of the lowest degree comes first and leads.
         rows = rows[np.lexsort((edges[rows], pair[rows]))]
         edge, degrees = edges[rows], degree[edges[rows]]
         nets = np.ones((len(rows), common_degree + 1, 4))
@@ -85,12 +89,14 @@ def replace_by_raised_nets(
                     nets[has_degree, :, 3] = raised_weights.swapaxes(0, 1)
         nets[is_reversed] = nets[is_reversed, ::-1]
         _, first_of_pair, number = np.unique(pair[rows], return_index=True, return_inverse=True)
+        # The squares of n + 1 points add up to at most (n + 1) `reach`², so their mean is at most
+        # `reach`².
         distance = reach * (common_degree + 1) ** 0.5
         values = nets.copy()
         if weights is not None:
             values[..., 3] = np.log(nets[..., 3]) * (reach / weights.log_tolerance)
-        group = first_of_pair[number.reshape(-1)]
-        leader = find_leaders(group, values.reshape(len(rows), -1), distance)
+        key = first_of_pair[number.reshape(-1)]
+        leader = find_leaders(key, values.reshape(len(rows), -1), distance)
         for row in np.flatnonzero(degrees[leader] < degrees).tolist():
             # An edge between the lowest and the highest degree would get too many points.
             if degrees[row] < common_degree:

@@ -113,20 +113,21 @@ def _is_beside_shared_piece(
     end_parameter = np.where(is_last, 1.0, np.roll(begin_parameter, -1))
     end_corner = np.where(is_last, edges.end[edge_of_ordered_piece], np.roll(begin_corner, -1))
     degree = max(group.points.shape[1] - 1 for group, _, _ in iterate_degrees(edges))
-    shares = np.arange(1, 2 * degree + 2) / (2 * degree + 2)
+    # Where on a piece it is sampled: parameters of the piece from 0 to 1.
+    fractions = np.arange(1, 2 * degree + 2) / (2 * degree + 2)
     is_backward = begin_corner > end_corner
     # The samples of a piece run from the corner with the lower number to the other corner.
     parameters = np.where(
         is_backward[:, None],
-        end_parameter[:, None] + (begin_parameter - end_parameter)[:, None] * shares,
-        begin_parameter[:, None] + (end_parameter - begin_parameter)[:, None] * shares,
+        end_parameter[:, None] + (begin_parameter - end_parameter)[:, None] * fractions,
+        begin_parameter[:, None] + (end_parameter - begin_parameter)[:, None] * fractions,
     )
-    values = np.empty((len(edge_of_ordered_piece), len(shares), 3))
+    values = np.empty((len(edge_of_ordered_piece), len(fractions), 3))
     for group, rows, number in iterate_degrees(edges):
         row_of_edge = np.full(len(edges.side), -1)
         row_of_edge[number] = rows
         pieces = np.flatnonzero(row_of_edge[edge_of_ordered_piece] >= 0)
-        for part in row_slices(len(pieces), 4 * len(shares) * (degree + 1), CHUNK):
+        for part in row_slices(len(pieces), 4 * len(fractions) * (degree + 1), CHUNK):
             piece_rows = pieces[part]
             curve = row_of_edge[edge_of_ordered_piece[piece_rows]]
             weights = None if group.weights is None else group.weights[curve]
@@ -138,7 +139,8 @@ def _is_beside_shared_piece(
     _, first, pair = np.unique(
         low * len(edges.corners) + high, return_index=True, return_inverse=True
     )
-    distance = reach * len(shares) ** 0.5
+    # Root mean squares of the distances of samples are at most `reach`.
+    distance = reach * len(fractions) ** 0.5
     leader = find_leaders(
         first[pair.ravel()], values.reshape(len(edge_of_ordered_piece), -1), distance
     )

@@ -154,6 +154,7 @@ def _make_inner_points_equal(
     sides differ are sorted.
     """
     nets = border[rows]
+    # First any side of each edge, to find edges with unequal sides; then the first in order.
     leader = np.empty(int(edge.max(initial=-1)) + 1, dtype=np.intp)
     leader[edge] = np.arange(len(edge))
     is_unequal = np.zeros(len(leader), dtype=bool)

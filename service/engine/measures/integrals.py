@@ -160,7 +160,7 @@ def refine(groups: list[Cells], kind: Kind, allowed: FloatArray, budget: int) ->
         excess = 1 - share + float(summed_errors[-1]) if len(summed_errors) else 0.0
         if not len(summed_errors) or summed_errors[-1] <= share:
             break
-        points = np.concatenate(
+        points_of_cells = np.concatenate(
             [
                 np.full(len(bounded.cells), bounded.cells.size // len(bounded.cells))
                 for bounded in open_cells
@@ -168,17 +168,17 @@ def refine(groups: list[Cells], kind: Kind, allowed: FloatArray, budget: int) ->
         )
         accepted_count = int(np.searchsorted(summed_errors, share / 2, side="right"))
         # If the budget does not suffice for all cells, the cells with the largest errors are
-        # halved.
+        # halved. Halving a cell adds as many control points as the cell has.
         accepted_count = max(
             accepted_count,
-            len(order) - int((np.cumsum(points[order[::-1]]) <= remaining_points).sum()),
+            len(order) - int((np.cumsum(points_of_cells[order[::-1]]) <= remaining_points).sum()),
         )
         if accepted_count == len(order):
             break
         share -= summed_errors[accepted_count - 1] if accepted_count else 0.0
         is_halved = np.ones(len(order), dtype=bool)
         is_halved[order[:accepted_count]] = False
-        remaining_points -= int(points[is_halved].sum())
+        remaining_points -= int(points_of_cells[is_halved].sum())
         ends = np.cumsum([0] + [len(bounded.cells) for bounded in open_cells])
         accepted += [
             bounded.take(~is_halved[a:b])

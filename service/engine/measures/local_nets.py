@@ -12,11 +12,11 @@ was computed, halved L times and moved by c has control points with errors of at
     ε = (24 n + 64 + (2 n + 6) L) u
 
 in length. The reason is that a product with `halves` takes means of n + 1 numbers, with errors of
-at most (n + 2) u in each of three coordinates, and that each of the n steps from a triangle to a
-net has an error of at most 12 u. The errors of differences of control points, times n, are at most
-2 n ε. At a node, the product of two bases has a relative error of at most 12 n u, and the sum over
-both indices adds at most 2 (n + 2) u times the sum of absolute values. So the error of a value of a
-net is at most ε + 16 (n + 2) u M, if the control vectors are at most M long.
+at most (n + 2) u in each of three coordinates, and that each of the n steps from a triangular to a
+tensor-product net has an error of at most 12 u. The errors of differences of control points, times
+n, are at most 2 n ε. At a node, the product of two bases has a relative error of at most 12 n u,
+and the sum over both indices adds at most 2 (n + 2) u times the sum of absolute values. So the
+error of a value of a net is at most ε + 16 (n + 2) u M, if the control vectors are at most M long.
 """
 
 from dataclasses import dataclass

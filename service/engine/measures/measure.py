@@ -46,50 +46,54 @@ def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Me
     InvalidRequest
         `not_parametric`: tubes and ribbons have no measures.
     TooLarge
-        `too_costly`: the budget of the query does not suffice for its tolerance, but for a larger
-        one.
+        `too_costly`: the budget of the query does not suffice for its tolerance, but would suffice
+        for a larger one.
     """
-    patch_model, part, source = place_and_join(lowered, query.weld_tolerance, allow)
+    # Areas are measured on the patches of the request; borders and volumes on joined patches, which
+    # are in `source`.
+    patch_model, part_of_patch, source = place_and_join(lowered, query.weld_tolerance, allow)
     precision = Precision(query)
     nets = surface_nets(patch_model.batches)
     groups = group_cells(nets, source.noise)
-    sizes = _measure_sizes("the area", groups, part, len(patch_model.parts), precision)
+    sizes = _measure_sizes("the area", groups, part_of_patch, len(patch_model.parts), precision)
     areas = [size.times(nets.scale**2) for size in sizes]
     oriented = orient_sides(source.seams)
     closed_parts = oriented.find_closed_parts(source.part, len(patch_model.parts))
     solids = measure_solids(
         source, oriented.is_closed, closed_parts, (sizes, nets.scale), precision
     )
-    total, boundaries = _measure_boundaries(source, oriented, precision)
+    boundary_length, boundaries = _measure_boundaries(source, oriented, precision)
     precision.refuse_if_too_costly()
     (volume, centroid), *solid_parts = solids
-    width = query.tolerance
+    tolerance = query.tolerance
     faults = oriented.find_unbalanced_sides()
     sides = np.flatnonzero(faults.ravel())
     is_open = oriented.is_open.ravel()[sides]
     return Measures(
-        areas[0],
-        volume,
-        centroid,
-        oriented.is_closed,
-        total,
-        len(boundaries),
-        tuple(boundaries[:MAX_LISTED]),
-        int(is_open.sum()),
-        int((~is_open).sum()),
-        tuple(
+        area=areas[0],
+        volume=volume,
+        centroid=centroid,
+        closed=oriented.is_closed,
+        boundary_length=boundary_length,
+        boundary_count=len(boundaries),
+        boundaries=tuple(boundaries[:MAX_LISTED]),
+        open_edges=int(is_open.sum()),
+        inconsistent_edges=int((~is_open).sum()),
+        faulty_edges=tuple(
             FaultyEdge(bool(is_side_open), source.find_request_side(int(side)))
             for side, is_side_open in zip(sides[:MAX_LISTED], is_open, strict=False)
         ),
-        tuple(
-            PartMeasures(size.name, area, *solid)
-            for size, area, solid in zip(patch_model.parts, areas[1:], solid_parts, strict=True)
+        parts=tuple(
+            PartMeasures(part.name, area, *solid)
+            for part, area, solid in zip(patch_model.parts, areas[1:], solid_parts, strict=True)
         ),
-        areas[0].is_within(width * areas[0].value)
-        and total.is_within(width * total.value)
-        and (volume is None or volume.is_within(width * abs(volume.value)))
-        and (centroid is None or all(c.is_within(width * patch_model.diagonal) for c in centroid)),
-        source.moved,
+        reached=areas[0].is_within(tolerance * areas[0].value)
+        and boundary_length.is_within(tolerance * boundary_length.value)
+        and (volume is None or volume.is_within(tolerance * abs(volume.value)))
+        and (
+            centroid is None or all(c.is_within(tolerance * patch_model.diagonal) for c in centroid)
+        ),
+        moved=source.moved,
     )
 
 
@@ -98,8 +102,8 @@ def _measure_sizes(
 ) -> list[Interval]:
     """The areas or lengths of all cells together, and then of each of `count` parts.
 
-    They are in the coordinates of the cells, which do not underflow. The result is empty if the
-    query will be refused.
+    Patch k belongs to part `part[k]`. The results are in the coordinates of the cells, which do not
+    underflow. The list is empty if the query will be refused.
     """
     sizes, rounding = estimate(groups, "size")
     integrals = precision.integrate(name, groups, "size", REMAINDER_SHARE * sizes, rounding)

@@ -22,7 +22,8 @@ at most as long as the longest of its control vectors, C_k. So the net is within
 
     δ(ρ) = Σ_{k ≥ 1} C_k (ρ^k + ρ^−k)/2 + max |c_0 − a|
 
-of its mean control vector a. From X, w and their partials (`local_nets`) follow constants A, B and
+of its mean control vector a. Let c be the middle of the cell and X = w (S − c), as in `local_nets`.
+From the nets of X, w and their partials follow constants A, B and bounds s, α, β:
 
     |S − c| ≤ s,   |S_u − A| ≤ α,   |S_v − B| ≤ β,
 
@@ -40,9 +41,11 @@ lengths of complex vectors are Hermitian.
 - Length of a curve: as area, with A for N₀ and α for D.
 
 If no ellipse gives a small bound, other bounds are used: the integral and the result of its rule
-are both means of values of f over the cell. So they differ by at most 2 |f − f₀| on the smallest
-ellipse. For areas and lengths, where f ≥ 0, they also differ by at most the product of the largest
-lengths; for a flux, by at most twice the largest |f|.
+are both means of values of f over the cell, which is within the smallest ellipse. So they differ by
+at most twice the bound of |f − f₀| there; for areas and lengths this is 2 D, as | |N| − |N₀| | ≤ D.
+They also differ by at most twice the largest |f|, and for areas and lengths, where f ≥ 0, by at
+most the largest f. That is at most |N₀| + D, and at most the product of the upper bounds of |S_u|
+and |S_v| over the cell (`CellNets.stretches`).
 
 References
 ----------
@@ -82,26 +85,31 @@ class Remainders:
 @np.errstate(all="ignore")
 def remainders(nets: CellNets, kind: Kind, count: int) -> Remainders:
     """Bound the errors of rules of `count` nodes in each direction; the origin o is 0."""
-    stretches, size = nets.stretches, len(nets.x.noise)
+    stretches, cell_count = nets.stretches, nets.center.shape[1]
     if kind == "flux" and nets.w is None:
         raise ValueError("the flux of a polynomial has no remainder")
-    share = (32 / 15 * UPWARDS * RADII ** (-2.0 * count) / (1 - RADII**-2.0))[:, np.newaxis]
-    errors: FloatArray = np.zeros((1 if kind == "size" else 2, size))
-    ripples = np.zeros((2, size))
+    # For each ellipse, the remainder divided by M.
+    factors = (32 / 15 * UPWARDS * RADII ** (-2.0 * count) / (1 - RADII**-2.0))[:, np.newaxis]
+    errors: FloatArray = np.zeros((1 if kind == "size" else 2, cell_count))
+    ripples = np.zeros((2, cell_count))
+    # The bounds that need no ellipse.
     limits: FloatArray = np.prod(stretches, axis=0)[np.newaxis] * UPWARDS
     if kind == "flux":
         max_distance = lengths(nets.center) + nets.reach
         limits = 2 * UPWARDS * limits * np.stack([max_distance, max_distance * max_distance])
+    # The errors with u complex and with v complex add up. For surfaces `length_of_normal` and
+    # `deviation` become |N₀| and D, for curves they are |A| and α.
     for axis in range(len(stretches)):
         spread = _bound_spreads(nets, axis)
         u_partial, *v_partials = spread.partials
-        length_of_normal, deviation = lengths(u_partial.value), u_partial.off
+        length_of_normal, deviation = lengths(u_partial.value), u_partial.deviation
         ripples[axis] = u_partial.ripple
         if v_partials:
             a, b = length_of_normal, lengths(v_partials[0].value)
             ripples[axis] = a * v_partials[0].ripple + b * u_partial.ripple
             length_of_normal = lengths(cross(u_partial.value.T, v_partials[0].value.T).T)
-            deviation = a * v_partials[0].off + b * deviation + deviation * v_partials[0].off
+            beta = v_partials[0].deviation
+            deviation = a * beta + b * deviation + deviation * beta
         if kind == "size":
             e = (2 * length_of_normal + deviation) * deviation * UPWARDS
             bounds = [
@@ -112,14 +120,14 @@ def remainders(nets: CellNets, kind: Kind, count: int) -> Remainders:
             ]
         else:
             t = lengths(nets.center)
-            total, reach = length_of_normal + deviation, t + spread.reach
+            max_normal, max_distance = length_of_normal + deviation, t + spread.reach
             bounds = [
-                reach * total - t * length_of_normal,
-                reach * reach * total - t * t * length_of_normal,
+                max_distance * max_normal - t * length_of_normal,
+                max_distance * max_distance * max_normal - t * t * length_of_normal,
             ]
             limits_on_smallest_ellipse = [2 * bound[0] for bound in bounds]
         for row, bound in enumerate(bounds):
-            scaled_bound = bound * share * UPWARDS
+            scaled_bound = bound * factors * UPWARDS
             errors[row] += np.where(np.isfinite(scaled_bound), scaled_bound, np.inf).min(axis=0)
         limits = np.fmin(limits, np.stack(limits_on_smallest_ellipse) * UPWARDS)
     return Remainders(np.minimum(errors, limits), ripples[1] > ripples[0])
@@ -133,14 +141,15 @@ class _Spread:
     ----------
     value : ndarray of float64, shape (d, K)
         A constant.
-    off : ndarray of float64, shape (R, K)
+    deviation : ndarray of float64, shape (R, K)
         Bounds of the distance of the function from `value` on each ellipse.
     ripple : ndarray of float64, shape (K,)
-        Approximately, how much the function changes with the complex parameter.
+        Approximately, how much the function changes with the complex parameter: it only decides in
+        which direction a cell is halved.
     """
 
     value: FloatArray
-    off: FloatArray
+    deviation: FloatArray
     ripple: FloatArray
 
 
@@ -155,20 +164,21 @@ class _Spreads:
 def _bound_spreads(nets: CellNets, axis: int) -> _Spreads:
     """The bounds of S − c and of the partials if one parameter is complex."""
     x = _spread(nets.x, axis)
-    steps = [_spread(net, axis) for net in nets.x_partials]
+    x_partials = [_spread(net, axis) for net in nets.x_partials]
     if nets.w is None:
-        return _Spreads(steps, lengths(x.value) + x.off)
+        return _Spreads(x_partials, lengths(x.value) + x.deviation)
     w = _spread(nets.w, axis)
-    min_weight = w.value[0] - w.off * UPWARDS
+    min_weight = w.value[0] - w.deviation * UPWARDS
     min_weight = np.where(min_weight > 0, min_weight, np.nan)
-    reach = (lengths(x.value) + x.off) / min_weight
+    reach = (lengths(x.value) + x.deviation) / min_weight
     partials = []
-    for step, net in zip(steps, nets.w_partials, strict=True):
-        slope = _spread(net, axis)
-        value = step.value / w.value[0]
-        off = step.off + reach * (np.abs(slope.value[0]) + slope.off) + lengths(value) * w.off
-        ripple = (step.ripple + nets.reach * slope.ripple + lengths(value) * w.ripple) / w.value[0]
-        partials.append(_Spread(value, off / min_weight, ripple))
+    for x_partial, net in zip(x_partials, nets.w_partials, strict=True):
+        w_partial = _spread(net, axis)
+        value = x_partial.value / w.value[0]
+        max_w_partial = np.abs(w_partial.value[0]) + w_partial.deviation
+        deviation = x_partial.deviation + reach * max_w_partial + lengths(value) * w.deviation
+        ripple = x_partial.ripple + nets.reach * w_partial.ripple + lengths(value) * w.ripple
+        partials.append(_Spread(value, deviation / min_weight, ripple / w.value[0]))
     return _Spreads(partials, reach)
 
 
@@ -178,6 +188,8 @@ def _spread(net: Net, axis: int) -> _Spread:
     mean = net.values.mean(axis=(1, 2))
     coefficients = along(chebyshev(degree), net.values, axis)
     constant = coefficients.take([0], axis=1 + axis) - mean[:, np.newaxis, np.newaxis]
+    # 4 times the noise of the net includes the errors of the control points, which `chebyshev` at
+    # most doubles, and the rounding of the product.
     constant_deviation = lengths(constant).max(axis=(0, 1)) + 4 * net.noise
     if not degree:
         return _Spread(
@@ -186,5 +198,5 @@ def _spread(net: Net, axis: int) -> _Spread:
             0 * constant_deviation,
         )
     max_coefficients = lengths(coefficients).max(axis=1 - axis)[1:] + 4 * net.noise
-    off: FloatArray = ellipse_bounds(degree) @ max_coefficients + constant_deviation
-    return _Spread(mean, off * UPWARDS, max_coefficients.sum(axis=0))
+    deviation = ellipse_bounds(degree) @ max_coefficients + constant_deviation
+    return _Spread(mean, deviation * UPWARDS, max_coefficients.sum(axis=0))

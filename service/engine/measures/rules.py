@@ -32,7 +32,7 @@ def apply_rule(nets: CellNets, kind: Kind, count: int) -> tuple[FloatArray, Floa
     Returns
     -------
     sums : ndarray of float64, shape (1, K), or (4, K): the flux, and the moment's coordinates
-    errors : ndarray of float64, shape (1, K), or (2, K): of the flux and of the moment, in length
+    errors : ndarray of float64, shape (1, K), or (2, K): of the flux, and of the moment's length
     """
     axes = len(nets.x_partials)
     position = at_nodes(nets.x, count, axes)
@@ -44,18 +44,18 @@ def apply_rule(nets: CellNets, kind: Kind, count: int) -> tuple[FloatArray, Floa
             np.subtract(step, position * at_nodes(net, count, axes), out=step)
             np.divide(step, w, out=step)
     normal = partials[0]
-    shares = weights_at_nodes(count)
+    node_weights = weights_at_nodes(count)
     if axes > 1:
         normal = _cross(*partials)
-        shares = np.outer(shares, shares).ravel()
+        node_weights = np.outer(node_weights, node_weights).ravel()
     errors = bound_rounding(nets, kind, count)
     if kind == "size":
-        return np.asarray(shares @ lengths(normal))[np.newaxis], errors
+        return np.asarray(node_weights @ lengths(normal))[np.newaxis], errors
     position += nets.center[:, np.newaxis]  # from S − c to S: the origin o is 0
     flux = (position * normal).sum(axis=0)
     sums = np.empty((4, flux.shape[1]))
-    sums[0] = shares @ flux
-    sums[1:] = shares @ (position * flux)
+    sums[0] = node_weights @ flux
+    sums[1:] = node_weights @ (position * flux)
     return sums, errors
 
 
@@ -64,11 +64,11 @@ def at_nodes(net: Net, count: int, axes: int) -> FloatArray:
 
     The result has shape (d, nodes, K); v varies fastest.
     """
-    d, rows, columns, size = net.values.shape
+    d, rows, columns, cell_count = net.values.shape
     values = along(basis_at_nodes(rows - 1, count), net.values, 0)
     if axes > 1:
         values = along(basis_at_nodes(columns - 1, count), values, 1)
-    return values.reshape(d, -1, size)
+    return values.reshape(d, -1, cell_count)
 
 
 def bound_rounding(nets: CellNets, kind: Kind, count: int) -> FloatArray:
