@@ -1,6 +1,7 @@
 """The numbers of the samples of patches: on grids, on triangles, and on sides of framed patches.
 
-`BorderWrites` lists the samples of borders that are replaced by the samples of edges.
+A run is a sequence of samples with consecutive numbers. `BorderWrites` lists the samples of borders
+that are replaced by the samples of edges.
 """
 
 from collections.abc import Iterator
@@ -63,8 +64,8 @@ class BorderWrites:
     ----------
     groups : tuple of (int, ndarray of bool, shape (E,), or None)
         For each number of divisions R, which of the edges have R divisions; None for all edges.
-        `sources` refers to a table of the (R + 1) E_R samples of each group (first the samples of
-        all its edges at parameter 0, then at 1/R, …), and then the C corners.
+        `sources` refers to a table of the R + 1 samples of all edges of each group (first those
+        of all its edges at parameter 0, then at 1/R, …), and then of the C corners.
     targets, sources : ndarrays of int, shape (n,)
         The samples that are overwritten, and for each of them the row of the table that replaces
         it.
@@ -110,6 +111,7 @@ class SampleRuns:
     def pinched_sides(self) -> Bools:
         """Which sides are one point but have several samples, shape (P, 4)."""
         is_pinched = self.connectivity.collapsed.copy()
+        # The side v = 1 of a triangle is a corner with one sample.
         is_pinched[self.is_triangle, 3] = False
         return is_pinched
 
@@ -120,10 +122,10 @@ class SampleRuns:
         begin = np.choose(side, [0, ru * columns, 0, columns - 1]) + self.base[patch]
         step = np.where(side < 2, 1, columns)
         samples = begin[:, None] + step[:, None] * np.arange(divisions + 1)
-        rows = self.is_triangle[patch]
-        if rows.any():
-            lines = triangle.side_rows(divisions)[side[rows]]
-            samples[rows] = self.base[patch[rows], None] + lines
+        on_triangle = self.is_triangle[patch]
+        if on_triangle.any():
+            local_samples = triangle.side_rows(divisions)[side[on_triangle]]
+            samples[on_triangle] = self.base[patch[on_triangle], None] + local_samples
         return samples.astype(np.intp, copy=False)
 
     def find_side_samples(self, sides: Ints, divisions: int) -> Ints:
@@ -135,7 +137,8 @@ class SampleRuns:
         first_extra = self.first_extra.ravel()[sides]
         has_extra = first_extra >= 0
         if has_extra.any():
-            # Except for the corner at the beginning, the numbers from the grid are wrong.
+            # The grid has other divisions here: of its numbers only the first, at the corner where
+            # the side begins, is right.
             ends = ENDS[sides[has_extra] % 4]
             samples[has_extra, 1:-1] = first_extra[has_extra, None] + np.arange(divisions - 1)
             samples[has_extra, -1] = self.corner_samples()[sides[has_extra] // 4, ends]
@@ -171,12 +174,14 @@ class SampleRuns:
         samples : ndarray of int, shape (n,)
             The numbers of the samples.
         """
+        # The numbers of the patches in the model.
         numbers = block.first + block.patches
         for side in range(4):
             framed = np.flatnonzero(self.first_extra[numbers, side] >= 0)
             if not len(framed):
                 continue
             counts = self.extra_count[numbers[framed], side]
+            # For each sample, the row of its patch in `framed` and `counts`.
             row = np.repeat(np.arange(len(framed)), counts)
             # Sample k of a side, from k = 0.
             k = np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
@@ -186,13 +191,13 @@ class SampleRuns:
     def find_collapsed_samples(self) -> tuple[Ints, Ints]:
         """Samples on sides that are one point, and the number of the corner at each sample."""
         samples, corners = [_NO_SAMPLES], [_NO_SAMPLES]
-        lines = np.stack(along_sides(self.ru, self.rv), axis=1)
+        side_divisions = np.stack(along_sides(self.ru, self.rv), axis=1).ravel()
         collapsed = np.flatnonzero(self.pinched_sides)
-        corner = self.connectivity.corner[:, BEGINS].ravel()
-        for divisions in np.unique(lines.ravel()[collapsed]).tolist():
-            sides = collapsed[lines.ravel()[collapsed] == divisions]
+        first_corner = self.connectivity.corner[:, BEGINS].ravel()
+        for divisions in np.unique(side_divisions[collapsed]).tolist():
+            sides = collapsed[side_divisions[collapsed] == divisions]
             samples.append(self.find_grid_samples(sides, divisions).ravel())
-            corners.append(np.repeat(corner[sides], divisions + 1))
+            corners.append(np.repeat(first_corner[sides], divisions + 1))
         return np.concatenate(samples), np.concatenate(corners)
 
     def corner_samples(self) -> Ints:
@@ -204,8 +209,9 @@ class SampleRuns:
         zero = np.zeros_like(last)
         corners: Ints = np.stack([zero, self.rv, last, last + self.rv], axis=1)
         corners += self.base[:, None]
-        rows = self.ru[self.is_triangle]
-        apex = (rows + 1) * (rows + 2) // 2 - 1
+        # A triangle begins with the R + 1 samples of v = 0; its last sample is the corner v = 1.
+        divisions = self.ru[self.is_triangle]
+        apex = (divisions + 1) * (divisions + 2) // 2 - 1
         corners[self.is_triangle, 1:] = corners[self.is_triangle, :1]
-        corners[self.is_triangle, 1:] += np.stack([apex, rows, apex], axis=1)
+        corners[self.is_triangle, 1:] += np.stack([apex, divisions, apex], axis=1)
         return corners

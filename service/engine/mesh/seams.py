@@ -67,17 +67,18 @@ class Seams:
     def renumber(self) -> "Seams":
         """The seams with edges and corners numbered in the order in which patches first have them.
 
-        Edges are numbered degree by degree. Each has the direction of the first of its sides.
+        All edges of one degree come before those of the next degree. Each edge has the direction
+        of the first of its sides.
         """
         connectivity = self.connectivity
-        _, side = np.unique(connectivity.edge, return_index=True)
-        is_backward = connectivity.backward.ravel()[side]
+        _, first_side = np.unique(connectivity.edge, return_index=True)
+        is_backward = connectivity.backward.ravel()[first_side]
         curves, first = [], 0
-        rank = np.empty(len(side), np.intp)
+        new_edge = np.empty(len(first_side), np.intp)
         for group in self.curves:
-            order = np.argsort(side[group.ids])
+            order = np.argsort(first_side[group.ids])
             old_ids, new_ids = group.ids[order], np.arange(first, first + len(order))
-            rank[old_ids] = new_ids
+            new_edge[old_ids] = new_ids
             points, is_reversed = group.points[order], is_backward[old_ids]
             points[is_reversed] = points[is_reversed, ::-1]
             weights = None if group.weights is None else group.weights[order]
@@ -85,22 +86,23 @@ class Seams:
                 weights[is_reversed] = weights[is_reversed, ::-1]
             curves.append(EdgeCurves(new_ids, points, weights))
             first += len(order)
-        first_corner, number = find_first_rows(
+        # A row of one number for each corner of each patch.
+        first_row, new_corner = find_first_rows(
             connectivity.corner.reshape(-1, 1).astype(np.float64)
         )
         renumbered = Connectivity(
             counts=connectivity.counts,
             is_triangle=connectivity.is_triangle,
-            edge=rank[connectivity.edge],
+            edge=new_edge[connectivity.edge],
             backward=connectivity.backward ^ is_backward[connectivity.edge],
             collapsed=connectivity.collapsed,
-            corner=number.reshape(-1, 4),
-            users=np.bincount(rank[connectivity.edge].ravel()),
+            corner=new_corner.reshape(-1, 4),
+            users=np.bincount(new_edge[connectivity.edge].ravel()),
             corner_count=connectivity.corner_count,
         )
         return Seams(
             renumbered,
-            self.corner_points[connectivity.corner.ravel()[first_corner]],
+            self.corner_points[connectivity.corner.ravel()[first_row]],
             tuple(curves),
         )
 
@@ -122,6 +124,7 @@ def find_seams(batches: Sequence[Patches]) -> Seams:
             order = np.lexsort(weights.T)
             side_numbers, is_reversed = side_numbers[order], is_reversed[order]
             points, weights = points[order], weights[order]
+        # `distinct` has one row of `points` for each edge; `number` has the edge of each row.
         distinct, number = unique_rows(points.reshape(len(points), -1))
         if weights is not None:
             # Of the sides with equal points, those with the same weights are one edge.
@@ -162,19 +165,21 @@ def _join_degrees(
 
     Returns the new `edge` and `backward` of all sides, (P · 4,) each, and the new curves.
     """
-    _, side = np.unique(edge, return_index=True)
-    is_backward = backward[side]
-    begin, end = (corner[:, corners].ravel()[side] for corners in (BEGINS, ENDS))
+    # For each edge: its first side, and the corners at which the edge begins and ends.
+    _, first_side = np.unique(edge, return_index=True)
+    is_backward = backward[first_side]
+    begin, end = (corner[:, corners].ravel()[first_side] for corners in (BEGINS, ENDS))
     begin, end = np.where(is_backward, end, begin), np.where(is_backward, begin, end)
-    leader, is_reversed = find_lowest_degree_edges(curves, ~collapsed.ravel()[side], begin, end)
+    is_line = ~collapsed.ravel()[first_side]
+    leader, is_reversed = find_lowest_degree_edges(curves, is_line, begin, end)
     is_kept = leader == np.arange(len(leader))
-    number = np.cumsum(is_kept) - 1
+    new_edge = np.cumsum(is_kept) - 1
     new_curves = []
     for group in curves:
         rows = is_kept[group.ids]
         weights = None if group.weights is None else group.weights[rows]
-        new_curves.append(EdgeCurves(number[group.ids[rows]], group.points[rows], weights))
-    return number[leader[edge]], backward ^ is_reversed[edge], new_curves
+        new_curves.append(EdgeCurves(new_edge[group.ids[rows]], group.points[rows], weights))
+    return new_edge[leader[edge]], backward ^ is_reversed[edge], new_curves
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -221,6 +226,7 @@ def _direct_sides(sides: _Sides) -> tuple[FloatArray, FloatArray | None, Bools]:
     if sides.weights is not None:
         rows = np.concatenate([rows, sides.weights], axis=1)
         reversed_rows = np.concatenate([reversed_rows, sides.weights[:, ::-1]], axis=1)
+    # In each row, the first number that differs decides.
     differs = rows != reversed_rows
     first_difference = np.arange(len(rows)), differs.argmax(axis=1)
     is_reversed = rows[first_difference] > reversed_rows[first_difference]

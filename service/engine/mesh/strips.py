@@ -1,7 +1,7 @@
 """Strips of triangles between the border of a patch and the next line of its grid.
 
-If a neighbour divides a shared edge more finely, the border samples of the grid are replaced on all
-four sides by the samples of the edges, and four strips join these to the grid inside.
+If a neighbour divides a shared edge more finely than the grid, the patch gets four strips. They
+join the samples of its four edges to the grid inside.
 """
 
 from itertools import pairwise
@@ -25,6 +25,8 @@ def build_strips(number: NDArray[np.intp], sides: Divisions) -> list[NDArray[np.
     sides : tuple of int
         Divisions of the sides.
     """
+    # For each side: its samples in the grid, the samples beside them inside, and whether triangles
+    # must be reversed to have the orientation of the other strips.
     lines = (
         (number[0], number[1, 1:-1], False),
         (number[-1], number[-2, 1:-1], True),

@@ -87,20 +87,20 @@ def number_vertices(same_position: Ints, leader: Ints, used_samples: Ints | None
 
     The parameters are as in `weld`; `leader[leader]` equals `leader`.
     """
-    own_numbers = np.arange(len(same_position))
-    is_kept = leader == own_numbers
+    is_kept = leader == np.arange(len(same_position))
     if used_samples is not None and len(used_samples):
         is_used = np.zeros(len(same_position), dtype=bool)
         is_used[leader[used_samples]] = True
         is_kept &= is_used
     samples = np.flatnonzero(is_kept)
+    vertices = np.arange(len(samples))
     # The first vertex at each position: in reverse order, it is written last, and stays.
     first = np.zeros(len(same_position), dtype=np.intp)
-    first[same_position[samples[::-1]]] = own_numbers[: len(samples)][::-1]
+    first[same_position[samples[::-1]]] = vertices[::-1]
     # A sample without a face is not a vertex. `Mesh.grids`, which has a vertex for every sample,
     # gets the first vertex at the same position.
     number = first[same_position]
-    number[samples] = own_numbers[: len(samples)]
+    number[samples] = vertices
     return Welding(number[leader], samples, first[same_position[samples]])
 
 
@@ -113,6 +113,7 @@ def drop_unused(welding: Welding, faces: tuple[IndexArray, IndexArray]) -> Weldi
     is_used = np.zeros(len(welding.samples), dtype=bool)
     for rows in faces:
         is_used[rows] = True
+    # Indexed by the first vertex at each position: whether faces use any vertex there.
     is_shown = np.zeros_like(is_used)
     is_shown[welding.welds[is_used]] = True
     is_used |= ~is_shown[welding.welds]

@@ -62,6 +62,7 @@ def evaluate_jets(
     is_degenerate = np.empty(m, dtype=bool)
     curvatures = np.empty((4, m))
     for nets, rows, net_numbers in nets_of_samples(patches, index):
+        # `local` has the partials of (S − middle) · scale at the parameters `rows`.
         parameters = u[rows], v[rows]
         local = _partials(nets, net_numbers, *parameters, order)
         scale = nets.scale[net_numbers]

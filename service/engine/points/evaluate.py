@@ -97,11 +97,14 @@ def estimate_effort(model: PatchModel, places: ParameterPoints, order: int) -> i
         p, q = batch.degree if isinstance(batch, TensorPatches) else (batch.degree, batch.degree)
         # S_u × S_v is a polynomial of up to this multiple of the degrees (p, q).
         factor = 2 if batch.weights is None else 3
+        # Products of nets of degrees (p, q) and (2p, 2q), for roughly 3**factor pairs of
+        # coordinates.
         cost_of_patch = (p + 1) * (q + 1) * (2 * p + 1) * (2 * q + 1) * 3**factor
         cost_of_place = 3 * (factor * p + 1) * (factor * q + 1)
         total += len(np.unique(index)) * cost_of_patch + len(rows) * cost_of_place
         if order == 2:
             is_near = find_near_poles(batch, index, places.local[rows])
+            # Rational partials are quotients of series, which take about as long again.
             cost_of_series = SERIES_COST + 100 * (p + 1) * (q + 1)
             total += int(is_near.sum()) * cost_of_series * (1 if batch.weights is None else 2)
     return total

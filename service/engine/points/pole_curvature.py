@@ -22,11 +22,13 @@ usual poles have, then up to order 4. Since K is a quotient by |S_u × S_v|⁴, 
 4 k + 1 terms."""
 
 MAX_DISTANCE = 2.0**-8
-"""The power series is used up to this distance from a pole, divided by the degree."""
+"""Up to this distance from a pole, divided by the degree, the power series is used; the distance is
+a difference of u or of v."""
 
 NEAR_TERMS = 10
 """The number of terms of a series near a pole. Where S_u × S_v has a zero of order 1, the first 4
-terms of K vanish; so the error of truncation is of the order of MAX_DISTANCE⁶."""
+terms of the numerator of K vanish. The other 6 remain; so the error of truncation is of the order
+of MAX_DISTANCE⁶."""
 
 MAX_ERROR = 2.0**-20
 """The largest error of a limit that is reported: relative, or in units of the net if the limit is
@@ -76,14 +78,14 @@ def find_limit_curvatures(
     """
     result = np.full((4, len(patch_numbers)), np.nan)
     is_unresolved = np.ones(len(patch_numbers), dtype=bool)
-    is_on_u_edge_only = ((u == 0) | (u == 1)) & (v > 0) & (v < 1)
+    is_within_u_side = ((u == 0) | (u == 1)) & (v > 0) & (v < 1)
     is_corner = ((u == 0) | (u == 1)) & ((v == 0) | (v == 1))
-    orders: tuple[tuple[Bools, tuple[Direction, ...]], ...] = (
-        (~is_on_u_edge_only, ("v", "u")),
-        (is_on_u_edge_only, ("u", "v")),
+    groups: tuple[tuple[Bools, tuple[Direction, ...]], ...] = (
+        (~is_within_u_side, ("v", "u")),
+        (is_within_u_side, ("u", "v")),
         (is_corner, ("diagonal",)),
     )
-    for group, directions in orders:
+    for group, directions in groups:
         for direction in directions:
             rows = np.flatnonzero(group & is_unresolved)
             if not len(rows):
@@ -102,7 +104,10 @@ def find_limit_curvatures(
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Line:
-    """m lines into patches: line k begins at (u[k], v[k]) of net `patch_numbers[k]`."""
+    """m lines into patches: line k begins at (u[k], v[k]) of net `patch_numbers[k]`.
+
+    All lines have one direction: along u, along v, or diagonal.
+    """
 
     nets: DerivativeNets
     patch_numbers: Ints

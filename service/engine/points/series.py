@@ -62,12 +62,13 @@ class Series:
         first_divisor = other.terms[..., 0]
         size = np.abs(other.terms)
         for k in range(terms.shape[-1]):
-            b, earlier = slice(1, k + 1), slice(0, k)
-            q, earlier_errors = terms[..., earlier][..., ::-1], errors[..., earlier][..., ::-1]
-            terms[..., k] -= (other.terms[..., b] * q).sum(axis=-1)
-            term_errors = size[..., b] * earlier_errors + (
-                ROUNDING * size[..., b] + other.errors[..., b]
-            ) * np.abs(q)
+            # b_1 … b_k, and q_{k−1} … q_0, which `terms` has already.
+            b, size_b, error_b = (
+                values[..., 1 : k + 1] for values in (other.terms, size, other.errors)
+            )
+            q, error_q = terms[..., :k][..., ::-1], errors[..., :k][..., ::-1]
+            terms[..., k] -= (b * q).sum(axis=-1)
+            term_errors = size_b * error_q + (ROUNDING * size_b + error_b) * np.abs(q)
             errors[..., k] += term_errors.sum(axis=-1)
             terms[..., k] /= first_divisor
             errors[..., k] /= first_divisor

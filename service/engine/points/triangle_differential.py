@@ -40,6 +40,7 @@ def evaluate_triangle_jets(
         normals, is_degenerate = normals_at(patches, index, s, t)
     curvatures = np.empty((4, m))
     for local, rows, patch_numbers in triangles_of_samples(patches, index):
+        # `local_partials` are those of (S − middle) · scale at the places `rows`.
         places = to_barycentric(s[rows], t[rows])
         local_partials = _partials(local.patches, patch_numbers, places, order)
         scale = local.scale[patch_numbers]
@@ -98,18 +99,19 @@ def _correct_near_poles(
     curvatures: FloatArray,
 ) -> FloatArray:
     """Curvatures (4, m): limits in place of NaN, and series near sides that are one point."""
-    used, row = np.unique(patch_numbers, return_inverse=True)
+    used, net_numbers = np.unique(patch_numbers, return_inverse=True)
     nets = DerivativeNets(local.take(used).to_tensor(), np.arange(len(used)))
     # The side v = 1 is a pole of the tensor-product form, but not of the triangle.
     nets.collapsed[:, 3] = False
     u, v = tensor_u(local, patch_numbers, places), places[:, 2]
-    units = np.stack([nets.scale**2, nets.scale, nets.scale, nets.scale])[:, row]
+    # Curvatures K, H, k_1, k_2 of `nets` times these are those of `local`.
+    units = np.stack([nets.scale**2, nets.scale, nets.scale, nets.scale])[:, net_numbers]
     missing = np.flatnonzero(np.isnan(curvatures).all(axis=0))
     curvatures[:, missing] = find_limit_curvatures(
-        nets, row[missing], u[missing], v[missing], normals[missing]
+        nets, net_numbers[missing], u[missing], v[missing], normals[missing]
     )
     curvatures[:, missing] *= units[:, missing]
-    near_poles = find_curvatures_near(nets, row, u, v, normals) * units
+    near_poles = find_curvatures_near(nets, net_numbers, u, v, normals) * units
     return np.where(np.isnan(near_poles), curvatures, near_poles)
 
 

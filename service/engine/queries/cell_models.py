@@ -15,11 +15,12 @@ their Bézier nets, follow bounds over the whole cell:
     |S_a − A − Q_aa a − Q_ab b| ≤ ρ_a = ½ (τ_aa + τ_ab),  α = |Q_aa| + |Q_ab| + ρ_a,  β alike,
     |rest| ≤ (T_aaa + 3 T_aab + 3 T_abb + T_bbb) / 6,  for S_a and S_b together 3 times this
 
-With n the unit normal at the centre, n · S_ij is bounded in the same way. This bound is smaller
-near poles, where second partials are nearly tangent to the surface.
+With n the unit normal at the centre, n · (S_ij − Q_ij) is bounded in the same way. Near poles this
+bound is smaller than τ_ij, because second partials are nearly tangent to the surface there.
 
 **Products.** The second partials of squared distances contain S_i · S_j + (S − c) · S_ij. At the
-centre this is A_i · A_j. The linear part of its variation over the cell is
+centre this is A_i · A_j, with A_a = A and A_b = B. The linear part of its variation over the cell
+is
 
     aa: 3 A·Q_aa a + (2 A·Q_ab + B·Q_aa) b,    bb: (2 B·Q_ab + A·Q_bb) a + 3 B·Q_bb b,
     ab: (2 A·Q_ab + B·Q_aa) a + (2 B·Q_ab + A·Q_bb) b
@@ -58,8 +59,11 @@ UNIT = float(np.finfo(np.float64).eps) / 2
 
 # The rows of a model, which is a column of numbers; a vector takes three rows, from this one on.
 CENTER, RADIUS, ERROR = 0, 3, 4
+"""c, r and ε."""
 TANGENT_A, TANGENT_B = 5, 8
+"""A and B."""
 SECOND_AA, SECOND_AB, SECOND_BB = 11, 14, 17
+"""Q_aa, Q_ab and Q_bb."""
 FORM_AA, FORM_AB, FORM_BB = 20, 21, 22
 """A · A, A · B, B · B."""
 REST, REST_LIFT = 23, 24
@@ -72,9 +76,9 @@ SPREAD_AA, SPREAD_AB, SPREAD_BB = 26, 27, 28
 """The largest difference of S_i · S_j + (S − c) · S_ij from A_i · A_j within the cell."""
 BEND_AA, BEND_AB, BEND_BB = 29, 30, 31
 """τ_aa, τ_ab and τ_bb."""
-SLOPE_A, SLOPE_B = 32, 33
+TANGENT_ERROR_A, TANGENT_ERROR_B = 32, 33
 """Bounds of the rounding errors of A and of B."""
-LEAST_A, LEAST_B = 34, 35
+CENTER_ERROR_A, CENTER_ERROR_B = 34, 35
 """Bounds of the rounding error of c, times |A| and times |B|."""
 NORMAL = 36
 """Unit normal n at the centre; 0 where A × B vanishes."""
@@ -124,20 +128,23 @@ def cell_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
     points_about_center = points - center
     radius = largest_length(points_about_center)
     bounds = bounds_of_partials(points_about_center, weights, radius)
+    # Rounding errors of partials, by order.
     errors = {(i, j): 8 * error * ratio ** (i + j) * float(p**i * q**j) for i, j in ORDERS}
-    third = [_MARGIN * bounds[item] + errors[item] for item in THIRD]
-    a, b, aa, ab, bb = (partials[item] for item in ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2)))
+    third_bounds = [_MARGIN * bounds[order] + errors[order] for order in THIRD]
+    a, b, aa, ab, bb = (partials[order] for order in ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2)))
     normal = _unit_normals(a, b)
+    # The same bounds for n · (S − c), a surface with one coordinate.
     heights = inner(points_about_center, normal)[:, :, np.newaxis]
     bounds = bounds_of_partials(heights, weights, np.abs(heights).max(axis=(0, 1, 2)))
-    lifts = [_MARGIN * bounds[item] + errors[item] for item in THIRD]
-    length_a, length_b, *second_lengths = (length(item) for item in (a, b, aa, ab, bb))
-    slope_a, slope_b = errors[1, 0] + 8 * UNIT * length_a, errors[0, 1] + 8 * UNIT * length_b
+    third_lift_bounds = [_MARGIN * bounds[order] + errors[order] for order in THIRD]
+    length_a, length_b, *second_lengths = (length(vector) for vector in (a, b, aa, ab, bb))
+    error_a, error_b = errors[1, 0] + 8 * UNIT * length_a, errors[0, 1] + 8 * UNIT * length_b
     second_errors = [errors[2 - k, k] + 8 * UNIT * size for k, size in enumerate(second_lengths)]
-    value_error = (
+    # The rounding error of a point of the model, at any |a|, |b| ≤ 1.
+    point_error = (
         2 * error
-        + slope_a
-        + slope_b
+        + error_a
+        + error_b
         + second_errors[0] / 2
         + second_errors[1]
         + second_errors[2] / 2
@@ -145,18 +152,17 @@ def cell_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
     radius += 2 * error
     table = np.empty((ROW_COUNT, nets.shape[3]))
     table[CENTER : CENTER + 3], table[RADIUS], table[ERROR] = center, radius, error
-    for first, item in zip(VECTORS, (a, b, aa, ab, bb, normal), strict=True):
-        table[first : first + 3] = item
+    for first, vector in zip(VECTORS, (a, b, aa, ab, bb, normal), strict=True):
+        table[first : first + 3] = vector
     table[FORM_AA], table[FORM_AB], table[FORM_BB] = dot(a, a), dot(a, b), dot(b, b)
-    table[REST], table[REST_LIFT] = _remainder(third, value_error), _remainder(lifts, value_error)
-    for k in range(3):
-        tau = third[k] + third[k + 1] + second_errors[k]
-        table[BEND_AA + k], table[LIFT_AA + k] = tau, lifts[k] + lifts[k + 1] + second_errors[k]
-    table[SLOPE_A], table[SLOPE_B] = slope_a, slope_b
-    table[LEAST_A], table[LEAST_B] = (
-        2 * error * (length_a + slope_a),
-        2 * error * (length_b + slope_b),
-    )
+    table[REST] = _remainder(third_bounds, point_error)
+    table[REST_LIFT] = _remainder(third_lift_bounds, point_error)
+    for row, bounds_of_third in ((BEND_AA, third_bounds), (LIFT_AA, third_lift_bounds)):
+        for k in range(3):
+            table[row + k] = bounds_of_third[k] + bounds_of_third[k + 1] + second_errors[k]
+    table[TANGENT_ERROR_A], table[TANGENT_ERROR_B] = error_a, error_b
+    table[CENTER_ERROR_A] = 2 * error * (length_a + error_a)
+    table[CENTER_ERROR_B] = 2 * error * (length_b + error_b)
     table[STRAIN] = table[REST] / np.minimum(length_a, length_b)
     # Q_ab counts twice, as in the model.
     table[ROUND] = (
@@ -171,10 +177,10 @@ def cell_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
         steps = np.diff(points, axis=axis)
         table[row] = np.sqrt(inner(steps, steps)).sum(axis=axis).max(axis=0)
     if q == 0:
-        # A curve does not depend on b. Add ½ b², so that the squared distance is least at b = 0.
+        # A curve does not depend on b. Add ½ b² to ½ |x − S|², so that it is least at b = 0.
         table[FORM_BB] = 1.0
-        table[[SPREAD_AB, SPREAD_BB, BEND_AB, BEND_BB, SLOPE_B, LEAST_B]] = 0.0
-        table[[LIFT_AB, LIFT_BB, STRAIN]] = 0.0
+        table[[SPREAD_AB, SPREAD_BB, BEND_AB, BEND_BB, LIFT_AB, LIFT_BB]] = 0.0
+        table[[TANGENT_ERROR_B, CENTER_ERROR_B, STRAIN]] = 0.0
     return table
 
 
@@ -193,7 +199,8 @@ def _spreads(
     tau = table[BEND_AA : BEND_BB + 1]
     # ρ_a and ρ_b, then α and β, with bounds of rounding errors.
     remainders = [
-        (tau[k] + tau[k + 1] + second_errors[k] + second_errors[k + 1]) / 2 + table[SLOPE_A + k]
+        (tau[k] + tau[k + 1] + second_errors[k] + second_errors[k + 1]) / 2
+        + table[TANGENT_ERROR_A + k]
         for k in range(2)
     ]
     max_changes = [second_lengths[k] + second_lengths[k + 1] + remainders[k] for k in range(2)]
@@ -236,9 +243,10 @@ def _unit_normals(a: FloatArray, b: FloatArray) -> FloatArray:
     return normal
 
 
-def _remainder(third: list[FloatArray], value_error: FloatArray) -> FloatArray:
+def _remainder(third_bounds: list[FloatArray], point_error: FloatArray) -> FloatArray:
     """Bound of the remainder of a model of second order.
 
-    It is `value_error`, for rounding, plus a bound that follows from the bounds of third partials.
+    It is `point_error`, for rounding, plus a bound that follows from the bounds of third partials.
     """
-    return np.asarray(value_error + (third[0] + 3 * (third[1] + third[2]) + third[3]) / 6)
+    aaa, aab, abb, bbb = third_bounds
+    return np.asarray(point_error + (aaa + 3 * (aab + abb) + bbb) / 6)

@@ -21,8 +21,8 @@ from service.engine.queries.halving import Cells, NetSpace
 from service.engine.queries.nets import QueryNets
 
 MAX_HALVINGS = 96
-"""The most halvings of a cell, along both directions together. After 48 along each, the parameters
-of its sides are multiples of 2^−48, which are exact numbers."""
+"""The most halvings of a cell, along both directions together. If 48 of them are along each
+direction, the parameters of its sides are multiples of 2^−48, which float64 stores exactly."""
 
 COARSE_HALVINGS = 6
 """A cell that was halved fewer times than this counts as coarse if it is not nearly flat."""
@@ -31,9 +31,9 @@ MAX_BYTES = 96 << 20
 """The most bytes of all cells and their nets, without the cells that are never dropped."""
 
 MAX_ADDITIONS = 600_000_000
-"""The most additions of numbers for halving cells in a request; each takes 6 to 40 ns. At degree 32
-halving a cell takes a millisecond. At low degrees, queries first reach their limits of pairs of a
-point or ray and a cell."""
+"""The most additions of numbers for halving cells in a request; each takes 6 to 40 ns, so all take
+at most 24 s. At degree 32 halving a cell takes a millisecond. At low degrees, queries first reach
+their limits of pairs of a point or ray and a cell."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,9 +104,11 @@ class CellTree:
         self.rectangle = np.empty((4, total))
         self.net = np.empty(total, np.intp)
         self.point_sides = np.zeros((4, total), bool)
+        # The group of the net of each cell, its row in the space of this group, and its halvings.
         self._group = np.empty(total, np.intp)
         self._row = np.empty(total, np.intp)
         self._depth = np.empty(total, np.intp)
+        # The children are the cells from `_first_child` on; −1 for cells that were not halved.
         self._first_child = np.empty(total, np.intp)
         self._child_count = np.empty(total, np.intp)
         for number, group in enumerate(nets.groups):
@@ -122,6 +124,7 @@ class CellTree:
     @property
     def nbytes(self) -> int:
         """Approximate bytes of the cells that are not among the `roots`."""
+        # The other arrays have about 10 numbers for each cell.
         per_cell = 8 * (len(self.models) + 10) + max(g.nets[0].nbytes for g in self.nets.groups)
         return int((self.count - self.roots) * per_cell)
 
@@ -151,6 +154,7 @@ class CellTree:
         """
         while True:
             is_coarse = self.models[row, self.first] > limit
+            # Each of these cells may be replaced by 4, which are 3 more.
             if not is_coarse.any() or len(self.first) + 3 * np.count_nonzero(is_coarse) > max_first:
                 break
             children, _ = self.children(self.first[is_coarse])
@@ -183,6 +187,7 @@ class CellTree:
             self._halve(np.unique(missing))
         counts = self._child_count[cells]
         parents = np.repeat(np.arange(len(cells)), counts)
+        # For each child, its number among the children of its parent: 0, 1, …
         ends = np.cumsum(counts)
         offset = np.arange(len(parents)) - np.repeat(ends - counts, counts)
         return self._first_child[cells][parents] + offset, parents
@@ -223,6 +228,7 @@ class CellTree:
     def _add_children(self, group: int, halves: Cells) -> None:
         """Add the children of cells of one group; the children of one cell are consecutive."""
         parent = halves.parent
+        # 2 children are 1 halving, 4 children are 2.
         depth = self._depth[parent] + self._child_count[parent] // 2
         run = self._append(group, halves.nets, depth)
         self.rectangle[:, run], self.point_sides[:, run] = halves.rectangle, halves.point_sides

@@ -1,11 +1,12 @@
 """The models of cells for winding numbers: two triangles, and the areas between sides and chords.
 
-A model has a ball that contains the control points of the cell, the corners of the cell, and the
-sum over its four sides of A = ω³ n h Σ_i δ_i / (n + 1), a bound of the area between a side of
-degree n and its chord. Here δ_i are the distances of the n + 1 control points from the chord, h is
-the longest distance from one to the next, and ω is the ratio of the greatest weight to the least.
-With these, the theorem of `winding` bounds the error of the solid angle of the two triangles over
-the corners. If two sides that are one edge may differ by a gap g, A grows by ω³ n h g.
+A model has three things: a ball that contains the control points of the cell; the corners of the
+cell; and the sum of A over its four sides. A = ω³ n h Σ_i δ_i / (n + 1) is a bound of the area
+between a side of degree n and its chord. Here δ_i are the distances of the n + 1 control points
+from the chord, h is the longest distance from one to the next, and ω is the ratio of the greatest
+weight to the least. With these, the theorem of `winding` bounds the error of the solid angle of the
+two triangles over the corners. If two sides that are one edge may differ by a gap g, A grows by
+ω³ n h g.
 """
 
 import numpy as np
@@ -38,12 +39,13 @@ def chord_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
     table[3] = np.sqrt(_dot(difference, difference).max(axis=(1, 2))) + 2 * error
     table[model_rows.ERROR] = error
     table[CORNERS:] = corners.transpose(0, 2, 1).reshape(12, -1)
+    # The first two sides run along b, the other two along a.
     sides = (np.s_[:, 0], np.s_[:, -1], np.s_[:, :, 0], np.s_[:, :, -1])
-    lenses = []
+    areas_and_lengths = []
     for side in sides:
         weights = nets[side][..., 3] if nets.shape[3] == 4 else None
-        lenses.append(_lens_areas(points[side], weights, 2 * error))
-    areas, lengths = np.array(lenses).transpose(1, 0, 2)
+        areas_and_lengths.append(_chord_areas(points[side], weights, 2 * error))
+    areas, lengths = np.array(areas_and_lengths).transpose(1, 0, 2)
     table[AREA], table[GAP_FACTOR] = areas.sum(axis=0), lengths.sum(axis=0)
     table[SIZE_B], table[SIZE_A] = np.maximum(lengths[0], lengths[1]), np.maximum(*lengths[2:])
     return table
@@ -53,21 +55,24 @@ CHORDS = Table(chord_models, ROW_COUNT, (SIZE_A, SIZE_B))
 """The table of the models for winding numbers."""
 
 
-def _lens_areas(
+def _chord_areas(
     polygons: FloatArray, weights: FloatArray | None, point_error: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """A without g, and the factor ω³ n h of g, of sides with control points (K, n+1, 3).
 
-    `point_error` (K,) bounds the rounding errors of the control points.
+    The factor also serves as the length of a side. `point_error` (K,) bounds the rounding errors of
+    the control points.
     """
-    difference = polygons - polygons[:, :1]
-    steps = np.diff(difference, axis=1)
+    from_begin = polygons - polygons[:, :1]
+    steps = np.diff(from_begin, axis=1)
     longest = np.sqrt(_dot(steps, steps)).max(axis=1)
-    chord = difference[:, -1:]
+    chord = from_begin[:, -1:]
     squared_length = _dot(chord, chord)
-    share = _dot(difference, chord) / np.where(squared_length > 0, squared_length, 1.0)
-    difference -= np.clip(share, 0.0, 1.0)[..., np.newaxis] * chord
-    mean_distance = np.sqrt(_dot(difference, difference)).mean(axis=1)
+    # The parameter, from 0 to 1, of the nearest point of the chord.
+    nearest = _dot(from_begin, chord) / np.where(squared_length > 0, squared_length, 1.0)
+    from_chord = from_begin - np.clip(nearest, 0.0, 1.0)[..., np.newaxis] * chord
+    mean_distance = np.sqrt(_dot(from_chord, from_chord)).mean(axis=1)
+    # The last factor is larger than all rounding here.
     lengths = steps.shape[1] * (longest + 2 * point_error) * (1 + 2.0**-40)
     if weights is not None:
         lengths *= (weights.max(axis=1) / weights.min(axis=1)) ** 3

@@ -31,8 +31,8 @@ from service.engine.queries.shares import Share
 
 MAX_CHUNK, MIN_CHUNK = 8192, 16
 """How many points are searched together: at most `MAX_CHUNK`, so that their numbers stay in the
-processor's cache. If their pairs or cells take much memory, more than `MIN_CHUNK` points are
-divided by four."""
+processor's cache. If the pairs or cells of more than `MIN_CHUNK` points take too much memory, these
+points are searched again, a quarter of them at a time."""
 
 MAX_PAIRS = 12_000_000
 """The most pairs whose bounds are computed in a request. A pair takes 1 to 2.5 µs, so a response
@@ -64,7 +64,7 @@ class ClosestSearch:
 
     def _find_by_chunks(self, points: FloatArray, remaining_pairs: int) -> Iterator[ClosestPoints]:
         """Find the closest points, chunk by chunk; all chunks share `remaining_pairs` pairs."""
-        first, size, remaining_in_tree = 0, MAX_CHUNK, MAX_PAIRS_IN_TREE
+        first, size, remaining_tree_pairs = 0, MAX_CHUNK, MAX_PAIRS_IN_TREE
         while first < len(points):
             checkpoint()
             remaining_points = len(points) - first
@@ -73,7 +73,7 @@ class ClosestSearch:
                 remaining_pairs * len(chunk_points) // remaining_points, len(chunk_points)
             )
             # A point may have twice the mean of what remains, because most points need less.
-            max_pairs_of_point = max(FREE_PAIRS, 2 * remaining_in_tree // remaining_points)
+            max_pairs_of_point = max(FREE_PAIRS, 2 * remaining_tree_pairs // remaining_points)
             chunk = ClosestLevels(
                 self.patches,
                 chunk_points,
@@ -90,7 +90,7 @@ class ClosestSearch:
             else:
                 yield result
                 first = first + size
-                remaining_in_tree -= int(np.maximum(chunk.in_tree - FREE_PAIRS, 0).sum())
+                remaining_tree_pairs -= int(np.maximum(chunk.in_tree - FREE_PAIRS, 0).sum())
                 if 2 * chunk.most_open <= MAX_OPEN_PAIRS:
                     size = min(2 * size, MAX_CHUNK)
             self.cells.drop_if_large()

@@ -36,8 +36,8 @@ is a point, or f_b has one sign, too.
 
 **Rounding.** The errors of y, d and the dot products are at most 8 u times the products of lengths,
 and the errors of c and of the partials add to them. So the error of f_a at the centre is at most
-SLOPE_a d + LEAST_a, where SLOPE_a ≥ 8 u |A| includes the first of these. Each bound is moved by
-such errors to the safe side.
+TANGENT_ERROR_a d + CENTER_ERROR_a, where TANGENT_ERROR_a ≥ 8 u |A| includes the first of these.
+Each bound is moved by such errors to the safe side.
 """
 
 from collections.abc import Sequence
@@ -69,7 +69,7 @@ class Minima:
     sides : ndarray of float64, shape (2, N)
         For a and for b: −1 or 1 if the minimum lies on this side of the cell, else 0.
     convexity : ndarray of float64, shape (2, N)
-        μ_a and μ_b; 0 if the minimum lies on a side of a, or of b.
+        μ_a and μ_b. If the minimum lies on a side a = ±1: 0 and l_b; on a side b = ±1: l_a and 0.
     loss : ndarray of float64, shape (N,)
         Must be subtracted from squared lower bounds, because μ may be a little below 0.
     """
@@ -113,7 +113,7 @@ class CellBounds:
     side : ndarray of float64, shape (2, N)
         For f_a and for f_b: if it has one sign, the side toward which the distance decreases, −1 or
         1; else 0.
-    straight, convexity : ndarray of float64, shape (2, N)
+    least_second, convexity : ndarray of float64, shape (2, N)
         l_a and l_b; μ_a and μ_b.
     """
 
@@ -124,23 +124,24 @@ class CellBounds:
     gradient: FloatArray
     forms: FloatArray
     side: FloatArray
-    straight: FloatArray
+    least_second: FloatArray
     convexity: FloatArray
 
     @np.errstate(all="ignore")
     def minima(self, rows: Ints) -> Minima:
         """The bounds of the minima of the settled pairs `rows`."""
-        gradient, forms, side, straight, convexity = (
+        gradient, forms, side, least_second, convexity = (
             values.take(rows, axis=1)
-            for values in (self.gradient, self.forms, self.side, self.straight, self.convexity)
+            for values in (self.gradient, self.forms, self.side, self.least_second, self.convexity)
         )
         is_on_side = side != 0
         loss = np.where(is_on_side.any(axis=0), 0.0, -4 * np.minimum(convexity, 0.0).sum(axis=0))
         # If b is on a side, only a varies, and the reverse: so l replaces μ (Theorem 3).
-        convexity = np.where(is_on_side[::-1], straight, convexity)
+        convexity = np.where(is_on_side[::-1], least_second, convexity)
         convexity = np.where(is_on_side, 0.0, np.maximum(convexity, 0.0))
         start = _model_minimum(gradient, forms, side)
         a, b = start
+        # f changes by g · s + ½ s · (H s), and the squared distance by twice this.
         slopes = np.stack([forms[0] * a + forms[1] * b, forms[1] * a + forms[2] * b])
         change = ((2 * gradient + slopes) * start).sum(axis=0)
         estimate = self.squared[rows] + change
@@ -172,38 +173,44 @@ def cell_bounds(
     ya, yb, yaa, yab, ybb, height = (dot(y, model[first : first + 3]) for first in m.VECTORS)
     gradient = -np.stack([ya, yb])
     forms = model[m.FORM_AA : m.FORM_BB + 1] - [yaa, yab, ybb]
+    # `height` is y · n. `spread` becomes E_aa, E_ab and E_bb.
     distance_beside = np.sqrt(np.maximum(squared - height * height, 0.0) + 32 * UNIT * squared)
     spread = model[m.LIFT_AA : m.LIFT_BB + 1] * (np.abs(height) * SAFE)
     spread += model[m.BEND_AA : m.BEND_BB + 1] * distance_beside
     spread += model[m.SPREAD_AA : m.SPREAD_BB + 1]
     spread *= 1 + 16 * UNIT
-    first, last = model[m.FORM_AA], model[m.FORM_BB]
-    spread += 16 * UNIT * np.stack([first, 0.5 * (first + last), last])
-    # Rows 0 and 2 of `forms` and `spread` are aa and bb, row 1 is ab.
-    straight = forms[::2] - spread[::2]
-    mixed = np.abs(forms[1]) * SAFE + spread[1]
-    gradient_error = model[m.SLOPE_A : m.SLOPE_B + 1] * d + model[m.LEAST_A : m.LEAST_B + 1]
+    # The rounding of `forms`: |A · B| ≤ ½ (A · A + B · B).
+    form_aa, form_bb = model[m.FORM_AA], model[m.FORM_BB]
+    spread += 16 * UNIT * np.stack([form_aa, 0.5 * (form_aa + form_bb), form_bb])
+    # Rows 0 and 2 of `forms` and `spread` are aa and bb, row 1 is ab: l_a and l_b, and k.
+    least_second = forms[::2] - spread[::2]
+    max_mixed = np.abs(forms[1]) * SAFE + spread[1]
+    gradient_error = model[m.TANGENT_ERROR_A : m.TANGENT_ERROR_B + 1] * d
+    gradient_error += model[m.CENTER_ERROR_A : m.CENTER_ERROR_B + 1]
     # Theorem 1.
-    max_change = (np.abs(forms[::2]) + spread[::2] + mixed) * SAFE + gradient_error
+    max_change = (np.abs(forms[::2]) + spread[::2] + max_mixed) * SAFE + gradient_error
+    # Whether the distance decreases over the whole cell towards −1 (down), or towards 1 (up).
     is_down, is_up = gradient > max_change, gradient < -max_change
     # Rows 0 and 2 of `rectangle` are the lower ends u₀ and v₀; rows 1 and 3 are the upper ends.
     is_empty = ((is_down & (rectangle[::2] > 0)) | (is_up & (rectangle[1::2] < 1))).any(axis=0)
     # Theorem 2.
-    are_both_convex = (straight > 0).all(axis=0)
-    share = np.where(are_both_convex, 1 - SAFE * mixed / np.sqrt(straight).prod(axis=0), 1.0)
-    convexity = share * straight - np.where(are_both_convex, 0.0, mixed)
+    are_both_convex = (least_second > 0).all(axis=0)
+    omega = np.where(
+        are_both_convex, 1 - SAFE * max_mixed / np.sqrt(least_second).prod(axis=0), 1.0
+    )
+    convexity = omega * least_second - np.where(are_both_convex, 0.0, max_mixed)
     slope = np.abs(gradient)
     squared -= 16 * UNIT * (squared + slope.sum(axis=0)) + 4 * d * model[m.ERROR]
     low = squared + 2 * _least(slope + gradient_error, convexity, 1.0).sum(axis=0)
     is_settled = -np.minimum(convexity, 0.0).sum(axis=0) <= flattest * d
     # Theorem 3.
     has_one_sign = is_down | is_up
-    is_settled |= (has_one_sign & (straight[::-1] > 0)).any(axis=0) | has_one_sign.all(axis=0)
+    is_settled |= (has_one_sign & (least_second[::-1] > 0)).any(axis=0) | has_one_sign.all(axis=0)
     is_settled |= ((is_down & point_sides[::2]) | (is_up & point_sides[1::2])).any(axis=0)
     is_settled &= ~is_empty
     side = is_up.astype(np.float64) - is_down
     return CellBounds(
-        low, is_empty, is_settled, squared, gradient, forms, side, straight, convexity
+        low, is_empty, is_settled, squared, gradient, forms, side, least_second, convexity
     )
 
 

@@ -33,8 +33,8 @@ in place of y = ±1.
 
 A cell is *thin* for a thickness τ if ν ≤ ⅓ and |h₀| + |h₁| + |h₂| + δ ≤ τ / 2. Then the whole curve
 P = 0 in the cell is within τ / 2 of the ray. However, a cell is not thin if |h₁| > |h₀| + |h₂| + δ
-or |h₁| > 2 (|h₂| + δ), because H changes its sign in this cell, or may do so in the next. Smaller
-cells will then be settled, or have no hit.
+or |h₁| > 2 (|h₂| + δ), because H changes its sign in this cell, or may do so in a cell beside
+it. Smaller cells will then be settled, or have no hit.
 
 **Rounding** is covered as in `ray_bounds`.
 """
@@ -61,7 +61,7 @@ MAX_SLOPE = 0.25
 """The largest |d · n| at the centre of a cell that counts as almost tangent to the ray."""
 
 MAX_CONTRACTION = 1 / 3
-"""The largest ν of thin cells."""
+"""The largest ν of thin cells (Theorem 2)."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -119,7 +119,7 @@ def find_grazed_strips(
     w = cross(d, normal)
     w = w / np.sqrt(dot(w, w))
     z = cross(d, w)
-    g = model[:3] - o
+    to_center = model[:3] - o
     vectors = [model[k : k + 3] for k in _VECTORS]
     ta, tb, taa, tab, tbb = (dot(d, vector) for vector in vectors)
     pa, pb, paa, pab, pbb = (dot(w, vector) for vector in vectors)
@@ -132,11 +132,11 @@ def find_grazed_strips(
     px, py = np.where(is_along_b, pa, pb), np.where(is_along_b, pb, pa)
     hx, hy = np.where(is_along_b, ha, hb), np.where(is_along_b, hb, ha)
     hxx, hyy = np.where(is_along_b, haa, hbb), np.where(is_along_b, hbb, haa)
-    x0, x1 = -dot(w, g) / px, -py / px
+    x0, x1 = -dot(w, to_center) / px, -py / px
     error = (0.5 * np.abs(paa) + np.abs(pab) + 0.5 * np.abs(pbb) + rest) / np.abs(px) * SAFE
     reach = np.abs(x0) + np.abs(x1)
     is_empty = np.abs(x0) > (1 + np.abs(x1) + error) * SAFE
-    h0 = dot(z, g) + hx * x0 + 0.5 * hxx * x0 * x0
+    h0 = dot(z, to_center) + hx * x0 + 0.5 * hxx * x0 * x0
     h1 = hx * x1 + hy + hxx * x0 * x1 + hab * x0
     h2 = 0.5 * hxx * x1 * x1 + hab * x1 + 0.5 * hyy
     delta = error * (np.abs(hx) + np.abs(hxx) * (reach + 0.5 * error) + np.abs(hab)) + height_error
@@ -145,9 +145,9 @@ def find_grazed_strips(
     is_empty |= np.abs(h0) > max_variation
     is_thin = np.abs(h0) + max_variation <= thickness / 2
     is_thin &= np.abs(h1) <= np.minimum(np.abs(h0), np.abs(h2) + delta) + np.abs(h2) + delta
-    # Theorem 2.
-    size = np.abs(ta * pb - tb * pa)
-    max_change = np.zeros(len(size))
+    # Theorem 2: `determinant` is |det M|, and `max_change` becomes ν |det M|.
+    determinant = np.abs(ta * pb - tb * pa)
+    max_change = np.zeros(len(determinant))
     for t, p in ((tb, pb), (ta, pa)):
         terms = np.abs(p * taa - t * paa) + 2 * np.abs(p * tab - t * pab)
         terms += np.abs(p * tbb - t * pbb)
@@ -155,8 +155,11 @@ def find_grazed_strips(
         max_change = np.maximum(
             max_change, terms * SAFE + sum_of_partials * (3 * model[m.REST] + model[m.ROUND])
         )
-    is_thin &= (max_change <= MAX_CONTRACTION * size) & ~is_empty & (slope_to_ray <= MAX_SLOPE)
+    is_thin &= (
+        (max_change <= MAX_CONTRACTION * determinant) & ~is_empty & (slope_to_ray <= MAX_SLOPE)
+    )
     rows = np.flatnonzero(is_thin)
+    # m' = (−T_b, T_a) / det M, of which |·| is the larger component, and |m_y| = |P_x / det M|.
     spread = 4 * np.maximum(np.abs(ta[rows]), np.abs(tb[rows])) / np.abs(px[rows])
     strips = Strips(w[:, rows], is_along_b[rows], np.stack([x0[rows], x1[rows]]), spread)
     return is_empty, is_thin, strips

@@ -86,6 +86,7 @@ def halve(nets: FloatArray, axis: int) -> tuple[FloatArray, FloatArray]:
     rows = np.moveaxis(nets, axis, 0)
     n = len(rows) - 1
     low, high = np.empty_like(nets), np.empty_like(nets)
+    # Views, whose first axis is the one that is halved.
     lows, highs = np.moveaxis(low, axis, 0), np.moveaxis(high, axis, 0)
     lows[0], highs[n] = rows[0], rows[n]
     for k in range(1, n + 1):

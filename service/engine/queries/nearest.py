@@ -80,11 +80,13 @@ class Nearest:
         """
         if not len(point):
             return
+        # The first row of each point, and the least bound among its rows.
         starts = np.flatnonzero(np.diff(point, prepend=-1))
         min_upper = np.minimum.reduceat(upper, starts)
         points = point[starts]
         is_better = min_upper < self.best[points]
         if is_better.any():
+            # For each point, the first of the rows with its least bound.
             nearest_rows = np.flatnonzero(
                 upper == np.repeat(min_upper, np.diff(starts, append=len(point)))
             )
@@ -128,10 +130,12 @@ class Nearest:
 
         Newton's method begins at this centre; it proves nothing.
         """
-        reached = np.full(len(self.best), np.inf)
+        found_distance = np.full(len(self.best), np.inf)
         for point, _, found in self._found:
-            np.minimum.at(reached, point, found.high)
-        rows = np.flatnonzero(np.isinf(reached) | (reached * reached > self._center_best))
+            np.minimum.at(found_distance, point, found.high)
+        rows = np.flatnonzero(
+            np.isinf(found_distance) | (found_distance * found_distance > self._center_best)
+        )
         cell = self._center_cell[rows]
         net, rectangle = self._cells.net[cell], self._cells.rectangle[:, cell]
         if not len(rows):

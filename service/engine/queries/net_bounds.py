@@ -45,7 +45,7 @@ def partials_at_center(nets: FloatArray) -> tuple[FloatArray, dict[tuple[int, in
     w = x[0, 0][3]
     center = x[0, 0][:3] / w
     s = {(0, 0): center}
-    for i, j in ORDERS[1:6]:
+    for i, j in ORDERS[1:6]:  # first and second partials
         value = x[i, j][:3].copy()
         for k in range(i + 1):
             for m in range(j + 1):
@@ -87,7 +87,10 @@ def bounds_of_partials(
 
 
 def _factor(degree: int, order: int) -> float:
-    """The factor from differences to partials of an order: n (n − 1) … / 2^order."""
+    """The factor from differences to partials of an order: n (n − 1) … / 2^order.
+
+    The divisor is 2 because a and b run over the length 2, from −1 to 1.
+    """
     factor = 1.0
     for k in range(order):
         factor *= max(degree - k, 0) / 2
@@ -107,8 +110,8 @@ def _at_middle(rows: FloatArray) -> FloatArray:
     """The value at ½ along the first axis, which is removed; terms are added in a fixed order."""
     basis = bernstein(len(rows) - 1, [0.5])[0]
     value: FloatArray = basis[0] * rows[0]
-    for share, row in zip(basis[1:].tolist(), rows[1:], strict=True):
-        value += share * row
+    for factor, row in zip(basis[1:].tolist(), rows[1:], strict=True):
+        value += factor * row
     return value
 
 

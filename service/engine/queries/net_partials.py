@@ -36,8 +36,8 @@ def net_partials(nets: QueryNets, net: Ints, parameters: FloatArray, order: int 
     -----
     The rounding error of S is at most 4 (p + q + 2) u M, with the largest coordinate M and the unit
     roundoff u, because bases are sums of products that are not negative. The error of a partial of
-    order (i, j) is (2 p)^i (2 q)^j times larger; for rational nets the ratio of weights is another
-    factor.
+    order (i, j) is at most this times (2 p)^i (2 q)^j; for rational nets the ratio of weights is
+    another factor.
     """
     partials = np.empty((len(_PARTIAL_ORDERS[order][0]), 3, len(net)))
     for group in nets.groups:
@@ -63,7 +63,8 @@ def _evaluate_group(nets: FloatArray, u: FloatArray, v: FloatArray, order: int) 
     # than the arithmetic.
     lines = np.matmul(nets.reshape(m, rows, -1).transpose(0, 2, 1), basis_u.transpose(0, 2, 1))
     x = np.matmul(basis_v, lines.reshape(m, columns, -1)).reshape(m, order + 1, width, order + 1)
-    # x[:, j, :, i] is the partial of order i in u and j in v.
+    # x[:, j, :, i] is the partial of order i in u and j in v. Indexed by two lists of orders, the
+    # axis of the lists comes first.
     in_u, in_v = _PARTIAL_ORDERS[order]
     partials = np.ascontiguousarray(x[:, in_v, :, in_u].transpose(0, 2, 1))
     if width == 3:
@@ -86,12 +87,12 @@ def _compute_bases(degree: int, t: FloatArray, order: int) -> FloatArray:
     basis = np.zeros((len(t), order + 1, degree + 1))
     basis[:, 0] = bernstein(degree, t)
     if degree > 0:
-        low = degree * bernstein(degree - 1, t)
-        basis[:, 1, 1:] = low
-        basis[:, 1, :-1] -= low
+        lower_basis = degree * bernstein(degree - 1, t)
+        basis[:, 1, 1:] = lower_basis
+        basis[:, 1, :-1] -= lower_basis
     if degree > 1 and order > 1:
-        low = degree * (degree - 1) * bernstein(degree - 2, t)
-        basis[:, 2, 2:] = low
-        basis[:, 2, 1:-1] -= 2 * low
-        basis[:, 2, :-2] += low
+        lower_basis = degree * (degree - 1) * bernstein(degree - 2, t)
+        basis[:, 2, 2:] = lower_basis
+        basis[:, 2, 1:-1] -= 2 * lower_basis
+        basis[:, 2, :-2] += lower_basis
     return basis

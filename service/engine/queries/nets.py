@@ -39,9 +39,9 @@ from service.surface.batches import Patches, TrianglePatches
 from service.surface.curve_pieces import CurvePieces
 
 _A, _B, _C = np.eye(3)
-_MIDDLE = (_A + _B + _C) / 3
+_CENTROID = (_A + _B + _C) / 3
 _QUADRILATERALS = tuple(
-    np.stack([corner, (corner + right) / 2, (corner + left) / 2, _MIDDLE])
+    np.stack([corner, (corner + right) / 2, (corner + left) / 2, _CENTROID])
     for corner, right, left in ((_A, _B, _C), (_B, _C, _A), (_C, _A, _B))
 )
 """For each quadrilateral, the barycentric coordinates (r, s, t) of its corners at (a, b) = (0, 0),
@@ -107,6 +107,7 @@ class LocalPoints:
 
         If a point was moved, its distance is not exact, but nearly so.
         """
+        # frexp(scale)[1] − 1 is the exponent of `scale`, a power of two.
         exponent = self.shift + (frexp(self.scale)[1] - 1)
         return np.asarray(np.ldexp(distances, exponent))
 
@@ -142,7 +143,7 @@ class QueryNets:
 
     def to_near_points(self, points: FloatArray) -> LocalPoints:
         """Convert points (m, 3) as `local` does; very far points are moved towards the origin."""
-        exponent = frexp(self.scale)[1] - 1
+        exponent = frexp(self.scale)[1] - 1  # of `scale`, a power of two
         difference = points - self.origin
         shift = np.maximum(np.frexp(np.abs(difference).max(axis=1))[1] - exponent - MAX_EXPONENT, 0)
         moved_points = np.ldexp(difference, -(shift + exponent)[:, np.newaxis])
@@ -168,9 +169,9 @@ COLLAPSED_CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, 1.0]])
 """`corners` of a net that is a whole triangle."""
 
 MAX_SPLIT_DEGREE = 16
-"""The highest degree at which triangles become three quadrilaterals, because the time grows with
-the fifth power of the degree. At higher degrees, a triangle is one net whose side b = 1 is a
-point."""
+"""The highest degree at which triangles become three quadrilaterals, because the time for this
+grows with the fifth power of the degree. At higher degrees, a triangle is one net whose side b = 1
+is a point."""
 
 
 def surface_nets(batches: Sequence[Patches]) -> QueryNets:
@@ -187,6 +188,7 @@ def surface_nets(batches: Sequence[Patches]) -> QueryNets:
             if batch.degree <= MAX_SPLIT_DEGREE:
                 points = _quadrilateral_nets(points, batch.degree)
                 numbers = np.tile(numbers, 3)
+                # The parameters on a triangle are (s, t), without r.
                 corners_of_nets = np.repeat(
                     [corners[:, 1:] for corners in _QUADRILATERALS], batch.count, axis=0
                 )
@@ -197,15 +199,15 @@ def surface_nets(batches: Sequence[Patches]) -> QueryNets:
             corners_of_nets = np.broadcast_to(UNIT_CORNERS, (batch.count, 4, 2))
         parts_by_shape.setdefault(points.shape[1:], []).append((points, numbers, corners_of_nets))
         first += batch.count
-    groups, patches, net_corners, net = [], [], [], 0
+    groups, patches, net_corners, first_net = [], [], [], 0
     for parts in parts_by_shape.values():
         nets, numbers, corners_of_nets = (
-            np.concatenate(parts) for parts in zip(*parts, strict=True)
+            np.concatenate(arrays) for arrays in zip(*parts, strict=True)
         )
-        groups.append(NetGroup(np.ascontiguousarray(nets), net))
+        groups.append(NetGroup(np.ascontiguousarray(nets), first_net))
         patches.append(numbers)
         net_corners.append(corners_of_nets)
-        net += len(nets)
+        first_net += len(nets)
     return QueryNets(
         tuple(groups), origin, scale, np.concatenate(patches), np.concatenate(net_corners), diagonal
     )
@@ -241,7 +243,7 @@ def _quadrilateral_nets(nets: FloatArray, degree: int) -> FloatArray:
     results = []
     for corners in _QUADRILATERALS:
         # G_m: shape (m+1, m+1, K, points of degree n − m, D).
-        step = nets[np.newaxis, np.newaxis]
+        g = nets[np.newaxis, np.newaxis]
         for m in range(degree):
             # De Casteljau's algorithm combines each point of the net (but the last of a row) with
             # the next point and with the point `above`, in the next row.
@@ -253,13 +255,13 @@ def _quadrilateral_nets(nets: FloatArray, degree: int) -> FloatArray:
             rising = np.arange(1, m + 2) / (m + 1)
             falling = rising[::-1]
             size = (m + 2, m + 2, len(nets), len(first_points), nets.shape[-1])
-            raised = np.zeros(size)
+            next_g = np.zeros(size)
             for (r, s, t), (alpha, beta) in zip(corners, _CHOICES, strict=True):
-                value = r * step[:, :, :, first_points] + s * step[:, :, :, first_points + 1]
-                value += t * step[:, :, :, above]
+                value = r * g[:, :, :, first_points] + s * g[:, :, :, first_points + 1]
+                value += t * g[:, :, :, above]
                 value *= (rising if alpha else falling)[:, None, None, None, None]
                 value *= (rising if beta else falling)[:, None, None, None]
-                raised[alpha : alpha + m + 1, beta : beta + m + 1] += value
-            step = raised
-        results.append(step[:, :, :, 0].transpose(2, 0, 1, 3))
+                next_g[alpha : alpha + m + 1, beta : beta + m + 1] += value
+            g = next_g
+        results.append(g[:, :, :, 0].transpose(2, 0, 1, 3))
     return np.concatenate(results)
