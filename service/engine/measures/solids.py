@@ -49,8 +49,10 @@ def measure_solids(
     if not is_closed.any():
         return [(None, None)] * len(is_closed)
     nets = surface_nets(source.model.batches)
+    # If only some parts are closed, only their patches are integrated.
     patches = None if is_whole_closed else closed_parts[source.part]
     groups = group_cells(nets, source.noise + 2 * source.moved, patches)
+    # The flux is Σ ∫∫ (S − o) · N = 3 V, and the moment Σ ∫∫ (S − o) ((S − o) · N) = 4 ∫ x − o dV.
     (flux, *_), rounding = estimate(groups, "flux")
     diagonal = nets.diagonal / nets.scale
     # The remainders may be at most the tolerance times these scales. Then the error of V is at most
@@ -61,13 +63,14 @@ def measure_solids(
     integrals = precision.integrate("the volume", groups, "flux", scales, rounding)
     if integrals is None:
         return []
+    # Column 0 is the whole surface, column k + 1 part k. Row 0 is the flux, the rest the moment.
     sums, errors = integrals.over_parts(source.part, len(closed_parts))
     # All groups have the same error.
     point_error, growth = groups[0].noise, bound_growth(groups)
     sizes, scale = areas
     # The largest areas while control points move, in units of the nets.
     largest = np.array([size.high for size in sizes]) * (scale / nets.scale) ** 2 + growth
-    # The flux is 3 V, and the moment is 4 ∫ x − o dV.
+    # The module's docstring bounds what moved points change; |x − o| is at most the diagonal.
     errors[0] += 3 * point_error * largest
     errors[1] += 4 * point_error * largest * (diagonal + point_error)
     return [

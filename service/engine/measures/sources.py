@@ -93,6 +93,7 @@ class Source:
         """The side of the request that became side `number` (patch · 4 + side) of `model`."""
         patch, side = divmod(number, 4)
         joined = [candidate for candidate in self._joined_models if candidate.first <= patch][-1]
+        # `index` is the number of the patch in the joined model.
         index, model = patch - joined.first, joined.model
         ends = CORNERS[[BEGINS[side], ENDS[side]]]
         surface, placed, patch_model = joined.members[0]
@@ -166,7 +167,8 @@ def _join_group(group: GroupModel, tolerance: float, allow: Allow) -> Source:
     """Place and join the members of a group."""
     joined = join_members(group, tolerance, allow)
     placed = to_patches(joined.group)
-    # Both have the new numbers of members as keys.
+    # In the joined group each cluster is one member, so members have new numbers: the keys of both
+    # dictionaries.
     clusters = {joined.new_numbers[cluster.members[0]]: cluster for cluster in joined.clusters}
     single_members = {new: old for old, new in enumerate(joined.new_numbers) if new not in clusters}
     part, joined_models, first = [], [], 0
@@ -212,7 +214,8 @@ def _bound_placing_error(member: PlacedModel, model: PatchModel) -> float:
     max_coordinates: FloatArray = np.maximum(np.abs(model.bounds[0]), np.abs(model.bounds[1]))
     max_placed = np.abs(member.matrix[:3, :3]) @ max_coordinates + np.abs(member.matrix[:3, 3])
     # Placing a point rounds each coordinate some 6 times; 16 is an upper bound. A mirrored triangle
-    # becomes a tensor-product patch (`to_patches`): raising its degree rounds more often.
+    # becomes a tensor-product patch (`to_patches`): raising its degree adds up to 65 terms, and
+    # 16 · 32 roundings are an upper bound.
     roundings = 16 * 32 if triangular_patches(model.batches).any() else 16
     return error + roundings * UNIT * float(np.linalg.norm(max_placed))
 

@@ -54,6 +54,7 @@ def _rule(count: int) -> list[tuple[float, float]]:
         context.prec = 40
         for k in range((count + 1) // 2):
             x = Decimal(cos(pi * (k + 0.75) / (count + 0.5)))
+            # Each step of Newton's method doubles the number of correct digits.
             for _ in range(6):
                 value, slope = _legendre(count, x)
                 x -= value / slope
@@ -110,8 +111,9 @@ def ellipse_bounds(degree: int) -> FloatArray:
     """Upper bounds of |T_k| on the ellipses for k = 1 … degree: shape (len(RADII), degree)."""
 
     def build() -> FloatArray:
-        with np.errstate(over="ignore"):
+        with np.errstate(over="ignore"):  # a bound may be infinite
             powers = RADII[:, np.newaxis] ** np.arange(1.0, degree + 1)
+            # The last factor is larger than the rounding of the others.
             return np.asarray((powers + 1 / powers) / 2 * (1 + 2.0**-40))
 
     return PLANS.array(("ellipses", degree), build)

@@ -37,7 +37,7 @@ class MeasureQuery:
         Largest width of an interval, relative to the area, the length or the volume of the surface;
         for the centroid, relative to the diagonal of the box about the control points.
     weld_tolerance : float
-        Borders are joined if they are nearer than this share of the same diagonal.
+        Borders are joined if they are nearer than this share of the diagonal of that box.
     budget : int
         The most control points of the cells of one integral; but at least three times those of the
         patches.
@@ -133,13 +133,13 @@ class Measures:
     open_edges : int
         Number of sides that are alone on their edges.
     inconsistent_edges : int
-        Number of sides on other edges that are not balanced.
+        Number of sides on edges of several sides that are not balanced.
     faulty_edges : tuple of FaultyEdge
-        The first `MAX_LISTED` open or inconsistent edges.
+        The first `MAX_LISTED` of the sides that `open_edges` and `inconsistent_edges` count.
     parts : tuple of PartMeasures
     reached : bool
-        Whether the intervals of area, volume, centroid and border length are as narrow as the
-        query demands.
+        Whether the intervals of area, volume, centroid and border length of the whole surface are
+        as narrow as the query demands; those of parts may be wider.
     moved : float
         An upper bound of the distance by which joining moved any point, in model units.
     """

@@ -37,6 +37,7 @@ def find_mesh_borders(
     if must_count:
         return count_borders(mesh_faces, welds)
     if not options.weld:
+        # Patches share no vertex, so every side that is a line is a border.
         return int(layout.divisions[connectivity.edge[is_line]].sum()), not is_line.any()
     uses = np.bincount(connectivity.edge[is_line], minlength=len(layout.divisions))
     boundary_edges = int(layout.divisions[uses == 1].sum())
@@ -63,6 +64,7 @@ def count_borders(
     `mesh_faces` are triangles (T, 3) and quads (Q, 4). `welds` has for each vertex the first vertex
     at its position; None if all positions differ.
     """
+    # One number for each line: its lower vertex times 2^32, plus its higher vertex.
     lines = np.empty(sum(rows.size for rows in mesh_faces), dtype=np.int64)
     count = 0
     for rows in mesh_faces:

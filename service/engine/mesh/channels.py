@@ -28,7 +28,8 @@ from service.surface.lowered import Domain, PatchModel
 from service.surface.sides import take_side
 
 CHUNK_VALUES = 1 << 20
-"""The number of values in one chunk."""
+"""The most values that are computed together, but at least those of one patch. It limits the memory
+of temporary arrays."""
 
 SAME_RANGE = 2.0**-16
 """Two values of a channel without a unit (see `ChannelRows`) count as equal if their difference is
@@ -37,7 +38,6 @@ at most this share of the channel's range."""
 SAME_VALUE = 2.0**-20
 """Two values also count as equal if their difference is at most this share of the largest value:
 eight units in the last place of float32."""
-
 
 TINY = float(np.finfo(np.float32).smallest_subnormal)
 """The smallest positive number of float32."""
@@ -109,16 +109,19 @@ def match_values(same_position: Ints, channels: tuple[ChannelRows, ...]) -> Ints
     is_shared = same_position != sample_leaders
     is_shared[same_position[is_shared]] = True
     rows = np.flatnonzero(is_shared)
+    # From here on, the samples `rows` have the numbers 0, 1, …; `position_rows` has, for each of
+    # them, one at its position, and `leader` one that also has equal values in the channels so far.
     position_rows = np.searchsorted(rows, same_position[rows])
     leader = position_rows
     for channel in channels:
         values = channel.values[rows]
-        scaled_values, reach = values, 0.0
+        scaled_values, reach = values, 0.0  # `reach`: the largest difference that counts as zero
         if not channel.is_exact:
             scaled_values, reach = _scale_values(channel, values), 1.0
         first = find_leaders(position_rows, scaled_values, reach)
         channel.values[rows] = values[first]
-        # Row numbers are whole numbers: at most 0.5 apart, they are equal.
+        # Groups of earlier channels are divided by `first`. Its values are whole numbers: at most
+        # 0.5 apart, they are equal.
         leader = find_leaders(leader, first[:, np.newaxis].astype(np.float64), 0.5)
     sample_leaders[rows] = rows[leader]
     return sample_leaders
@@ -138,7 +141,7 @@ def _scale_values(channel: ChannelRows, values: RealArray) -> FloatArray:
 
 
 def _scale(values: RealArray) -> FloatArray:
-    """For each column, 1 divided by the largest difference that counts as zero; 0 for zeros."""
+    """1 / (the largest difference that counts as zero) of each column; 0 for a column of zeros."""
     low, high = (bound.astype(np.float64) for bound in find_extent(values))
     max_equal_difference = np.maximum(
         SAME_RANGE * (high - low), SAME_VALUE * np.maximum(-low, high)
@@ -159,6 +162,7 @@ def _build_rows(model: PatchModel, layout: Layout, number: int, dtype: Real) -> 
             _write_triangles(channel, block, out)
             continue
         _write_grids(channel, block, out)
+        # For each extra sample of a side: its patch, its parameter along the side, its number.
         for side, patches, along, samples in layout.iterate_extras(block):
             edges = take_side(channel.nets, side)[patches]
             basis = bernstein(edges.shape[1] - 1, along)
@@ -188,7 +192,11 @@ def _write_triangles(channel: Channel, block: Block, out: RealArray) -> None:
 
 
 def _parameter_rows(layout: Layout, domains: tuple[Domain, ...], dtype: Real) -> RealArray:
-    """Parameters (N, 2) of all samples, in the domains of surfaces; without domains, of patches."""
+    """The parameters (N, 2) of all samples.
+
+    They are parameters of the surface's domain; if the model has no domains, of each patch, in
+    [0, 1].
+    """
     rows = np.empty((layout.size, 2), dtype=dtype)
     for block in layout.blocks:
         if block.is_triangle:
@@ -200,12 +208,13 @@ def _parameter_rows(layout: Layout, domains: tuple[Domain, ...], dtype: Real) ->
             for limits, r in zip(ends, block.resolution, strict=True)
         )
         out = rows[block.base : block.base + block.count * len(block.patches)]
+        # `u` (m, Ru+1) and `v` (m, Rv+1) are the parameters of the m patches.
         grid = out.reshape(len(u), u.shape[1], v.shape[1], 2)
         grid[..., 0] = u[:, :, np.newaxis]
         grid[..., 1] = v[:, np.newaxis]
         for side, patches, along, samples in layout.iterate_extras(block):
             limits = find_limits(block.first + patches, domains)
-            axis = 1 if side < 2 else 0
+            axis = 1 if side < 2 else 0  # the sides u = 0 and u = 1 run along v
             low, high = limits[axis].T
             rows[samples, axis] = (1.0 - along) * low + along * high
             rows[samples, 1 - axis] = limits[1 - axis][:, side % 2]
@@ -223,7 +232,10 @@ def _write_triangle_parameters(block: Block, rows: RealArray) -> None:
 
 
 def find_limits(patches: Ints, domains: tuple[Domain, ...]) -> tuple[FloatArray, FloatArray]:
-    """The first and the last u, and v, of patches with these numbers in the model: (m, 2) each."""
+    """The first and the last u, and v, of patches with these numbers in the model: (m, 2) each.
+
+    They are knots of the patch's domain; without domains, 0 and 1.
+    """
     if not domains:
         unit = np.tile([0.0, 1.0], (len(patches), 1))
         return unit, unit

@@ -12,8 +12,8 @@ means that a − b vanishes, G1 that det(a, b, t) vanishes. Multiplied by powers
 seam, both are polynomials of the parameter along the seam. On each patch, which has degree q along
 the seam, their degrees are at most 2q and 4q − 1 (q and 3q − 1 without weights). They are computed
 at 4q + 1 parameters: a polynomial that vanishes there vanishes everywhere. A computed value counts
-as zero within the tolerances below. Points without a tangent plane, such as poles, are not
-compared.
+as zero within the tolerances below. Points at which neither side has a tangent plane, such as
+poles, are not compared; if only one side has one, the seam is not G1.
 """
 
 from dataclasses import dataclass
@@ -43,7 +43,7 @@ NO_PLANE = 1e-9
 the partial is smaller than this share of the longest partial."""
 
 CHUNK_PATCHES = 1024
-"""The number of patches along a seam that are compared together."""
+"""The number of patches along a seam that are compared together, which limits the memory."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +113,7 @@ class _Border:
 
     `line` (M, n+1, 3) are the control points on the side; `next` (M, n+1, 3) are the control points
     of the next line. `factor` times the difference of both is the net of the partial across the
-    border.
+    border. In the methods, `basis` has the Bernstein polynomials at K parameters along the side.
     """
 
     line: FloatArray
@@ -189,6 +189,7 @@ def _compare_borders(first: _Border, last: _Border) -> Continuity | None:
     parameters = sample_parameters(4 * degree)
     basis, lower_basis = bernstein(degree, parameters), bernstein(degree - 1, parameters)
     longest = max(first.longest, last.longest)
+    # Over all points: the largest |a − b|, how many have planes on both sides, whether all are G1.
     distance, plane_count, is_smooth = 0.0, 0, True
     for start in range(0, len(first.line), CHUNK_PATCHES):
         first_run, last_run = (

@@ -50,7 +50,7 @@ def connect_if_apart(model: PatchModel, tolerance: float) -> Seams | None:
     Parameters
     ----------
     tolerance : float
-        Points are near if their distance is at most this share of the diagonal.
+        Points are near if their distance is at most this share of the model's diagonal.
     """
     batches = model.batches
     points = [border_points(batch) for batch in batches]
@@ -98,13 +98,17 @@ def _loops_are_near(batch: Patches, domain: Domain, connectivity: Connectivity) 
     grid = len(domain.u) - 1, len(domain.v) - 1
     # Sides 0 and 1 are u = 0 and u = 1; sides 2 and 3 are v = 0 and v = 1.
     for first_side in (0, 2):
-        ends = connectivity.edge.reshape(*grid, 4).swapaxes(0, first_side // 2)[
+        # The edges on the borders u = 0 and u = 1 of the spline, or v = 0 and v = 1: shape (2, m).
+        edges = connectivity.edge.reshape(*grid, 4).swapaxes(0, first_side // 2)[
             [0, -1], :, [first_side, first_side + 1]
         ]
-        if connectivity.open_lines[ends].all() and 2 * ends.shape[1] == connectivity.open_count:
+        # If only these edges are open, the spline closes in the other direction.
+        if connectivity.open_lines[edges].all() and edges.size == connectivity.open_count:
             nets = batch.points.reshape(*grid, *batch.points.shape[1:])
+            # For the sides of v, exchange u and v.
             nets = nets.swapaxes(0, 1).swapaxes(2, 3) if first_side else nets
             first, last = nets[0, :, 0].reshape(-1, 3), nets[-1, :, -1].reshape(-1, 3)
+            # The gap between the boxes of both borders along each axis; negative if they overlap.
             gaps = np.maximum(
                 first.min(axis=0) - last.max(axis=0), last.min(axis=0) - first.max(axis=0)
             )
@@ -116,9 +120,9 @@ def _may_be_near(model: PatchModel, border: FloatArray, distance: float) -> bool
     """Whether any two points of `border`, the points on all borders, may be near but not equal.
 
     For a single patch, comparing its corners suffices: if no two corners are near or equal, no two
-    sides are one edge and no side is one point. Neighbouring pieces of one surface have equal
-    points between them, unless the surface has a gap there: so comparing the corners of all pieces
-    and the points on the border of the surface suffices.
+    sides are one edge and no side is one point. Neighbouring patches of one spline have equal
+    points between them, unless the spline has a gap there: so comparing the corners of all patches
+    and the points on the border of the spline suffices.
     """
     batch, domain = model.batches[0], model.domain
     if isinstance(batch, TensorPatches) and model.patch_count == 1:
@@ -135,7 +139,10 @@ def _may_be_near(model: PatchModel, border: FloatArray, distance: float) -> bool
 
 
 def _are_near(weights: FloatArray, tolerance: float) -> bool:
-    """Whether two weights may differ by more than rounding, but at most by this share of them."""
+    """Whether two weights may be near, but differ by more than rounding.
+
+    Weights are near if they differ by at most `tolerance` times the larger one.
+    """
     ordered = np.sort(weights)
     differences, larger_weights = ordered[1:] - ordered[:-1], ordered[1:]
     return bool(
@@ -164,6 +171,7 @@ def _find_pattern(
         return pattern, False
     last_key = ("last edges", forms)
     pattern = MESH_PLANS.find(last_key)
+    # The pattern of the last model is right if the same points are equal in this model.
     if isinstance(pattern, EdgePattern) and pattern.equal.fits(border, distance):
         return pattern, True
     # If patches meet like the cells of a grid, the number of its columns determines the pattern.

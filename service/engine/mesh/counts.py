@@ -53,7 +53,7 @@ def count_mesh(model: PatchModel, options: MeshOptions) -> Counts:
     triangles = sum(len(group.patches) * group.counts.triangles for group in groups)
     quads = sum(len(group.patches) * group.counts.quads for group in groups)
     if not (layout.is_framed or (options.weld and layout.has_shared_samples)):
-        return Counts(layout.size, triangles, quads)
+        return Counts(layout.size, triangles, quads)  # each sample is a vertex
     is_complete = all(group.counts.is_complete for group in groups)
     if is_complete and not layout.may_fold and options.weld:
         return Counts(_count_positions(layout, groups), triangles, quads)
@@ -98,10 +98,13 @@ def _count_shape(shape: AnyShape, kind: Faces) -> _ShapeCounts:
 
     def build() -> Ints:
         (triangles, quads), inner_cells = _build_border_faces(shape, kind)
+        # The first sample of each position is its own index in `merged`. The position is missing if
+        # no face has it.
         merged = merge_collapsed(shape)
         is_missing = merged == np.arange(len(merged))
         for rows in (triangles, quads):
             is_missing[merged[rows]] = False
+        # The samples inside a grid are in faces of the inner cells.
         if inner_cells and isinstance(shape, Shape):
             ru, rv = shape.resolution
             is_missing[: (ru + 1) * (rv + 1)].reshape(ru + 1, rv + 1)[1:-1, 1:-1] = False
@@ -174,8 +177,8 @@ def _count_used_positions(
     layout: Layout, groups: Sequence[_Group], kind: Faces, leaders: Ints
 ) -> int:
     """The number of distinct positions in faces; without faces, of all samples."""
-    is_shown = np.zeros(layout.size, dtype=bool)
+    is_used = np.zeros(layout.size, dtype=bool)
     for shape, patches, _ in groups:
         samples = layout.patch_samples(patches, shape)
-        is_shown[leaders[samples[:, find_used_samples(shape, kind)]]] = True
-    return int(np.count_nonzero(is_shown if is_shown.any() else leaders == np.arange(layout.size)))
+        is_used[leaders[samples[:, find_used_samples(shape, kind)]]] = True
+    return int(np.count_nonzero(is_used if is_used.any() else leaders == np.arange(layout.size)))

@@ -46,17 +46,18 @@ class Averages:
         """
         if members is None:
             members = np.flatnonzero(leader != np.arange(len(leader)))
-        first, slot, counts = np.unique(leader[members], return_inverse=True, return_counts=True)
+        leaders, slot, counts = np.unique(leader[members], return_inverse=True, return_counts=True)
         is_pair = counts == 1
-        pair_count = int(np.count_nonzero(is_pair))
-        number = np.empty(len(first), np.intp)
-        number[is_pair], number[~is_pair] = np.arange(pair_count), np.arange(pair_count, len(first))
+        pair_count, total = int(np.count_nonzero(is_pair)), len(leaders)
+        # Groups with one member, and their members, come first.
+        new_slot = np.empty(total, np.intp)
+        new_slot[is_pair], new_slot[~is_pair] = np.arange(pair_count), np.arange(pair_count, total)
         order = np.argsort(~is_pair[slot], kind="stable")
-        members, slot = members[order], number[slot[order]]
-        # Groups with one member are in the order of their members.
-        first = np.concatenate([first[is_pair][slot[:pair_count]], first[~is_pair]])
+        members, slot = members[order], new_slot[slot[order]]
+        # Among them, group k is the group of member k.
+        leaders = np.concatenate([leaders[is_pair][slot[:pair_count]], leaders[~is_pair]])
         slot[:pair_count] = np.arange(pair_count)
-        return Averages(first, members, slot, pair_count, first[slot])
+        return Averages(leaders, members, slot, pair_count, leaders[slot])
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -87,7 +88,8 @@ def find_creases(normals: RealArray, groups: Averages, angle: float) -> Sharing 
     """Groups samples at one position whose normals differ by at most an angle: they share a vertex.
 
     At each position, the leader of all its samples leads the first group. The first sample whose
-    normal differs by more leads the next group (`service.engine.clustering`).
+    normal differs from the leader's by more than the angle leads the next group
+    (`service.engine.clustering`).
 
     Parameters
     ----------
@@ -107,15 +109,17 @@ def find_creases(normals: RealArray, groups: Averages, angle: float) -> Sharing 
     is_near = np.vecdot(step, step) <= chord_length(angle) ** 2
     if np.count_nonzero(is_near) == len(is_near):
         return None
+    # The members that do not share the vertex of their leader are grouped.
     far_rows = np.flatnonzero(~is_near)
     slot_of_far = groups.slot[far_rows]
     first = np.empty(len(groups.leaders), np.intp)
-    # In reverse order, the first member of each slot is written last, and stays.
+    # `first` is the first of these members in each slot: in reverse order, it is written last, and
+    # stays.
     first[slot_of_far[::-1]] = np.arange(len(far_rows))[::-1]
-    group = find_leaders(first[slot_of_far], sample_normals[far_rows], chord_length(angle))
+    far_leader = find_leaders(first[slot_of_far], sample_normals[far_rows], chord_length(angle))
     leader = groups.leader_of_member.copy()
-    leader[far_rows] = groups.members[far_rows[group]]
-    return Sharing(leader, hash_arrays(is_near, group))
+    leader[far_rows] = groups.members[far_rows[far_leader]]
+    return Sharing(leader, hash_arrays(is_near, far_leader))
 
 
 def mean_normals(normals: RealArray, averages: Averages) -> FloatArray:

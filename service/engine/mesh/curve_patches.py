@@ -1,9 +1,9 @@
 """Leaves out patches that are curves: they have no area, so a mesh omits them.
 
-A patch is a curve if, on each line of control points from one long side to the other long side, all
-control points and weights are equal. (A knot span of width 0 lowers to patches like this.) The two
-long sides are one edge. Triangles between them would have no area, and more than two triangles
-would use the edge.
+Beside a side that is one point, a patch has two *long* sides. The patch is a curve if, on each line
+of control points from one long side to the other, all control points and weights are equal. (A knot
+span of width 0 lowers to patches like this.) The two long sides are then one edge. Triangles
+between them would have no area, and more than two triangles would use the edge.
 
 The mesh omits the patch if another patch of the same part has this edge; or, for a patch that is
 one point, this corner. Then every point of the patch is also a point of the other patch, which the
@@ -46,16 +46,19 @@ def leave_out_curves(model: PatchModel, connectivity: Connectivity) -> PatchMode
     is_kept = np.ones(model.patch_count, dtype=bool)
     is_kept[curves] = False
     part = model.part_numbers
+    # The keys of all edges and corners of each patch, (P, 8).
     keys_of_patches = np.concatenate([connectivity.edge, -1 - connectivity.corner], axis=1)
+    # First, a curve is omitted if any patch that is no curve has its key.
     is_kept[curves] = ~np.isin(keys, keys_of_patches[is_kept])
+    # But if its part keeps any patch, one of the kept patches of this part must have its key.
     has_kept_patch = np.bincount(part[is_kept], minlength=len(model.parts)) > 0
     # Adding `key_count` times the number of the part makes equal keys of different parts differ.
     key_count = int(np.ptp(keys_of_patches)) + 1
-    in_part = np.isin(
+    is_on_own_part = np.isin(
         keys + key_count * part[curves],
         (keys_of_patches + key_count * part[:, np.newaxis])[is_kept],
     )
-    is_kept[curves] |= has_kept_patch[part[curves]] & ~in_part
+    is_kept[curves] |= has_kept_patch[part[curves]] & ~is_on_own_part
     return model if is_kept.all() else _take_patches(model, is_kept)
 
 
@@ -118,11 +121,11 @@ def _take_patches(model: PatchModel, is_kept: Bools) -> PatchModel:
             count += len(block)
     old_numbers = np.concatenate(numbers)
     ends = np.cumsum([0, *(batch.count for batch in model.batches)])
-    pieces: list[list[Patches]] = []
+    kept_batches: list[list[Patches]] = []
     for batch, (begin, end) in zip(model.batches, pairwise(ends.tolist()), strict=True):
         kept_rows = old_numbers[(old_numbers >= begin) & (old_numbers < end)] - begin
-        pieces.append([batch.take(kept_rows)] if len(kept_rows) else [])
-    return rebuild(model, pieces, old_numbers, tuple(domains))
+        kept_batches.append([batch.take(kept_rows)] if len(kept_rows) else [])
+    return rebuild(model, kept_batches, old_numbers, tuple(domains))
 
 
 def _rectangles(cells: Bools) -> Iterator[tuple[tuple[int, int], tuple[int, int]]]:

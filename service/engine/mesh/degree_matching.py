@@ -47,9 +47,9 @@ def find_lowest_degree_edges(
     degree = np.zeros(len(is_line), dtype=np.intp)
     for group in curves:
         degree[group.ids] = group.points.shape[1] - 1
-    pair, edges, higher_degree = find_candidates(is_line, degree, begin, end)
-    for common_degree in np.unique(higher_degree).tolist():
-        has_degree = higher_degree == common_degree
+    pair, edges, highest_degree = find_candidates(is_line, degree, begin, end)
+    for common_degree in np.unique(highest_degree).tolist():
+        has_degree = highest_degree == common_degree
         edge, pair_of_edge = edges[has_degree], pair[has_degree]
         # Each edge is compared in the direction from the lower to the higher number of its corners.
         # An edge that ends at its beginning is compared in both directions.
@@ -64,6 +64,8 @@ def find_lowest_degree_edges(
         order = np.lexsort((is_backward, edge, pair_of_edge))
         edge, is_backward, pair_of_edge = edge[order], is_backward[order], pair_of_edge[order]
         _, first, number = np.unique(pair_of_edge, return_index=True, return_inverse=True)
+        # For each row, the first row of the same curve. The key of a row, `first[number]`, is the
+        # first row with the same two corners.
         lowest = find_leaders(
             first[number], _to_comparable_rows(curves, edge, is_backward, common_degree), SAME_CURVE
         )

@@ -164,7 +164,7 @@ def _form(batch: Patches) -> tuple[bool, int, int]:
 def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
     """Finds the pattern from a number for each border point, (B,), equal for equal points."""
     numbers_of_sides: dict[int, list[Ints]] = {}  # patch · 4 + side, for each degree
-    rows: dict[int, list[Ints]] = {}
+    rows: dict[int, list[Ints]] = {}  # the border points of these sides
     corners: list[Ints] = []
     begin = patch_count = 0
     for batch in batches:
@@ -176,6 +176,7 @@ def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
             patches = patch_count + np.arange(batch.count)
             numbers_of_sides.setdefault(degree, []).append(4 * patches + k)
             rows.setdefault(degree, []).append(first_points + side)
+        # `begin` counts the border points of the batches so far.
         begin, patch_count = begin + len(border) * batch.count, patch_count + batch.count
     edge, backward = np.empty(4 * patch_count, np.intp), np.empty(4 * patch_count, np.bool_)
     collapsed = np.empty(4 * patch_count, np.bool_)
@@ -189,6 +190,7 @@ def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
         side_numbers, side_rows = side_numbers[order], side_rows[order]
         points = numbers[side_rows]
         collapsed[side_numbers] = (points == points[:, :1]).all(axis=1)
+        # Sides are compared by the numbers of their points, as if these were points on a line.
         oriented, _, is_reversed = orient_edges(points[..., None].astype(np.float64), None)
         leader, number = find_first_rows(oriented[..., 0])
         first = sum(map(len, edges))
@@ -227,9 +229,10 @@ def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
 
 def _may_be_raised(connectivity: Connectivity, edges: Sequence[Ints]) -> bool:
     """Whether lines of different degrees join the same two corners: they may be one curve."""
+    # The only edges of degree 0 are fourth sides of triangles, which are points.
     if np.count_nonzero([rows.shape[1] > 1 for rows in edges]) < 2:
         return False
-    _, side = np.unique(connectivity.edge, return_index=True)
+    _, side = np.unique(connectivity.edge, return_index=True)  # the first side of each edge
     begin, end = (connectivity.corner[:, corners].ravel()[side] for corners in (BEGINS, ENDS))
     degree = np.concatenate([np.full(len(rows), rows.shape[1] - 1) for rows in edges])
     is_line = ~connectivity.collapsed.ravel()[side]

@@ -59,8 +59,8 @@ def sample_edges(
     The bits of a sample depend on the edge alone, and not on its direction or on other edges. The
     order of additions in a matrix product depends on its shape and on the machine. So the method
     `matrix` adds term by term: first the first and the last term, then the second and the
-    second-last term, and so on. The other methods compute each number separately, in one of the two
-    directions. The ends are the control points themselves.
+    second-last term, and so on. The other methods compute each number separately, in the direction
+    that `orient_edges` chooses. The ends are the control points themselves.
 
     Parameters
     ----------
@@ -71,18 +71,18 @@ def sample_edges(
     -------
     ndarray of float64, shape (R+1, chosen edges, 3)
     """
-    parts = []
+    samples = []
     for group in curves:
         chosen_edges = group if is_chosen is None else group.take(is_chosen)
         if method == "matrix":
-            parts.append(_sample_by_matrix(chosen_edges.points, chosen_edges.weights, divisions))
+            samples.append(_sample_by_matrix(chosen_edges.points, chosen_edges.weights, divisions))
         else:
-            parts.append(
+            samples.append(
                 _sample_by_method(
                     METHODS[method], chosen_edges.points, chosen_edges.weights, divisions
                 )
             )
-    return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
+    return samples[0] if len(samples) == 1 else np.concatenate(samples, axis=1)
 
 
 def orient_edges(
@@ -141,6 +141,7 @@ def _sample_by_method(
 def _sample_by_matrix(points: FloatArray, weights: FloatArray | None, divisions: int) -> FloatArray:
     """Samples (R+1, E, 3) of edges, by operations on long contiguous rows."""
     count, terms = points.shape[:2]
+    # The basis has shape (n+1, R+1, 1); the rows, (n+1, 1, 3E), have the coordinates of all edges.
     basis = PLANS.array(
         ("edges", terms, divisions), lambda: sample_basis(terms - 1, divisions).T[:, :, np.newaxis]
     )
@@ -167,6 +168,7 @@ def _sum_pairs(terms: FloatArray) -> FloatArray:
     # The last terms, in reverse order, are added to the first terms.
     terms[:half_count] += terms[: -half_count - 1 : -1]
     total: FloatArray = terms[0]
+    # If the number of terms is odd, the middle one is the last of these.
     for pair in terms[1 : len(terms) - half_count]:
         total += pair
     return total

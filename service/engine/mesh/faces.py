@@ -27,6 +27,7 @@ def join_faces(
         counts[0, patches], counts[1, patches] = len(pattern[0]), len(pattern[1])
     if welding is None and total == 1:
         return (*patterns[0], _count_before(counts))
+    # The position of each patch in the mesh. From here on, `counts` is in the order of the mesh.
     position = np.arange(total)
     if sequence is not None:
         position[sequence] = position.copy()
@@ -43,6 +44,7 @@ def join_faces(
             vertices = samples if welding is None else welding.vertex[samples]
             # One array operation finds the vertices of all patches of this shape.
             corner_numbers = np.take(vertices.astype(np.uint32), pattern_faces, axis=1)
+            # The faces of patches that follow each other in the mesh are written together.
             for run in _find_runs(position[patches]):
                 first = ends[position[patches[run.start]]] - len(pattern_faces)
                 rows = slice(first, first + (run.stop - run.start) * len(pattern_faces))
@@ -69,7 +71,9 @@ def _count_before(counts: Ints) -> Ints:
 def _drop_slivers(
     triangles: IndexArray, quads: IndexArray, counts: Ints, welds: Ints
 ) -> tuple[IndexArray, IndexArray, Ints]:
-    """Drops faces with two vertices at one position; a quad with one such pair becomes a triangle.
+    """Drops faces with two vertices at one position.
+
+    But a quad becomes a triangle if one pair of neighbouring vertices is at one position.
 
     Patterns already handle sides that are one point. But if two sides that meet are one edge, the
     diagonal of the cell between them is a point, too. With one division, a side that returns to its

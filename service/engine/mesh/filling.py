@@ -29,7 +29,7 @@ from service.surface.lowered import PatchModel
 class SampleRows:
     """All samples of a mesh: positions (N, 3), normals (N, 3) or None, and channels (N, d).
 
-    `poles` is the number of samples at which du × dv vanishes.
+    `poles` is the number of samples at which du × dv vanishes, so that the normal is a limit.
     """
 
     positions: RealArray
@@ -80,6 +80,7 @@ def sample_model(
     """Evaluates the blocks, then replaces the samples of all sides by those of their edges."""
     results = []
     for block, patches in layout.split_batches(model.batches):
+        # The connectivity knows which sides are points, so the patches need not be searched again.
         if layout.has_poles and isinstance(patches, TensorPatches):
             patches.set_collapsed(seams.collapsed[block.first + block.patches])
         results.append(
@@ -138,7 +139,10 @@ def _write_edges(
 
 
 def _write_extra_normals(model: PatchModel, layout: Layout, normals: RealArray) -> int:
-    """Writes the normals of the extra samples of framed sides; returns how many are limits."""
+    """Writes the normals of the extra samples of framed sides; returns how many are limits.
+
+    A normal is a limit where du × dv vanishes.
+    """
     total_limits = 0
     for block in layout.blocks:
         batch = model.batches[block.batch]

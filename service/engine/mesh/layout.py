@@ -24,7 +24,8 @@ from service.surface.sides import along_sides
 
 FINE = 4
 """If a patch has at least this number of divisions along u and along v, its triangles without area
-at a side that is one point are lines, which are sides of faces that the mesh keeps."""
+at a side that is one point are lines, which are sides of faces that the mesh keeps. Patches with
+fewer divisions are examined one shape at a time (`service.engine.bounds.degenerate_faces`)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +148,7 @@ class Layout(SampleRuns):
 
     @cached_property
     def may_lose_faces(self) -> bool:
-        """Whether a face without area may not lie on a side of a face that the mesh keeps."""
+        """Whether a face without area may lie elsewhere than on a side of a face in the mesh."""
         is_fine = min(self.ru.min(), self.rv.min()) >= FINE
         return self.may_fold or (self.has_poles and not is_fine)
 
@@ -209,14 +210,16 @@ class Layout(SampleRuns):
             has_divisions[edge[sides] if len(by_divisions) > 1 else slice(None)] = True
             groups.append((divisions, None if has_divisions.all() else has_divisions))
             count = int(np.count_nonzero(has_divisions))
+            # For each side, the row of the table with the first sample of its edge; its other
+            # samples follow in every `count`-th row.
             row = np.cumsum(has_divisions)[edge[sides]] - 1 + first
             # The ends of a side are corners.
             inside = np.arange(1, divisions)
             sources.append((row[:, None] + count * inside).ravel())
             targets.append(self.find_side_samples(sides, divisions)[:, 1:-1].ravel())
             first += count * (divisions + 1)
-        poles, corner_of_sample = self.find_collapsed_samples()
-        targets += [self.corner_samples().ravel(), poles]
+        collapsed_samples, corner_of_sample = self.find_collapsed_samples()
+        targets += [self.corner_samples().ravel(), collapsed_samples]
         sources += [first + self.connectivity.corner.ravel(), first + corner_of_sample]
         return BorderWrites(tuple(groups), np.concatenate(targets), np.concatenate(sources))
 

@@ -34,7 +34,8 @@ class Overlay:
     segments : ndarray of uint32, shape (L, 2)
         Pairs of rows of `positions`.
     cells : ndarray of uint32, shape (C, 4), or None
-        The quads of a control net, (i,j) (i,j+1) (i+1,j+1) (i+1,j); None for other overlays.
+        The quads of a control net, (i,j) (i,j+1) (i+1,j+1) (i+1,j), which are drawn as closed
+        lines; None for other overlays, and for nets of triangles.
     """
 
     name: str

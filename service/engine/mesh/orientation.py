@@ -52,12 +52,13 @@ class OrientedSides:
 
         Patch k belongs to part[k].
         """
-        edges = int(self.edge.max()) + 1
-        keys, number = np.unique(part[:, np.newaxis] * edges + self.edge, return_inverse=True)
+        edge_count = int(self.edge.max()) + 1
+        # An edge has one key for each part that uses it.
+        keys, number = np.unique(part[:, np.newaxis] * edge_count + self.edge, return_inverse=True)
         sums = np.bincount(number.ravel(), self.passage.ravel())
         is_closed = np.zeros(count, dtype=bool)
         is_closed[part] = True
-        is_closed[keys[sums != 0] // edges] = False
+        is_closed[keys[sums != 0] // edge_count] = False
         return is_closed
 
 

@@ -50,7 +50,7 @@ def control_net(model: PatchModel, origin: FloatArray, dtype: Real) -> Overlay:
         "control_net",
         np.concatenate(positions),
         np.concatenate(segments).astype(np.uint32),
-        # Cells alone do not show triangular nets.
+        # An encoder that draws cells draws no segments, so triangular nets would not be shown.
         np.concatenate(cells).astype(np.uint32) if len(cells) == len(model.nets) else None,
     )
 

@@ -125,15 +125,16 @@ def build_rim(shape: Shape, kind: Faces) -> tuple[IndexArray, IndexArray]:
     all faces can be counted from these faces at the rim, in a time that grows with Ru + Rv.
     """
     ru, rv = shape.resolution
-    corner = np.arange(0)
+    first_corner = np.arange(0)
+    # At the sides of a framed patch are strips, which `_build_cells` adds, and no cells.
     if not shape.is_framed:
         i, j = np.arange(ru), np.arange(rv)
         ends_u, ends_v = np.unique([0, ru - 1]), np.unique([0, rv - 1])
         rows = (ends_u[:, None] * (rv + 1) + j).ravel()
         columns = (i[1:-1, None] * (rv + 1) + ends_v).ravel()
-        corner = np.concatenate([rows, columns])
-    below = rv + 1
-    cells = np.stack([corner, corner + below, corner + below + 1, corner + 1], axis=1)
+        first_corner = np.concatenate([rows, columns])
+    above = first_corner + rv + 1  # the sample (i + 1, j)
+    cells = np.stack([first_corner, above, above + 1, first_corner + 1], axis=1)
     return _build_cells(shape, kind, cells)
 
 
@@ -178,8 +179,8 @@ def _build_triangle_rows(shape: TriangleShape) -> IndexArray:
 def _build_cell_row(columns: int) -> IndexArray:
     """The quads between the first two lines of samples, shape (Rv, 4)."""
     j = np.arange(columns, dtype=np.uint32)
-    below = np.uint32(columns + 1)
-    return np.stack([j, j + below, j + below + np.uint32(1), j + np.uint32(1)], axis=1)
+    above = j + np.uint32(columns + 1)  # the samples (1, j)
+    return np.stack([j, above, above + np.uint32(1), j + np.uint32(1)], axis=1)
 
 
 def _repeat_rows(row: IndexArray, rows: int, step: int) -> IndexArray:
@@ -200,10 +201,13 @@ def _turn_corner_cells(shape: Shape, triangles: NDArray[Index]) -> NDArray[Index
     if min(ru, rv) < 2:
         # The other diagonal, too, would join two sides.
         return triangles
-    # The triangles 0, 1, 3 and 1, 2, 3 of the cell become 0, 1, 2 and 0, 2, 3.
+    # The triangles 0, 1, 3 and 1, 2, 3 of the cell become 0, 1, 2 and 0, 2, 3. The first cell
+    # begins at the sample (0, 0), the last at (Ru − 1, Rv − 1).
     for is_turned, begin in zip(shape.is_turned, (0, (ru - 1) * (rv + 1) + rv - 1), strict=True):
-        is_first = (triangles[:, 0] == begin) & (triangles[:, 2] == begin + 1) if is_turned else []
-        for row in np.flatnonzero(is_first).tolist():
+        is_first_half = (
+            (triangles[:, 0] == begin) & (triangles[:, 2] == begin + 1) if is_turned else []
+        )
+        for row in np.flatnonzero(is_first_half).tolist():
             opposite = triangles[row + 1, 1]
             triangles[row + 1, 0], triangles[row, 2] = triangles[row, 0], opposite
     return triangles

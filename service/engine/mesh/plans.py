@@ -95,9 +95,9 @@ def plan_faces(
     sequence : ndarray of int, shape (P,), or None
         The order of the patches in the mesh.
     """
-    pattern = b"" if sharing is None else (sharing.key, sharing.is_averaged)
+    sharing_key = b"" if sharing is None else (sharing.key, sharing.is_averaged)
     order = b"" if sequence is None else hash_arrays(sequence)
-    key = ("faces", layout.key, options.faces, options.weld, options.normals, pattern, order)
+    key = ("faces", layout.key, options.faces, options.weld, options.normals, sharing_key, order)
     plan = MESH_PLANS.get(key, lambda: _build_plan(layout, options, sharing, sequence))
     assert isinstance(plan, FacePlan)
     return plan
@@ -154,6 +154,7 @@ def _build_plan(
 def _find_means(welding: Welding, leader: Ints) -> tuple[Averages, Ints] | None:
     """Groups of samples that share a vertex, and these vertices; only vertices in faces."""
     averages = Averages.from_leaders(leader)
+    # The vertex of each leader; a leader in no face may be none of `welding.samples`.
     vertices = np.searchsorted(welding.samples, averages.leaders)
     vertices = np.minimum(vertices, len(welding.samples) - 1)
     has_vertex = welding.samples[vertices] == averages.leaders
