@@ -91,7 +91,7 @@ class AdaptiveMesher:
         max_triangles, limit_pointer = adaptive_triangles(Accuracy(), work.limits), accuracy.pointer
         if accuracy.max_triangles is not None and accuracy.max_triangles < max_triangles:
             max_triangles, limit_pointer = accuracy.max_triangles, "/max_triangles"
-        # `work.cost` has the lesser of these triangles and of those that fit into memory.
+        # `work.cost.triangles` is at most `allowed_triangles`; it is less if memory is the limit.
         requested = work.options.accuracy or accuracy
         allowed_triangles = adaptive_triangles(requested, work.limits, work.stored.patches)
         memory = (
@@ -187,7 +187,8 @@ def search_budget(
         except TooLarge:
             return None
         except InvalidRequest as error:
-            # This tolerance is below the rounding of the vertices: keep the mesh before.
+            # This tolerance is below the rounding of the vertices, so it counts as one that does
+            # not fit.
             if any(issue.code != "tolerance_too_small" for issue in error.issues):
                 raise
             return None

@@ -14,7 +14,7 @@ from typing import Generic, TypeVar
 Result = TypeVar("Result")
 
 CLOSE_FACTOR = 1.0 + 2.0**-6
-"""The search ends when the coarse tolerance is at most this factor above the fine tolerance."""
+"""The search ends when the coarse tolerance is at most this multiple of the fine tolerance."""
 
 MIN_COST = 1.0 - 2.0**-6
 """The search ends when a mesh costs at least this share of the budget."""
@@ -28,7 +28,7 @@ TARGET_COST = 1.0 - 2.0**-7
 much."""
 
 MIN_FACTOR = 2.0**-12
-"""Least factor between a guess and the coarse tolerance."""
+"""A guess from the coarse tolerance alone is at least this multiple of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,8 +58,8 @@ def search_tolerances(
     """The attempt of least bound among all attempts that cost at most 1, the whole budget.
 
     Either this attempt costs nearly all of the budget, or no tolerance that was tried and is finer
-    by more than the factor `CLOSE_FACTOR` fits. If finer tolerances never cost less, no finer
-    tolerance fits. The result depends on costs and bounds alone.
+    by more than the factor `CLOSE_FACTOR` fits. If finer tolerances never cost less, none at all
+    that is finer by more than this factor fits. The result depends on costs and bounds alone.
 
     Parameters
     ----------

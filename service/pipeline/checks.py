@@ -48,7 +48,7 @@ def check_options(
     size: SurfaceSize, options: MeshOptions, fmt: Format, encode: EncodeOptions
 ) -> None:
     """Refuse options that are impossible for a surface of this size, or in this format."""
-    if size.curves:
+    if size.curves:  # a tube or a ribbon, or a group that has some
         _check_swept(options, fmt, encode)
     if options.accuracy is not None:
         _check_accuracy(options, options.accuracy.pointer, fmt, encode)

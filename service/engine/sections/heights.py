@@ -27,8 +27,8 @@ THICKNESS = 2.0**-40
 """The largest height that counts as zero, in the coordinates of the nets."""
 
 NOISE = 2.0**-44
-"""On a common edge, the polynomials f of two patches differ by at most this. If |f| is larger, both
-have the same sign."""
+"""On a common edge, the polynomials f of two patches differ by at most this, by rounding alone
+(`cells`). If |f| is larger, both have the same sign."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -115,7 +115,8 @@ def height_nets(
 def restrict(nets: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
     """Restrict nets (m, p+1, q+1, D), each to a rectangle with the corners `low` and `high` (m, 2).
 
-    All factors are not negative, as in de Casteljau's construction, so no digits cancel.
+    D is the number of coordinates of a control point. No factor is negative, as in de Casteljau's
+    construction, so no digits cancel.
     """
     m, rows, columns, width = nets.shape
     along_u = _restrictions(rows - 1, low[:, 0], high[:, 0])

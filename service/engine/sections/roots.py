@@ -4,11 +4,12 @@ The number of sign changes of the coefficients is the number of roots in the ope
 multiplicities, plus an even number (Descartes' rule in Bernstein form). So an interval without sign
 changes has no root, and an interval with one change has one root. Other intervals are halved. Zero
 counts as positive, both for coefficients and for values; so of two intervals that meet at a root,
-the one in which the polynomial is negative has the root. If all coefficients of an interval are at
-most `floor` in absolute value, they count as zero. Such an interval has one root if the signs at
-its ends differ, else a double root: the polynomials are those of a section on the sides of cells,
-and there the section touches the side or crosses itself. The same rule is used for an interval
-after `MAX_HALVINGS` halvings.
+the one in which the polynomial is negative has the root. An interval with several sign changes is
+not halved if all its coefficients are at most `floor` in absolute value, because the signs of so
+small values are not reliable. It has one root if the signs at its ends differ, else a double root
+at its middle: the polynomials are those of a section on the sides of cells, and there the section
+touches the side or crosses itself. The same rule is used for an interval after `MAX_HALVINGS`
+halvings.
 
 All operations are elementwise, so the roots of one row do not depend on the other rows.
 
@@ -23,7 +24,7 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.cancellation import checkpoint
 
 MAX_HALVINGS = 50
-"""The most halvings of an interval."""
+"""The most halvings of an interval; its length is then near the precision of float64."""
 
 MAX_STEPS = 80
 """The most steps of Newton's method and bisection; bisection alone needs some 60."""
@@ -37,7 +38,7 @@ def roots(rows: FloatArray, floor: FloatArray) -> tuple[Ints, FloatArray]:
     rows : ndarray of float64, shape (m, n+1)
         Bernstein coefficients.
     floor : ndarray of float64, shape (m,)
-        The largest absolute value of a coefficient that counts as zero, for each row.
+        For each row, the largest absolute value of coefficients whose signs are not reliable.
 
     Returns
     -------
@@ -58,6 +59,7 @@ def roots(rows: FloatArray, floor: FloatArray) -> tuple[Ints, FloatArray]:
         signs_differ = is_negative[:, 0] != is_negative[:, -1]
         has_single = (changes == 1) | (is_small & signs_differ)
         doubles = np.flatnonzero((changes > 1) & is_small & ~signs_differ)
+        # A double root is at the middle of its interval, twice.
         parts.append(
             (
                 np.repeat(row_of[doubles], 2),
@@ -121,6 +123,7 @@ def _find_single(nets: FloatArray, is_negative: Bools) -> FloatArray:
         is_inside = (newton_t >= low[rows]) & (newton_t <= high[rows])
         next_t = np.where(is_inside, newton_t, (low[rows] + high[rows]) / 2)
         t[rows] = next_t
+        # 2⁻⁵³ is the rounding error of numbers near 1.
         has_moved = np.abs(next_t - t_now) > 2.0**-53
         rows = rows[has_moved & (value != 0) & (high[rows] - low[rows] > 2.0**-53)]
     return t

@@ -2,11 +2,13 @@
 
 A cell in which the section is not a graph (`graphs`) is halved in both directions. A cell with a
 graph is halved along the parameter of the graph, until each piece of the graph is within the
-tolerance of its chord (`flatness`); cells with a side in the plane are halved in the same way. If
-the section is still not a graph in a cell of the size `MIN_SIZE`, the cell is *singular*: near it
-the surface touches the plane, or the section crosses itself. If the section is not a graph in more
-than `MAX_UNCLEAR_CELLS` cells of one patch, these lie along a curve; then a cell is singular
-already at a larger size, `SIZE_SHARE` of the tolerance.
+tolerance of its chord (`flatness`), and along the other parameter, too, while a piece may reach all
+of its values in the cell. Cells with a side in the plane are halved along this side, until it is
+within the tolerance of its chord. If the section is still not a graph in a cell of the size
+`MIN_SIZE`, the cell is *singular*: near it the surface touches the plane, or the section crosses
+itself. If the section is not a graph in more than `MAX_UNCLEAR_CELLS` cells of one patch, these lie
+along a curve; then the size of singular cells is the share `SIZE_SHARE` of the tolerance instead,
+which is mostly larger.
 """
 
 from collections.abc import Callable
@@ -87,6 +89,7 @@ class CellSearch:
         Also returns for which pairs (m,) the patch lies in the plane.
         """
         nets, floor, is_coplanar = height_nets(self.group, self.planes, plane, net)
+        # The rectangle of each cell, u₀, u₁, v₀, v₁: at first the whole net.
         place = np.zeros((4, len(plane)), np.int64)
         place[1], place[3] = ONE, ONE
         cells = OpenCells(np.arange(len(plane)), plane, net, place, nets, is_coplanar, floor)
@@ -97,6 +100,7 @@ class CellSearch:
             along_u, along_v = self._to_halve(cells, kind, is_monotone)
             change = abs(count + self._pieces - expected)
             expected = count + self._pieces
+            # While the sum changes, it may be too large (`_pieces`): then use half of it.
             self.allow(count + len(cells), expected / (1 if change <= MAX_CHANGE * expected else 2))
             is_ended = ~(along_u | along_v)
             count += int(np.count_nonzero(is_ended))
@@ -120,9 +124,9 @@ class CellSearch:
         is_halved = np.stack([is_unclear, is_unclear])
         # The kinds `OVER_U` and `OVER_V` are 0 and 1, the axes of these parameters.
         for axis in (OVER_U, OVER_V):
-            graphs = np.flatnonzero(kind == axis)
-            for chunk in row_slices(len(graphs), cells.nets[0].size, MAX_NUMBERS):
-                rows = graphs[chunk]
+            cells_with_graph = np.flatnonzero(kind == axis)
+            for chunk in row_slices(len(cells_with_graph), cells.nets[0].size, MAX_NUMBERS):
+                rows = cells_with_graph[chunk]
                 is_flat_graph, is_wide = self._are_flat(cells.take(rows), axis, is_monotone[rows])
                 is_halved[axis, rows], is_halved[1 - axis, rows] = (
                     ~is_flat_graph,
@@ -130,7 +134,7 @@ class CellSearch:
                 )
         for side in range(4):
             checkpoint()
-            axis = 1 - side // 2
+            axis = 1 - side // 2  # the parameter that varies along the side
             is_in_plane = is_zero(take_side(cells.nets, side)) & (kind != SINGULAR)
             # Of a patch that lies in the plane, only the border is a polyline.
             is_in_plane &= (kind != COPLANAR) | (cells.place[side] == (side % 2) * ONE)
@@ -162,6 +166,8 @@ class CellSearch:
         """
         cell, parameters = find_border_points(cells.nets, cells.floor, cells.place / ONE, axis)
         checkpoint()
+        # Border points are in turn beginnings and ends of pieces. A piece is in the rectangle from
+        # `low` to `high`: at first from its begin to its end along the axis, the whole cell across.
         cell_of_piece, begin, end = cell[::2], parameters[::2], parameters[1::2]
         low = np.stack([cells.place[0], cells.place[2]], axis=1)[cell_of_piece] / ONE
         high = np.stack([cells.place[1], cells.place[3]], axis=1)[cell_of_piece] / ONE
@@ -186,7 +192,7 @@ class CellSearch:
             end,
             low,
             high,
-            axis=np.where(is_tight, 2, axis),
+            axis=np.where(is_tight, 2, axis),  # 2: monotone in both parameters
         )
         bound, slack = piece_bounds(self.group, self.planes, pieces)
         max_bound = np.zeros(len(cells))
@@ -212,7 +218,10 @@ class CellSearch:
         return is_flat
 
     def _are_small(self, bounds: FloatArray, size_in_units: Ints) -> Bools:
-        """Which bounds are small enough, or belong to cells that cannot be halved."""
+        """Which bounds are small enough, or belong to cells that cannot be halved.
+
+        Also adds the pieces that these cells are expected to need to `_pieces`.
+        """
         self._pieces += float(np.sqrt(np.maximum(bounds / self.tolerance, 1.0)).sum())
         return np.asarray((bounds <= self.tolerance) | (size_in_units <= 1))
 
@@ -222,7 +231,11 @@ class CellSearch:
 
 
 def _classify(nets: FloatArray) -> tuple[Ints, FloatArray, Bools]:
-    """Call `graphs.classify` for a limited number of cells at a time."""
+    """Call `graphs.classify` for a limited number of cells at a time.
+
+    Returns the kind of each cell; `sense`, the direction in which its graph has f > 0 on its left,
+    as in `Cells`; and whether the section is a graph over both parameters.
+    """
     parts = [classify(nets[rows]) for rows in row_slices(len(nets), nets[0].size, MAX_NUMBERS)]
     kind, sense, is_monotone = (np.concatenate(column) for column in zip(*parts, strict=True))
     return kind, sense, is_monotone

@@ -76,10 +76,10 @@ def cut_surface(
     search = _Search(nets, borders, local, planes, local_tolerance, allow)
     boxes = Boxes(nets)
     sections: list[Section] = []
-    step = max(1, CHUNK_PAIRS // len(nets.patch))
+    planes_at_once = max(1, CHUNK_PAIRS // len(nets.patch))
     max_coefficients = max(group.nets[0, ..., 0].size for group in nets.groups)
-    for first in range(0, len(planes), step):
-        last = min(first + step, len(planes))
+    for first in range(0, len(planes), planes_at_once):
+        last = min(first + planes_at_once, len(planes))
         plane, net = boxes.candidates(local, first, last)
         counts = np.bincount(plane - first, minlength=last - first)
         search.begin(len(plane))
@@ -116,7 +116,7 @@ class _Search:
         self._earlier_count, self._pairs = self.count, (pairs, 0)
 
     def cut(self, numbers: range, plane: Ints, net: Ints) -> list[Section]:
-        """The sections by planes `numbers`, from all pairs of a plane and a net that it may cut."""
+        """The sections by planes `numbers`; `plane` and `net` are all pairs that may meet."""
         pairs, begun_pairs = self._pairs
         self._pairs = pairs, begun_pairs + len(plane)
         parts: list[Cells] = []
@@ -169,11 +169,11 @@ class _Search:
         checkpoint()
         points, plane = self._points(cells, segments, arcs)
         x, y = (axes[plane] for axes in self.planes.axes)
-        places_in_plane = np.stack([(points * x).sum(axis=1), (points * y).sum(axis=1)], axis=1)
+        positions_in_plane = np.stack([(points * x).sum(axis=1), (points * y).sum(axis=1)], axis=1)
         model_points = self.nets.origin + points * self.nets.scale
         checkpoint()
         touching = [arcs.touching]
-        for line in join_arcs(arcs.ends, arcs.sense, places_in_plane, self.tolerance):
+        for line in join_arcs(arcs.ends, arcs.sense, positions_in_plane, self.tolerance):
             rows = model_points[line.nodes]
             is_kept = np.ones(len(rows), bool)
             is_kept[1:] = (rows[1:] != rows[:-1]).any(axis=1)
@@ -182,8 +182,9 @@ class _Search:
             else:
                 # All points are equal: a patch that is only a curve passes through the plane.
                 touching.append(line.nodes[:1])
-        degree = np.bincount(arcs.ends.ravel(), minlength=len(points))
-        separate = _keep_separate(points, np.concatenate(touching), np.flatnonzero(degree > 2))
+        arc_counts = np.bincount(arcs.ends.ravel(), minlength=len(points))
+        crossings = np.flatnonzero(arc_counts > 2)
+        separate = _keep_separate(points, np.concatenate(touching), crossings)
         return model_points[separate], plane[separate]
 
     def _points(self, cells: CellTable, segments: Segments, arcs: Arcs) -> tuple[FloatArray, Ints]:
@@ -198,10 +199,10 @@ class _Search:
         used_nodes = used_nodes[used_nodes < len(plane)]
         for first, last in row_runs(len(used_nodes), CHUNK_NODES):
             nodes = used_nodes[first:last]
-            positions = net_partials(
+            partials = net_partials(
                 self.nets, segments.node_net[nodes], segments.node_parameters[:, nodes]
             )
-            points[nodes] = positions[0].T
+            points[nodes] = partials[0].T  # the partial of order 0 is the point itself
         # A crossing, a group of singular cells, is one node: the mean of the middles of its cells.
         rows = np.flatnonzero(arcs.crossing >= 0)
         if len(rows):

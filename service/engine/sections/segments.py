@@ -2,11 +2,11 @@
 
 Cells of different sizes meet along a line. Their sides on this line are dyadic intervals, so two
 sides are nested or disjoint. The smallest sides are the *segments*; each side is a row of segments,
-except for gaps, where the search dropped the cells beside it because f has no root. A root of f on
-a segment is a *node*. It is computed once for all cells that have the segment on a side; so
-neighbours share their nodes, and polylines have no gaps. The sign of f at a corner of several cells
-is decided once, too, because the values of two patches may differ by rounding; the polynomials on
-segments get these signs at their ends. Zero counts as positive.
+except for gaps, where the search dropped the neighbouring cells because they have no root of f. A
+root of f on a segment is a *node*. It is computed once for all cells that have the segment on a
+side; so neighbours share their nodes, and polylines have no gaps. The sign of f at a corner of
+several cells is decided once, too, because the values of two patches may differ by rounding; the
+polynomials on segments get these signs at their ends. Zero counts as positive.
 """
 
 from dataclasses import dataclass
@@ -80,13 +80,14 @@ def find_segments(cells: CellTable, borders: Borders) -> Segments:
     checkpoint()
     side, first, last = _find_smallest(sides)
     checkpoint()
-    cell, number = np.divmod(side, 4)
-    ends = np.stack([corner[cell, BEGINS[number]], corner[cell, ENDS[number]]], axis=1)
+    cell, side_of_cell = np.divmod(side, 4)
+    ends = np.stack([corner[cell, BEGINS[side_of_cell]], corner[cell, ENDS[side_of_cell]]], axis=1)
     is_reversed = sides.backward[side]
     ends[is_reversed] = ends[is_reversed, ::-1]
     segment, t, in_plane = _segment_roots(cells, side, is_reversed, value[ends])
     low, high = sides.low[side][segment], sides.high[side][segment]
     coordinates = np.asarray(low + t * (high - low), np.float64)
+    # A root at an end of its segment is the node of this place; other roots have their own nodes.
     node = np.where(t == 0, ends[segment, 0], ends[segment, 1])
     inner_roots = np.flatnonzero((t > 0) & (t < 1))
     # A double root is one node.
@@ -141,24 +142,25 @@ def _find_smallest(sides: CellSides) -> tuple[Ints, Ints, Ints]:
     line = np.cumsum(is_first).astype(np.int64)
     low, high = sides.low[order], sides.high[order]
     distinct = np.flatnonzero(is_change(line, low, high))
-    # If sides are nested, the next side is inside.
+    # A longer side comes before the sides inside it; so a side is smallest if the next one on its
+    # line does not begin inside it.
     next_side = np.append(distinct[1:], distinct[-1:])
     is_smallest = (line[next_side] != line[distinct]) | (low[next_side] >= high[distinct])
     is_smallest[-1:] = True
     smallest = distinct[is_smallest]
     first, last = np.zeros((2, len(sides.low)), np.intp)
-    key = (line << 32) | low
+    key = (line << 32) | low  # in the order of `order`: by line, then by coordinate
     first[order] = np.searchsorted(key[smallest], key)
     last[order] = np.searchsorted(key[smallest], (line << 32) | high)
     return order[smallest], first, last
 
 
 def _segment_roots(
-    cells: CellTable, side: Ints, is_reversed: Bools, ends: FloatArray
+    cells: CellTable, side: Ints, is_reversed: Bools, end_values: FloatArray
 ) -> tuple[Ints, FloatArray, Bools]:
     """Find the roots of f on segments; `side` has the side of a cell that each segment is.
 
-    `ends` (G, 2) are the values of f that determine the signs at both ends of a segment.
+    `end_values` (G, 2) are the values of f that determine the signs at both ends of a segment.
 
     Returns
     -------
@@ -169,19 +171,19 @@ def _segment_roots(
     in_plane : ndarray of bool, shape (G,)
         Whether each segment lies in the plane.
     """
-    cell, number = np.divmod(side, 4)
+    cell, side_of_cell = np.divmod(side, 4)
     in_plane = np.zeros(len(side), bool)
     parts: list[tuple[Ints, FloatArray]] = []
     group = np.searchsorted(cells.first, cell, side="right") - 1
     for k, part in enumerate(cells.parts):
         for side_number, coefficients in enumerate(part.rows):
-            segments_of_side = np.flatnonzero((group == k) & (number == side_number))
+            segments_of_side = np.flatnonzero((group == k) & (side_of_cell == side_number))
             rows = coefficients[cell[segments_of_side] - cells.first[k]]
             rows = np.where(is_reversed[segments_of_side, np.newaxis], rows[:, ::-1], rows)
             in_plane[segments_of_side] = is_zero(rows)
             for end, is_negative in (
-                (0, ends[segments_of_side, 0] < 0),
-                (-1, ends[segments_of_side, 1] < 0),
+                (0, end_values[segments_of_side, 0] < 0),
+                (-1, end_values[segments_of_side, 1] < 0),
             ):
                 has_wrong_sign = (rows[:, end] < 0) != is_negative
                 rows[has_wrong_sign, end] = np.where(

@@ -65,6 +65,7 @@ class CellSides:
     Attributes
     ----------
     plane : ndarray of int, shape (4 n,)
+        The number of the plane of the cell.
     line : ndarray of int, shape (4 n,)
         The number of the line: first the lines of `Borders`; then for every net one number for all
         lines of constant u, and one for all lines of constant v.
@@ -151,7 +152,8 @@ def number_corners(cells: CellTable, borders: Borders) -> tuple[Ints, Ints]:
     """
     n = len(cells.net)
     # The name of a place: (borders.count + net, u and v as one number) inside a net, (line,
-    # coordinate) on a line of `borders`, and as in `Borders.ends` at an end of such a line.
+    # coordinate) on a line of `borders`, and as in `Borders.ends` at an end of such a line: at the
+    # coordinate 0 or `LINE`.
     names = np.zeros((2, n, 4), np.int64)
     for corner in range(4):
         u, v = cells.place[corner // 2], cells.place[2 + corner % 2]

@@ -33,7 +33,7 @@ class Line:
     closed: bool
 
 
-def join_arcs(ends: Ints, sense: FloatArray, places: FloatArray, reach: float) -> Iterator[Line]:
+def join_arcs(ends: Ints, sense: FloatArray, positions: FloatArray, reach: float) -> Iterator[Line]:
     """Join arcs to polylines.
 
     Parameters
@@ -43,13 +43,13 @@ def join_arcs(ends: Ints, sense: FloatArray, places: FloatArray, reach: float) -
     sense : ndarray of float64, shape (A,)
         Above 0 for arcs that should run from their node 0 to node 1 in a polyline, below 0 for the
         other direction, 0 if both are possible. The sum over a polyline decides its direction.
-    places : ndarray of float64, shape (N, 2)
+    positions : ndarray of float64, shape (N, 2)
         Coordinates of the nodes in the plane.
     reach : float
         At this distance from a crossing the directions of arcs are compared.
     """
     node = ends.ravel()
-    mate = _find_mates(node, places, reach)
+    mate = _find_mates(node, positions, reach)
     nodes, mates = node.tolist(), mate.tolist()
     senses = sense.tolist()
     is_done = bytearray(len(ends))
@@ -75,13 +75,14 @@ def join_arcs(ends: Ints, sense: FloatArray, places: FloatArray, reach: float) -
         yield Line(line, path[0] == path[-1])
 
 
-def _find_mates(node: Ints, places: FloatArray, reach: float) -> Ints:
+def _find_mates(node: Ints, positions: FloatArray, reach: float) -> Ints:
     """For each half, the other half that begins at its node and to which it is joined: (2 A,).
 
     It is −1 where lines end. `node` has the node at which each half begins.
     """
     order = np.argsort(node, kind="stable")
     mate = np.full(len(node), -1)
+    # `order` lists the halves node by node: those of a node from `begins`, `counts` halves.
     begins = np.flatnonzero(np.diff(node[order], prepend=-1))
     counts = np.diff(begins, append=len(node))
     begins_of_two = begins[counts == 2]
@@ -91,22 +92,23 @@ def _find_mates(node: Ints, places: FloatArray, reach: float) -> Ints:
     )
     crossings = np.flatnonzero((counts > 2) & (counts % 2 == 0))
     if len(crossings):
-        mates_of_two = mate.copy()
+        mates_of_two = mate.copy()  # so that lines are followed only to the next crossing
         for k in crossings.tolist():
             checkpoint()
             halves = order[begins[k] : begins[k] + counts[k]]
-            angles = [_find_angle(int(h), node, mates_of_two, places, reach) for h in halves]
+            angles = [_find_angle(int(h), node, mates_of_two, positions, reach) for h in halves]
             halves = halves[np.argsort(angles, kind="stable")]
+            # Each half is joined to the opposite one.
             mate[halves] = np.roll(halves, len(halves) // 2)
     return mate
 
 
-def _find_angle(half: int, node: Ints, mate: Ints, places: FloatArray, reach: float) -> float:
+def _find_angle(half: int, node: Ints, mate: Ints, positions: FloatArray, reach: float) -> float:
     """The angle in the plane at which the line that begins with a half leaves its node."""
-    begin = places[node[half]]
+    begin = positions[node[half]]
     x = y = 0.0
     for _ in range(MAX_NODES):
-        x, y = (places[node[half ^ 1]] - begin).tolist()
+        x, y = (positions[node[half ^ 1]] - begin).tolist()
         half = int(mate[half ^ 1])
         if half < 0 or x * x + y * y >= reach * reach:
             break

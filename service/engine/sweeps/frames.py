@@ -40,7 +40,8 @@ def compute_frames(
     first = find_perpendicular(tangents[:, 0])
     if not closed:
         return _transport(points, tangents, first)
-    # The first sample is repeated at the end, so that the last step has its rotation, too.
+    # One more step, from the last sample to the first: both are one point, but at a corner their
+    # tangents differ, and normals can be compared only about the same tangent.
     points = np.concatenate([points, points[:, :1]], axis=1)
     tangents = np.concatenate([tangents, tangents[:, :1]], axis=1)
     normals = _transport(points, tangents, first)
@@ -74,23 +75,30 @@ def _transport(points: FloatArray, tangents: FloatArray, first: FloatArray) -> F
 
 
 def _steps(points: FloatArray, tangents: FloatArray) -> FloatArray:
-    """The rotation of every step as a unit quaternion: (K, m−1, 4)."""
+    """The rotation of every step as a unit quaternion (real part, vector part): (K, m−1, 4).
+
+    Where a plane of reflection is not defined, the rotation is the least from tangent to tangent.
+    """
     tangents_before, tangents_after = tangents[:, :-1], tangents[:, 1:]
     chord = np.diff(points, axis=1)
     # Relative to the longest step, because squares of small lengths may underflow.
     size = np.abs(chord).max(axis=(1, 2), keepdims=True)
     chord = chord / np.where(size > 0, size, 1.0)
     squared_lengths = _dot(chord, chord)
-    is_still: Bools = squared_lengths <= NO_PLANE
-    first = chord / np.sqrt(np.where(is_still, 1.0, squared_lengths))[..., None]
-    mirrored = tangents_before - 2 * _dot(first, tangents_before)[..., None] * first
-    second = tangents_after - mirrored
-    squared_length = _dot(second, second)
-    is_still |= squared_length <= NO_PLANE
-    second = second / np.sqrt(np.where(is_still, 1.0, squared_length))[..., None]
+    lacks_plane: Bools = squared_lengths <= NO_PLANE
+    # The unit normals of both planes of reflection.
+    first = chord / np.sqrt(np.where(lacks_plane, 1.0, squared_lengths))[..., None]
+    reflected_tangents = tangents_before - 2 * _dot(first, tangents_before)[..., None] * first
+    second = tangents_after - reflected_tangents
+    squared_lengths = _dot(second, second)
+    lacks_plane |= squared_lengths <= NO_PLANE
+    second = second / np.sqrt(np.where(lacks_plane, 1.0, squared_lengths))[..., None]
+    # Two reflections one after the other are the rotation with this quaternion.
     turns = np.concatenate([-_dot(second, first)[..., None], cross(second, first)], axis=-1)
-    if is_still.any():
-        turns[is_still] = _find_least_rotations(tangents_before[is_still], tangents_after[is_still])
+    if lacks_plane.any():
+        turns[lacks_plane] = _find_least_rotations(
+            tangents_before[lacks_plane], tangents_after[lacks_plane]
+        )
     return turns
 
 
@@ -100,6 +108,7 @@ def _find_least_rotations(first_vectors: FloatArray, second_vectors: FloatArray)
         [1.0 + _dot(first_vectors, second_vectors)[:, None], cross(first_vectors, second_vectors)],
         axis=-1,
     )
+    # The real part is 1 + cos of the angle: near 0 for opposite vectors, which take a half turn.
     is_opposite = turns[:, 0] < NO_PLANE
     turns[is_opposite, 0], turns[is_opposite, 1:] = (
         0.0,
@@ -111,13 +120,14 @@ def _find_least_rotations(first_vectors: FloatArray, second_vectors: FloatArray)
 
 def _multiply(second: FloatArray, first: FloatArray) -> FloatArray:
     """Quaternion products: first the rotations `first`, then the rotations `second`."""
+    # The real parts a, b and the vector parts u, v.
     a, u, b, v = second[..., :1], second[..., 1:], first[..., :1], first[..., 1:]
-    real = a * b - _dot(u, v)[..., None]
-    return np.concatenate([real, a * v + b * u + cross(u, v)], axis=-1)
+    real_part = a * b - _dot(u, v)[..., None]
+    return np.concatenate([real_part, a * v + b * u + cross(u, v)], axis=-1)
 
 
 def _rotate(turns: FloatArray, vectors: FloatArray) -> FloatArray:
-    """Vectors after the rotations: v + 2 u × (u × v + w v)."""
+    """Vectors v after the rotations by quaternions (w, u): v + 2 u × (u × v + w v)."""
     u = turns[..., 1:]
     v = np.broadcast_to(vectors, u.shape)
     rotated: FloatArray = v + 2 * cross(u, cross(u, v) + turns[..., :1] * v)

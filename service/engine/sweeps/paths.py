@@ -20,8 +20,8 @@ from service.engine.sweeps.frames import find_perpendicular
 from service.surface.curve_pieces import CurvePieces, to_space
 
 MAX_MITRE_TURN = radians(90)
-"""The largest turn at a mitred corner. Across the corner a tube is 1 / cos(half the turn) times as
-wide: at this turn 1.41 times."""
+"""The largest turn at a mitred corner. In the plane of the corner a tube is 1 / cos(half the turn)
+times as wide as elsewhere: at this turn 1.41 times."""
 
 ROUND_STEP = radians(22.5)
 """The largest turn from one station to the next at a rounded corner."""
@@ -105,6 +105,7 @@ def build_path(
     lengths = arc_lengths(pieces, samples)
     parameters = samples.parameters(pieces.breaks)
 
+    # For each station: its sample, and its number among the stations of this sample.
     sample = np.repeat(np.arange(len(samples)), counts)
     number = np.arange(len(sample)) - np.repeat(np.cumsum(counts) - counts, counts)
     turned_share = number / np.maximum(counts - 1, 1)[sample]
@@ -113,7 +114,7 @@ def build_path(
     directions = _interpolate(
         tangents_before[sample], tangents_after[sample], turn[sample], turned_share
     )
-    planes = np.where(has_mitre[sample, None], mean_tangents[sample], directions)
+    plane_normals = np.where(has_mitre[sample, None], mean_tangents[sample], directions)
     is_before_corner = (counts[sample] > 1) & (turned_share == 0)
     speeds = np.where(
         is_before_corner, _speeds(pieces, samples_before)[sample], _speeds(pieces, samples)[sample]
@@ -124,7 +125,7 @@ def build_path(
         fractions=(lengths / lengths[-1])[np.newaxis, sample],
         closed=closed,
         parameters=((parameters - parameters[0]) / (parameters[-1] - parameters[0]))[sample],
-        mitres=planes[np.newaxis] if has_mitre.any() else None,
+        mitres=plane_normals[np.newaxis] if has_mitre.any() else None,
         is_mitred=has_mitre[sample] & (number == 1),
         speeds=speeds[np.newaxis],
     )
@@ -190,6 +191,7 @@ def _directions(
         # The corner between end and beginning belongs to both.
         tangents_after[-1], tangents_before[0] = tangents_after[0], tangents_before[-1]
     else:
+        # The ends of an open curve are not corners.
         tangents_after[-1], tangents_before[0] = tangents_before[-1], tangents_after[0]
     return tangents_before, tangents_after
 
@@ -239,9 +241,13 @@ def _count_stations(turn: FloatArray, crease_angle: float) -> Ints:
 
 
 def _interpolate(a: FloatArray, b: FloatArray, turn: FloatArray, share: FloatArray) -> FloatArray:
-    """Unit vectors on the arc from a to b, (N, 3); from a to −a it is any half circle."""
+    """Unit vectors at a share of the arc from a to b, (N, 3); from a to −a it is any half circle.
+
+    `turn` has the angles between a and b.
+    """
     across = b - np.einsum("nd,nd->n", a, b)[:, None] * a
     length = np.sqrt(np.square(across).sum(axis=1))
+    # The length is near 0 if a and b are equal, and if they are opposite: turns tell them apart.
     is_reversal = (length <= 1e-6) & (turn > 1)
     across[is_reversal], length[is_reversal] = find_perpendicular(a[is_reversal]), 1.0
     across /= np.where(length > 0, length, 1.0)[:, None]

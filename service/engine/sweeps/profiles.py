@@ -29,7 +29,7 @@ from service.engine.sweeps.paths import Paths
 from service.engine.sweeps.rows import Rows, SweptGrids, join_rows
 from service.engine.vectors import cross
 
-NO_SIDE = 1e-9
+MIN_SINE = 1e-9
 """If the sine of the angle between the curve and the direction `facing` is at most this, the
 crossbar is not defined."""
 
@@ -64,8 +64,8 @@ def build_tubes(
     ring_in_plane = ring
     if paths.mitres is not None:
         # Move the vectors along the tangent to the plane of the station.
-        plane = paths.mitres[:, :, None]
-        slide = -(ring * plane).sum(axis=-1) / (tangents * plane).sum(axis=-1)
+        plane_normals = paths.mitres[:, :, None]
+        slide = -(ring * plane_normals).sum(axis=-1) / (tangents * plane_normals).sum(axis=-1)
         ring_in_plane = ring + slide[..., None] * tangents
     checkpoint()
     positions = paths.points[:, :, None] + radius[:, None, None] * ring_in_plane
@@ -74,9 +74,8 @@ def build_tubes(
         ring_normals = ring - slopes[:, :, None, None] * tangents
         ring_normals = ring_normals / np.sqrt(1.0 + slopes**2)[:, :, None, None]
     checkpoint()
-    share = np.arange(sides + 1) / sides
     uvs = np.empty((count, stations, sides + 1, 2))
-    uvs[..., 0], uvs[..., 1] = paths.fractions[:, :, None], share
+    uvs[..., 0], uvs[..., 1] = paths.fractions[:, :, None], np.arange(sides + 1) / sides
     rows = Rows(
         positions=positions,
         normals=ring_normals,
@@ -121,6 +120,7 @@ def build_ribbons(
     normals = cross(paths.tangents, crossbar)
     crossbar_in_plane = crossbar
     if paths.mitres is not None:
+        # Move the ends along the tangent to the plane of the station.
         slide = -(crossbar * paths.mitres).sum(axis=-1) / (paths.tangents * paths.mitres).sum(
             axis=-1
         )
@@ -146,25 +146,25 @@ def build_ribbons(
 def _build_ring(normals: FloatArray, binormals: FloatArray, sides: int) -> FloatArray:
     """The vectors e at φ = 2π j / sides, j = 0 … sides, (K, m, sides+1, 3)."""
     angle = 2 * np.pi * np.arange(sides) / sides
-    along, across = np.cos(angle)[:, None], np.sin(angle)[:, None]
-    ring = along * normals[:, :, None] + across * binormals[:, :, None]
+    cosine, sine = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    ring = cosine * normals[:, :, None] + sine * binormals[:, :, None]
     return np.concatenate([ring, ring[:, :, :1]], axis=2)
 
 
 def _find_crossbars(paths: Paths, directions: FloatArray) -> FloatArray:
     """Unit vectors (K, m, 3) perpendicular to the curve and to the direction it faces there."""
     size = np.abs(directions).max(axis=2, keepdims=True)
-    side = cross(directions / np.where(size > 0, size, 1.0), paths.tangents)
-    length = np.sqrt(np.square(side).sum(axis=2))
-    has_direction = length > NO_SIDE
+    products = cross(directions / np.where(size > 0, size, 1.0), paths.tangents)
+    length = np.sqrt(np.square(products).sum(axis=2))
+    has_direction = length > MIN_SINE
     # If a station has no crossbar, take that of the last station before that has one, else that of
     # the first station after.
-    number = np.where(has_direction, np.arange(side.shape[1]), -1)
+    number = np.where(has_direction, np.arange(products.shape[1]), -1)
     last_with_crossbar = np.maximum.accumulate(number, axis=1)
     source = np.where(
         last_with_crossbar >= 0, last_with_crossbar, has_direction.argmax(axis=1)[:, None]
     )
-    crossbars = np.take_along_axis(side, source[..., None], axis=1)
+    crossbars = np.take_along_axis(products, source[..., None], axis=1)
     is_undefined = ~has_direction.any(axis=1)
     if is_undefined.any():
         # A straight line in the facing direction: any crossbar is valid.
@@ -183,7 +183,7 @@ def _find_mitres(paths: Paths) -> Bools:
 
 
 def _find_equal_rows(paths: Paths) -> Ints:
-    """For each station an earlier station whose row has the same positions, or itself."""
+    """For each station another station whose row has the same positions, or itself."""
     equal_row = np.arange(paths.points.shape[1]) - _find_mitres(paths)
     if paths.closed:
         equal_row[-1] = 0
@@ -200,10 +200,11 @@ def _add_caps(rows: Rows, paths: Paths, has_caps: tuple[bool, bool]) -> Rows:
         centre = np.broadcast_to(paths.points[:, row, None], rim.shape)
         normal = paths.tangents[:, row, None, None] * (1.0 if is_at_end else -1.0)
         angle = 2 * np.pi * rows.uvs[:, row, :, 1]
-        disc = 0.5 + 0.5 * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-        disc[:, -1] = disc[:, 0]
-        cap_rows = [(rim, disc), (centre, np.full_like(disc, 0.5))]
-        # The rim has the positions of the first or last ring, the centre those of no other row.
+        rim_uvs = 0.5 + 0.5 * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        rim_uvs[:, -1] = rim_uvs[:, 0]
+        cap_rows = [(rim, rim_uvs), (centre, np.full_like(rim_uvs, 0.5))]
+        # The rim has the positions of the first or last ring, the centre those of no other row. At
+        # the beginning, the centre is row 0, the rim is row 1, and the first ring becomes row 2.
         count = len(rows.equal_row)
         if is_at_end:
             equal_row = [*rows.equal_row.tolist(), rows.equal_row[-1], count + 1]

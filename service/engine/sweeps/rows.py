@@ -52,7 +52,8 @@ class Rows:
     is_point : ndarray of bool, shape (rows,)
         Whether each row is one point.
     equal_row : ndarray of int, shape (rows,)
-        For each row, an earlier row with the same positions, or the row itself.
+        For each row, another row with the same positions, or the row itself. All rows with the
+        same positions lead to one row.
     is_ring : bool
         Whether the last column has the positions of the first.
     """
@@ -68,14 +69,15 @@ class Rows:
 
 def join_rows(rows: Rows, faces: Faces) -> SweptGrids:
     """Grids of the samples, which are numbered curve by curve and row by row."""
-    count, height, width = rows.positions.shape[:3]
-    number = np.arange(height * width).reshape(height, width)
-    on_one_curve = number[_find_first_equal_rows(rows.equal_row)]
-    on_one_curve[rows.is_point] = on_one_curve[rows.is_point, :1]
+    count, row_count, columns = rows.positions.shape[:3]
+    number = np.arange(row_count * columns).reshape(row_count, columns)
+    # For each sample of one curve, the number of a sample at the same position.
+    equal_sample = number[_follow_equal_rows(rows.equal_row)]
+    equal_sample[rows.is_point] = equal_sample[rows.is_point, :1]
     if rows.is_ring:
-        on_one_curve[:, -1] = on_one_curve[:, 0]
-    first_samples = np.arange(count)[:, None] * (height * width)
-    same_position = (first_samples + on_one_curve.ravel()).ravel()
+        equal_sample[:, -1] = equal_sample[:, 0]
+    first_samples = np.arange(count)[:, None] * (row_count * columns)
+    same_position = (first_samples + equal_sample.ravel()).ravel()
     # Samples that are equal up to rounding become equal.
     positions = rows.positions.reshape(-1, 3)[same_position]
     checkpoint()
@@ -89,14 +91,14 @@ def join_rows(rows: Rows, faces: Faces) -> SweptGrids:
         _repeat(triangles, first_samples),
         _repeat(quads, first_samples),
         tuple(
-            _repeat(number[run].reshape(1, -1), first_samples).reshape(count, -1, width)
+            _repeat(number[run].reshape(1, -1), first_samples).reshape(count, -1, columns)
             for run in _runs(rows.has_faces)
         ),
     )
 
 
-def _find_first_equal_rows(equal_row: Ints) -> Ints:
-    """For each row the first row with the same positions, after following all references."""
+def _follow_equal_rows(equal_row: Ints) -> Ints:
+    """For each row the row to which `equal_row` leads at last: itself, if it leads nowhere else."""
     while (equal_row[equal_row] != equal_row).any():
         equal_row = equal_row[equal_row]
     return equal_row
@@ -104,21 +106,23 @@ def _find_first_equal_rows(equal_row: Ints) -> Ints:
 
 def _faces(number: Ints, rows: Rows, faces: Faces) -> tuple[Ints, Ints]:
     """Triangles (T, 3) and quads (Q, 4) between the rows of one curve, as numbers of samples."""
+    # The corners of all quads: 0 and 3 on the lower row, 1 and 2 on the upper row.
     corner = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
     is_low_point, is_high_point = rows.is_point[:-1], rows.is_point[1:]
     is_quad = rows.has_faces & ~is_low_point & ~is_high_point
-    cells = np.stack([c[is_quad] for c in corner], axis=-1).reshape(-1, 4)
-    fans = [
-        np.stack([corner[k][is_fan] for k in corner_numbers], axis=-1).reshape(-1, 3)
-        for is_fan, corner_numbers in (
+    quads = np.stack([c[is_quad] for c in corner], axis=-1).reshape(-1, 4)
+    # If one of the two rows is a point, each quad becomes a triangle.
+    triangles_at_points = [
+        np.stack([corner[k][is_triangle] for k in corner_numbers], axis=-1).reshape(-1, 3)
+        for is_triangle, corner_numbers in (
             (rows.has_faces & is_low_point & ~is_high_point, (0, 1, 2)),
             (rows.has_faces & ~is_low_point & is_high_point, (0, 1, 3)),
         )
     ]
     if faces == "quads":
-        return np.concatenate(fans), cells
-    half_cells = cells[:, [0, 1, 3, 1, 2, 3]].reshape(-1, 3)
-    return np.concatenate([half_cells, *fans]), np.empty((0, 4), dtype=np.intp)
+        return np.concatenate(triangles_at_points), quads
+    halves_of_quads = quads[:, [0, 1, 3, 1, 2, 3]].reshape(-1, 3)
+    return np.concatenate([halves_of_quads, *triangles_at_points]), np.empty((0, 4), dtype=np.intp)
 
 
 def _repeat(pattern: Ints, first_samples: Ints) -> IndexArray:

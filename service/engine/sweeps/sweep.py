@@ -52,8 +52,9 @@ def predict_sweep(model: SweepModel, options: MeshOptions) -> tuple[int, int, in
     columns = model.profile.sides if isinstance(model.profile, Tube) else 1
     rows = stations + 4 * is_tube  # each of two caps has a rim and a centre
     cells = (rows - 1) * columns
-    # Mitred corners separate runs of stations, each of which is a grid.
-    runs = stations - model.pieces.count * options.resolution[0]  # at most
+    # Mitred corners, at most one for each station beyond those of a smooth curve, separate runs of
+    # stations; each run is a grid.
+    runs = stations - model.pieces.count * options.resolution[0]
     grids = runs + 2 * is_tube
     if options.faces == "triangles":
         return rows * (columns + 1), 2 * cells, 0, grids

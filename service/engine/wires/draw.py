@@ -122,15 +122,15 @@ def _add_solids(
     """
     width = find_width(model, options)
     swept = [
-        build_tubes(wires.paths, width / 2, options.wire_sides, faces=options.faces)
+        build_tubes(run.paths, width / 2, options.wire_sides, faces=options.faces)
         if options.wires == "tubes"
         else build_ribbons(
-            wires.lift(width * LIFT_SHARE if options.has_faces else 0.0),
+            run.lift(width * LIFT_SHARE if options.has_faces else 0.0),
             width,
-            facing=wires.normals,
+            facing=run.normals,
             faces=options.faces,
         )
-        for wires in build_wire_paths(model, curves, options.crease_angle)
+        for run in build_wire_paths(model, curves, options.crease_angle)
     ]
     if not swept:
         return mesh

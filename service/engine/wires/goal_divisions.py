@@ -78,11 +78,12 @@ def _divide_batch(batch: Patches, goal: Goal) -> tuple[Ints, Ints]:
         return pieces, pieces
     p, q = batch.degree
     divisions = GRID_DIVISIONS
+    # Edges are taken as patches of degree 0 along v.
     blocks = count_blocks(divisions, max(p, 1)), count_blocks(divisions, max(q, 1))
     bends = bound_second_derivatives(batch, (divisions, divisions), blocks)
     counts = []
     for bend, points in ((bends.uu, batch.points), (bends.vv, batch.points.swapaxes(1, 2))):
-        pieces = _count_pieces(bend.max(axis=(0, 1)), allowed)
+        pieces = _count_pieces(bend.max(axis=(0, 1)), allowed)  # of all blocks of a patch
         if goal.angle < np.inf:
             pieces = np.maximum(pieces, _count_pieces_by_angle(_measure_turns(points), goal))
         counts.append(pieces)
@@ -90,7 +91,10 @@ def _divide_batch(batch: Patches, goal: Goal) -> tuple[Ints, Ints]:
 
 
 def _count_pieces(bend: FloatArray, allowed: FloatArray) -> Ints:
-    """The least numbers R (P,) with bend / (8 R²) ≤ allowed, but at most `MAX_RESOLUTION`."""
+    """The least numbers R (P,) with bend / (8 R²) ≤ allowed, but at most `MAX_RESOLUTION`.
+
+    `bend` has bounds of second derivatives, `allowed` the largest deviations, (P,) each.
+    """
     with np.errstate(over="ignore", divide="ignore"):
         pieces = np.ceil(np.sqrt(bend / allowed / 8))
     return np.clip(pieces, 1, MAX_RESOLUTION).astype(np.intp)

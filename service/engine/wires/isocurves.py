@@ -96,11 +96,12 @@ class Divisions:
         is_drawn[seams.edge[_find_drawn(seams, counts)]] = True
         curves, samples = int(is_drawn.sum()), int((self.edges[is_drawn] + 1).sum())
         is_triangle = seams.connectivity.is_triangle
+        # Curves of constant u run along v, and the reverse.
         for count, along in zip(counts, (self.along_v, self.along_u), strict=True):
             inner = max(count - 1, 0)
             curves += inner * int((~is_triangle).sum())
             samples += inner * int((along[~is_triangle] + 1).sum())
-        inner = 3 * max(*counts, 1) - 3
+        inner = 3 * (max(*counts, 1) - 1)  # in three directions
         curves += inner * int(is_triangle.sum())
         samples += inner * int((self.along_u[is_triangle] + 1).sum())
         return curves, samples
@@ -193,7 +194,7 @@ class _EdgePoints:
             self._points = sample_edges(seams.curves, None, count)  # None: of all edges
 
     def at(self, patches: Ints, side: int, i: int) -> FloatArray:
-        """The points at i/n of one side of some patches, in the side's own direction: (n, 3)."""
+        """The points at i/n of one side of k patches, in the side's own direction: (k, 3)."""
         seams = self._seams
         index = np.where(seams.backward[patches, side], self.count - i, i)
         points = self._points[index, seams.edge[patches, side]]
@@ -259,6 +260,8 @@ def _sample_across_triangles(
         # are any, divisions · i / n is a whole number.
         count = -(-divisions * (n - i) // n)
         fraction, remainder = i / n, (n - i) / n
+        # For each direction: the parameters of both ends; then, for both, the side of the triangle
+        # on which it lies, and its number among the points at 0/n … n/n of this side.
         for begin, end, sides in (
             ((fraction, 0.0), (fraction, remainder), ((2, i), (1, n - i))),
             ((remainder, 0.0), (0.0, remainder), ((2, n - i), (0, n - i))),
@@ -272,7 +275,7 @@ def _sample_across_triangles(
                 evaluate_triangle_jets(batch, index, s, t, 0).partials[0].reshape(-1, count + 1, 3)
             )
             points[:, 0], points[:, -1] = (ends.at(patches, *side) for side in sides)
-            first, last = (np.tile(place, (len(patches), 1)) for place in (begin, end))
+            first, last = (np.tile(parameters, (len(patches), 1)) for parameters in (begin, end))
             yield IsoCurves(points, patches, first, last)
 
 
@@ -294,6 +297,7 @@ def bound_isocurves(
     # In each of the three directions of a triangle, one border and n − 1 curves across it.
     curves = triangles * 3 * max(counts)
     points = curves * (max_divisions + 1)
+    # Curves of constant u have the divisions along v, and the reverse.
     for count, divisions in zip(counts, reversed(resolution), strict=True):
         inner, borders = max(count - 1, 0), 2 * (count > 0)
         curves += grids * (inner + borders)

@@ -72,20 +72,21 @@ def _build_curves(model: PatchModel, run: IsoCurves) -> Iterator[_Curve]:
     """The curves of a run with their tangents and normals."""
     count, samples, _ = run.points.shape
     share = np.arange(samples)[:, None] / (samples - 1)
-    places = (1 - share) * run.first[:, None] + share * run.last[:, None]
-    along = run.last - run.first
+    parameters = (1 - share) * run.first[:, None] + share * run.last[:, None]
+    directions = run.last - run.first  # of the curves, in the parameters
     slopes, normals = np.empty(run.points.shape), np.empty(run.points.shape)
     first = 0
     for batch in model.batches:
         rows = np.flatnonzero((run.patch >= first) & (run.patch < first + batch.count))
         if len(rows):
             index = np.repeat(run.patch[rows] - first, samples)
-            u, v = places[rows].reshape(-1, 2).T
+            u, v = parameters[rows].reshape(-1, 2).T
             if isinstance(batch, TrianglePatches):
                 jets = evaluate_triangle_jets(batch, index, u, v, 1)
             else:
                 jets = evaluate_jets(batch, index, u, v, 1)
-            steps = np.repeat(along[rows], samples, axis=0)
+            steps = np.repeat(directions[rows], samples, axis=0)
+            # S_u du + S_v dv
             slope = jets.partials[1] * steps[:, :1] + jets.partials[2] * steps[:, 1:]
             slopes[rows] = slope.reshape(len(rows), samples, 3)
             if jets.normals is not None:
@@ -106,8 +107,12 @@ def _unit(slopes: FloatArray, points: FloatArray) -> FloatArray:
     size = np.abs(vectors).max(axis=2)
     # If points repeat, too, take the direction of the last sample before, or the first after, that
     # has one.
-    number = np.maximum.accumulate(np.where(size > 0, np.arange(size.shape[1]), -1), axis=1)
-    source = np.where(number >= 0, number, (size > 0).argmax(axis=1)[:, None])
+    last_with_direction = np.maximum.accumulate(
+        np.where(size > 0, np.arange(size.shape[1]), -1), axis=1
+    )
+    source = np.where(
+        last_with_direction >= 0, last_with_direction, (size > 0).argmax(axis=1)[:, None]
+    )
     vectors = np.take_along_axis(vectors, source[..., None], axis=1)
     vectors /= np.abs(vectors).max(axis=2, keepdims=True)
     tangents: FloatArray = vectors / np.sqrt(np.square(vectors).sum(axis=2, keepdims=True))
@@ -121,7 +126,8 @@ def _find_joints(model: PatchModel, curves: Sequence[_Curve], crease_angle: floa
     """
     ends = np.array([curve.points[end] for curve in curves for end in (0, -1)]).reshape(-1, 3)
     corners = np.concatenate([batch.corners.reshape(-1, 3) for batch in model.batches])
-    _, number = unique_rows(np.concatenate([ends, corners]) + 0.0)  # + 0.0: −0 becomes 0
+    # Equal points get one number. Adding 0.0 makes 0 of −0.
+    _, number = unique_rows(np.concatenate([ends, corners]) + 0.0)
     is_at_corner = np.zeros(number.max() + 1, dtype=bool)
     is_at_corner[number[len(ends) :]] = True
     number = number[: len(ends)]
@@ -138,12 +144,12 @@ def _find_joints(model: PatchModel, curves: Sequence[_Curve], crease_angle: floa
     ):
         joined_end[pairs[:, 0]], joined_end[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
     # A curve that ends at its first point is closed, even if other curves end there.
-    begins_of_rings = 2 * np.flatnonzero(number[::2] == number[1::2])
-    partners = joined_end[np.concatenate([begins_of_rings, begins_of_rings + 1])]
+    begins_of_closed = 2 * np.flatnonzero(number[::2] == number[1::2])
+    partners = joined_end[np.concatenate([begins_of_closed, begins_of_closed + 1])]
     joined_end[partners[partners >= 0]] = -1
-    joined_end[begins_of_rings], joined_end[begins_of_rings + 1] = (
-        begins_of_rings + 1,
-        begins_of_rings,
+    joined_end[begins_of_closed], joined_end[begins_of_closed + 1] = (
+        begins_of_closed + 1,
+        begins_of_closed,
     )
     return joined_end
 
@@ -159,9 +165,9 @@ def _find_pairs(number: Ints) -> Ints:
 def _find_continuations(number: Ints, outwards: FloatArray, angle: float) -> Ints:
     """Pairs (n, 2) of ends that meet in one point and run straight through it.
 
-    `number` has the number of the point of each end, and `outwards` its unit tangent. The matrix d
-    dᵀ represents the line along d, in both directions; for two lines at a small angle, the distance
-    of their matrices is √2 times the angle.
+    `number` has the number of the point of each end, and `outwards` the unit tangent of its curve,
+    away from the point. The matrix d dᵀ represents the line along d, in both directions; for two
+    lines at a small angle, the distance of their matrices is √2 times the angle.
     """
     lines = (outwards[:, :, None] * outwards[:, None]).reshape(-1, 9)
     _, first, row_number = np.unique(number, return_index=True, return_inverse=True)
@@ -187,7 +193,7 @@ def _find_chains(curves: Sequence[_Curve], joined_end: Ints) -> Iterator[tuple[l
             is_waiting[end // 2] = False
             curve = curves[end // 2]
             chain.append(curve.reverse() if end % 2 else curve)
-            end = joined_ends[end ^ 1]
+            end = joined_ends[end ^ 1]  # from the other end of this curve
         yield from _split_at_bends(chain, closed=end == begin)
 
 
@@ -245,21 +251,22 @@ def _build_paths(members: list[tuple[_Curve, FloatArray, Bools]], closed: bool) 
     normals = np.stack([curve.normals for curve, _, _ in members])
     tangents_before = np.stack([tangents for _, tangents, _ in members])
     is_bend = members[0][2]
-    planes = tangents_before + tangents_after
-    planes /= np.sqrt(np.square(planes).sum(axis=2, keepdims=True))
+    plane_normals = tangents_before + tangents_after
+    plane_normals /= np.sqrt(np.square(plane_normals).sum(axis=2, keepdims=True))
     has_two_stations = is_bend.copy()
     if closed:
-        # The first and the last station are at one place: they are the two stations of a bend.
+        # The first and the last station are at one point: together they are the two of a bend.
         has_two_stations[[0, -1]] = False
     sample = np.repeat(np.arange(len(is_bend)), 1 + has_two_stations)
     is_second = np.zeros(len(sample), dtype=bool)
     is_second[1:] = sample[1:] == sample[:-1]
+    # Also the first station: where a closed curve bends at its ends, it is the second of the two.
     is_after_bend = is_second.copy()
     is_after_bend[0] = True
     tangents = np.where(
         is_after_bend[:, None], tangents_after[:, sample], tangents_before[:, sample]
     )
-    tangents = np.where(is_bend[sample, None], tangents, planes[:, sample])
+    tangents = np.where(is_bend[sample, None], tangents, plane_normals[:, sample])
     smooth_paths = Paths.from_smooth_curves(points[:, sample], tangents, closed=closed)
     has_bends = bool(is_bend.any())
     paths = Paths(
@@ -268,7 +275,7 @@ def _build_paths(members: list[tuple[_Curve, FloatArray, Bools]], closed: bool) 
         smooth_paths.fractions,
         closed,
         smooth_paths.parameters,
-        mitres=planes[:, sample] if has_bends else None,
+        mitres=plane_normals[:, sample] if has_bends else None,
         is_mitred=is_second if has_bends else None,
     )
     return WirePaths(paths, normals[:, sample])
