@@ -51,18 +51,18 @@ def find_largest_coordinate(model: Model, options: MeshOptions) -> float:
     return largest
 
 
-def keep_model_channels(model: Model, kinds: frozenset[ChannelKind], *, apart: bool) -> Model:
+def keep_model_channels(model: Model, kinds: frozenset[ChannelKind], *, has_nodes: bool) -> Model:
     """The model with only the channels of these kinds.
 
     If colours are not among the kinds, the base colours of members are removed too.
 
-    `apart` says whether the file will have a mesh for each member of a group. If not, the meshes
-    are merged, and only attributes that all members have are kept.
+    `has_nodes` says whether the file will have a node with its own mesh for each member of a
+    group. If not, the meshes are merged, and only attributes that all members have are kept.
     """
     if not isinstance(model, GroupModel):
         return _keep_kinds(model, kinds)
     models = [_keep_kinds(submodel, kinds) for submodel in model.models]
-    if not apart:
+    if not has_nodes:
         common = set.intersection(*({*_find_attributes(submodel)} for submodel in models))
         models = [_keep_attributes(submodel, common) for submodel in models]
     members = model.members

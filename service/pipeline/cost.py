@@ -28,7 +28,7 @@ SEAM_BYTES = 1000
 VERTEX_BYTES, TRIANGLE_BYTES, RIM_BYTES, LINE_BYTES = 80, 40, 280, 100
 """Bytes, while a mesh is built: for each vertex, in addition to its numbers; for each triangle,
 while open edges are counted; for each triangle along the border of a patch, while those with two
-equal vertices are removed; and for each point, segment and cell of lines."""
+equal vertices are removed; and for each point, segment and net cell of the overlays."""
 
 SWEPT_VERTEX_BYTES = 240
 """Bytes for each vertex of a tube or ribbon, in addition, while it is built."""
@@ -42,9 +42,9 @@ PROOF_BYTES, CELL_ARRAY_BYTES = 416, 16 << 20
 cells, whose size does not depend on the number of triangles."""
 
 MEMORY_SHARE = 3
-"""The size of a mesh, a curve or a section by tolerance is not known before. Each of these may take
-1/`MEMORY_SHARE` of the memory that a request may take; a mesh may always take as much as its
-surface."""
+"""The size of a mesh, a curve or a section by tolerance is known only after it is computed. Each of
+these may take 1/`MEMORY_SHARE` of the memory that a request may take; a mesh may always take, in
+addition to the memory of its lowered surface, as much again."""
 
 COARSEST_TRIANGLES, MIN_TRIANGLE_BYTES = 64, 1
 """The most triangles that the coarsest mesh by tolerance has for each patch; and the fewest bytes
@@ -86,8 +86,8 @@ def lowering_memory(size: SurfaceSize, other_bytes: int = 0) -> int:
 
     Afterwards the patches, the data of their shared edges and `other_bytes` bytes are in use.
     """
-    patch_bytes = size.arrays + SEAM_BYTES * size.patches + 4 * size.sides
-    return MIN_SCRATCH_BYTES + max(size.peak, patch_bytes + other_bytes)
+    patch_bytes = size.lowered_bytes + SEAM_BYTES * size.patches + 4 * size.side_bytes
+    return MIN_SCRATCH_BYTES + max(size.peak_bytes, patch_bytes + other_bytes)
 
 
 def compression_cost(length: int) -> Cost:
@@ -106,13 +106,13 @@ def definition_cost(size: SurfaceSize, limits: Limits) -> Cost:
     return Cost(0, 0, byte_bound, 3 * byte_bound, 1e-4 * size.members + byte_bound * 1e-8)
 
 
-def curve_cost(points: int, degree: int, numbers: int, file: int) -> Cost:
+def curve_cost(points: int, degree: int, numbers: int, file_bytes: int) -> Cost:
     """The cost of sampling a curve of this degree at `points` points.
 
-    Its Bézier pieces have together `numbers` numbers; `file` is the number of bytes of the file.
+    Its Bézier pieces have together `numbers` numbers, and the file has `file_bytes` bytes.
     """
-    memory = with_scratch(8 * numbers + POINT_BYTES * points + 2 * file)
-    return Cost(points, 0, file, memory, 5e-4 + points * degree * 2e-6)
+    memory = with_scratch(8 * numbers + POINT_BYTES * points + 2 * file_bytes)
+    return Cost(points, 0, file_bytes, memory, 5e-4 + points * degree * 2e-6)
 
 
 def conversion_points(size: SurfaceSize, operations: Sequence[Operation]) -> int:
@@ -136,13 +136,13 @@ def conversion_points(size: SurfaceSize, operations: Sequence[Operation]) -> int
 def conversion_cost(size: SurfaceSize, points: int, limits: Limits) -> Cost:
     """The cost of a conversion whose surfaces have at most `points` control points at each step."""
     numbers = (4 + size.width) * points  # x, y, z, a weight, and the channels
-    memory = with_scratch(size.peak + CONVERSION_BYTES * numbers)
+    memory = with_scratch(size.peak_bytes + CONVERSION_BYTES * numbers)
     return Cost(0, 0, min(32 * numbers + 1000, limits.max_bytes), memory, 3e-3 + numbers * 1e-6)
 
 
 def max_converted_points(size: SurfaceSize, limits: Limits) -> int:
     """The most control points that a surface can have after a conversion, by the memory limit."""
-    return max(0, limits.max_memory - MAX_SCRATCH_BYTES - size.peak) // (
+    return max(0, limits.max_memory - MAX_SCRATCH_BYTES - size.peak_bytes) // (
         CONVERSION_BYTES * (4 + size.width)
     )
 
@@ -150,8 +150,8 @@ def max_converted_points(size: SurfaceSize, limits: Limits) -> int:
 def estimation_cost(size: SurfaceSize, options: MeshOptions, formats: int, limits: Limits) -> Cost:
     """The cost of an estimate for `formats` formats.
 
-    Most memory is needed to count vertices if two sides of a patch are one edge, or if a side has
-    one division.
+    Counting the vertices of a mesh by resolution needs most memory if two sides of a patch are one
+    edge, or if a side has one division; each count is taken to be such a count.
     """
     counts = mesh_counts(size, options)
     counted_vertices = (
@@ -169,7 +169,7 @@ def mesh_cost(
     size: SurfaceSize,
     options: MeshOptions,
     mesh: MeshSize,
-    file: int,
+    file_bytes: int,
     form: tuple[Format, EncodeOptions],
 ) -> Cost:
     """The cost of a mesh of this size, and of its file.
@@ -181,7 +181,7 @@ def mesh_cost(
     options : MeshOptions
     mesh : MeshSize
         Upper bounds of the counts of the mesh.
-    file : int
+    file_bytes : int
         Upper bound of the bytes of the file.
     form : (Format, EncodeOptions)
     """
@@ -189,24 +189,25 @@ def mesh_cost(
     degree = max(size.degree)
     # The time matters only for small meshes: it decides whether they run in a thread. Even if their
     # plan is not cached, they take less time than `seconds`.
-    seconds = 1.2e-3 + 4e-5 * size.patches + mesh.vertices * 1.5e-7 + file * 1.5e-9
+    seconds = 1.2e-3 + 4e-5 * size.patches + mesh.vertices * 1.5e-7 + file_bytes * 1.5e-9
     if size.curves or size.members > 1 or options.has_solid_wires:
         seconds += 2e-3 * size.members
     seconds *= max(1.0, degree / 8) ** 3 * (1 + 2 * options.curvatures)
     if options.method != "matrix":
         seconds *= 10 * degree
     triangles = mesh.triangles + 2 * mesh.quads
-    lines = LINE_BYTES * (mesh.overlay_points + mesh.overlay_segments + mesh.overlay_cells)
+    line_memory = LINE_BYTES * (mesh.overlay_points + mesh.overlay_segments + mesh.overlay_cells)
     if encode.exact and fmt.encode_exact is not None:
-        memory = 96 * mesh.control_points + lines + 2 * file + min(TEXT_BYTES, 8 * file)
-        return Cost(0, 0, file, lowering_memory(size, memory), seconds)
+        patch_memory = 96 * mesh.control_points + line_memory
+        patch_memory += 2 * file_bytes + min(TEXT_BYTES, 8 * file_bytes)
+        return Cost(0, 0, file_bytes, lowering_memory(size, patch_memory), seconds)
     # A group in a format without nodes: its meshes are built, and then joined to one mesh.
     is_flattened = size.members > 1 and fmt.encode_scene is None
     numbers = 3 + 3 * options.normals + size.width * bool(fmt.carries)
     numbers += 2 * options.uvs + 2 * options.curvatures
     # A vertex takes 8 bytes beside its numbers; each index of a face takes 4.
     vertex_bytes = (8 if is_flattened or not fmt.is_float32 else 4) * numbers + 8
-    mesh_bytes = vertex_bytes * mesh.vertices + 12 * mesh.triangles + 16 * mesh.quads + lines
+    mesh_bytes = vertex_bytes * mesh.vertices + 12 * mesh.triangles + 16 * mesh.quads + line_memory
     ru, rv = options.resolution
     rim_memory = RIM_BYTES * min(triangles, 8 * (ru + rv) * mesh.patches)
     # Before the faces are built, normals and curvatures at degenerate points are computed in
@@ -214,14 +215,16 @@ def mesh_cost(
     face_memory = VERTEX_BYTES * mesh.vertices + max(TRIANGLE_BYTES * triangles, rim_memory)
     degenerate_memory = min(MAX_SCRATCH_BYTES, 2000 * size.control_points)
     degenerate_memory += min(MAX_SCRATCH_BYTES, 1000 * mesh.vertices) * options.curvatures
+    # At most twice the bytes of the mesh are in use while it is built, and as many for the separate
+    # meshes of a group while these are joined.
     building_memory = (2 + 2 * is_flattened) * mesh_bytes + max(face_memory, degenerate_memory)
     if options.method == "de_casteljau":
         # The method keeps several levels of nets, for at least 64 samples.
         building_memory += max(4 << 20, 10_000 * (degree + 1) ** 2)
     if size.curves or options.has_solid_wires:
         building_memory += SWEPT_VERTEX_BYTES * (mesh.vertices + mesh.patches)
-    memory = max(building_memory, mesh_bytes + _writing_memory(mesh, file, fmt, encode))
-    return Cost(mesh.vertices, triangles, file, lowering_memory(size, memory), seconds)
+    mesh_memory = max(building_memory, mesh_bytes + _writing_memory(mesh, file_bytes, fmt, encode))
+    return Cost(mesh.vertices, triangles, file_bytes, lowering_memory(size, mesh_memory), seconds)
 
 
 def adaptive_cost(
@@ -251,13 +254,13 @@ def adaptive_cost(
     (fmt, encode), accuracy = form, options.accuracy or Accuracy()
     empty, large = (adaptive_size(mesh, options, k) for k in (0, 1 << 16))
     empty_bytes = fmt.byte_bound(empty, encode)
-    # The bytes of a triangle in the file, rounded up: `large` has 2^16 triangles.
+    # The bytes of a triangle in the file, rounded up, and one more: `large` has 2^16 triangles.
     triangle_bytes = -(-(fmt.byte_bound(large, encode) - empty_bytes) >> 16) + 1
     # The search for a mesh within a budget keeps two more files: the best and the coarsest.
     files = 4 if accuracy.is_budgeted else 2
-    lines = LINE_BYTES * (mesh.overlay_points + mesh.overlay_segments + mesh.overlay_cells)
+    line_memory = LINE_BYTES * (mesh.overlay_points + mesh.overlay_segments + mesh.overlay_cells)
     surface_memory = lowering_memory(size)
-    fixed_memory = surface_memory + CELL_ARRAY_BYTES + files * empty_bytes + lines
+    fixed_memory = surface_memory + CELL_ARRAY_BYTES + files * empty_bytes + line_memory
     triangle_memory = PROOF_BYTES + 8 * size.width + files * triangle_bytes
     limits.check_memory(
         fixed_memory + 2 * triangle_memory, "The mesh", accuracy.pointer, "a smaller surface"
@@ -269,7 +272,7 @@ def adaptive_cost(
         adaptive_triangles(accuracy, limits, mesh.patches),
         (allowed_memory - fixed_memory) // triangle_memory,
     )
-    file = min(
+    file_bytes = min(
         empty_bytes + triangle_bytes * max_triangles,
         limits.max_bytes,
         accuracy.max_bytes or sys.maxsize,
@@ -278,7 +281,7 @@ def adaptive_cost(
     return Cost(
         vertices,
         max_triangles,
-        file,
+        file_bytes,
         fixed_memory + triangle_memory * max_triangles,
         5e-3 + 3e-5 * max_triangles,
     )
@@ -300,14 +303,14 @@ def adaptive_triangles(accuracy: Accuracy, limits: Limits, patches: int = 0) -> 
     return min(max_triangles, max(budget, COARSEST_TRIANGLES * patches))
 
 
-def _writing_memory(mesh: MeshSize, file: int, fmt: Format, encode: EncodeOptions) -> int:
+def _writing_memory(mesh: MeshSize, file_bytes: int, fmt: Format, encode: EncodeOptions) -> int:
     """The most bytes in use while a file is written: the file and the arrays for writing it."""
     index_bytes = 12 * (mesh.triangles + 2 * mesh.quads)
-    memory = 2 * file + 96 * mesh.vertices * bool(mesh.colors or encode.quantize)
+    memory = 2 * file_bytes + 96 * mesh.vertices * bool(mesh.colors or encode.quantize)
     if encode.compression != "none":
-        memory += 2 * file + WRITING_BYTES * mesh.vertices + index_bytes
+        memory += 2 * file_bytes + WRITING_BYTES * mesh.vertices + index_bytes
     if not fmt.compact:
-        memory += WRITING_BYTES * mesh.vertices + index_bytes + min(TEXT_BYTES, 8 * file)
+        memory += WRITING_BYTES * mesh.vertices + index_bytes + min(TEXT_BYTES, 8 * file_bytes)
         memory += LINE_BYTES * (mesh.patches + mesh.overlay_cells)
     return memory
 

@@ -40,12 +40,14 @@ class CurveWork:
         TooLarge
             The tolerance needs too many points.
         """
-        pieces, is_single = self.curve.lower(), self.fmt.is_float32
+        pieces, is_float32 = self.curve.lower(), self.fmt.is_float32
         with Measured("curve"):
-            parameters = choose_samples(pieces, self.options, self.max_points, is_float32=is_single)
+            parameters = choose_samples(
+                pieces, self.options, self.max_points, is_float32=is_float32
+            )
         _check_curve(self, len(parameters))
         with Measured("curve"):
-            polyline = trace_curve(pieces, parameters, self.options, is_float32=is_single)
+            polyline = trace_curve(pieces, parameters, self.options, is_float32=is_float32)
         return self.fmt.encode(polyline)
 
 
@@ -68,16 +70,16 @@ def plan_curve(
     )
     points = pieces.count * options.resolution + 1
     if options.tolerance is not None:
-        # The number of points is not known before: allow the number that fits into a share of the
-        # memory.
-        # The bytes of a point in the file follow from files of 1,001 points and of 1 point.
+        # The number of points is known only after sampling: allow the number that fits into a share
+        # of the memory. A point takes 1/1,000 of the difference between the bytes of files of
+        # 1,001 points and of 1 point.
         point_memory = (
             POINT_BYTES + 2 * (_count_bytes(curve, fmt, 1001) - _count_bytes(curve, fmt, 1)) // 1000
         )
         free_memory = limits.max_memory // MEMORY_SHARE - 8 * numbers - MAX_SCRATCH_BYTES
         points = max_points = max(2, min(max_points, free_memory // point_memory))
-    file = min(_count_bytes(curve, fmt, points), limits.max_bytes)
-    cost = curve_cost(points, degree, numbers, file)
+    file_bytes = min(_count_bytes(curve, fmt, points), limits.max_bytes)
+    cost = curve_cost(points, degree, numbers, file_bytes)
     work = CurveWork(curve, options, fmt, limits, max_points, cost)
     if options.tolerance is None:
         _check_curve(work, points)

@@ -75,8 +75,8 @@ class Estimate:
     accepted : bool
         Whether the service would return the mesh in at least one format.
     certain : bool
-        Whether `accepted` is sure: if it is true, no later check can refuse the mesh in any of the
-        formats in which it is accepted.
+        Whether `accepted` is sure. False if a mesh that is accepted in some format may still be
+        refused in it by a later check.
     """
 
     counts: Counts
@@ -192,10 +192,12 @@ class EstimateWork:
                 accepted = True
                 memory.append((fmt.name, work.cost.memory))
                 if options.accuracy is not None:
+                    # A mesh with more triangles than its cost allows is refused while it is built.
                     certain &= prediction.all_counts.triangles <= work.cost.triangles
             except SurfaceError as error:
                 for issue in error.issues:
                     refused_formats.setdefault(issue, []).append(fmt.name)
+                # Only a mesh that is refused as too large can be stored, so only it has a size.
                 if not isinstance(error, TooLarge):
                     continue
             is_shared = shares_meshes(fmt, encode)
@@ -227,23 +229,24 @@ class EstimateWork:
             `tolerance_too_small`, as when the mesh is made.
         """
         options, models = self.options, model.models if isinstance(model, GroupModel) else (model,)
-        patches = [submodel for submodel in models if isinstance(submodel, PatchModel)]
+        patch_models = [submodel for submodel in models if isinstance(submodel, PatchModel)]
         counts_bound = Counts(size.vertices, size.triangles, size.quads)
-        if len(patches) < len(models) or isinstance(model, SweepModel):
+        # The second condition follows from the first, and only tells mypy the type of the model.
+        if len(patch_models) < len(models) or isinstance(model, SweepModel):
             return _Prediction(counts_bound, counts_bound, exact=False)
         if options.accuracy is not None:
-            return self._predict_by_tolerance(model, patches, options.accuracy)
+            return self._predict_by_tolerance(model, patch_models, options.accuracy)
         if options.has_solid_wires or size.vertices > self.limits.max_vertices:
             return _Prediction(counts_bound, counts_bound, exact=False)
         counts = [
             count_mesh(submodel, options) if options.has_faces else Counts(0, 0, 0)
-            for submodel in patches
+            for submodel in patch_models
         ]
-        certain = not options.curvatures or is_affordable(patches, size.vertices)
+        certain = not options.curvatures or is_affordable(patch_models, size.vertices)
         return _Prediction(*sum_counts(model, counts), exact=True, certain=certain)
 
     def _predict_by_tolerance(
-        self, model: PatchModel | GroupModel, patches: list[PatchModel], accuracy: Accuracy
+        self, model: PatchModel | GroupModel, patch_models: list[PatchModel], accuracy: Accuracy
     ) -> _Prediction:
         """Upper bounds of the counts of a mesh by tolerance; they do not exceed the limits."""
         options, limits = self.options, self.limits
@@ -260,7 +263,7 @@ class EstimateWork:
         # For a budget or an angle tolerance, the only bound of the triangles is `allowed`.
         is_bounded = not accuracy.is_budgeted and accuracy.angle_tolerance is None
         degree = max(
-            max(batch.side_degrees) for patch_model in patches for batch in patch_model.batches
+            max(batch.side_degrees) for patch_model in patch_models for batch in patch_model.batches
         )
         # The multiplications for one triangle of the bound. The proof of a triangle takes more, but
         # most meshes have only a tenth of the triangles of the bound.
@@ -271,7 +274,7 @@ class EstimateWork:
             and all_bound.vertices + all_bound.points <= limits.max_vertices
             and all_bound.triangles * triangle_effort <= EFFORT_FACTOR * limits.max_multiplications
             and _is_above_rounding(model, accuracy, moved)
-            and (not options.curvatures or is_affordable(patches, all_bound.vertices))
+            and (not options.curvatures or is_affordable(patch_models, all_bound.vertices))
         )
 
         def clip(bound: MostTriangles) -> Counts:
@@ -280,7 +283,13 @@ class EstimateWork:
             vertices = min(limits.max_vertices, triangles + 2 * model.patch_count)
             return Counts(min(vertices, bound.vertices) if is_bounded else vertices, triangles, 0)
 
-        return _Prediction(clip(distinct_bound), clip(all_bound), False, certain, all_bound.points)
+        return _Prediction(
+            clip(distinct_bound),
+            clip(all_bound),
+            exact=False,
+            certain=certain,
+            line_points=all_bound.points,
+        )
 
 
 def plan_estimate(
@@ -328,6 +337,7 @@ def _bound_meshes(
     # For a camera every copy has a mesh of its own, because its distance is its own.
     group = model if goal.view is None else separate_copies(model)
     goals = build_model_goals(goal, group, moved)
+    # All models are `PatchModel`s (`_predict` has checked it), so `bounds` has one for each model.
     bounds = [
         bound_triangles(submodel, model_goal, options)
         for submodel, model_goal in zip(group.models, goals, strict=True)
@@ -346,6 +356,7 @@ def _is_above_rounding(model: PatchModel | GroupModel, accuracy: Accuracy, moved
     `moved` is the largest distance by which quantizing moves a vertex.
     """
     goal = build_goal(accuracy, model)
+    # A camera allows the least error where the surface is nearest to it.
     allowed_by_view = inf if goal.view is None else goal.view.rate * goal.view.near
     min_tolerance = min(goal.tolerance, allowed_by_view)
     return min_tolerance >= ROUNDING_SHARE * float(np.abs(model.bounds).max()) + GRID_FACTOR * moved

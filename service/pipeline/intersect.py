@@ -59,14 +59,14 @@ def plan_intersect(
     message = "The query has more rays than this service computes at once."
     max_rays = min(MAX_RAYS, limits.max_points)
     check_count(count, max_rays, "rays", Issue("too_many_rays", message, where))
-    hits = count
+    max_hits = count
     if not query.only_first:
-        hits = min(max(HITS_PER_RAY * count, MIN_HITS), limits.max_bytes // HIT_JSON_BYTES)
+        max_hits = min(max(HITS_PER_RAY * count, MIN_HITS), limits.max_bytes // HIT_JSON_BYTES)
     size = surface.stored_size()
     check_surface(size, limits)
     # A triangular patch may become three nets. The cost is computed as if all patches were
     # triangular.
-    cost = rays_cost(3 * size.patches, size.degree, size.peak, count, hits)
+    cost = rays_cost(3 * size.patches, size.degree, size.peak_bytes, count, max_hits)
     limits.check_bytes(cost.bytes, "The response could become too large.", where)
     limits.check_memory(cost.memory, "The response", where, "a smaller surface, fewer rays at once")
-    return IntersectWork(surface, query, hits, cost)
+    return IntersectWork(surface, query, max_hits, cost)

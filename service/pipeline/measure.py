@@ -81,16 +81,16 @@ def plan_measure(
     size = surface.size()
     check_surface(size, limits)
     _check_effort(size.patches, size.degree, limits)
-    file = (
+    file_bytes = (
         1000
         + PART_BYTES * size.parts
         + LONGEST_ESCAPE * size.name_bytes
         + 2 * SIDE_BYTES * MAX_LISTED
     )
-    limits.check_bytes(file, "The response could become too large.", "/surface")
+    limits.check_bytes(file_bytes, "The response could become too large.", "/surface")
     # The budget is a number of control points.
     query = replace(query, budget=min(BUDGET, limits.max_multiplications // POINT_EFFORT))
-    cost = measure_cost(size, query.budget, file)
+    cost = measure_cost(size, query.budget, file_bytes)
     limits.check_memory(cost.memory, "The response", "/surface", "a smaller surface")
     return MeasureWork(surface, query, limits, cost)
 

@@ -143,7 +143,7 @@ class MeshWork:
         vertices = sum(predict_size(model, self.options)[0] for model in models)
         check_vertices(vertices, self.limits)
         growth = max(1.0, vertices / max(self.stored.vertices, 1))
-        # If it is not certain, `cost.bytes` may be far more than the file will have.
+        # If `is_certain` is false, `cost.bytes` may be far more than the file will have.
         if self.is_certain:
             check_bytes(round(self.cost.bytes * growth), self.fmt, self.limits)
         instead = "a lower resolution, or another format, takes less"
@@ -184,13 +184,14 @@ class MeshWork:
     def report(self, mesh: Mesh | Scene) -> MeshReport:
         """The report on the mesh; its bound includes the rounding of the vertices in the file."""
         report = mesh.report
-        # A format that writes fewer digits has no scenes.
+        # Only formats that write fewer digits than positions have move vertices; these formats have
+        # no scenes.
         if report.deviation_bound is None or isinstance(mesh, Scene) or not self.fmt.coarseness:
             return report
-        moved = self.fmt.coarseness(mesh, self.encode)
-        if not moved:
+        move_bound = self.fmt.coarseness(mesh, self.encode)
+        if not move_bound:
             return report
-        return replace(report, deviation_bound=round_up(report.deviation_bound + moved))
+        return replace(report, deviation_bound=round_up(report.deviation_bound + move_bound))
 
 
 def plan_mesh(
@@ -255,7 +256,7 @@ def keep_storable_channels(
     uvs = options.uvs and "uvs" in fmt.carries
     curvatures = options.curvatures and "attribute" in fmt.carries
     if not (isinstance(model, PatchModel) and not model.batches[0].channels):
-        model = keep_model_channels(model, fmt.carries, apart=fmt.encode_scene is not None)
+        model = keep_model_channels(model, fmt.carries, has_nodes=fmt.encode_scene is not None)
     if options.curvatures:
         # Also for formats without curvatures, so that a request has the same mesh in all formats.
         model = add_stretches(model)

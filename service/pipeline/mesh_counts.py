@@ -36,12 +36,13 @@ def mesh_counts(size: SurfaceSize, options: MeshOptions) -> Counts:
     (ru, rv), has_quads = options.resolution, options.faces == "quads"
     vertices, triangles, quads, max_divisions = count_samples(size, options), 0, 0, max(ru, rv)
     if options.has_faces:
-        quads, border = size.grids * ru * rv, 2 * (ru + rv) * size.grids
-        triangles = size.triangles * max_divisions**2 + (border if has_quads else 2 * quads)
+        quads, border_quads = size.grids * ru * rv, 2 * (ru + rv) * size.grids
+        triangles = size.triangles * max_divisions**2 + (border_quads if has_quads else 2 * quads)
         if ru != rv:
             # Neighbours may divide two of the four edges more finely, which adds samples on these
             # edges. A grid of one division then also gets a line of samples inside.
             vertices += size.grids * (2 * max_divisions + (max_divisions + 1) * (min(ru, rv) < 2))
+            # A patch has fewer quads than samples, and fewer triangles than twice its samples.
             quads, triangles = max(quads, vertices), 2 * vertices
     swept_quads = size.swept_vertices * ru + size.extra_vertices
     return Counts(
@@ -106,14 +107,15 @@ def mesh_size(
 def adaptive_size(mesh: MeshSize, options: MeshOptions, triangles: int) -> MeshSize:
     """The size of a mesh by tolerance with this number of triangles.
 
-    Each triangle adds at most one vertex. Patches, names and attributes are those of `mesh`.
+    Each triangle adds at most one vertex, and one point and one segment of lines. Patches, names
+    and attributes are those of `mesh`.
     """
-    lines = triangles if "boundary" in options.overlays or options.has_wires else 0
+    added_points = triangles if "boundary" in options.overlays or options.has_wires else 0
     return replace(
         mesh,
         vertices=triangles + 2 * mesh.patches,
         triangles=triangles,
         quads=0,
-        overlay_points=mesh.overlay_points + lines,
-        overlay_segments=mesh.overlay_segments + lines,
+        overlay_points=mesh.overlay_points + added_points,
+        overlay_segments=mesh.overlay_segments + added_points,
     )

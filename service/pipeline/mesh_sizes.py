@@ -56,10 +56,10 @@ def plan_sizes(
     ru, rv = options.resolution
     # In the other cases bounds from shapes may be far above bounds from patches.
     is_certain = ru == rv and not (complete.curves or (options.curvatures and complete.members > 1))
-    file = fmt.byte_bound(stored, encode)
+    file_bytes = fmt.byte_bound(stored, encode)
     if is_certain:
         check_vertices(size.vertices + size.overlay_points, limits)
-        check_bytes(file, fmt, limits)
+        check_bytes(file_bytes, fmt, limits)
     else:
         check_vertices(count_samples(complete, options), limits)
         # `MeshWork.check` refuses a larger mesh before it is built, so the limits are bounds.
@@ -70,15 +70,15 @@ def plan_sizes(
             triangles=min(stored.triangles, 2 * max_vertices),
             quads=min(stored.quads, max_vertices),
         )
-        file = min(file, limits.max_bytes)
-    cost = mesh_cost(counted_size, options, stored, file, form)
+        file_bytes = min(file_bytes, limits.max_bytes)
+    cost = mesh_cost(counted_size, options, stored, file_bytes, form)
     instead = "a lower resolution, or another format, takes less"
     limits.check_memory(cost.memory, "The mesh", "/resolution", instead)
     unjoined_memory = cost.memory
     if counted_size is not complete and options.weld_tolerance:
         # Members of a group that meet cannot share a mesh, so each of them is stored.
-        file = min(fmt.byte_bound(size, encode), limits.max_bytes)
-        separate_memory = mesh_cost(complete, options, size, file, form).memory
+        file_bytes = min(fmt.byte_bound(size, encode), limits.max_bytes)
+        separate_memory = mesh_cost(complete, options, size, file_bytes, form).memory
         cost = replace(cost, memory=max(unjoined_memory, min(separate_memory, limits.max_memory)))
     return size, stored, is_certain, is_possible, unjoined_memory, cost
 

@@ -95,8 +95,8 @@ def plan_project(
     message = "The query has more points than this service computes at once."
     max_points = min(MAX_POINTS, limits.max_points)
     check_count(count, max_points, "points", Issue("too_many_points", message, where))
-    file = 1000 + count * POINT_NUMBERS * (FLOAT64_CHARS + 2)
-    limits.check_bytes(file, "The response could become too large.", where)
+    file_bytes = 1000 + count * POINT_NUMBERS * (FLOAT64_CHARS + 2)
+    limits.check_bytes(file_bytes, "The response could become too large.", where)
     if isinstance(shape, BezierCurve | BsplineCurve):
         pieces = shape.lower()  # takes no time: the curve was lowered when it was created
         patches, degree, memory = pieces.count, (pieces.degree, 0), pieces.points.nbytes
@@ -104,8 +104,8 @@ def plan_project(
         size = shape.stored_size()
         check_surface(size, limits)
         # A triangular patch may become three nets.
-        patches, degree, memory = 3 * size.patches, size.degree, size.peak
-    cost = project_cost(patches, degree, memory, count, file, sign=query.sign)
+        patches, degree, memory = 3 * size.patches, size.degree, size.peak_bytes
+    cost = project_cost(patches, degree, memory, count, file_bytes, sign=query.sign)
     limits.check_memory(
         cost.memory, "The response", where, "a smaller surface, fewer points at once"
     )

@@ -33,16 +33,22 @@ that compare planes with patches."""
 
 def points_cost(size: SurfaceSize, count: int, order: int) -> Cost:
     """The cost of evaluating a surface at `count` places, with partials up to `order`."""
-    file = json_points.byte_bound(count, order)
-    memory = with_scratch(lowering_memory(size) + ITEM_BYTES * count + 2 * file)
+    file_bytes = json_points.byte_bound(count, order)
+    memory = with_scratch(lowering_memory(size) + ITEM_BYTES * count + 2 * file_bytes)
     degree = max(size.degree)
-    seconds = 5e-4 + 4e-6 * size.patches + 2e-9 * size.peak
+    seconds = 5e-4 + 4e-6 * size.patches + 2e-9 * size.peak_bytes
     seconds += count * (order + 1) * 1e-5 * max(1, degree / 4) ** 3
-    return Cost(count, 0, file, memory, seconds)
+    return Cost(count, 0, file_bytes, memory, seconds)
 
 
 def project_cost(
-    patches: int, degree: tuple[int, int], surface_memory: int, count: int, file: int, *, sign: bool
+    patches: int,
+    degree: tuple[int, int],
+    surface_memory: int,
+    count: int,
+    file_bytes: int,
+    *,
+    sign: bool,
 ) -> Cost:
     """The cost of finding the closest points to `count` points.
 
@@ -52,7 +58,7 @@ def project_cost(
         Number of nets that are searched.
     degree : (int, int)
         Their degree (p, q).
-    surface_memory, file : int
+    surface_memory, file_bytes : int
         Bytes of the surface, and of the response.
     count : int
         Number of points.
@@ -63,12 +69,13 @@ def project_cost(
     p, q = degree
     cell_bytes = _cell_memory(degree)
     memory = MIN_SCRATCH_BYTES + surface_memory + patches * cell_bytes
+    # This allows 64 cells for each point or ray, up to `MAX_CELL_BYTES`, which no search exceeds.
     memory += min(MAX_CELL_BYTES, 64 * count * cell_bytes)
     seconds = 5e-3 + 1e-4 * patches + count * 1e-4 * max(1.0, p * q / 9)
     if sign:
         memory += 4 * surface_memory + SIGN_BYTES
         seconds = 1e-2 + 4 * seconds
-    return Cost(count, 0, file, memory + ITEM_BYTES * count + 2 * file, seconds)
+    return Cost(count, 0, file_bytes, memory + ITEM_BYTES * count + 2 * file_bytes, seconds)
 
 
 def _cell_memory(degree: tuple[int, int]) -> int:
@@ -86,18 +93,19 @@ def rays_cost(
     The search is on `patches` nets of the degree `degree`; `surface_memory` is the number of bytes
     of the surface.
     """
-    file = 1000 + count * 16 + hits * HIT_JSON_BYTES
-    base = project_cost(patches, degree, surface_memory, count, file, sign=False)
+    # The response has the number of hits of each ray.
+    file_bytes = 1000 + count * 16 + hits * HIT_JSON_BYTES
+    base = project_cost(patches, degree, surface_memory, count, file_bytes, sign=False)
     return replace(base, memory=base.memory + HIT_BYTES * hits)
 
 
-def piece_memory(points: int, file: int) -> int:
+def piece_memory(net_points: int, bytes_of_1000: int) -> int:
     """Bytes of memory for each piece of a section, which include its bytes in the file.
 
-    `points` is the number of control points of a patch, and `file` the bytes of 1,000 pieces in the
-    file.
+    `net_points` is the number of control points of a patch, and `bytes_of_1000` the number of bytes
+    of 1,000 pieces in the file.
     """
-    return PIECE_BYTES + PIECE_POINT_BYTES * points + 2 * file // 1000
+    return PIECE_BYTES + PIECE_POINT_BYTES * net_points + 2 * bytes_of_1000 // 1000
 
 
 def sections_cost(size: SurfaceSize, planes: int, pieces: int, piece_bytes: int) -> Cost:
@@ -118,11 +126,11 @@ def measure_effort(degree: tuple[int, int]) -> int:
     return 18 * nodes * (q + 1) * (p + 1 + nodes) + 200 * nodes**2
 
 
-def measure_cost(size: SurfaceSize, budget: int, file: int) -> Cost:
+def measure_cost(size: SurfaceSize, budget: int, file_bytes: int) -> Cost:
     """The cost of measures.
 
     All cells together have at most 3 times as many control points as the patches, or `budget` more
-    than the patches, whichever is more. `file` is the number of bytes of the response.
+    than the patches, whichever is more. `file_bytes` is the number of bytes of the response.
     """
     # A triangle becomes three nets.
     (p, q), nets = size.degree, size.grids + 3 * size.triangles
@@ -133,4 +141,4 @@ def measure_cost(size: SurfaceSize, budget: int, file: int) -> Cost:
         + MEASURE_BATCH_BYTES
     )
     seconds = 0.1 + 3e-9 * measure_effort(size.degree) * size.patches
-    return Cost(0, 0, file, memory + 2 * file, seconds)
+    return Cost(0, 0, file_bytes, memory + 2 * file_bytes, seconds)

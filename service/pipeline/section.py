@@ -27,7 +27,7 @@ MAX_PLANES = 1_000
 
 PIECE_EFFORT, MIN_PIECES = 1200, 500
 """The multiplications for each piece of a section and each control point of its patch; and the
-number of pieces that every query may have."""
+number of pieces that a query may have even if the limits and `MEMORY_SHARE` allow fewer."""
 
 COMPARE_EFFORT = 20
 """The multiplications of a test whether a plane may cut a patch."""
@@ -66,7 +66,7 @@ class SectionWork:
 
     def cut(self, model: PatchModel) -> Sections:
         """Cut the model by the planes; before, its patches are joined as for a mesh."""
-        tolerance = self.tolerance.within(model, is_float32=self.fmt.is_float32)
+        tolerance = self.tolerance.to_model_units(model, is_float32=self.fmt.is_float32)
         joined, seams = join(model, MeshOptions().weld_tolerance, self._check_patches)
         sections = cut_surface(joined, seams, self.planes, tolerance, self._check_pieces)
         if not any(len(section.coplanar) for section in sections.sections):
@@ -118,21 +118,21 @@ def plan_sections(
     effort = COMPARE_EFFORT * count * 3 * size.patches
     limits.check_effort(effort, "The sections could take too long.", where, instead)
     p, q = size.degree
-    points = (p + 1) * (q + 1)
-    # Bytes of 1,000 pieces, with at most 2 points each.
-    file = fmt.byte_bound(_build_size(2001)) - fmt.byte_bound(_build_size(1))
-    piece_bytes = piece_memory(points, file)
+    net_points = (p + 1) * (q + 1)
+    # A piece adds at most 2 points, and `_build_size` has a polyline for each point.
+    bytes_of_1000 = fmt.byte_bound(_build_size(2001)) - fmt.byte_bound(_build_size(1))
+    piece_bytes = piece_memory(net_points, bytes_of_1000)
     fixed_cost = sections_cost(size, count, 0, piece_bytes)
     limits.check_memory(
         fixed_cost.memory + MIN_PIECES * piece_bytes, "The sections", where, instead
     )
-    # The number of pieces is not known before: allow the number that fits into a share of the
-    # memory.
+    # The number of pieces is known only after cutting: allow the number that fits into a share of
+    # the memory.
     free_memory = (
         max(limits.max_memory // MEMORY_SHARE, fixed_cost.memory + MIN_PIECES * piece_bytes)
         - fixed_cost.memory
     )
-    max_pieces = min(limits.max_vertices, limits.max_multiplications // (PIECE_EFFORT * points))
+    max_pieces = min(limits.max_vertices, limits.max_multiplications // (PIECE_EFFORT * net_points))
     max_pieces = max(MIN_PIECES, min(max_pieces, free_memory // piece_bytes))
     cost = sections_cost(size, count, max_pieces, piece_bytes)
     return SectionWork(surface, planes, tolerance, fmt, limits, max_pieces, cost)
@@ -157,6 +157,7 @@ def _number_as_in_request(model: PatchModel, patches: Ints) -> Ints:
     """
     if len(model.domains) > 1:
         firsts = np.array([domain.first for domain in model.domains])
+        # The surface of a patch is the last one, by first patches, that begins at or before it.
         order = np.argsort(firsts)
         return np.unique(order[np.searchsorted(firsts[order], patches, side="right") - 1])
     return patches if model.request_numbers is None else np.sort(model.request_numbers[patches])

@@ -1,4 +1,4 @@
-"""The options that ask for an accuracy: how near a mesh must be to its surface, or how large."""
+"""The options of accuracy: the largest error of a mesh, or its most triangles or bytes."""
 
 from dataclasses import fields
 from math import pi
@@ -55,7 +55,7 @@ ACCURACY_FIELDS = tuple(field.name for field in fields(Accuracy))
 """The names of all options that ask for an accuracy; the models have fields of these names."""
 
 CAMERA_FIELDS = ("camera", "pixel_tolerance")
-"""Options of a camera, which only a body can have, not a query."""
+"""Options of a camera, which only the body of a request can have, not its query string."""
 
 
 def accuracy_values(options: BaseModel) -> dict[str, Any]:

@@ -64,7 +64,7 @@ class NumberGrid:
         The items of the lists at this depth (1 for the outermost list) are counted as control
         points, also if they are weights or indices; 0 if nothing is counted.
     degree_levels : tuple of int
-        Levels whose length less one is a degree.
+        Levels, counted from 0, whose lists have one item more than a degree.
     min_degree : int
         The least degree in the JSON Schema; the class of the surface checks it.
     width_rule, degree_rule : str
@@ -73,8 +73,9 @@ class NumberGrid:
         More entries for the JSON Schema of the innermost lists; the class of the surface checks
         them.
     triangle_level : int or None
-        For triangles, the level whose lists are the rows: the n+1 rows of a triangle have n+1, n, …
-        1 entries. In the array, all rows of a triangle are one axis of (n+1)(n+2)/2 entries.
+        For triangles, the level, counted from 0, whose lists are the rows: the n+1 rows of a
+        triangle have n+1, n, … 1 entries. In the array, all rows of a triangle are one axis of
+        (n+1)(n+2)/2 entries.
     """
 
     levels: tuple[str, ...]
@@ -102,33 +103,34 @@ class NumberGrid:
         """
         if isinstance(value, np.ndarray):
             return validate_array(self, value, limits)
-        scalars: list[Any] = [value]
+        items: list[Any] = [value]
         shape: list[int] = []
         last = len(self.levels) - 1
+        # In each turn, `items` holds all lists of one level, and then all items of these lists.
         for level in range(last + 1):
-            if set(map(type, scalars)) != {list}:
+            if set(map(type, items)) != {list}:
                 raise to_refusal(self.find_faults(value))
-            lengths = set(map(len, scalars))
+            lengths = set(map(len, items))
             if level + 1 == self.point_levels or level in self.degree_levels:
-                self.check_size(level, sum(map(len, scalars)), max(lengths), limits)
+                self.check_size(level, sum(map(len, items)), max(lengths), limits)
             if level == self.triangle_level:
                 rows = shape.pop()
                 row_lengths = [*range(rows, 0, -1)]
-                is_right = list(map(len, scalars)) == row_lengths * (len(scalars) // rows)
+                is_right = list(map(len, items)) == row_lengths * (len(items) // rows)
                 length = sum(row_lengths)
             else:
-                length = lengths.pop()
+                length = lengths.pop()  # if the lists are equally long, no other length is left
                 has_width = level < last or self.width in (None, length)
                 is_right = not lengths and length > 0 and has_width
             if not is_right:
                 raise to_refusal(self.find_faults(value))
             shape.append(length)
-            scalars = list(chain.from_iterable(scalars))
-        if not self._all_numbers(scalars):
+            items = list(chain.from_iterable(items))
+        if not self._all_numbers(items):
             raise to_refusal(self.find_faults(value))
         if self.integers:
-            return np.fromiter(scalars, np.int64, len(scalars)).reshape(shape)
-        return np.fromiter(scalars, np.float64, len(scalars)).reshape(shape)
+            return np.fromiter(items, np.int64, len(items)).reshape(shape)
+        return np.fromiter(items, np.float64, len(items)).reshape(shape)
 
     @property
     def scalar(self) -> str:
@@ -194,6 +196,7 @@ class NumberGrid:
             yield path, empty_list(needed)
             return
         if level == self.triangle_level:
+            # Row k of a triangle of n + 1 rows has n + 1 − k entries.
             expected = (lengths[level - 1] or 0) - int(path[-1])
         if expected is None:
             # The first list at a level sets the length for all others.

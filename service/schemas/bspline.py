@@ -84,8 +84,8 @@ _NAME_SCHEMA = {"type": "string", "enum": list(NAMED)}
 _VECTOR_SCHEMA = {
     "oneOf": [_NAME_SCHEMA, {"type": "array", "items": {"type": "number"}, "minItems": 2}]
 }
-"""`minItems` is 2, because two points of degree 1 have 4 knots, and the first and the last may be
-left out."""
+"""`minItems` is 2, because a direction of degree 1 with 2 control points has 4 knots, of which the
+first and the last may be left out."""
 
 
 Degrees: TypeAlias = Annotated[

@@ -142,8 +142,9 @@ def check_total(definitions: Iterable[StrictModel], where: str, info: Validation
 
 
 def _count_control_points(definition: StrictModel) -> int:
-    """The number of points in the largest net of a surface: of control points or of a channel.
+    """The number of points in the largest array of a surface that has one entry for each point.
 
+    Such arrays are control points, weights, indices, colours and uvs; attributes are not counted.
     For a multipatch it is the sum over its surfaces; for a tube or ribbon it is that of its curve.
     """
     if surfaces := getattr(definition, "surfaces", ()):
@@ -151,7 +152,8 @@ def _count_control_points(definition: StrictModel) -> int:
     definition = getattr(definition, "curve", definition)
     return max(
         (
-            prod(value.shape[: grid.point_levels])
+            # In a triangle, the list of the rows and the rows are one axis.
+            prod(value.shape[: grid.point_levels - (grid.triangle_level is not None)])
             for name, field in type(definition).model_fields.items()
             for grid in field.metadata
             if isinstance(grid, NumberGrid) and grid.point_levels

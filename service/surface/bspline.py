@@ -145,8 +145,8 @@ class BsplineSurface(SurfaceKind):
             surface_bytes=self.control_net.size // 3 * (3 + (weights is not None)) * NUMBER
             + sum(net.nbytes for *_, net in channels.each())
             + (height + width + 2) * NUMBER,
-            arrays=result_bytes + drawn_bytes,
-            peak=result_bytes + drawn_bytes + line_bytes + block_bytes + extracting_bytes,
+            lowered_bytes=result_bytes + drawn_bytes,
+            peak_bytes=result_bytes + drawn_bytes + line_bytes + block_bytes + extracting_bytes,
         )
 
     def lower(self) -> PatchModel:

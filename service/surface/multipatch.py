@@ -77,7 +77,11 @@ class MultipatchSurface(SurfaceKind):
         """The size of all surfaces together; each is lowered before they are joined."""
         size = add_sizes([surface.size() for surface in self.surfaces], name=self.name)
         joined_bytes = size.control_points * (4 + size.width) * NUMBER
-        return replace(size, arrays=size.arrays + joined_bytes, peak=size.peak + joined_bytes)
+        return replace(
+            size,
+            lowered_bytes=size.lowered_bytes + joined_bytes,
+            peak_bytes=size.peak_bytes + joined_bytes,
+        )
 
     def lower(self) -> PatchModel:
         """A batch for all patches that have one `_form`; each surface is a part with its domain."""

@@ -152,9 +152,9 @@ class PatchSurface(SurfaceKind):
             surface_bytes=vertex_bytes
             + NUMBER * index_count
             + sum(net.nbytes for *_, net in channels.each()),
-            arrays=result_bytes,
-            peak=result_bytes + temporary_bytes,
-            sides=size.sides + triangles * (numbers - size.width) * NUMBER * 4 * (n + 1),
+            lowered_bytes=result_bytes,
+            peak_bytes=result_bytes + temporary_bytes,
+            side_bytes=size.side_bytes + triangles * (numbers - size.width) * NUMBER * 4 * (n + 1),
         )
 
     def lower(self) -> PatchModel:

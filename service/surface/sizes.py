@@ -49,10 +49,10 @@ class SurfaceSize:
         without them.
     attributes : tuple of (name, int)
         The name of each attribute, and the number of its values at a point.
-    surface_bytes, arrays, peak : int
+    surface_bytes, lowered_bytes, peak_bytes : int
         Bytes of the arrays of the surface; bytes of the additional arrays of its lowered model; and
         the most bytes in use while the surface is lowered.
-    sides : int
+    side_bytes : int
         Bytes of the control points on the sides of all patches.
     curves, swept_vertices, extra_vertices : int
         For sweeps: the number of Bézier pieces of the curves; the number of vertices if every piece
@@ -75,9 +75,9 @@ class SurfaceSize:
     uvs: int = 0
     attributes: Attributes = ()
     surface_bytes: int = 0
-    arrays: int = 0
-    peak: int = 0
-    sides: int = 0
+    lowered_bytes: int = 0
+    peak_bytes: int = 0
+    side_bytes: int = 0
     curves: int = 0
     swept_vertices: int = 0
     extra_vertices: int = 0
@@ -173,14 +173,14 @@ def _plain_size(
         net_cells=points,
         name_bytes=name_bytes,
         surface_bytes=points * numbers * NUMBER,
-        sides=patches * numbers * NUMBER * 2 * (p + q + 2),
+        side_bytes=patches * numbers * NUMBER * 2 * (p + q + 2),
     )
 
 
 _SUM_FIELDS = (
     "grids", "triangles", "control_points", "net_points", "net_segments", "net_cells", "parts",
-    "name_bytes", "surface_bytes", "arrays", "peak", "sides", "curves", "swept_vertices",
-    "extra_vertices",
+    "name_bytes", "surface_bytes", "lowered_bytes", "peak_bytes", "side_bytes", "curves",
+    "swept_vertices", "extra_vertices",
 )  # fmt: skip
 
 
@@ -232,12 +232,12 @@ def group_sizes(
             colors=4 if is_colored else max(size.colors for size in sizes),
             uvs=max(size.uvs for size in sizes),
             attributes=attributes,
-            arrays=distinct_members.arrays,
+            lowered_bytes=distinct_members.lowered_bytes,
             # In addition to all models, temporary arrays of one surface at a time: those of its
             # lowering, or the copy of its arrays of which `content_key` takes the hash.
-            peak=distinct_members.arrays
-            + max(max(size.peak - size.arrays, size.surface_bytes) for size in sizes),
-            sides=distinct_members.sides,
+            peak_bytes=distinct_members.lowered_bytes
+            + max(max(size.peak_bytes - size.lowered_bytes, size.surface_bytes) for size in sizes),
+            side_bytes=distinct_members.side_bytes,
         )
 
     # A joined mesh keeps only those attributes that all members have.

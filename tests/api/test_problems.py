@@ -166,15 +166,16 @@ def test_the_limit_of_control_points_is_for_all_members_of_a_group() -> None:
         {"surface": {"control_net": NET}},
         {"surface": {"type": "tube", "curve": curve, "radius": 1}},
         {"surface": {"type": "ribbon", "curve": curve, "width": 1}},
+        {"surface": {"type": "triangle", "control_net": [NET[0], NET[1][:1]]}},
     ]
     body = {"surface": {"type": "group", "members": members}, "resolution": 1}
-    for limit, status in ((12, 200), (11, 422)):
+    for limit, status in ((15, 200), (14, 422)):
         with start_client(create_app(Settings(max_control_points=limit))) as client:
             response = client.post("/v1/mesh", body)
         assert response.status_code == status
     (error,) = response.json()["errors"]
     assert (error["code"], error["pointer"]) == ("too_many_control_points", "/surface/members")
-    assert error["got"] == "12 control points"
+    assert error["got"] == "15 control points"
 
 
 @pytest.mark.parametrize(

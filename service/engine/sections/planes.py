@@ -70,7 +70,7 @@ class SectionTolerance:
     distance: float | None = None
     relative: float = RELATIVE_TOLERANCE
 
-    def within(self, model: PatchModel, *, is_float32: bool) -> float:
+    def to_model_units(self, model: PatchModel, *, is_float32: bool) -> float:
         """The tolerance in model units; `is_float32` says whether points are stored in float32.
 
         Raises

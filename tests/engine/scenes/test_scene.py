@@ -205,12 +205,12 @@ def test_one_mesh_keeps_only_attributes_that_all_members_have() -> None:
     )
     model = build_group(Member(first), Member(second))
     kinds: frozenset[ChannelKind] = frozenset({"attribute"})
-    mesh = build(keep_model_channels(model, kinds, apart=False), MeshOptions(resolution=(1, 1)))
+    mesh = build(keep_model_channels(model, kinds, has_nodes=False), MeshOptions(resolution=(1, 1)))
     ((name, values),) = mesh.attributes
     assert name == "flow"
     np.testing.assert_array_equal(values, [[1, 1]] * 4 + [[2, 2]] * 4)
     scene = build_scene(
-        cast(GroupModel, keep_model_channels(model, kinds, apart=True)),
+        cast(GroupModel, keep_model_channels(model, kinds, has_nodes=True)),
         MeshOptions(resolution=(1, 1)),
     )
     assert [[n for n, _ in m.attributes] for m in scene.meshes] == [
