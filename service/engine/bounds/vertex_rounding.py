@@ -160,13 +160,20 @@ def measure_errors(
             squares += difference
         largest[rows] = squares.max(axis=1)
     sizes = _measure_sizes(patches, origin)
-    degrees = 2 * patches.degree if isinstance(patches, TrianglePatches) else sum(patches.degree)
-    # The rounding of the points by `matrix`, of which up to 24 (p + q + 1) units come from the
-    # bases (see `bound_vertex_error`), and that of their differences from the vertices.
-    compared = (28 * (degrees + 2) * sizes.from_middle + 2 * sizes.from_mesh_origin) * UNIT
+    if isinstance(patches, TrianglePatches):
+        degrees, more_terms = 2 * patches.degree, patches.points.shape[1]
+    else:
+        degrees, more_terms = sum(patches.degree), 0
+    # The bound of `bound_vertex_error` for a rational patch in float64: 24 (p + q + 1) units come
+    # from the bases, 2 (terms + 4) from the sums, 13 from the quotient. A sum for a grid has at
+    # most p + q + 2 terms, so all these are at most 28 (p + q + 2); a sum for a triangle may have a
+    # term for each control point. The last units are for the differences from the vertices.
+    units = 28 * (degrees + 2) + 2 * more_terms
+    compared = (units * sizes.from_middle + 2 * sizes.from_mesh_origin) * UNIT
     unit = float(np.finfo(positions.dtype).eps) / 2
     edges = _bound_edge_samples(patches, degrees, unit, sizes)
-    return MARGIN * (np.sqrt(largest) + compared + edges)
+    errors: FloatArray = MARGIN * (np.sqrt(largest) + compared + edges)
+    return errors
 
 
 def _bound_edge_samples(patches: Patches, degrees: int, unit: float, sizes: _Sizes) -> float:
