@@ -250,7 +250,7 @@ def _enclose(level: FloatArray) -> tuple[FloatArray, Ints]:
     middle = level[:, middle_numbers]
     difference = level[:3] - np.repeat(middle[:3], FANOUT, axis=1)[:, :count]
     distance = np.sqrt((difference * difference).sum(axis=0)) + level[3]
-    middle[3] = np.maximum.reduceat(distance, starts) * (1 + 1e-12)
+    middle[3] = np.maximum.reduceat(distance, starts) * (1 + 1e-12)  # for rounding
     return middle, middle_numbers
 
 

@@ -24,14 +24,14 @@ from service.surface.lowered import PatchModel
 Columns: TypeAlias = dict[str, NDArray[Any]]
 
 MIN_SINE = 1e-4
-"""If the sine of the angle between S_u and S_v is at most this, or if |S_u × S_v|, in coordinates
-of the nets, is at most its square, the normal is computed as a limit."""
+"""The normal is computed as a limit if the sine of the angle between S_u and S_v is at most
+MIN_SINE, or if |S_u × S_v|, in coordinates of the nets, is at most MIN_SINE²."""
 
 RELATIVE_TOLERANCE = 1e-9
-"""The default width of intervals of distances, as a share of the diagonal."""
+"""The default width of intervals of distances, in diagonals of the box of control points."""
 
 MAX_GAP = 1e-12
-"""A point counts as on a side of its patch if its parameter differs by at most this."""
+"""A point counts as on a side of its patch if its parameters are at most this far from the side."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -74,7 +74,8 @@ def project_on_surface(model: PatchModel, query: ProjectQuery) -> Columns:
     closest, columns = _closest(nets, local_points, query.relative_tolerance)
     seams = None
     if query.sign:
-        # None if points on borders are nearly equal: then `compute_signs` joins them.
+        # None if points on borders may be nearly, but not exactly equal: then `compute_signs` makes
+        # them equal.
         seams = connect_if_apart(model, WELD_TOLERANCE)
         columns["signs"] = compute_signs(model, seams, nets, local_points.points, closest.low)
     patch = nets.patch[closest.net]

@@ -18,7 +18,8 @@ parentheses are at most k_X / |D| and k_Y / |D|, with k_X = ½ |X · Q_aa| + |X 
 
 **Theorem 1 (no hit).** If |X · g| > |D| + k_X, or |Y · g| > |D| + k_Y, or |g × d| > RADIUS, then
 the cell does not meet the line of the ray. If g · d + RADIUS < near, the cell is behind the origin
-of the ray. *Proof.* |X · (S − o)| ≥ |X · g| − |D| − k_X > 0; the rest follows from RADIUS. ∎
+of the ray. *Proof.* |X · (S − o)| ≥ |X · g| − |D| − k_X > 0, and alike for Y; the other two
+statements follow from RADIUS. ∎
 
 **Theorem 2 (at most one).** The matrix of the partials of G over the cell is I + N. The sum of the
 absolute values in the first row of N is at most n_X = (|X · Q_aa| + 2 |X · Q_ab| + |X · Q_bb| + 3
@@ -36,10 +37,10 @@ A cell is *settled* if ν ≤ `MAX_CONTRACTION`.
 
 **Rounding.** X, Y and D are the exact products of the floating-point numbers A, B and d, so X and Y
 are exactly perpendicular to d. The error of each computed product is at most 8 u times the lengths
-of its factors: |B| ROUND covers the products with Q_ij and A, and |B| `slack` covers the products
-with g, including the errors of o and d. The origin o of a ray is moved along the ray to the point
-nearest to the middle of the surface, which is the point (0, 0, 0) of the nets. The new ray is at
-most 4 u (|o| + |t|) from the old ray, which the slack includes.
+of its factors. For X, |B| ROUND covers the products with Q_ij and A, and |B| `slack` covers the
+products with g, including the errors of o and d; for Y, |A| replaces |B|. The origin o of a ray is
+moved along the ray to the point nearest to the middle of the surface, which is the point (0, 0, 0)
+of the nets. The new ray is at most 4 u (|o| + |t|) from the old ray, which the slack includes.
 """
 
 from collections.abc import Sequence
@@ -112,7 +113,7 @@ def local_rays(
 def sphere_misses(
     spheres: FloatArray, rays: Rays, ray: Ints, farthest: FloatArray
 ) -> tuple[Bools, FloatArray]:
-    """For N pairs of a sphere and a ray: whether they do not meet, and a lower bound of t in it.
+    """For N pairs of a sphere and a ray: whether they do not meet, and a lower bound of t there.
 
     Parameters
     ----------
@@ -141,7 +142,7 @@ class RootBounds:
     Attributes
     ----------
     first, second : ndarray of float64, shape (3, N)
-        B and A, with signs: X · y = first · (y × d), Y · y = second · (y × d).
+        −B and A, so that X · y = first · (y × d) and Y · y = second · (y × d) for every y.
     lengths : ndarray of float64, shape (2, N)
         |B| and |A|.
     determinant : ndarray of float64, shape (N,)
@@ -202,8 +203,9 @@ def root_bounds(
     q = cross(model[:3] - o, d)  # X · g = −B · q and Y · g = A · q
     x, y = cross(b, d), cross(d, a)
     lengths = np.sqrt(model[[m.FORM_BB, m.FORM_AA]])  # |B| and |A|
-    size = np.abs(determinant := dot(x, a))
+    size = np.abs(determinant := dot(x, a))  # |D|
     error = (model[m.ROUND] + slack) * lengths
+    # For X and for Y: X · g; the products of X with Q_aa, Q_ab and Q_bb; k_X; and n_X |D|.
     values, curvature_terms, bounds_k, bounds_n = [], [], [], []
     for k, (row, tangent) in enumerate(((x, -b), (y, a))):
         value = dot(tangent, q)
@@ -227,11 +229,15 @@ def root_bounds(
         (aa[rows] / determinant, ab[rows] / determinant, bb[rows] / determinant)
         for aa, ab, bb in curvature_terms
     ]
-    # The root of the model, approximately, by fixed-point iteration.
-    s = t = np.zeros(len(rows))
+    # The root (a, b) of the model, approximately, by fixed-point iteration.
+    root_a = root_b = np.zeros(len(rows))
     for _ in range(3):
-        s, t = (
-            np.clip(value - 0.5 * (aa * s * s + bb * t * t) - ab * s * t, -1.0, 1.0)
+        root_a, root_b = (
+            np.clip(
+                value - 0.5 * (aa * root_a * root_a + bb * root_b * root_b) - ab * root_a * root_b,
+                -1.0,
+                1.0,
+            )
             for value, (aa, ab, bb) in zip(values, curvature_terms, strict=True)
         )
     bounds = RootBounds(
@@ -240,7 +246,7 @@ def root_bounds(
         lengths[:, rows],
         determinant,
         max_n[rows] / size,
-        np.stack([s, t]),
+        np.stack([root_a, root_b]),
         exists,
     )
     return is_empty, is_settled, bounds

@@ -34,8 +34,8 @@ MIN_LENGTH_ALONG = 32
 """The least length of the interval of a hit *along*, in units of √(thickness · diagonal)."""
 
 MAX_VARIATION = 1 / 64
-"""In a hit *along*, the distance between surface and ray varies by at most this, in units of the
-thickness."""
+"""At three quarters of the ends of strips in a hit *along*, the distance between surface and ray
+varies by at most this, in units of the thickness."""
 
 STRIP_PADDING = 1 / 8
 """Strips with at most twice this gap are at one place; in units of the least length of a hit
@@ -131,7 +131,8 @@ def merge_hits(hits: Hits, rays: Rays, min_length_along: float) -> Hits:
     pad = np.where(hits.label == Source.STRIP, STRIP_PADDING * min_length_along, 0.0)
     order = np.lexsort((*hits.parameters[::-1], hits.net, hits.low - pad, hits.ray))
     hits, sines, pad = hits.take(order), sines[order], pad[order]
-    variation, is_behind = MAX_VARIATION * rays.thickness[hits.ray], hits.t < rays.near[hits.ray]
+    max_variation = MAX_VARIATION * rays.thickness[hits.ray]
+    is_behind = hits.t < rays.near[hits.ray]
     cluster = _number_clusters(hits, pad)
     first = np.flatnonzero(np.diff(cluster, prepend=-1))
     sizes = np.diff(first, append=len(cluster))
@@ -145,7 +146,7 @@ def merge_hits(hits: Hits, rays: Rays, min_length_along: float) -> Hits:
         rows = np.arange(first[k], first[k] + sizes[k])
         is_kept[rows] = False
         for row, merged_kind in _merge_cluster(
-            hits, sines, (min_length_along, variation, is_behind), rows
+            hits, sines, (min_length_along, max_variation, is_behind), rows
         ):
             is_kept[row], kind[row] = True, merged_kind
     hits.label[:] = kind
@@ -177,15 +178,17 @@ def _merge_cluster(
     """
     source, t = hits.label[rows], hits.t[rows]
     proved, near_rows = rows[source == Source.PROVED], rows[source == Source.NEAR]
-    strips = rows[source >= Source.STRIP]
+    strips = rows[source >= Source.STRIP]  # and points
     crossings: list[tuple[int, Kind]] = []
     if len(strips):
+        # Unproved hits between the strips at which the ray is steep are another sheet; the other
+        # unproved hits join the strips.
         ends = t[source >= Source.STRIP]
         is_between_ends = (hits.low[near_rows] > ends.min()) & (hits.high[near_rows] < ends.max())
         is_steep = is_between_ends & (np.abs(sines[near_rows]) > MAX_TANGENT_SINE)
         strips, near_rows = np.concatenate([strips, near_rows[~is_steep]]), near_rows[is_steep]
         tangent_rows = proved[np.abs(sines[proved]) <= MAX_TANGENT_SINE]
-        sine, is_point = sines[strips], (hits.label[strips] == Source.POINT).all()
+        strip_sines, are_points = sines[strips], (hits.label[strips] == Source.POINT).all()
         residuals = hits.residual[rows[source == Source.STRIP]]
         min_length_along, max_variation, is_behind = limits
         if np.ptp(ends) > min_length_along and _are_nearly_equal(residuals, max_variation[rows[0]]):
@@ -208,9 +211,12 @@ def _merge_cluster(
             if len(strips):
                 rows_ahead = strips[~is_behind[strips]] if (~is_behind[strips]).any() else strips
                 chosen = rows_ahead[np.argmin(hits.residual[rows_ahead])]
-                is_one_sided = (sine > MAX_TANGENT_SINE).all() or (sine < -MAX_TANGENT_SINE).all()
-                kind = Kind.CROSSING if is_point and is_one_sided else Kind.TOUCHING
+                is_one_sided = (strip_sines > MAX_TANGENT_SINE).all() or (
+                    strip_sines < -MAX_TANGENT_SINE
+                ).all()
+                kind = Kind.CROSSING if are_points and is_one_sided else Kind.TOUCHING
                 crossings.append((_extend_interval(hits, chosen, strips), kind))
+    # Unproved hits join the nearest proved hit that crosses in the same direction as they do.
     for sign in (-1, 1):
         same_direction = proved[sines[proved] * sign > 0]
         if len(same_direction):
@@ -249,9 +255,9 @@ def _join_to_crossing(hits: Hits, strip: np.intp, tangent_rows: Ints) -> bool:
 
 
 def _are_nearly_equal(residuals: FloatArray, max_variation: float) -> bool:
-    """Whether three quarters of the ends of strips have nearly the same distance from the ray.
+    """Whether three quarters of the ends of strips have nearly equal distances from the ray.
 
-    The remaining ends may be at borders, where the distance may be larger.
+    The other ends may be at borders, where the distance may be larger than elsewhere.
     """
     if not len(residuals):
         return False

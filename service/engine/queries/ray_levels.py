@@ -43,9 +43,9 @@ MAX_PAIRS_OF_RAY, MAX_OPEN_PAIRS = 4096, 1 << 18
 
 MAX_STRAIN = MAX_CONTRACTION / 3
 """A cell with more strain than this is halved without computing bounds, because no ray can be
-settled in it. The strain of a cell is REST / min(|A|, |B|), in the notation of `ray_bounds`. There
-|D| = |A × B| |d · n| and |X| = |B × d| ≥ |B| |d · n| give ν ≥ 3 |X| REST / |D| ≥ 3 REST / |A|, and
-with Y, ν ≥ 3 REST / |B|."""
+settled in it. The strain of a cell is REST / min(|A|, |B|), in the notation of `ray_bounds`. With
+the unit normal n of the cell, |D| = |A × B| |d · n| and |X| = |B × d| ≥ |B| |d · n| give ν ≥ 3 |X|
+REST / |D| ≥ 3 REST / |A|; and Y gives ν ≥ 3 REST / |B|."""
 
 MAX_POINT_RADIUS = 1 / 8
 """A cell whose radius is at most this, in units of the thickness of the ray, counts as a point."""
@@ -55,8 +55,8 @@ MAX_DISTANCE_BEHIND = 4
 ray, to find other hits at the same place."""
 
 MAX_NEAR_SHARE = 1 / 4
-"""The pairs with farther cells wait at first. They join the search when the open pairs with nearer
-cells are at most this share of them."""
+"""The pairs with farther cells join the search later: when the open pairs with nearer cells are at
+most this share of them."""
 
 NO_PAIRS = np.zeros(0, np.intp), np.zeros(0, np.intp)
 """An empty list of pairs (ray, cell)."""
@@ -114,6 +114,7 @@ class RayLevels:
         self.can_split, self.is_crowded, self.most_open = can_split, False, 0
         self.max_pairs_of_ray, self.in_tree = max_pairs_of_ray, np.zeros(len(rays.near), np.intp)
         self.share, self.waiting_pairs = share, NO_PAIRS
+        """Pairs of the rays whose share is too small for this level; they are examined again."""
         self.only_first = only_first
         self.cells, self.patches, self.rays = patches.cells, patches, rays
         self.farthest = np.full(len(rays.near), np.inf)

@@ -18,7 +18,7 @@ MAX_STEPS = 8
 """The most steps of Newton's method in a cell; after these, the cell is halved."""
 
 STRIP_STEPS = 4
-"""The most steps of Newton's method across a strip."""
+"""How many steps Newton's method takes across a strip, to each of its ends."""
 
 MIN_SLANT = 1 / 2
 """A strip, which follows the line x = x₀ + x₁ y in its cell, may end at a side x = ±1 if |x₁| is at
@@ -61,7 +61,7 @@ class _RayPoints:
     rounding: FloatArray
 
     def move(self, cell_parameters: FloatArray, d: FloatArray) -> "_RayPoints":
-        """Move to near `cell_parameters`; the tangent plane replaces the surface.
+        """Move by a small step to `cell_parameters`; the tangent plane replaces the surface.
 
         The partials and the distance from the ray stay those of the old points.
         """
@@ -137,6 +137,7 @@ def find_roots(
         )
         error = bound.lengths * points.rounding / np.abs(bound.determinant)
         reach = (np.abs(g) + error).max(axis=0) / (1 - bound.contraction)
+        # By Theorem 2 of `ray_bounds`, the components of |s*| are at least `min_root`.
         min_root = np.abs(points.cell_parameters - g) - bound.contraction * reach - error
         is_outside = (min_root > 1 + 64 * UNIT).any(axis=0)
         da, db = points.half[0] * points.du, points.half[1] * points.dv
@@ -158,7 +159,8 @@ def find_roots(
             is_inside = (
                 np.abs(points.cell_parameters[:, hit_columns]) + reach[hit_columns] <= 1
             ).all(axis=0)
-            # |S_a| + |S_b| is at most the sum of the lengths of the model's vectors, plus 3 REST.
+            # |S_a| + |S_b| is at most the sum of the lengths of the model's vectors, plus 3 REST;
+            # ROUND is 16 u times this sum.
             model = cells.models[: model_rows.ROUND + 1, cell[hit_rows]]
             speed = model[model_rows.ROUND] / (16 * UNIT) + 3 * model[model_rows.REST]
             t = points.t[hit_columns]
@@ -220,6 +222,7 @@ def find_strips(
             if not remaining_steps:
                 break
             slope = np.where(is_free_a, points.half[0] * points.du, points.half[1] * points.dv)
+            # P = w · (S − o), where w is `strips.across`.
             p = dot(strips.across, points.position - rays.origin[:, ray])
             free_parameter = np.clip(free_parameter - p / dot(strips.across, slope), -1.0, 1.0)
             free_parameter = np.where(np.isfinite(free_parameter), free_parameter, 0.0)
@@ -248,7 +251,7 @@ def take_points(cells: CellTree, rays: Rays, ray: Ints, cell: Ints) -> Hits:
 def begin_at_origins(cells: CellTree, rays: Rays, hits: Hits) -> Hits:
     """Move hits *along* that begin behind the origin of their ray to this origin.
 
-    The parameters of the origin on the surface are found by least squares, from those of the hit.
+    The point of the surface at the origin is found by least squares, starting at the hit.
     If this fails, the hit stays where it is. The arrays of `hits` are changed.
     """
     rows = np.flatnonzero((hits.label == Kind.ALONG) & (hits.low < rays.near[hits.ray]))
@@ -263,8 +266,8 @@ def begin_at_origins(cells: CellTree, rays: Rays, hits: Hits) -> Hits:
         uu, uv, vv, yu, yv = (
             dot(*pair) for pair in ((du, du), (du, dv), (dv, dv), (y, du), (y, dv))
         )
-        size = uu * vv - uv * uv
-        step = np.stack([vv * yu - uv * yv, uu * yv - uv * yu]) / size
+        determinant = uu * vv - uv * uv
+        step = np.stack([vv * yu - uv * yv, uu * yv - uv * yu]) / determinant
         parameters = np.clip(parameters + np.where(np.isfinite(step), step, 0.0), 0.0, 1.0)
     position, du, dv = net_partials(cells.nets, net, parameters, 1)
     y = point - position

@@ -67,7 +67,7 @@ class RayHits:
     Attributes
     ----------
     hits : Hits
-        Ordered by ray and by t; t begins at the origin of the request.
+        Ordered by ray and by t; t = 0 is the origin of the ray in the request.
     sines : ndarray of float64, shape (n,)
         Sines of the angles of rays and surface; negative where the ray runs against du × dv.
     reached : ndarray of bool, shape (m,)
@@ -98,7 +98,10 @@ class RaySearch:
         )
         self.cells.halve_first(max_cells, model_rows.STRAIN, MAX_STRAIN)
         self.patches = PatchTree(self.cells, MAX_FIRST_CELLS)
-        self.most_open = self.in_tree = 0
+        self.most_open = 0
+        """The most pairs that were open on one level, in all searches."""
+        self.in_tree = 0
+        """How many pairs the tree left for the rays of a request, without `FREE_PAIRS` each."""
         self.max_pairs_of_ray = FREE_PAIRS
 
     def find(
@@ -168,6 +171,7 @@ class RaySearch:
         begins = rays.near[hits.ray]
         t, low, high = (np.maximum(ends - begins, 0.0) for ends in (hits.t, hits.low, hits.high))
         hits = replace(hits, t=t, low=low, high=high)
+        # The theorem needs τ; rounding may have required a larger thickness of a ray.
         reached &= rays.thickness <= self.thickness
         return RayHits(hits, hits.sines(rays.direction[:, hits.ray]), reached)
 

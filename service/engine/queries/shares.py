@@ -4,8 +4,8 @@ Some points need a thousand times more work than others. For example, all points
 equally near to its centre. A point that needs more pairs than its share waits until the other
 points have ended; the pairs that they did not use are then shared again. When all remaining points
 need more than their share, the points that have used the fewest pairs continue while pairs are
-left, and the remaining points end with wider intervals. The budget counts pairs, not seconds, so
-that the same request always gets the same response.
+left, and the remaining points end without the requested precision. The budget counts pairs, not
+seconds, so that the same request always gets the same response.
 """
 
 import numpy as np
@@ -51,9 +51,12 @@ class Share:
         is_next = counts > 0
         is_open = is_next if is_later is None else is_next | is_later
         total = self.spent + counts
+        # Open points have equal shares of the pairs that points which ended have not used.
         available_pairs = self.pairs - int(self.spent[~is_open].sum())
         is_served = is_next & (total * np.count_nonzero(is_open) <= available_pairs)
         is_ended = np.zeros(len(counts), bool)
+        # If every share is too small, and no later pairs are to come, serve the points with the
+        # smallest totals while pairs are left. Points that are not open sort first, with no counts.
         if is_next.any() and not is_served.any() and not (is_open & ~is_next).any():
             order = np.argsort(np.where(is_open, total, 0), kind="stable")
             remaining_pairs = self.pairs - int(self.spent.sum())

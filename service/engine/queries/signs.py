@@ -37,7 +37,8 @@ def compute_signs(
     Parameters
     ----------
     seams : Seams or None
-        Seams of the model, from `connect_if_apart`; None if points on borders are nearly equal.
+        Seams of the model, from `connect_if_apart`. None if points on borders may be nearly, but
+        not exactly equal; they are then made equal first.
     nets : QueryNets
         Nets of the model.
     x : ndarray of float64, shape (m, 3)

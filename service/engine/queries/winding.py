@@ -28,8 +28,8 @@ borders were joined. Let g be a bound of both. To include the strips that close 
 to each δ_i.
 
 Cells are halved until the sum of these bounds is less than 2π. Then w is the integer nearest to the
-sum of the angles. At a distance d from the surface, only cells larger than about d must be halved,
-so that each level adds only some cells.
+sum of the angles Ω₂ divided by 4π. At a distance d from the surface, only cells larger than about d
+must be halved, so that each level adds only some cells.
 
 If a ball about x contains no point of the surface, all points of the ball have the same w. So x is
 replaced by the nearest point of a sufficiently fine grid; then one grid point replaces many points.
@@ -48,7 +48,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.cancellation import checkpoint
-from service.engine.queries import cell_models as model_rows
+from service.engine.queries.cell_models import UNIT
 from service.engine.queries.cells import CellTree
 from service.engine.queries.chord_models import AREA, CORNERS, GAP_FACTOR
 
@@ -66,9 +66,15 @@ MIN_CLEARANCE = 0.1
 """A solid angle is computed only if the distance of x from the ball of the cell is more than this,
 in radii of the ball."""
 
-CHUNK_PAIRS, MAX_PAIRS, MAX_PAIRS_OF_POINT = 1 << 15, 20_000_000, 1 << 14
-"""The most pairs of a point and a cell: that are computed at once; in a request, which takes 20 to
-35 s; and of one point on one level."""
+CHUNK_PAIRS = 1 << 15
+"""How many pairs of a point and a cell are computed at once; this limits the memory."""
+
+MAX_PAIRS = 20_000_000
+"""After this number of pairs in a request, which takes 20 to 35 s, no further points are begun;
+their winding numbers are uncertain."""
+
+MAX_PAIRS_OF_POINT = 1 << 14
+"""The most pairs of one point on one level; if there are more, its winding number is uncertain."""
 
 MIN_CHUNK = 1
 """If cells take too much memory, fewer points are searched together, but at least this number."""
@@ -82,7 +88,7 @@ def compute_winding_numbers(
     Parameters
     ----------
     cells : CellTree
-        The cells of the nets of a closed surface, with the table `CHORDS`.
+        The cells of the nets of a closed surface, with the models of `chord_models`.
     x : ndarray of float64, shape (m, 3)
         In the coordinates of these nets.
     low : ndarray of float64, shape (m,)
@@ -93,7 +99,8 @@ def compute_winding_numbers(
     lowest, highest = cells.box
     is_inside = ((x >= lowest) & (x <= highest)).all(axis=1)
     gap += 2.0**-44 * cells.largest  # for rounding
-    # The strips that close gaps reach only some gaps from the surface.
+    # A strip that closes a gap is within one gap of the surface, and the grid point that replaces x
+    # is at least half as far from the surface as x.
     is_off_surface = low > 4 * gap
     numbers = np.where(is_inside | ~is_off_surface, np.nan, 0.0)
     rows = np.flatnonzero(is_inside & is_off_surface)
@@ -134,7 +141,8 @@ class _Chunk:
     """The search for the winding numbers of some points (3, m).
 
     Cells with bounds of at most `small_bound` are not halved. `angle` and `bound` are the sums of
-    the angles and of their bounds so far; `is_open` marks points with cells that cannot be halved.
+    the angles and of their bounds so far. `is_open` marks points that stay uncertain, because they
+    have a cell that cannot be halved, or more than `MAX_PAIRS_OF_POINT` pairs on a level.
     """
 
     def __init__(self, cells: CellTree, x: FloatArray, gap: float, small_bound: float) -> None:
@@ -192,7 +200,7 @@ class _Chunk:
             sphere = model[:4, cell_numbers]
             difference = x - sphere[:3]
             clearance = (
-                np.sqrt((difference * difference).sum(axis=0)) * (1 - 8 * model_rows.UNIT)
+                np.sqrt((difference * difference).sum(axis=0)) * (1 - 8 * UNIT)  # for rounding
                 - sphere[3]
             )
             is_near = clearance <= MIN_CLEARANCE * sphere[3] + self.gap

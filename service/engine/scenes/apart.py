@@ -32,13 +32,13 @@ def separate_members(scene: Scene, joined: JoinedGroup, *, is_welded: bool) -> S
             new_nodes[number] = PlacedModel(placed.name, len(meshes), placed.color)
             meshes.append(_take_member(mesh, cluster, k, placed.name))
     nodes = [new_nodes.get(k) or scene.nodes[number] for k, number in enumerate(joined.new_numbers)]
-    used = sorted({node.model for node in nodes})
-    new_numbers = {old_number: new_number for new_number, old_number in enumerate(used)}
+    used_meshes = sorted({node.model for node in nodes})
+    new_mesh_numbers = {old: new for new, old in enumerate(used_meshes)}
     return replace(
         scene,
         joined=tuple(cluster.members for cluster in joined.clusters) if is_welded else (),
-        nodes=tuple(replace(node, model=new_numbers[node.model]) for node in nodes),
-        meshes=tuple(meshes[old_number] for old_number in used),
+        nodes=tuple(replace(node, model=new_mesh_numbers[node.model]) for node in nodes),
+        meshes=tuple(meshes[number] for number in used_meshes),
     )
 
 

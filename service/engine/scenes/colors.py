@@ -34,8 +34,10 @@ def to_srgb(light: RealArray) -> FloatArray:
     1.055 c^(1/2.4) − 0.055      above
     """
     colors = light.astype(np.float64)
-    rows = colors[:, :3]
-    colors[:, :3] = np.where(rows <= 0.0031308, rows * 12.92, 1.055 * rows ** (1 / 2.4) - 0.055)
+    linear = colors[:, :3]
+    colors[:, :3] = np.where(
+        linear <= 0.0031308, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055
+    )
     return colors
 
 

@@ -79,8 +79,10 @@ def _join_welds(
     for nodes in joined:
         rows = np.concatenate([np.arange(first[n], first[n + 1]) for n in nodes])
         # + 0.0 turns −0.0 into 0.0, because rows are compared bit by bit.
-        leader, number = unique_rows(mesh.positions[rows].astype(np.float64) + 0.0)
-        welds[rows] = rows[leader[number]]
+        first_at_position, position_number = unique_rows(
+            mesh.positions[rows].astype(np.float64) + 0.0
+        )
+        welds[rows] = rows[first_at_position[position_number]]
     return welds
 
 
@@ -181,7 +183,7 @@ def place_mesh(mesh: Mesh, matrix: FloatArray | None) -> Mesh:
         grids=grids,
         overlays=overlays,
         origin=np.zeros(3),
-        step=0.0,
+        step=0.0,  # placed positions are not on a grid
         report=_place_report(mesh, matrix),
     )
 

@@ -6,8 +6,8 @@ nodes, too (`segments`).
 
 If the section is a graph in a cell, its nodes in the order of the parameter are in turn beginnings
 and ends of pieces. If f ≤ 0 in the whole cell, the section meets at most the border of the cell. As
-f = 0 counts as positive, the two nodes at the ends of a run of places with f = 0 are one piece,
-which has no length or runs along a side in the plane.
+f = 0 counts as positive, the two nodes at the ends of a run of places with f = 0 are the ends of
+one piece, which has no length or runs along a side in the plane.
 
 Singular cells that touch each other form one *crossing*. An arc leads from the crossing to each
 node on its border. If there are exactly two such arcs, they are joined to one arc. A crossing
@@ -27,6 +27,7 @@ from service.engine.sections.borders import ONE, Borders
 from service.engine.sections.cells import ABOVE, BELOW, COPLANAR, OVER_U, OVER_V, SINGULAR
 from service.engine.sections.segments import Segments
 from service.engine.sections.sides import CellSides, CellTable
+from service.surface.sides import BEGINS, ENDS
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -62,9 +63,10 @@ def find_arcs(cells: CellTable, segments: Segments, borders: Borders) -> Arcs:
     checkpoint()
     kind = cells.kind[cell]
     key = np.where(kind == OVER_U, u, v)
-    rows_around = np.flatnonzero((kind != OVER_U) & (kind != OVER_V))
-    rows = cell[rows_around], side[rows_around]
-    key[rows_around] = _find_positions(cells, segments, rows, (u[rows_around], v[rows_around]))
+    # Where the section is not a graph, the entries are ordered around the border of the cell.
+    around = np.flatnonzero((kind != OVER_U) & (kind != OVER_V))
+    sides = cell[around], side[around]
+    key[around] = _find_positions(cells, segments, sides, (u[around], v[around]))
     ordered = np.flatnonzero(kind != SINGULAR)
     ordered = ordered[np.lexsort((key[ordered], cell[ordered]))]
     begin, end = _pair_entries(cell[ordered])
@@ -98,7 +100,7 @@ def _incidences(segments: Segments) -> tuple[Ints, Ints, Ints]:
     """All triples (cell, side, root) of a root on a side of a cell."""
     first = np.searchsorted(segments.root_segment, segments.first.ravel())
     last = np.searchsorted(segments.root_segment, segments.last.ravel())
-    counts = last - first
+    counts = last - first  # the roots first … last − 1 are on a side
     side_numbers = np.repeat(np.arange(len(counts)), counts)
     offset = np.arange(len(side_numbers)) - np.repeat(np.cumsum(counts) - counts, counts)
     cell, side = np.divmod(side_numbers, 4)
@@ -115,9 +117,9 @@ def _find_positions(
 
     In these cells the section is not a graph. Positions increase from the corner (u₀, v₀) along the
     sides v₀, u₁, v₁ and u₀. If this corner lies between two nodes of one piece, the first node gets
-    a position at the end. This is so if the corner has the sign that the rest of the border has
-    not: f = 0 counts as positive, and the sign at a corner, which all its cells share, may be
-    negative by rounding in a cell above.
+    a position at the end. This is so if the sign at the corner is not that of the cell: in a cell
+    of kind `BELOW`, f = 0 counts as positive; in a cell of kind `ABOVE`, the sign at a corner,
+    which all cells at the corner share, may be negative by rounding.
     """
     (cell, side), (u, v) = sides, parameters
     rectangle = cells.place[:, cell] / ONE
@@ -156,8 +158,8 @@ def _pair_entries(cell: Ints) -> tuple[Ints, Ints]:
 def _along_sides(segments: Segments, cell: Ints, pairs: Ints) -> Bools:
     """Which pairs of nodes are both ends of a side of their cell that lies in the plane."""
     is_along = np.zeros(len(cell), bool)
-    for side, (a, b) in enumerate(((0, 1), (2, 3), (0, 2), (1, 3))):
-        begin, end = segments.corner[cell, a], segments.corner[cell, b]
+    for side in range(4):
+        begin, end = segments.corner[cell, BEGINS[side]], segments.corner[cell, ENDS[side]]
         is_side = (pairs[:, 0] == begin) & (pairs[:, 1] == end)
         is_side |= (pairs[:, 0] == end) & (pairs[:, 1] == begin)
         is_along |= is_side & segments.side_in_plane[cell, side]
@@ -166,6 +168,7 @@ def _along_sides(segments: Segments, cell: Ints, pairs: Ints) -> Bools:
 
 def _count_sides(segments: Segments, is_chosen: Bools) -> Ints:
     """For each segment, how many sides of the chosen cells contain it: shape (G,)."""
+    # Each side adds 1 at its first segment and −1 after its last: the running sum is the count.
     change = np.zeros(len(segments.ends) + 1, np.intp)
     np.add.at(change, segments.first[is_chosen].ravel(), 1)
     np.add.at(change, segments.last[is_chosen].ravel(), -1)
@@ -177,16 +180,17 @@ def _sides_in_plane(cells: CellTable, segments: Segments) -> tuple[Ints, FloatAr
     is_coplanar = cells.kind == COPLANAR
     is_inside = _count_sides(segments, is_coplanar) > 1
     is_inside &= _count_sides(segments, ~is_coplanar) == 0
-    arcs = np.flatnonzero(segments.in_plane & ~is_inside)
-    side_of_plane = np.sign(cells.corner_values().sum(axis=1))
-    # If f > 0 above v₀, the arc runs toward larger u; if f > 0 right of u₀, toward smaller v.
-    sense = side_of_plane[:, np.newaxis] * np.array([-1.0, 1.0, 1.0, -1.0])
+    arc_segments = np.flatnonzero(segments.in_plane & ~is_inside)
+    sign_of_f = np.sign(cells.corner_values().sum(axis=1))
+    # The sense of sides u₀, u₁, v₀, v₁ of cells with f > 0: side v₀ has f > 0 to its left, since it
+    # runs toward larger u; side u₀ has f > 0 to its right, since it runs toward larger v.
+    sense = sign_of_f[:, np.newaxis] * np.array([-1.0, 1.0, 1.0, -1.0])
     sense[segments.backward] *= -1
     sense_of_segment = np.zeros(len(segments.ends))
     # A side of one segment gives its sense to the segment.
     is_single = segments.last - segments.first == 1
     np.add.at(sense_of_segment, segments.first[is_single], sense[is_single])
-    return segments.ends[arcs], np.sign(sense_of_segment[arcs])
+    return segments.ends[arc_segments], np.sign(sense_of_segment[arc_segments])
 
 
 def _number_crossings(cells: CellTable, segments: Segments) -> Ints:
@@ -233,9 +237,9 @@ def components(count: int, first_vertices: Ints, second_vertices: Ints) -> Ints:
 def _spokes(hub: Ints, node: Ints, crossing: Ints, node_count: int) -> tuple[Ints, Ints]:
     """The arcs from crossings to nodes on their borders, and the crossings without arcs.
 
-    `hub` and `node` are the crossing and the node of each arc. A node that meets a crossing
-    twice is inside the crossing and has no arc. A crossing with two nodes becomes one arc between
-    these nodes.
+    `hub` and `node` are the crossing and the node of each arc. A node that meets a crossing an even
+    number of times is inside the crossing and has no arc. A crossing with two nodes becomes one arc
+    between these nodes.
     """
     pairs, counts = np.unique(np.stack([hub, node], axis=1), axis=0, return_counts=True)
     pairs = pairs[counts % 2 == 1]
@@ -250,7 +254,8 @@ def _free_nodes(segments: Segments, ends: Ints, cells: CellTable, loops: Ints) -
     """Find the nodes without arcs at which the surface meets the plane.
 
     These are corners with f = 0, double roots, and the nodes `loops`, at which both ends of a piece
-    are one node.
+    are one node, unless they are corners: by rounding, both sides at a corner may have a root there
+    although f ≠ 0.
     """
     is_free = np.zeros(len(segments.node_net), bool)
     is_free[: len(segments.value)] = segments.value == 0

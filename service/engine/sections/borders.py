@@ -78,6 +78,7 @@ def find_border_lines(nets: QueryNets, seams: Seams, is_triangle: Bools) -> Bord
     medians = edges + 3 * np.arange(patches)[:, np.newaxis] + np.arange(3)
     ends[medians, 0, 0], ends[medians, 0, 1] = seams.edge[:, :3], ONE
     ends[medians, 1, 0], ends[medians, 1, 1] = CENTROID, np.arange(patches)[:, np.newaxis]
+    # The middle of an edge that is one point has the name of this point.
     is_collapsed = seams.collapsed[:, :3]
     ends[medians[is_collapsed], 0] = ends[seams.edge[:, :3][is_collapsed], 0]
 

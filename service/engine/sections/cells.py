@@ -6,9 +6,9 @@ over the plane times the weight. The search halves cells.
 Rounding. Halving takes means of two numbers. With u = 2⁻⁵³, it moves coefficients by at most p u
 max |f| along u, and by at most q u max |f| along v. There are at most 30 halvings in each
 direction, and |f| ≤ 3.5, as coordinates are at most 1. So the errors of coefficients are at most
-105 (p + q) u. This is less than `THICKNESS` for p + q ≤ 78, and 1.5e-12 for degrees of 64. The
-section in each cell is therefore exactly the section of a surface whose points are moved by at most
-this perpendicular to the plane.
+105 (p + q) u. This is less than `heights.THICKNESS` for p + q ≤ 78, and 1.5e-12 for degrees of 64.
+The section in each cell is therefore exactly the section of a surface whose points are moved by at
+most this perpendicular to the plane.
 
 On a side, f is computed from the control points of this side alone, by the same operations in both
 directions. So f has the same bits in two patches whose control points on an edge are the same. If
@@ -19,7 +19,7 @@ triangles), f differs by at most
 
 where n is the degree on the edge and k counts halvings, because max |f| halves with a cell that
 meets the plane. This difference and the rounding of the control points together are less than
-`NOISE` for n ≤ 10.
+`heights.NOISE` for n ≤ 10.
 """
 
 from dataclasses import dataclass, replace
@@ -139,6 +139,7 @@ class OpenCells:
         """The lower halves and the upper halves of all cells along one axis."""
         halves = []
         middle = (self.place[2 * axis] + self.place[2 * axis + 1]) // 2
+        # `halve` takes nets of points: f is their only coordinate.
         for end, nets in enumerate(halve(self.nets[..., np.newaxis], axis + 1)):
             place = self.place.copy()
             place[2 * axis + 1 - end] = middle

@@ -117,7 +117,8 @@ def _bounds(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
     # `target`: |AB| along the axis of the graph, or half of this along both axes.
     target = np.zeros((len(length), 2))
     sense = np.where(pieces.end >= pieces.begin, 1.0, -1.0)
-    for axis, share in enumerate(np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5]])):
+    shares_along_u, shares_along_v = np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5]])
+    for axis, share in enumerate((shares_along_u, shares_along_v)):
         target[:, axis] = share[pieces.axis] * length * sense[:, axis]
     slide_y = dot(_slopes(y), h_slope) / squared_slope
     slide_x = dot(_slopes(x) - target, h_slope) / squared_slope

@@ -113,10 +113,11 @@ def bound_slopes(cells: OpenCells, axis: int) -> FloatArray:
 
         |dv/du| = |f_u| / |f_v| ≤ max |f_u| / min |f_v|
 
-    A partial derivative is bounded by its coefficients. The result has shape (n,), and is 1e300 if
-    the least |f_v| is 0.
+    A partial derivative is bounded by its coefficients: differences of coefficients of f, times the
+    degree, divided by the side of the cell. The result has shape (n,), and is 1e300 if the least
+    |f_v| is 0.
     """
-    steps = []
+    steps = []  # the sizes of the coefficients of f_u, then of f_v
     for direction in (0, 1):
         length = cells.place[2 * direction + 1] - cells.place[2 * direction]
         steps.append(np.diff(cells.nets, axis=direction + 1).reshape(len(length), -1))
