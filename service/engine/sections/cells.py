@@ -49,7 +49,7 @@ class Cells:
         The direction in which a graph has f > 0 on its left: 1 toward larger parameters, −1 toward
         smaller parameters; 0 for other kinds.
     floor : ndarray of float64, shape (n,)
-        The largest |f| that counts as zero, as in `roots`.
+        The largest absolute value of coefficients whose signs are not reliable (`roots`).
     rows : tuple of ndarray of float64
         The coefficients of f on the four sides: shapes (n, q+1) twice and (n, p+1) twice.
     """
