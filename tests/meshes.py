@@ -141,7 +141,7 @@ def weld_grids(name: str, grids: tuple[Grid, ...], faces: Faces) -> Mesh:
     vertex_of_sample: dict[tuple[float, ...], int] = {}
     first_vertex_at: dict[tuple[float, ...], int] = {}
     vertices: list[tuple[float, ...]] = []
-    welds: list[int] = []
+    welds: list[int] = []  # for each vertex, the first vertex at the same position
     vertex_grids: list[NDArray[np.uint32]] = []
     for grid in grids:
         numbers: NDArray[np.uint32] = np.empty(grid.positions.shape[:2], dtype=np.uint32)

@@ -68,19 +68,19 @@ def weighted_nets(
 
 @st.composite
 def degenerate_nets(draw: st.DrawFn) -> Array:
-    """Nets with one to three of FAULTS, for example a collapsed edge or all points on a line."""
+    """Nets with one to three of FAULTS, for example a collapsed side or all points on a line."""
     net = draw(nets(degree=st.integers(1, 4))).copy()
     for fault in draw(st.lists(st.sampled_from(FAULTS), min_size=1, max_size=3)):
         net = fault(net)
     return net
 
 
-def _collapse_edge(net: Array) -> Array:
+def _collapse_side(net: Array) -> Array:
     net[0, :] = net[0, 0]
     return net
 
 
-def _collapse_other_edge(net: Array) -> Array:
+def _collapse_other_side(net: Array) -> Array:
     net[:, -1] = net[-1, -1]
     return net
 
@@ -116,8 +116,8 @@ def _fold(net: Array) -> Array:
 
 
 FAULTS = (
-    _collapse_edge,
-    _collapse_other_edge,
+    _collapse_side,
+    _collapse_other_side,
     _repeat_row,
     _repeat_column,
     _flatten,

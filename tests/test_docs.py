@@ -28,7 +28,7 @@ def test_each_example_has_one_picture() -> None:
         assert {path.stem for path in (DOCS / folder).iterdir()} == set(names)
 
 
-def test_every_method_has_a_section() -> None:
+def test_the_table_of_methods_lists_all_methods() -> None:
     introduction = METHODS.split("\n## ")[0]
     rows = [line for line in introduction.splitlines() if line.startswith("| `")]
     assert [row.split("`")[1] for row in rows] == ["method", *get_args(Method)]

@@ -17,7 +17,8 @@ def test_the_table_lists_all_fields_of_the_log() -> None:
     section = TEXT.partition("## The log")[2].partition("## Health")[0]
     cells = re.findall(r"^\| (`.*?) \| (\w+) \|", section, re.MULTILINE)
     fields_on_page = {name for names, _ in cells for name in re.findall(r"`(\w+)`", names)}
-    # The log has one line for this request. By its path, the line has the code of an error.
+    # The log has one line for this request without headers. For the path /refused it has a code of
+    # an error.
     _, (line,), _ = send_request([], Settings(log_format="json"), path="/refused")
     error_record = json.loads(RecordFormatter("json").format(build_error_record()))
     # The request above is not for a surface, so its line lacks these three fields.

@@ -133,7 +133,7 @@ def test_document_is_valid(name: str) -> None:
         for schema in document["components"]["schemas"].values():
             Draft202012Validator.check_schema(schema)
     for reference in list_references(document):
-        # A reference to a missing place raises KeyError.
+        # If what it refers to is missing, this raises KeyError.
         value: Any = document
         for key in reference.removeprefix("#/").split("/"):
             value = value[key.replace("~1", "/").replace("~0", "~")]
@@ -387,6 +387,7 @@ def test_query_parameters_beside_a_file_have_valid_examples() -> None:
 
 def test_request_examples_show_every_kind_of_surface_every_option_and_every_operation() -> None:
     meshes, conversions = (list_examples(path).values() for path in ("/v1/mesh", "/v1/convert"))
+    # Without `type` the kind is the first of `KINDS`.
     kinds = {mesh["surface"].get("type", KINDS[0]) for mesh in meshes}
     assert kinds == set(KINDS), "show the kind in service/api/openapi/requests.json"
     options = SCHEMAS["MeshRequest"]["properties"]

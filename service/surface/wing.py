@@ -18,7 +18,11 @@ CHORDWISE = (0, 0, 0, 0, 1e-8, 8e-7, 2e-5, 3e-4, 2e-3, 8e-3, 0.03, 0.1, 0.3, 0.6
 chord there."""
 
 SPANWISE = (0, 0, 0, 0, 3, 5.5, 8, 11, 13.5, 15, 15.5, 16, 16.5, 17, 17.5, 18.5, 18.5, 18.5, 18.5)
-"""Knots along the leading edge, in metres, dense where the tip turns up."""
+"""Knots along the leading edge, dense where the tip turns up.
+
+Like all lengths along the leading edge here, these are metres as seen from the front: without the
+sweep.
+"""
 
 CHORDS = ((0.0, 5.5, 15.0, 16.8, 18.5), (6.4, 3.9, 1.9, 1.35, 0.6))
 """Positions along the leading edge, and the chord (the length from front to back) at each of them;
@@ -84,15 +88,15 @@ def _find_point(u: float, t: float, sign: float) -> tuple[float, float, float]:
         5 * THICKNESS * (0.2969 * s - x * (0.126 + x * (0.3516 + x * (0.1036 * x - 0.2843))))
     )
     if u == 1:
-        half_thickness = 0.0
+        half_thickness = 0.0  # exactly, so that the skins close at the trailing edge
     camber = CAMBER / SUMMIT**2 * x * (2 * SUMMIT - x)
     if x > SUMMIT:
         camber = CAMBER / (1 - SUMMIT) ** 2 * (1 - x) * (1 + x - 2 * SUMMIT)
     chord = float(np.interp(t, *CHORDS))
     height = chord * (camber + sign * half_thickness)
     # The tip turns up along an arc, from the angle `DIHEDRAL` to the angle `CANT`.
-    share = min(max((t - BEND) / BEND_LENGTH, 0.0), 1.0)
-    angle = DIHEDRAL + (CANT - DIHEDRAL) * share
+    arc_fraction = min(max((t - BEND) / BEND_LENGTH, 0.0), 1.0)
+    angle = DIHEDRAL + (CANT - DIHEDRAL) * arc_fraction
     y, z = _find_edge_point(t)
     # Washout: from the root to the tip, sections are rotated more and more with the leading edge
     # down, about the point at a quarter of the chord.

@@ -60,6 +60,7 @@ def elevate_patches(surface: PatchSurface, operation: Elevate, allowed: SizeLimi
         return surface  # every patch has the degree already
     if degree[0] != degree[1]:
         _check_seams([batch.net[0] for batch in grids])
+    # For each batch, the nets before elevation and the points after it.
     pairs: list[tuple[Net, FloatArray]] = []
     old_nets = [batch.net for batch in grids]
     grids = [batch.apply(partial(elevate_nets, degree=degree, first_axis=1)) for batch in grids]
@@ -132,10 +133,11 @@ def _check_seams(nets: Sequence[FloatArray]) -> None:
 
     The two patches at this edge would have different control points there, and could have a gap.
     """
-    for rows in {points.shape[1] for points in nets} & {points.shape[2] for points in nets}:
+    # Only sides with equally many control points can be the same edge.
+    for count in {points.shape[1] for points in nets} & {points.shape[2] for points in nets}:
         # Sides 0 and 1 run along v, axis 2 of a net; sides 2 and 3 run along u, axis 1.
         sides_along_v, sides_along_u = (
-            np.concatenate([take_side(n, s) for n in nets if n.shape[axis] == rows for s in sides])
+            np.concatenate([take_side(n, s) for n in nets if n.shape[axis] == count for s in sides])
             for axis, sides in ((2, (0, 1)), (1, (2, 3)))
         )
         _check_sides(sides_along_v, sides_along_u)

@@ -64,18 +64,18 @@ def refine_over(surface: BsplineSurface, change: Change, allowed: SizeLimits) ->
     target = raise_knots(knots, old_degree, degree, *piece)
     shortest = float(np.diff(knot.breaks(target, degree)).min())
     check_length(shortest, find_least_span(*find_domain(surface, axis)), where)
-    count = len(target) - degree - 1
-    counts = surface.control_net.shape[:2]
+    new_count = len(target) - degree - 1
+    old_counts = surface.control_net.shape[:2]
     # A channel with as many control points is a spline over the same knots; any other is a Bézier
     # net, which gets no new control points.
     channel_numbers = sum(
-        n.shape[-1] for _, _, _, n in surface.channels.each() if n.shape[:2] == counts
+        n.shape[-1] for _, _, _, n in surface.channels.each() if n.shape[:2] == old_counts
     )
-    check_count(count * counts[1 - axis], allowed, channel_numbers)
+    check_count(new_count * old_counts[1 - axis], allowed, channel_numbers)
     vectors, degrees = list(surface.knot_vectors), list(surface.degree)
     vectors[axis], degrees[axis] = target, degree
     check_bezier_points((vectors[0], vectors[1]), (degrees[0], degrees[1]), where)
-    _check_work(count * degree * old_degree, where)
+    _check_work(new_count * degree * old_degree, where)
     # New control point j is the mean of the rows index[:, j], with the weights shares[:, j].
     index, shares = find_refinement(knots, old_degree, target, degree)
     is_periodic = isinstance(surface.knots[axis], str) and surface.knots[axis] == "periodic"
@@ -91,27 +91,27 @@ def refine_over(surface: BsplineSurface, change: Change, allowed: SizeLimits) ->
         return _close_rows(combine(*net, index, shares), net, index, shares)
 
     points, weights = apply_along((surface.control_net, surface.weights), axis, refine)
-    new_counts = list(counts)
-    new_counts[axis] = count
+    new_counts = list(old_counts)
+    new_counts[axis] = new_count
     low, high = find_domain(surface, axis)
     # The piece in the parameters of a Bézier channel, which run from 0 to 1.
     ends = tuple((t - low) / (high - low) for t in piece)
 
     def change_channel(net: FloatArray) -> FloatArray:
-        if net.shape[:2] == counts:
+        if net.shape[:2] == old_counts:
             return apply_along((net, None), axis, refine)[0]
         restrict = partial(polynomials.restrict, first=ends[0], last=ends[1])
         return _avoid_shape(
             apply_along((net, None), axis, restrict)[0], (new_counts[0], new_counts[1])
         )
 
-    new_vectors: list[Knots] = list(surface.knots)
-    new_vectors[axis] = target
+    new_knots: list[Knots] = list(surface.knots)
+    new_knots[axis] = target
     return replace(
         surface,
         control_net=points,
         degree=(degrees[0], degrees[1]),
-        knots=(new_vectors[0], new_vectors[1]),
+        knots=(new_knots[0], new_knots[1]),
         weights=weights,
         channels=map_channels(surface.channels, change_channel),
     )
@@ -144,14 +144,15 @@ def _avoid_shape(net: FloatArray, counts: tuple[int, int]) -> FloatArray:
     """
     if net.shape[:2] != counts:
         return net
+    # The degree along an axis is net.shape[axis] − 1. Elevate along u, unless this degree is
+    # already the highest.
     axis = 0 if len(net) <= MAX_DEGREE else 1
-    # Along this axis the degree is net.shape[axis] − 1.
     elevate = partial(polynomials.elevate, degree=net.shape[axis])
     return apply_along((net, None), axis, elevate)[0]
 
 
 def _check_work(work: int, where: str) -> None:
-    """Refuse a conversion that would take much longer than ten seconds."""
+    """Refuse a conversion that would take longer than about ten seconds."""
     if work > MAX_WORK:
         raise TooLarge(
             Issue(

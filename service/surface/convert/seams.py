@@ -72,8 +72,8 @@ def match_shared_edges(pairs: list[tuple[Net, FloatArray]]) -> None:
         if weights is not None:
             list_sides = _sides_of_grids if points.ndim == 4 else _sides_of_triangles
             for side in list_sides(points, weights, elevated):
-                degrees = side.points.shape[1], side.new_points.shape[1]
-                groups.setdefault(degrees, []).append(side)
+                point_counts = side.points.shape[1], side.new_points.shape[1]
+                groups.setdefault(point_counts, []).append(side)
     for sides in groups.values():
         _match_sides(sides)
 

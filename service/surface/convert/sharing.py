@@ -97,18 +97,22 @@ def share_vertices(
     columns = [np.concatenate(arrays) for arrays in zip(*(b.columns for b in batches), strict=True)]
     rows = np.concatenate(columns, axis=1) + 0.0  # −0 becomes 0
     first, indices = find_first_rows(rows)
-    vertices = iter([column[first] for column in columns])
-    count = 0 if grids is None else grids.net[0].size // 3
-    # `next` takes the columns in the order of `Batch.columns`.
+    # Positions, channels and weights of the vertices: `next` takes them in the order of
+    # `Batch.columns`.
+    vertex_columns = iter([column[first] for column in columns])
+    # `indices` has first the control points of the grids, then those of the triangles.
+    grid_count = 0 if grids is None else grids.net[0].size // 3
     return PatchSurface(
-        vertices=next(vertices),
-        channels=map_channels(batches[0].channels, lambda _: next(vertices)),
-        weights=None if batches[0].net[1] is None else next(vertices)[:, 0],
-        patches=NO_GRIDS if grids is None else indices[:count].reshape(grids.net[0].shape[:-1]),
+        vertices=next(vertex_columns),
+        channels=map_channels(batches[0].channels, lambda _: next(vertex_columns)),
+        weights=None if batches[0].net[1] is None else next(vertex_columns)[:, 0],
+        patches=(
+            NO_GRIDS if grids is None else indices[:grid_count].reshape(grids.net[0].shape[:-1])
+        ),
         triangles=(
             NO_TRIANGLES
             if triangles is None
-            else indices[count:].reshape(triangles.net[0].shape[:-1])
+            else indices[grid_count:].reshape(triangles.net[0].shape[:-1])
         ),
         parts=parts,
         up=up,

@@ -173,8 +173,9 @@ def bezier_of_spline(
         if net.shape[:2] != counts
     ]
     degree = max(p for p, _ in degrees), max(q for _, q in degrees)
-    rows, columns = (
-        len(knot.spans(u, p)) for u, p in zip(surface.knot_vectors, surface.degree, strict=True)
+    rows, columns = (  # numbers of spans along u and v
+        len(knot.spans(knots, n))
+        for knots, n in zip(surface.knot_vectors, surface.degree, strict=True)
     )
     p, q = degree
     check_degree(max(p, q), allowed)
