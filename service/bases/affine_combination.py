@@ -66,7 +66,7 @@ def combine_run(
 
     Means are computed relative to the middle point M, as M + Σ c_i w_i (P_i − M) / Σ c_i w_i. If k
     is even, M is the mean of the two middle points. The terms are added in pairs, the two outermost
-    points first. So reversed points give the same sum, bit for bit.
+    points first. So reversed points and shares give the same sum, bit for bit.
 
     Parameters
     ----------
@@ -91,8 +91,9 @@ def combine_run(
     mean = np.zeros(shares.shape[:2] + points.shape[1:])
     weight = None if weights is None else np.zeros(shares.shape[:2] + weights.shape[1:])
     for i in range((count + 1 if weights is not None else count) // 2):
-        # If k is odd, the middle point is M: its difference is 0, and only its weight is added.
+        # If k is odd, the middle point is M: P_i − M is 0, and only its weight is added.
         pair = (i, count - 1 - i) if i < count - 1 - i else (i,)
+        # The factors c_i of the two points, or c_i w_i, with axes that broadcast over (g, r, …, d).
         pair_shares = [_append_axes(shares[..., j], points.ndim - 1) for j in pair]
         if weights is not None and weight is not None:
             pair_shares = [
@@ -109,6 +110,7 @@ def combine_run(
             )
             low_term += high_term
             mean += low_term
+    # So far `mean` has the sums of c_i w_i (P_i − M).
     if weight is not None:
         mean /= weight[..., np.newaxis]
     mean += middle[:, np.newaxis]

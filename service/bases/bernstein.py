@@ -66,7 +66,7 @@ def sample_basis(degree: int, divisions: int, dtype: type[np.floating] = np.floa
         # The last rows are the first rows in reverse order, each row reversed, too.
         basis[-1 - divisions // 2 :] = basis[divisions // 2 :: -1, ::-1].copy()
         if divisions % 2 == 0:
-            # Make the middle row its own reverse, also where it was rounded.
+            # Rounding can make the middle row differ from its reverse: take the mean of both.
             middle = basis[divisions // 2]
             middle[:] = (middle + middle[::-1]) / 2
         return round_basis(basis, dtype)
@@ -129,7 +129,7 @@ def sample_partials_basis(
     """The bases for S, S_u and S_v at every sample of a grid, one below another.
 
     They are the results of `sample_grid_basis` for the degrees (p, q), (p − 1, q) and (p, q − 1),
-    with p, q ≥ 1. The bases for S_u and S_v belong to differences of control points.
+    with p, q ≥ 1. Multiply those for S_u and S_v by differences of control points.
 
     Returns
     -------
@@ -237,6 +237,7 @@ def multiply(first: FloatArray, second: FloatArray) -> FloatArray:
     Farouki and Rajan, Algorithms for polynomials in Bernstein form, CAGD 5 (1988).
     """
     (rows_1, columns_1), (rows_2, columns_2) = first.shape[-2:], second.shape[-2:]
+    # The loops below run over the coefficients of the polynomial that has fewer.
     if rows_1 * columns_1 > rows_2 * columns_2:
         return multiply(second, first)
     rows, columns = rows_1 + rows_2 - 1, columns_1 + columns_2 - 1

@@ -33,12 +33,14 @@ def build_operators(knots: FloatArray, degree: int) -> FloatArray:
     positions = spans(knots, degree)[:, np.newaxis] + np.arange(1 - degree, degree + 1)
     knots_around = knots[positions]
     forwards = _compute_blossoms(knots_around[:, :degree], knots_around[:, degree:])
-    # The same knots in reverse order, with the opposite sign.
+    # The same knots in reverse order, with the opposite sign, so that they ascend.
     knots_around = -knots_around[:, ::-1]
     backwards = _compute_blossoms(knots_around[:, :degree], knots_around[:, degree:])
-    forwards += backwards[:, ::-1, ::-1]
-    forwards /= 2.0
-    return forwards
+    # The mean of both directions, in the array of the first.
+    mean = forwards
+    mean += backwards[:, ::-1, ::-1]
+    mean /= 2.0
+    return mean
 
 
 def _compute_blossoms(left_knots: FloatArray, right_knots: FloatArray) -> FloatArray:

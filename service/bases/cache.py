@@ -166,7 +166,11 @@ def derive_once(
 
 
 MESH_PLANS: Cache[Sized] = Cache(256 << 20, share=4)
-"""Data that depend on connectivity, resolution, options, knots or indices alone, such as faces."""
+"""Data that depend on connectivity, resolution, options, knots or indices alone, such as faces.
+
+The service sets the capacity at its start (`service.settings.runtime`). A quarter of 256 MiB is a
+plan of about 3,000,000 vertices.
+"""
 
 
 LONGEST_TEXT = 1 << 16

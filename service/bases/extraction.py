@@ -19,7 +19,8 @@ from service.bases.knots import spans
 from service.bases.row_batches import row_slices
 
 CHUNK_BYTES = 4 << 20
-"""Spans are computed in chunks, so that temporary arrays have at most this number of bytes."""
+"""Spans are computed in chunks, in which each temporary array has at most this number of bytes, or
+one span."""
 
 SAME_SHARE = 2.0**-40
 """Shares at the two ends of a closed curve that differ by at most this number are made equal: knots
@@ -95,7 +96,9 @@ class Extraction:
         combined = np.empty((self.count, *points.shape[1:]))
         weight = None if weights is None else np.empty((self.count, *weights.shape[1:]))
         for sums in self.sums:
-            width = sums.shares.shape[1] * max(sums.shares.shape[2], points[0].size)
+            # Numbers of one run in the largest array: r shares of k points each, or r points.
+            _, r, k = sums.shares.shape
+            width = r * max(k, points[0].size)
             for rows in row_slices(len(sums.first), 8 * width, CHUNK_BYTES):
                 targets = sums.targets[rows]
                 combined[targets], weight_sums = combine_run(
@@ -113,9 +116,9 @@ class Extraction:
         """Whether the last control points repeat the first, so that the curve is closed."""
         if self.repetition is None:
             return False
-        count, head, tail = self.repetition
+        m, i, j = self.repetition
         return all(
-            np.array_equal(values[head : head + count], values[tail : tail + count])
+            np.array_equal(values[i : i + m], values[j : j + m])
             for values in (points, weights)
             if values is not None
         )
@@ -176,21 +179,25 @@ def _build_extraction(knots: FloatArray, degree: int, is_closed: bool) -> Extrac
             knots[chunk_spans[0] - degree : chunk_spans[-1] + degree + 2], degree
         )
     first_shares, last_shares = shares[:, 0].copy(), shares[:, -1].copy()
-    counts = _multiplicities(knots, degree, span_numbers)
+    multiplicities = _multiplicities(knots, degree, span_numbers)
     repetition = None
-    if counts[0] == counts[-1] < degree:
-        head, tail = first_shares[0, : degree + 1 - counts[0]], last_shares[-1, counts[-1] :]
+    if multiplicities[0] == multiplicities[-1] < degree:
+        # The shares of the p + 1 − m control points in the first and in the last point of the
+        # curve: views, through which `_equalize_ends` changes the arrays.
+        head = first_shares[0, : degree + 1 - multiplicities[0]]
+        tail = last_shares[-1, multiplicities[-1] :]
         repetition = (
             len(head),
             int(span_numbers[0]) - degree,
-            int(span_numbers[-1]) - degree + int(counts[-1]),
+            int(span_numbers[-1]) - degree + int(multiplicities[-1]),
         )
         if is_closed:
             _equalize_ends(head, tail)
     # At a knot of multiplicity p + 1 the curve is discontinuous: it has two Bézier points there,
     # and both equal control points.
-    jumps = np.flatnonzero(counts > degree)
-    first_targets = degree * np.arange(len(span_numbers)) + np.cumsum(counts[:-1] > degree)
+    jumps = np.flatnonzero(multiplicities > degree)
+    # The number of the first Bézier point of each span; then the numbers of all its points.
+    first_targets = degree * np.arange(len(span_numbers)) + np.cumsum(multiplicities[:-1] > degree)
     targets = first_targets[:, np.newaxis] + np.arange(degree + 1)
     copies = [
         (targets[jumps - 1, -1], span_numbers[jumps - 1]),
@@ -198,7 +205,7 @@ def _build_extraction(knots: FloatArray, degree: int, is_closed: bool) -> Extrac
     ]
     # The points between the first and the last of each span; then the points where spans meet.
     sums = [] if degree < 2 else [_Sums(span_numbers - degree, shares[:, 1:-1], targets[:, 1:-1])]
-    sums += _combine_joints(span_numbers, counts, (first_shares, last_shares), targets)
+    sums += _combine_at_breaks(span_numbers, multiplicities, (first_shares, last_shares), targets)
     combinations: list[_Sums] = []
     for group in sums:
         # A Bézier point that equals a control point is copied. In a run that also has other points
@@ -215,8 +222,8 @@ def _build_extraction(knots: FloatArray, degree: int, is_closed: bool) -> Extrac
     return Extraction(int(targets[-1, -1]) + 1, targets, tuple(combinations), pairs, repetition)
 
 
-def _combine_joints(
-    span_numbers: Ints, counts: Ints, shares: tuple[FloatArray, FloatArray], targets: Ints
+def _combine_at_breaks(
+    span_numbers: Ints, multiplicities: Ints, shares: tuple[FloatArray, FloatArray], targets: Ints
 ) -> Iterator[_Sums]:
     """The Bézier points at the breaks, one `_Sums` for each multiplicity m ≤ p of the breaks.
 
@@ -227,7 +234,7 @@ def _combine_joints(
     Parameters
     ----------
     span_numbers : ndarray of int, shape (spans,)
-    counts : ndarray of int, shape (spans+1,)
+    multiplicities : ndarray of int, shape (spans+1,)
         Multiplicities of the breaks.
     shares : (ndarray, ndarray) of float64, shapes (spans, p+1)
         Shares of the first and of the last Bézier point of every span.
@@ -236,14 +243,16 @@ def _combine_joints(
     """
     first_shares, last_shares = shares
     span_count, degree = len(span_numbers), first_shares.shape[1] - 1
-    for m in np.unique(counts[counts <= degree]).tolist():
-        joints = np.flatnonzero(counts == m)
-        span_before, span_after = np.maximum(joints - 1, 0), np.minimum(joints, span_count - 1)
+    for m in np.unique(multiplicities[multiplicities <= degree]).tolist():
+        breaks = np.flatnonzero(multiplicities == m)
+        span_before, span_after = np.maximum(breaks - 1, 0), np.minimum(breaks, span_count - 1)
         # The first break has a span only after it, the last break only before it.
-        has_after, has_before = joints < span_count, joints > 0
+        has_after, has_before = breaks < span_count, breaks > 0
         first = np.where(
             has_after, span_numbers[span_after] - degree, span_numbers[span_before] - degree + m
         )
+        # The last point of the span before a break does not depend on the first m control points of
+        # this span, nor the first point of the span after it on the last m.
         shares_before, shares_after = (
             last_shares[span_before, m:],
             first_shares[span_after, : degree + 1 - m],
@@ -261,12 +270,12 @@ def _combine_joints(
 
 def _multiplicities(knots: FloatArray, degree: int, span_numbers: Ints) -> Ints:
     """The multiplicity of each break; at the ends of the domain p at most."""
-    counts = np.empty(len(span_numbers) + 1, dtype=np.intp)
-    counts[1:-1] = np.diff(span_numbers)
+    multiplicities = np.empty(len(span_numbers) + 1, dtype=np.intp)
+    multiplicities[1:-1] = np.diff(span_numbers)
     knots_before, knots_after = knots[: span_numbers[0] + 1], knots[span_numbers[-1] + 1 :]
-    counts[0] = min(degree, int((knots_before == knots_before[-1]).sum()))
-    counts[-1] = min(degree, int((knots_after == knots_after[0]).sum()))
-    return counts
+    multiplicities[0] = min(degree, int((knots_before == knots_before[-1]).sum()))
+    multiplicities[-1] = min(degree, int((knots_after == knots_after[0]).sum()))
+    return multiplicities
 
 
 def _equalize_ends(head: FloatArray, tail: FloatArray) -> None:

@@ -14,7 +14,7 @@ import { Drag, nudge, roundToStep } from './moves.js';
  * @property {() => Axis} axis  along which points move
  * @property {(axis: Axis) => void} setAxis
  * @property {() => void} fit  shows the whole surface
- * @property {(mouse: Vector2) => void} click  for a click beside all control points
+ * @property {(mouse: Vector2) => void} click  for a click that hits no control point
  */
 
 /** Radians by which an arrow key turns the camera, and the factor of the distance for + and -. */
@@ -22,13 +22,13 @@ const [TURN, ZOOM] = [0.08, 1.12];
 /** The most pixels that the mouse may move during a click; a longer move turns the surface. */
 const CLICK_PIXELS = 4;
 
-/** @param {Stage} stage @param {NetView} net @param {State} state @param {Controls} controls */
-export function watchPointer(stage, net, state, controls) {
+/** @param {Stage} stage @param {NetView} netView @param {State} state @param {Controls} controls */
+export function watchPointer(stage, netView, state, controls) {
   const { canvas } = stage;
   /** @type {Drag | null} */
   let drag = null;
   let hasMoved = false;
-  /** Where the mouse went down beside all control points. @type {{x: number, y: number} | null} */
+  /** Where the mouse was pressed without hitting a control point. @type {{x: number, y: number} | null} */
   let pressPosition = null;
 
   /** The position of an event on the canvas: in pixels, and from -1 to 1. */
@@ -40,16 +40,16 @@ export function watchPointer(stage, net, state, controls) {
 
   const hover = (/** @type {PointerEvent} */ event) => {
     const { x, y } = locate(event);
-    const index = event.pointerType === 'mouse' ? net.pick(x, y, 'mouse') : -1;
+    const index = event.pointerType === 'mouse' ? netView.pick(x, y, 'mouse') : -1;
     canvas.dataset.cursor = index >= 0 ? 'point' : '';
-    net.highlight(state.chosen, index);
+    netView.highlight(state.chosen, index);
   };
 
   // These listeners come before those of the camera, on the same canvas.
   canvas.addEventListener('pointerdown', (event) => {
     if (event.button !== 0 || drag) return;
     const { x, y, mouse } = locate(event);
-    const index = net.pick(x, y, event.pointerType);
+    const index = netView.pick(x, y, event.pointerType);
     pressPosition = index < 0 ? { x, y } : null;
     if (index < 0) return;
     event.stopImmediatePropagation();
@@ -57,8 +57,8 @@ export function watchPointer(stage, net, state, controls) {
     canvas.focus();
     state.choose(index);
     const point = state.point();
-    if (point === undefined || net.matrices === undefined) return;
-    const toScene = net.matrices[state.net.handles[index].frame];
+    if (point === undefined || netView.matrices === undefined) return;
+    const toScene = netView.matrices[state.net.handles[index].frame];
     drag = new Drag(stage, point, toScene, mouse);
     hasMoved = false;
     canvas.dataset.cursor = 'drag';
@@ -92,7 +92,7 @@ export function watchPointer(stage, net, state, controls) {
   });
   canvas.addEventListener('pointercancel', () => finish(false));
   canvas.addEventListener('pointerleave', () => {
-    if (drag === null) net.highlight(state.chosen, -1);
+    if (drag === null) netView.highlight(state.chosen, -1);
   });
 
   canvas.addEventListener('keydown', (event) => {
@@ -132,13 +132,13 @@ export function watchPointer(stage, net, state, controls) {
   function step({ key, shiftKey }) {
     const { handle } = state;
     const point = state.point();
-    if (handle === undefined || point === undefined || net.matrices === undefined) {
+    if (handle === undefined || point === undefined || netView.matrices === undefined) {
       const turns = { ArrowLeft: [-TURN, 0], ArrowRight: [TURN, 0], ArrowUp: [0, TURN], ArrowDown: [0, -TURN] };
       const turn = turns[/** @type {keyof typeof turns} */ (key)];
       if (turn) stage.turn(turn[0], turn[1]);
       return turn !== undefined;
     }
-    const move = nudge(stage, net.matrices[handle.frame], key, shiftKey);
+    const move = nudge(stage, netView.matrices[handle.frame], key, shiftKey);
     if (move === null) return false;
     state.move(point.map((value, i) => (move[i] ? roundToStep(value + move[i], stage) : value)), false);
     return true;

@@ -32,7 +32,7 @@ export class Probe {
    */
   async showPoint(point) {
     const { surface } = this.state;
-    if (hasSweep(surface)) return;
+    if (hasSweep(surface)) return; // the service finds no closest points of these
     this.requestNumber += 1;
     const { requestNumber } = this;
     const { positions: [position], uv: [uv], patch } = await project(surface, point);

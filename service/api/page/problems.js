@@ -30,6 +30,7 @@ export function showProblem(error, state) {
   const issues = isRefusal && !isUnknownSurface ? error.issues : [];
   const { title, detail } = describeError(error);
   write('problem-title', title);
+  // `detail` names only the kind of the error: the line of a single issue says it more exactly.
   write('problem-detail', issues.length === 1 ? '' : detail);
   element('problem-errors', HTMLElement).replaceChildren(...issues.slice(0, 5).map(buildLine));
   const index = issues.map((issue) => findNamedPoint(issue, state.net)).find((i) => i >= 0) ?? -1;

@@ -41,7 +41,7 @@ function put(id, value, text) {
 function significant(value) {
   if (value === 0) return '0';
   const unit = 10 ** (Math.floor(Math.log10(Math.abs(value))) - 2);
-  // 1e-9 is more than the rounding of the quotient: a value with three digits keeps them.
+  // Without 1e-9, a rounding error of the quotient could raise a value that has only three digits.
   const rounded = Math.ceil(value / unit - 1e-9) * unit;
   return Number(rounded.toPrecision(3)).toString().replace('e-', ' × 10^−');
 }

@@ -52,7 +52,7 @@ export class Stage {
     this.isDrawPending = false;
     /** The width of the canvas in device pixels, for shaders. */
     this.width = { value: 1 };
-    /** Whether a mesh was shown: to compile the shaders before would delay the page. */
+    /** Whether a mesh was shown. Before, nothing is drawn: compiling the shaders would delay the page. */
     this.isStarted = false;
     /** @type {(() => void)[]} */
     this.onDraw = [];

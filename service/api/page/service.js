@@ -49,7 +49,7 @@ export async function store(body, mediaType = 'application/json') {
 }
 
 /**
- * The mesh of a document, and the time it took.
+ * The mesh file that a request describes (a surface with options), and the times it took, in milliseconds.
  * @param {object} request @param {string} mediaType @returns {Promise<MeshResponse>}
  */
 export async function mesh(request, mediaType = 'model/gltf-binary') {
@@ -138,6 +138,7 @@ async function ask(path, options = {}) {
   const isProblem = response.headers.get('Content-Type')?.startsWith('application/problem+json');
   if (isProblem) {
     const problem = await response.json();
+    // Asks again if there is now another key than the one that was sent.
     if (isAboutKeys(problem.code) && await requestKey(problem.code, sentKey)) return ask(path, options);
     throw new Refusal(problem);
   }

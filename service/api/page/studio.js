@@ -4,7 +4,7 @@
 
 import { DoubleSide, MeshStandardMaterial } from './three.js';
 
-/** Faces are drawn a little deeper than the lines on them. */
+/** Draws faces a little further from the camera than the lines on them, so that the lines are visible. */
 export const OFFSET = { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 };
 
 /** Light that comes from direction `r` of the scene, y being up, blurred as by a rough surface. */
@@ -14,8 +14,8 @@ const STUDIO = /* glsl */ `
 float panel(vec3 r, vec3 to, vec3 across, vec2 size, float blur) {
   vec3 up = cross(to, across);
   float depth = dot(r, to);
-  vec2 at = abs(vec2(dot(r, across), dot(r, up))) / max(depth, 1e-3);
-  vec2 inside = 1.0 - smoothstep(size - blur, size + blur, at);
+  vec2 position = abs(vec2(dot(r, across), dot(r, up))) / max(depth, 1e-3);
+  vec2 inside = 1.0 - smoothstep(size - blur, size + blur, position);
   return depth > 0.0 ? inside.x * inside.y : 0.0;
 }
 vec3 studio(vec3 r, float roughness) {
@@ -41,7 +41,7 @@ const REFLECTED = /* glsl */ `
 `;
 
 /** @param {{fragmentShader: string}} shader */
-function inStudio(shader) {
+function addStudio(shader) {
   shader.fragmentShader = shader.fragmentShader
     .replace(HEAD, `${HEAD}\n${STUDIO}`)
     .replace(END, `${REFLECTED}\n${END}`);
@@ -55,6 +55,6 @@ export function buildMaterial(properties) {
   const material = new MeshStandardMaterial({
     side: DoubleSide, roughness: 0.32, ...OFFSET, ...properties,
   });
-  material.onBeforeCompile = inStudio;
+  material.onBeforeCompile = addStudio;
   return material;
 }

@@ -24,13 +24,14 @@ export class View {
   constructor(state, context) {
     this.state = state;
     this.stage = new Stage(element('view', HTMLCanvasElement), context);
-    this.surface = new SurfaceView(this.stage);
-    this.net = new NetView(this.stage);
+    this.surfaceView = new SurfaceView(this.stage);
+    this.netView = new NetView(this.stage);
     /** Whether the open document has not been shown yet. */
     this.isNew = true;
+    /** Number of the control point that an error names, or -1. */
     this.errorIndex = -1;
     const fit = () => this.fit(false);
-    watchPointer(this.stage, this.net, state, {
+    watchPointer(this.stage, this.netView, state, {
       axis: () => /** @type {Axis} */ (getChecked('axis')),
       setAxis: (axis) => checkRadio('axis', axis),
       fit,
@@ -50,19 +51,19 @@ export class View {
 
   /** Shows a mesh that the service made. @param {ArrayBuffer} content @param {boolean} coarse  whether the mesh follows the mouse */
   async showMesh(content, coarse) {
-    await this.surface.showMesh(content);
+    await this.surfaceView.showMesh(content);
     this.updateLook(coarse);
-    if (!coarse) this.stage.placeLights(this.surface.bounds());
+    if (!coarse) this.stage.placeLights(this.surfaceView.bounds());
     if (this.isNew) this.fit(true);
     this.isNew = false;
     this.paint();
   }
 
-  /** Handles a click beside all control points. @param {import('./three.js').Vector2} mouse */
+  /** Handles a click that hits no control point. @param {import('./three.js').Vector2} mouse */
   click(mouse) {
     const caster = new Raycaster();
     caster.setFromCamera(mouse, this.stage.camera);
-    const [hit] = caster.intersectObjects(this.surface.meshes, false);
+    const [hit] = caster.intersectObjects(this.surfaceView.meshes, false);
     if (!hit) return;
     const { x, y, z } = hit.point;
     // In the scene the y axis points up; the document may have z up.
@@ -71,18 +72,18 @@ export class View {
 
   /** Removes the mesh: it belongs to a document that is no longer open. */
   clear() {
-    this.surface.forget();
-    // At the same box as before: the shadow of the mesh disappears.
+    this.surfaceView.forget();
+    // Draws the shadow again, now without the mesh; the lights stay where they were.
     this.stage.placeLights(this.stage.box);
   }
 
   /** Shows the net of the document, and the chosen point. */
   showNet() {
     const { state } = this;
-    this.net.showNet(state.net, state.surface);
-    // The control points of a tube are inside the tube: show the net through the surface.
-    this.net.setVisible(hasSweep(state.surface));
-    this.net.highlight(state.chosen, -1);
+    this.netView.showNet(state.net, state.surface);
+    // The control points of a tube are inside it, so its net is drawn strongly through the surface.
+    this.netView.setVisible(hasSweep(state.surface));
+    this.netView.highlight(state.chosen, -1);
     this.paint();
   }
 
@@ -95,9 +96,9 @@ export class View {
   /** @param {boolean} coarse */
   updateLook(coarse = false) {
     const { settings } = this.state;
-    this.net.group.visible = settings.net;
+    this.netView.group.visible = settings.net;
     const look = chooseLook(settings, this.state.surface);
-    this.surface.setLook(look, settings.wires, PALETTES[theme()], coarse);
+    this.surfaceView.setLook(look, settings.wires, PALETTES[theme()], coarse);
     this.paint();
     this.showLegend();
   }
@@ -108,22 +109,22 @@ export class View {
     write('net-color', palette.name);
     // The invitation to move a point is hidden after the first move.
     hide('invitation', this.isNew || history.canUndo || !settings.net || net.handles.length === 0);
-    this.net.paint(palette, chosen >= 0 && chosen === this.errorIndex);
+    this.netView.paint(palette, chosen >= 0 && chosen === this.errorIndex);
     this.stage.paint(palette);
   }
 
   /** @param {boolean} resets */
   fit(resets) {
-    const points = [...this.surface.points(), ...this.net.visiblePoints()];
+    const points = [...this.surfaceView.points(), ...this.netView.visiblePoints()];
     if (points.length > 0) this.stage.fit(points, resets);
   }
 
   showLegend() {
     const look = chooseLook(this.state.settings, this.state.surface);
     const isCurvature = look === 'gaussian' || look === 'mean';
-    hide('legend', !isCurvature || !this.surface.hasCurvatures);
+    hide('legend', !isCurvature || !this.surfaceView.hasCurvatures);
     if (!isCurvature) return;
-    const limit = String(Number(this.surface.range.toPrecision(2)));
+    const limit = String(Number(this.surfaceView.range.toPrecision(2)));
     write('legend-title', LEGENDS[look]);
     write('legend-low', `−${limit}`);
     write('legend-high', `+${limit}`);
@@ -133,10 +134,10 @@ export class View {
   placeMarker() {
     const marker = element('marker', HTMLElement);
     const { chosen, settings } = this.state;
-    const isShown = chosen >= 0 && chosen < this.net.positions.count && settings.net;
+    const isShown = chosen >= 0 && chosen < this.netView.positions.count && settings.net;
     marker.hidden = !isShown;
     if (!isShown) return;
-    const { x, y } = this.net.screenPosition(chosen);
+    const { x, y } = this.netView.screenPosition(chosen);
     marker.dataset.x = x.toFixed(1);
     marker.dataset.y = y.toFixed(1);
     marker.style.translate = `${x + 10}px ${y - 26}px`;
