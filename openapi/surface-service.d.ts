@@ -3757,8 +3757,8 @@ export interface components {
             faulty_edges: components["schemas"]["FaultyEdge"][];
             /**
              * Parts
-             * @description The parts in their order, or the members of a group. Their intervals meet the tolerance of
-             *     the whole surface.
+             * @description The parts in their order, or the members of a group. Their intervals are as exact as the
+             *     whole surface needs: for a small part they may be wider than `tolerance`.
              */
             parts: components["schemas"]["PartMeasures"][];
             /**

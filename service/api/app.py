@@ -77,7 +77,7 @@ def create_app(settings: Settings | None = None, log: Write | None = None) -> "A
         telemetry={"tracing": False, "metrics": False, "logs": False, "auto_configure": False},
     )
     services = app.state.services = _build_services(app, settings)
-    # For `observing/`, which cannot import `Services`: the module of `Services` imports it.
+    # For `observing/`, which cannot import `Services`: `services.py` imports modules that need it.
     app.state.settings, app.state.store = settings, services.store
     problem_handlers.add_error_handlers(app, routes)
     app.state.ready = True

@@ -62,7 +62,7 @@ class ArrayRoute(BodyRoute):
     async def _build_decode(
         self, decoder: Decoder, other_fields: dict[str, Any], services: Services, job: Job
     ) -> Callable[[bytes], Tree]:
-        """A function from the bytes of a file to the document; loads the surface that it names."""
+        """Loads the surface of the query; returns a function from a file to the document."""
         del decoder
         try:
             stored = await surface_of(services, job, other_fields["surface"])

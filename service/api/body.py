@@ -42,6 +42,10 @@ INLINE_BYTES, INLINE_TEXT, INLINE_OBJECTS = 1 << 18, 1 << 14, 32
 """Sizes up to which the event loop parses a body itself, within some 5 ms: bytes of JSON and binary
 files; bytes of other texts; and objects in JSON, each of which may be a surface."""
 
+COLLECTED_BYTES = 1 << 14
+"""Bytes of JSON up to which the garbage collector stays on while the body is parsed: a body this
+short has too few lists to start it often."""
+
 
 class BodyRoute(APIRoute):
     """A route whose body is a pydantic model, sent as JSON.
@@ -85,7 +89,8 @@ class BodyRoute(APIRoute):
         )
         parse = partial(_parse_body, model, body, decode, services)
         parsed = await job.parse(parse, is_long=is_long_body(body, decoder))
-        # In JSON a number and its comma take at least 2 bytes; in an array a number takes 8.
+        # From here on the numbers of the body are in arrays, 8 bytes each. In JSON a number and its
+        # comma take at least 2 bytes.
         job.shrink_body(4 * len(body))
         response: Response = await self.endpoint(parsed, Context(services, job, request, fmt))
         return response
@@ -121,7 +126,8 @@ class BodyRoute(APIRoute):
     def _choose_format(self, name: str | None, request: Request) -> FileFormat | None:
         """The format with this name; without a name, the format that `Accept` chooses.
 
-        None for a route without formats, whose response is always JSON.
+        None for a route without formats, and without a name also for a route that does not read
+        `Accept`: the response is then JSON.
         """
         if name is not None:
             fmt = format_by_name(name, self.formats)
@@ -149,8 +155,8 @@ def _parse_body(
     """The model of a body, checked; its surface or curve is built too, as this may take long."""
     limits = services.document_limits
     if decode is None:
-        # JSON has no reference cycles: in a long document the collector would search for none.
-        with pause_collection() if len(body) > INLINE_TEXT else nullcontext():
+        # JSON has no reference cycles, so the collector would search in vain.
+        with pause_collection() if len(body) > COLLECTED_BYTES else nullcontext():
             parsed = parse_request(model, body, limits)
     else:
         parsed = validate_document(model, decode(body), limits)

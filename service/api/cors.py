@@ -33,6 +33,7 @@ EXPOSED = (
 """Response headers that scripts may read, besides those that the standard always allows."""
 
 _PREFLIGHT: RawHeaders = (
+    # Not DELETE: pages of other origins cannot delete surfaces.
     (b"access-control-allow-methods", b"GET, HEAD, POST"),
     (b"access-control-allow-headers", b"Authorization, Content-Type, If-None-Match"),
     # One day; browsers may use less.
@@ -47,15 +48,17 @@ class Origins:
         allows_all = "*" in origins
         self._listed_origins = frozenset(() if allows_all else (o.encode() for o in origins))
         timing = "*" if allows_all else ", ".join(origins)
-        self._read_headers: RawHeaders = (
+        # For pages that may read the response.
+        self._reader_headers: RawHeaders = (
             (b"access-control-expose-headers", ", ".join(EXPOSED).encode()),
             (b"timing-allow-origin", timing.encode()),
         )
-        # Pages that isolate themselves (COEP) load only files with this header from other origins.
+        # For loads without CORS, such as those of <img>. Pages of other origins that isolate
+        # themselves (COEP) load only files with `cross-origin`.
         resource_policy = b"cross-origin" if allows_all else b"same-origin"
         self._common_headers: RawHeaders = ((b"cross-origin-resource-policy", resource_policy),)
         if allows_all:
-            self._common_headers += ((b"access-control-allow-origin", b"*"), *self._read_headers)
+            self._common_headers += ((b"access-control-allow-origin", b"*"), *self._reader_headers)
         elif origins:
             self._common_headers += ((b"vary", b"Origin"),)
         head = {"type": "http.response.start", "status": 204, "headers": _PREFLIGHT}
@@ -71,7 +74,7 @@ class Origins:
         return (
             *self._common_headers,
             (b"access-control-allow-origin", origin),
-            *self._read_headers,
+            *self._reader_headers,
         )
 
     def preflight(self, scope: Scope) -> Message | None:
@@ -82,7 +85,7 @@ class Origins:
 def is_preflight(scope: Scope) -> bool:
     """Whether a request is a CORS preflight request.
 
-    With it a browser asks for permission before it sends the actual request; it has no key.
+    With it a browser asks for permission before it sends the actual request. It never has a key.
     """
     return scope["method"] == "OPTIONS" and any(
         name == b"access-control-request-method" for name, _ in scope["headers"]

@@ -1,6 +1,7 @@
 """URLs of surfaces and of their meshes.
 
-`root` is the path that the service is mounted at, often empty. The URLs begin with it.
+`root` is the path that the service is mounted at, often empty; the URLs begin with it. `surface` is
+the id of a surface.
 """
 
 from starlette.types import Scope

@@ -99,9 +99,9 @@ def _choose(header: str, types: tuple[str, ...]) -> str | None:
         # From the least specific range that matches to the most specific one.
         names = ("*/*", f"{candidate.partition('/')[0]}/*", candidate)
         matches = [(names.index(name), quality) for name, quality in ranges if name in names]
-        precision, quality = max(matches, default=(-1, 0.0))
-        if quality > 0 and (quality, precision) > best_rank:
-            best, best_rank = candidate, (quality, precision)
+        specificity, quality = max(matches, default=(-1, 0.0))
+        if quality > 0 and (quality, specificity) > best_rank:
+            best, best_rank = candidate, (quality, specificity)
     return best
 
 

@@ -45,7 +45,7 @@ from service.schemas.surface_query import FIELDS
 MEDIA_TYPE = "application/problem+json"
 
 PROBLEM_HEADERS = HEADERS | {"Cache-Control": "no-store"}
-"""Caches must not keep errors: a client may store a surface that is still unknown."""
+"""Caches must not keep errors: a surface that is unknown now may be stored a moment later."""
 
 LocationKind: TypeAlias = Literal["pointer", "parameter", "header", "file"]
 """Whether an issue is in the body, a parameter or a header. The issue's document has a member of
@@ -221,6 +221,7 @@ def _locate_in_file_or_query(pointer: str) -> tuple[LocationKind, str]:
     query_pointer = pointer.removeprefix("/surface")
     if query_pointer != pointer and first_part(query_pointer) not in FIELDS:
         return "pointer", pointer
+    # The empty pointer means the whole file.
     return ("parameter", query_pointer) if pointer else ("pointer", pointer)
 
 

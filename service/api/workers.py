@@ -129,7 +129,7 @@ class Workers:
                 with suppress(ValueError):  # no longer queued
                     self._queue.remove(entry)
                 self.start_queued()  # the next request may fit
-            else:
+            else:  # the thread and the memory were granted just before the cancellation
                 self.release_thread(grant.result())
                 self.hold(-amount)
             raise

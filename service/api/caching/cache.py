@@ -34,8 +34,8 @@ class Counts:
 class ResponseCache:
     """Entries by their canonical URLs, and by other spellings of these URLs.
 
-    Bodies, heads and spellings all count against the bound. The cache does not drop a response that
-    is being sent to a slow client: the response would still take memory, without being counted.
+    Bodies, heads and spellings all count against the bound. To make room, the cache does not drop a
+    response that is being sent to a slow client: that would free no memory.
 
     Attributes
     ----------

@@ -198,6 +198,7 @@ class CachedResponse:
     def _headers_200(
         self, coding: Coding, length: int, *, has_engine: bool, timing: bytes
     ) -> RawHeaders:
+        """The headers of a 200 response: those of the file and the body, and those of a 304."""
         encoding = () if coding == "identity" else ((b"content-encoding", coding.encode()),)
         return (
             *self._common_headers,

@@ -42,13 +42,13 @@ class SingleFlight:
         return len(self._flights)
 
     async def join(
-        self, key: Hashable, work: Callable[[Job], Awaitable[Result]], on_end: Callbacks
+        self, key: Hashable, work: Callable[[Job], Awaitable[Result]], callbacks: Callbacks
     ) -> Result:
         """The result of the computation with this key; starts `work` if none is running.
 
         Parameters
         ----------
-        on_end : list of callbacks
+        callbacks : list of callables
             The caller calls these when it no longer uses the result; `join` appends one.
         """
         flight = self._flights.get(key)
@@ -57,7 +57,7 @@ class SingleFlight:
             flight.task = asyncio.create_task(_run(work, flight.job))
             flight.task.add_done_callback(partial(self._end_if_failed, flight))
         flight.users += 1
-        on_end.append(partial(self._leave, flight))
+        callbacks.append(partial(self._leave, flight))
         task: asyncio.Task[Result] = flight.task
         try:
             return await asyncio.shield(task)

@@ -119,6 +119,7 @@ class Guard:
         allows_signature = need == "key or signature"
         result.is_private = allows_signature
         signer = self.checks.signer
+        # Also where nothing is needed: the application must see the query without its signature.
         if need != "key" and signer is not None and is_signed(path, scope["query_string"]):
             now = time.time()
             query, expires = signer.verify(path, scope["query_string"], now)

@@ -14,7 +14,8 @@ from service.settings.values import Settings
 Need: TypeAlias = Literal["nothing", "key", "key or signature"]
 
 READING = frozenset({"GET", "HEAD", "OPTIONS"})
-"""Methods that change nothing, and compute only meshes by URL."""
+"""Methods that change nothing. Of the results that the service computes, they return only meshes of
+stored surfaces and examples (`/v1/surfaces/{id}/mesh.{suffix}`)."""
 
 METRICS = "/metrics"
 
@@ -35,9 +36,9 @@ def needs_keys(settings: Settings) -> bool:
 class Policy:
     """Decides what each request needs, according to the settings.
 
-    If the settings have keys, each call below `/v1` that computes or stores needs a key. If reads
-    are not public, each read below `/v1` except the lists needs a key or a signed URL. So a new
-    call is protected by default.
+    If the settings have keys, each call below `/v1` by another method than those of `READING` needs
+    a key. If reads are not public, each call below `/v1` by these methods needs a key or a signed
+    URL, except for the lists. So a new call is protected by default.
     """
 
     def __init__(self, settings: Settings) -> None:
@@ -124,10 +125,10 @@ def private_headers(headers: Iterable[tuple[bytes, bytes]], seconds_left: int | 
     return (*private, (b"vary", b"Authorization"))
 
 
-def _make_private(public: bytes, seconds_left: int | None) -> bytes:
-    if b"no-store" in public:
-        return public
+def _make_private(cache_control: bytes, seconds_left: int | None) -> bytes:
+    if b"no-store" in cache_control:
+        return cache_control
     if seconds_left is None:
         return _REVALIDATED
-    max_age = seconds_left if b"immutable" in public else min(seconds_left, HOUR)
+    max_age = seconds_left if b"immutable" in cache_control else min(seconds_left, HOUR)
     return b"private, max-age=%d" % max_age

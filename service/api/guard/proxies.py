@@ -70,6 +70,7 @@ class Proxies:
             scope["scheme"] = _SCHEMES.get(nearest, scope["scheme"])
 
     def _is_trusted(self, peer: Address | None) -> bool:
+        """Whether a peer is a trusted proxy; None is a client of a Unix socket."""
         return self._trusts_unix if peer is None else _is_within(peer, self._networks)
 
 

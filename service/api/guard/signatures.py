@@ -78,7 +78,7 @@ class Signer:
         )
 
     def verify(self, path: str, query: bytes, now: float) -> tuple[bytes, int]:
-        """The query as the client wrote it, without the signature, and its expiry in Unix time.
+        """The query without the parameters that signing added, and its expiry in Unix time.
 
         Tries all secrets, each in constant time, so that the time reveals nothing of the signature.
 
@@ -114,7 +114,7 @@ def is_signable(path: str) -> bool:
 
 
 def is_signed(path: str, query: bytes) -> bool:
-    """Whether a URL has a signature."""
+    """Whether a URL seems to have a signature, by a quick look; `Signer.verify` parses it."""
     return b"signature=" in query and path.startswith("/v1/surfaces/")
 
 

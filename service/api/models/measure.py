@@ -93,8 +93,8 @@ class SurfaceMeasures(ResponseModel):
     faulty_edges: list[FaultyEdge]
     """The first 100 of the open and the inconsistent sides."""
     parts: list[PartMeasures]
-    """The parts in their order, or the members of a group. Their intervals meet the tolerance of
-    the whole surface."""
+    """The parts in their order, or the members of a group. Their intervals are as exact as the
+    whole surface needs: for a small part they may be wider than `tolerance`."""
     reached: bool
     """Whether all intervals of the whole surface are at most `tolerance` wide. They are wider where
     rounding or gaps that were closed (`moved`) require it, and for a quantity for which no allowed
