@@ -1201,8 +1201,9 @@ export interface components {
             reached: boolean[];
             /**
              * Tied
-             * @description Whether another place, more than about 1/1000 of the diagonal away from this place, may be
-             *     equally near: within 1/16 of `relative_tolerance`, or within the interval if it is wider.
+             * @description Whether another place may be as near as this place, or further by at most 1/16 of
+             *     `relative_tolerance`; if `reached` is false, the search could not rule out all such places.
+             *     Places nearer to this place than about 1/1000 of the bounding box's diagonal do not count.
              */
             tied: boolean[];
             /**
@@ -2175,7 +2176,7 @@ export interface components {
             /**
              * Closed U
              * @description Whether the surface closes along u: its curves at the least and the greatest u are the same.
-             *     This and the next three fields are left out for several patches without a common domain.
+             *     This and the next three fields are only for a surface with one rectangular domain of (u, v).
              */
             closed_u?: boolean;
             /**
@@ -4655,17 +4656,17 @@ export interface operations {
                      */
                     "Content-Disposition"?: string;
                     /**
-                     * @description Number of vertices, as in the report. Not sent with exact patches.
+                     * @description Number of vertices, as in the report. Not sent with a file of exact patches.
                      * @example 8257
                      */
                     "Surface-Vertices"?: number;
                     /**
-                     * @description Number of triangles, as in the report. Not sent with exact patches.
+                     * @description Number of triangles, as in the report. Not sent with a file of exact patches.
                      * @example 16256
                      */
                     "Surface-Triangles"?: number;
                     /**
-                     * @description The `deviation_bound` of the report, in model units, for formats that cannot store a report; OBJ and PLY have it in a comment too. Not sent with exact patches, or if no bound is certified.
+                     * @description The `deviation_bound` of the report, in model units. Sent with every format, because some cannot store a report; OBJ and PLY have it in a comment too. Not sent with a file of exact patches, or if the report has no bound.
                      * @example 0.0005
                      */
                     "Surface-Deviation-Bound"?: number;
@@ -5423,17 +5424,17 @@ export interface operations {
                      */
                     "Content-Disposition": string;
                     /**
-                     * @description Number of vertices, as in the report. Not sent with exact patches.
+                     * @description Number of vertices, as in the report. Not sent with a file of exact patches.
                      * @example 8257
                      */
                     "Surface-Vertices"?: number;
                     /**
-                     * @description Number of triangles, as in the report. Not sent with exact patches.
+                     * @description Number of triangles, as in the report. Not sent with a file of exact patches.
                      * @example 16256
                      */
                     "Surface-Triangles"?: number;
                     /**
-                     * @description The `deviation_bound` of the report, in model units, for formats that cannot store a report; OBJ and PLY have it in a comment too. Not sent with exact patches, or if no bound is certified.
+                     * @description The `deviation_bound` of the report, in model units. Sent with every format, because some cannot store a report; OBJ and PLY have it in a comment too. Not sent with a file of exact patches, or if the report has no bound.
                      * @example 0.0005
                      */
                     "Surface-Deviation-Bound"?: number;

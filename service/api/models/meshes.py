@@ -105,7 +105,7 @@ class MeshReport(ResponseModel):
     """Samples where du × dv vanishes, so that the normal is a limit."""
     closed_u: bool | Missing = None
     """Whether the surface closes along u: its curves at the least and the greatest u are the same.
-    This and the next three fields are left out for several patches without a common domain."""
+    This and the next three fields are only for a surface with one rectangular domain of (u, v)."""
     closed_v: bool | Missing = None
     """Whether the surface closes along v: its curves at the least and greatest v are the same."""
     continuity_u: Continuity | Missing = None

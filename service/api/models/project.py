@@ -18,8 +18,9 @@ class ClosestPoints(ResponseModel):
     """Whether the interval of distance meets `relative_tolerance`. The interval is wider if too
     many places are almost equally near, as for the centre of a sphere."""
     tied: list[bool]
-    """Whether another place, more than about 1/1000 of the diagonal away from this place, may be
-    equally near: within 1/16 of `relative_tolerance`, or within the interval if it is wider."""
+    """Whether another place may be as near as this place, or further by at most 1/16 of
+    `relative_tolerance`; if `reached` is false, the search could not rule out all such places.
+    Places nearer to this place than about 1/1000 of the bounding box's diagonal do not count."""
     patch: list[Count] | Missing = None
     """For a surface: the index of the patch, in the order of the request; where several patches
     meet, the first of them. In a group, the Bézier patches of each member follow those of the

@@ -25,8 +25,8 @@ TEST_INTERVAL = 5.0
 """Seconds for which the result of a self-test stays valid."""
 
 STORE_GRACE = 5.0
-"""Seconds for which a store may fail while the service stays ready. Checks are 5 s apart, so the
-service becomes unready only if two of them fail: one slow check is not enough."""
+"""Seconds for which a store may fail while the service stays ready. Checks are at least 5 s apart,
+so `/health/ready` fails only if two of them in a row have failed: one slow check is not enough."""
 
 DEADLINE = 2.0
 """Seconds that a caller waits for a self-test."""
@@ -73,7 +73,7 @@ class SelfTest:
         self._limiter = CapacityLimiter(1)
         self._last_run = self._last_success = -math.inf
         self.has_passed = True
-        """Whether the last test passed; true until the first test has ended."""
+        """Whether the last test passed or found the engine busy; true until a test has ended."""
 
     async def passes(self) -> bool:
         """Whether the engine passes; the result is from a test that is at most 5 s old."""

@@ -56,8 +56,8 @@ disable_created_metrics()  # type: ignore[no-untyped-call]
 class RequestCounters:
     """Counters of one application's requests, in a registry of their own.
 
-    `count_dropped_lines` returns the number of log lines that could not be written: 0, until the
-    process that writes the log sets another function.
+    `count_dropped_lines` returns the number of log lines that could not be written: 0, until
+    `surface serve`, which writes the log, sets another function.
     `sent_bytes` are bytes by format, `refusals` errors by code: only the event loop changes these
     numbers, so they need no lock.
     """

@@ -61,14 +61,15 @@ class RouteLabels:
     """Finds the label of a path, by the templates of the application's routes."""
 
     def __init__(self, templates: Iterable[str]) -> None:
-        self._fixed = {template: RouteLabel(template, template) for template in templates}
-        self._patterns = [(path, compile_path(path)[0]) for path in self._fixed if "{" in path]
+        self._labels = {template: RouteLabel(template, template) for template in templates}
+        self._patterns = [(t, compile_path(t)[0]) for t in self._labels if "{" in t]
         self._match_cached = lru_cache(4096)(self._match)
 
     def find(self, path: str) -> RouteLabel:
         """The label of a path."""
         match = self._match if len(path) > MAX_CACHED_PATH_LENGTH else self._match_cached
-        return self._fixed.get(path) or match(path)
+        # A template without names in braces is a path.
+        return self._labels.get(path) or match(path)
 
     def _match(self, path: str) -> RouteLabel:
         for template, pattern in self._patterns:
@@ -79,12 +80,12 @@ class RouteLabels:
 
 
 def _fill(template: str, id: str = "", suffix: str = "", **_: str) -> RouteLabel:
-    path, surface, name = template, "", ""
+    path, surface, format_name = template, "", ""
     if id in EXAMPLES or is_id(id):
         surface, path = id, path.replace("{id}", id)
     if suffix in BY_SUFFIX:
-        name, path = BY_SUFFIX[suffix].name, path.replace("{suffix}", suffix)
-    return RouteLabel(template, path, surface, name)
+        format_name, path = BY_SUFFIX[suffix].name, path.replace("{suffix}", suffix)
+    return RouteLabel(template, path, surface, format_name)
 
 
 @dataclass(slots=True)

@@ -42,6 +42,7 @@ _HEADERS = frozenset({b"traceparent", b"tracestate"})
 def build_exporting_provider() -> TracerProvider:
     """A provider that sends spans with OTLP over HTTP, as the variables `OTEL_…` say."""
     service = Resource({SERVICE_NAME: "surface-service", SERVICE_VERSION: __version__})
+    # The variables again: a name or version in them replaces that of `service`.
     resource = Resource.create().merge(service).merge(OTELResourceDetector().detect())
     provider = TracerProvider(resource=resource, shutdown_on_exit=False)
     provider.add_span_processor(BatchSpanProcessor(OTLPSpanExporter()))

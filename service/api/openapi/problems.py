@@ -80,10 +80,11 @@ def error_responses(settings: Settings) -> dict[str, Json]:
 def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
     signer = Signer(["-" * MIN_SECRET])
     signed = signer.sign(_MESH_PATH, "", _EXPIRY).encode()
-    too_many_requests = {"rate": rate_limited(60, 3)}
+    too_many_requests = {"rate": rate_limited(limit=60, seconds=3)}
     return {
         "MalformedJson": {
             "truncated": _post_mesh(b'{"surface": {'),
+            # One patch of the vertices 1 to 4, then the number 3 of vertices, and no vertex.
             "file": lambda: teapot.decode(b"1\n1,2,3,4\n3\n", kind=None, max_points=4),
         },
         "KeyNeeded": {"none": key_needed(), "unknown": key_unknown()},
@@ -101,7 +102,7 @@ def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
         "NotAcceptable": {"pictures": lambda: format_by_accept("image/png", FORMATS)},
         "CodingNotAcceptable": {"coding": lambda: codings_by_header(b"br, identity;q=0")},
         "EngineGone": {"numbers": lambda: check_engine(ENGINE + 1)},
-        "BodyTooSlow": {"stalled": body_too_slow(0, settings)},
+        "BodyTooSlow": {"stalled": body_too_slow(received_bytes=0, settings=settings)},
         "BodyTooLarge": {"body": body_too_large(settings, is_json=True)},
         "UnsupportedMediaType": {"text": lambda: decoder_of_body("text/plain", DECODERS)},
         "InvalidRequest": {

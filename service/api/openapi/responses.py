@@ -36,7 +36,7 @@ def header(description: str, example: Any, *, is_required: bool = True, **schema
 
 
 def _count(noun: str, example: int) -> Json:
-    text = f"Number of {noun}, as in the report. Not sent with exact patches."
+    text = f"Number of {noun}, as in the report. Not sent with a file of exact patches."
     return header(text, example, is_required=False, type="integer", minimum=0)
 
 
@@ -58,9 +58,9 @@ MESH_HEADERS: Json = FILE_HEADERS | {
     VERTICES_HEADER: _count("vertices", 8257),
     TRIANGLES_HEADER: _count("triangles", 16256),
     BOUND_HEADER: header(
-        "The `deviation_bound` of the report, in model units, for formats that cannot store a "
-        "report; OBJ and PLY have it in a comment too. Not sent with exact patches, or if no "
-        "bound is certified.",
+        "The `deviation_bound` of the report, in model units. Sent with every format, because "
+        "some cannot store a report; OBJ and PLY have it in a comment too. Not sent with a file "
+        "of exact patches, or if the report has no bound.",
         0.0005,
         is_required=False,
         type="number",

@@ -14,7 +14,8 @@ const REASONS = new Map([
 let key = readKey();
 /** The result of the open dialog. @type {Promise<boolean> | null} */
 let asking = null;
-/** Whether the user closed the dialog: then only its button opens it again, and no request. */
+/** Whether the user closed the dialog without the needed key: then only its buttons open it again, and no
+ *  request. */
 let isDeclined = false;
 
 /** The present key; empty if there is none. */

@@ -81,7 +81,8 @@ function fail(error) {
     view?.clear();
     clearReadouts();
   }
-  view?.markError(showProblem(error, state));
+  const errorIndex = showProblem(error, state);
+  view?.markError(errorIndex);
   // An error of the page itself is also written to the console.
   if (!isExpected) reportError(error);
 }

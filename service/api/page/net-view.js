@@ -123,7 +123,8 @@ export class NetView {
     return new Vector3().fromBufferAttribute(this.positions, index);
   }
 
-  /** The position of a control point on the canvas, in CSS pixels, and its depth. @param {number} index */
+  /** The position of a control point on the canvas, in CSS pixels, and its depth, which is above 1 behind the
+   *  camera. @param {number} index */
   screenPosition(index) {
     const { camera, canvas } = this.stage;
     const { x, y, z } = this.at(index).project(camera);

@@ -41,12 +41,12 @@ export function netOf(surface) {
     return net;
   }
   list(surface.members).forEach((member, index) => {
-    const part = member?.surface ?? {};
-    // From the vertical axis of the member to that of the group; the matrix is in the group's.
-    const turn = findTurn(part.up ?? 'y', surface.up ?? 'y');
+    const memberSurface = member?.surface ?? {};
+    // The matrix of a member applies in the coordinates of the group, so after this turn.
+    const turn = findTurn(memberSurface.up ?? 'y', surface.up ?? 'y');
     const matrix = Array.isArray(member?.matrix) ? member.matrix.flat() : IDENTITY;
     if (matrix.length !== 16) return;
-    addSurface(net, part, ['members', index, 'surface'], product(upright, product(matrix, turn)));
+    addSurface(net, memberSurface, ['members', index, 'surface'], product(upright, product(matrix, turn)));
   });
   return net;
 }
@@ -103,13 +103,13 @@ function buildWeights(net) {
   return isPoint(net) ? 1 : net.map(buildWeights);
 }
 
-/** @param {Net} net @param {Surface} surface @param {Path} base @param {number[]} frame */
-function addSurface(net, surface, base, frame) {
-  const number = net.frames.push(frame) - 1;
-  const target = { net, base, frame: number };
+/** @param {Net} net @param {Surface} surface @param {Path} base  path of the surface @param {number[]} placement */
+function addSurface(net, surface, base, placement) {
+  const frame = net.frames.push(placement) - 1;
+  const target = { net, base, frame };
   if (surface.type === 'multipatch') {
-    list(surface.surfaces).forEach((part, index) => (
-      addSurface(net, part, [...base, 'surfaces', index], frame)
+    list(surface.surfaces).forEach((inner, index) => (
+      addSurface(net, inner, [...base, 'surfaces', index], placement)
     ));
   } else if (surface.type === 'patches') addPatches(target, surface);
   else if (surface.type === 'tube' || surface.type === 'ribbon') addCurve(target, surface.curve ?? {});
@@ -117,7 +117,8 @@ function addSurface(net, surface, base, frame) {
 }
 
 /**
- * The net that gets the control points of a surface, the path of the surface, and the number of its frame.
+ * The net that gets the control points of a surface, the path of the surface, and the index of its
+ * placement in `net.frames`.
  * @typedef {{net: Net, base: Path, frame: number}} Target
  */
 

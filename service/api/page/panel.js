@@ -33,7 +33,7 @@ export function watchPanel(state) {
   button('reset').addEventListener('click', () => state.reset());
   button('help').addEventListener('click', () => element('guide', HTMLDialogElement).showModal());
   addEventListener('keydown', (event) => {
-    // In a text field the same keys undo typing.
+    // In a text area the same keys undo typing.
     const isTyping = event.target instanceof HTMLTextAreaElement;
     if (isTyping || event.altKey || !(event.ctrlKey || event.metaKey)) return;
     const key = event.key.toLowerCase();
