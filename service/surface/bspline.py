@@ -24,12 +24,12 @@ from service.surface.lowered import Domain, Part, PatchModel
 from service.surface.sizes import NUMBER, SurfaceKind, SurfaceSize, tensor_size
 
 BLOCK_POINTS = 1 << 16
-"""A net is lowered along v in blocks of about this number of control points, so that a block stays
-in the processor's cache."""
+"""A net is lowered along v in blocks of at most this number of Bézier points (but at least one span
+along u), so that a block stays in the processor's cache."""
 
 MAX_BLOCK_MEMORY = 40 << 20
-"""The most temporary memory of lowering, in bytes, for nets that need several blocks: five arrays
-of 8 MiB, the size of a block of `BLOCK_POINTS` points that have 16 numbers each."""
+"""Temporary memory of lowering, in bytes, for nets that need several blocks: five arrays of 8 MiB,
+the size of a block of `BLOCK_POINTS` points that have 16 numbers each."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -95,10 +95,10 @@ class BsplineSurface(SurfaceKind):
         check_bezier_points(self.knot_vectors, self.degree, "/control_net")
         if self.weights is not None:
             object.__setattr__(self, "weights", validate_weights(self.weights, counts))
-        rows, columns = (
+        spans_u, spans_v = (
             len(knot.spans(u, p)) for u, p in zip(self.knot_vectors, self.degree, strict=True)
         )
-        object.__setattr__(self, "_spans", (rows, columns))
+        object.__setattr__(self, "_spans", (spans_u, spans_v))
         self.channels.check_spans(counts, self.degree, self._spans)
         check_up(self.up)
 
@@ -113,29 +113,32 @@ class BsplineSurface(SurfaceKind):
 
     def size(self) -> SurfaceSize:
         """The size of one patch for each pair of spans; nets are lowered along u, then along v."""
-        (p, q), (rows, columns), channels = self.degree, self._spans, self.channels
-        weights, patches = self.weights, rows * columns
+        (p, q), (spans_u, spans_v), channels = self.degree, self._spans, self.channels
+        weights, patches = self.weights, spans_u * spans_v
         size = tensor_size(patches, (p, q), weights, channels, name=self.name)
         # The first p rows and q columns may be repeated: always count them, for an upper bound.
-        height, width = self.control_net.shape[0] + p, self.control_net.shape[1] + q
-        numbers = 3 + (weights is not None) + size.width
+        rows, columns = self.control_net.shape[0] + p, self.control_net.shape[1] + q
+        point_bytes = (3 + (weights is not None) + size.width) * NUMBER
         bezier_nets = [net for *_, net in channels.each() if not self._is_spline_net(net)]
         # A Bézier net is restricted to all patches by a matrix for each span along u and along v.
         restricted_numbers = sum(
-            rows * net.shape[0] ** 2 + columns * net.shape[1] ** 2 for net in bezier_nets
+            spans_u * net.shape[0] ** 2 + spans_v * net.shape[1] ** 2 for net in bezier_nets
         )
+        # Its result, and two temporary arrays of at most the same size.
         restricted_numbers += 3 * patches * sum(net.size for net in bezier_nets)
         # The matrices of extraction, with temporary copies of them.
-        extracting_bytes = 4 * (rows * (p + 1) ** 2 + columns * (q + 1) ** 2) * NUMBER
-        result_bytes = (size.control_points * numbers + restricted_numbers) * NUMBER
-        line_bytes = (rows * (p + 1) + height) * width * numbers * NUMBER
+        extracting_bytes = 4 * (spans_u * (p + 1) ** 2 + spans_v * (q + 1) ** 2) * NUMBER
+        result_bytes = size.control_points * point_bytes + restricted_numbers * NUMBER
+        # The net with its repeated rows and columns, and this net lowered along u alone.
+        half_lowered_bytes = (rows + spans_u * (p + 1)) * columns * point_bytes
         # A block has at least one span along u with all columns, or one span along v with all rows.
-        block = (p + 1) * (width + columns * (q + 1)) + (q + 1) * height
+        least_block_points = (p + 1) * (columns + spans_v * (q + 1)) + (q + 1) * rows
         block_bytes = min(
-            5 * max(result_bytes, line_bytes), MAX_BLOCK_MEMORY + 5 * block * numbers * NUMBER
+            5 * max(result_bytes, half_lowered_bytes),
+            MAX_BLOCK_MEMORY + 5 * least_block_points * point_bytes,
         )
         # The control net for drawing, which the model contains too.
-        net_points = height * width
+        net_points = rows * columns
         drawn_bytes = 3 * net_points * NUMBER
         return replace(
             size,
@@ -144,9 +147,13 @@ class BsplineSurface(SurfaceKind):
             net_cells=net_points,
             surface_bytes=self.control_net.size // 3 * (3 + (weights is not None)) * NUMBER
             + sum(net.nbytes for *_, net in channels.each())
-            + (height + width + 2) * NUMBER,
+            + (rows + columns + 2) * NUMBER,
             lowered_bytes=result_bytes + drawn_bytes,
-            peak_bytes=result_bytes + drawn_bytes + line_bytes + block_bytes + extracting_bytes,
+            peak_bytes=result_bytes
+            + drawn_bytes
+            + half_lowered_bytes
+            + block_bytes
+            + extracting_bytes,
         )
 
     def lower(self) -> PatchModel:
@@ -188,33 +195,34 @@ class BsplineSurface(SurfaceKind):
         net = self._wrap(net)
         weights = None if weights is None else self._wrap(weights)
         extraction_u = plan_extraction(knots_u, p, net, weights)
-        lines, line_weights = extraction_u.combine(net, weights)
+        half_lowered, half_weights = extraction_u.combine(net, weights)
         # `combine` works along axis 0, so v becomes axis 0.
-        lines = lines.swapaxes(0, 1)
-        line_weights = None if line_weights is None else line_weights.T
-        extraction_v = plan_extraction(knots_v, q, lines, line_weights)
-        rows, columns = len(extraction_u.point_numbers), len(extraction_v.point_numbers)
-        width = net.shape[-1]
-        points = np.empty((rows, columns, p + 1, q + 1, width))
-        bezier_weights = None if line_weights is None else np.empty(points.shape[:-1])
-        for block in row_slices(rows, (p + 1) * columns * (q + 1), BLOCK_POINTS):
+        half_lowered = half_lowered.swapaxes(0, 1)
+        half_weights = None if half_weights is None else half_weights.T
+        extraction_v = plan_extraction(knots_v, q, half_lowered, half_weights)
+        spans_u, spans_v = len(extraction_u.point_numbers), len(extraction_v.point_numbers)
+        dimension = net.shape[-1]
+        points = np.empty((spans_u, spans_v, p + 1, q + 1, dimension))
+        bezier_weights = None if half_weights is None else np.empty(points.shape[:-1])
+        for block in row_slices(spans_u, (p + 1) * spans_v * (q + 1), BLOCK_POINTS):
+            # For each span along u of the block, its p + 1 points along u in `half_lowered`.
             point_numbers = extraction_u.point_numbers[block]
             first = point_numbers[0, 0]
             block_points = slice(first, point_numbers[-1, -1] + 1)
             values, weight = extraction_v.combine(
-                np.ascontiguousarray(lines[:, block_points]),
-                None if line_weights is None else line_weights[:, block_points],
+                np.ascontiguousarray(half_lowered[:, block_points]),
+                None if half_weights is None else half_weights[:, block_points],
             )
-            # For each control point of the patches, its position in `values`.
+            # For each control point of the patches, its position in `values` as a list of points.
             count = values.shape[1]
             index = extraction_v.point_numbers[:, np.newaxis] * count
             index = index + (point_numbers - first)[:, np.newaxis, :, np.newaxis]
             # All indices are valid; with mode="clip" NumPy writes to `out` without a copy.
-            values.reshape(-1, width).take(index, axis=0, out=points[block], mode="clip")
+            values.reshape(-1, dimension).take(index, axis=0, out=points[block], mode="clip")
             if weight is not None and bezier_weights is not None:
                 weight.reshape(-1).take(index, out=bezier_weights[block], mode="clip")
         return (
-            points.reshape(-1, p + 1, q + 1, width),
+            points.reshape(-1, p + 1, q + 1, dimension),
             None if bezier_weights is None else bezier_weights.reshape(-1, p + 1, q + 1),
         )
 
@@ -222,13 +230,13 @@ class BsplineSurface(SurfaceKind):
         """Whether the net of a channel has as many rows and columns as the control net."""
         return net.shape[:2] == self.control_net.shape[:2]
 
-    def _wrap(self, net: FloatArray, lines: int | None = None) -> FloatArray:
+    def _wrap(self, net: FloatArray, repeats: int | None = None) -> FloatArray:
         """A net, with its first rows or columns repeated at the end of each periodic direction.
 
-        `lines` is the number of repeated rows or columns; by default the degree, as the knots need.
-        One repeated line closes the net for drawing.
+        `repeats` is the number of repeated rows or columns; by default the degree, as the knots
+        need. One repeated row or column closes the net for drawing.
         """
         for axis, (knots, degree) in enumerate(zip(self.knots, self.degree, strict=True)):
             if isinstance(knots, str) and knots == "periodic":
-                net = knot.wrap_points(net, degree if lines is None else lines, axis)
+                net = knot.wrap_points(net, degree if repeats is None else repeats, axis)
         return net

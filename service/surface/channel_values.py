@@ -13,6 +13,8 @@ from service.errors import MAX_ISSUES, InvalidRequest, Issue, count_nouns, forma
 from service.surface.checks import check_finite, check_stored
 
 MAX_ATTRIBUTES, MAX_ATTRIBUTE_NAME = 16, 32
+"""The most attributes of a surface, and the most characters of the name of an attribute."""
+
 ATTRIBUTE_NAME = re.compile(rf"[A-Za-z][A-Za-z0-9_]{{0,{MAX_ATTRIBUTE_NAME - 1}}}", re.ASCII)
 
 

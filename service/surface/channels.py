@@ -117,7 +117,7 @@ class Channels:
                 continue
             _check_degree(where, net)
             # The nets of all patches, and the matrices that restrict the net to each span.
-            operators = (n * rows**2 for n, rows in zip(spans, net.shape[:2], strict=True))
+            operators = (n * points**2 for n, points in zip(spans, net.shape[:2], strict=True))
             _check_numbers(where, max(patches * net.size, *operators))
 
     def check_triangles(self) -> None:

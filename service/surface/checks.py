@@ -155,8 +155,8 @@ def check_grid(rows: int, columns: int, name: str) -> None:
         raise InvalidRequest(
             Issue(
                 "degree_too_high",
-                "A net of r × c control points is one patch of degree r − 1 by c − 1. So high a "
-                "degree lets no control point shape the surface; use several patches.",
+                "A net of r × c control points is one patch of degree r − 1 by c − 1. With such a "
+                "high degree, no control point shapes the surface; use several patches.",
                 f"/{name}",
                 f"degree {rows - 1} × {columns - 1}",
                 f"degrees up to {MAX_DEGREE}",
@@ -185,8 +185,8 @@ def check_triangle(count: int, name: str) -> int:
         raise InvalidRequest(
             Issue(
                 "degree_too_high",
-                "A triangle of n + 1 rows is one patch of degree n. So high a degree lets no "
-                "control point shape the surface; use several patches.",
+                "A triangle of n + 1 rows is one patch of degree n. With such a high degree, no "
+                "control point shapes the surface; use several patches.",
                 f"/{name}",
                 f"degree {degree}",
                 f"degrees up to {MAX_DEGREE}",

@@ -19,8 +19,8 @@ COLD, HOT = (0.08, 0.25, 0.55), (1.0, 0.82, 0.35)
 
 def color_ramp(values: FloatArray) -> FloatArray:
     """Colours (…, 3) of values (…), linear from `COLD` at the least to `HOT` at the greatest."""
-    share = ((values - values.min()) / np.ptp(values))[..., np.newaxis]
-    colors: FloatArray = (1.0 - share) * COLD + share * HOT
+    fraction = ((values - values.min()) / np.ptp(values))[..., np.newaxis]
+    colors: FloatArray = (1.0 - fraction) * COLD + fraction * HOT
     return colors
 
 

@@ -180,8 +180,8 @@ def _check_count(count: int) -> None:
         raise InvalidRequest(
             Issue(
                 "degree_too_high",
-                "n + 1 control points are one Bézier curve of degree n. So high a degree lets no "
-                "control point shape the curve; use a B-spline.",
+                "n + 1 control points are one Bézier curve of degree n. With such a high degree, "
+                "no control point shapes the curve; use a B-spline.",
                 "/control_points",
                 f"degree {count - 1}",
                 f"degrees up to {MAX_DEGREE}",
@@ -190,7 +190,10 @@ def _check_count(count: int) -> None:
 
 
 def _check_continuous(knots: Knots, count: int, degree: int) -> None:
-    """Refuse the knots of a curve with `count` control points if it would be discontinuous."""
+    """Refuse the knots of a curve with `count` control points if it would be discontinuous.
+
+    Knots that have a name always pass.
+    """
     vector = build_knot_vector(knots, count, degree)
     low, high = knot.domain(vector, degree)
     distinct, counts = knot.multiplicities(vector)

@@ -79,10 +79,10 @@ def _net(name: str, up: Up) -> BezierSurface:
     return BezierSurface(np.array(_data(name)["control_net"]), up=up, name=name)
 
 
-def _teapot(name: str, height: float) -> PatchSurface:
+def _teapot(name: str, z_factor: float) -> PatchSurface:
     data = _data("utah-teapot")
     return PatchSurface(
-        np.array(data["vertices"]) * (1.0, 1.0, height),
+        np.array(data["vertices"]) * (1.0, 1.0, z_factor),
         np.array(data["patches"]),
         parts=tuple((part, tuple(members)) for part, members in data["parts"].items()),
         up="z",
@@ -126,7 +126,7 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType(
             Example(
                 "utah-teapot-original",
                 "Utah teapot, original height",
-                "The teapot as Newell measured it, a third taller.",
+                "The teapot as Newell measured it, a third taller than usual.",
                 lambda: _teapot("utah-teapot-original", 4.0 / 3.0),
             ),
             Example(
@@ -138,8 +138,8 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType(
             Example(
                 "bourke-1111-colors",
                 "Random surface, coloured by its height",
-                "The same surface with `colors`: a net in the surface's own degree, from blue in "
-                "the valleys to yellow on the hills.",
+                "The surface `bourke-1111` with `colors`: a net in the surface's own degree, from "
+                "blue in the valleys to yellow on the hills.",
                 lambda: color_by_height(_net("bourke-1111", "z"), "bourke-1111-colors"),
             ),
             Example(

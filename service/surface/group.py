@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from service.surface import Surface
 
 MAX_MEMBERS = 4096
-"""The most members of a group: even a small surface takes at least 0.5 ms, a tube 2 ms."""
+"""The most members of a group: meshing even a small member takes at least 0.5 ms, a tube 2 ms."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -42,6 +42,7 @@ def hull() -> MultipatchSurface:
             _spline(starboard.swapaxes(0, 1), (3, 3), f"starboard {name}", NAVY),
             _spline(port, (3, 3), f"port {name}", NAVY),
             _spline(_span_sides(starboard[:, -1], ARCH), (3, 2), f"deck {name}", OAK),
+            # From starboard to port, opposite to the deck: its normals point down.
             _spline(_span_sides(port[:, 0], 0.0), (3, 2), f"keel {name}", NAVY),
         ]
     stern = np.stack([side[0], side[0] * (1, 0, 1), side[0] * (1, -1, 1)])
@@ -62,7 +63,7 @@ def _spline(
 def _side() -> FloatArray:
     """Control points (stations, 7, 3) of the starboard side."""
     net = [[_point(i / (STATIONS - 1), j / 6) for j in range(7)] for i in range(STATIONS)]
-    # Rounded: the last digits of powers depend on the machine.
+    # Rounded: the last digits of powers depend on the machine. Adding 0 turns −0 into 0.
     return np.round(np.array(net), 3) + 0.0
 
 
@@ -72,6 +73,8 @@ def _point(length_share: float, girth_share: float) -> tuple[float, float, float
     `length_share` is the fraction of the length from the transom, `girth_share` the fraction of the
     girth from the keel to the rail.
     """
+    # The hull is widest at 0.4 of its length. Both shares are 0 there; `fore_share` grows to 1 at
+    # the stem, `aft_share` at the transom.
     fore_share, aft_share = (
         max((length_share - 0.4) / 0.6, 0.0),
         max((0.4 - length_share) / 0.4, 0.0),
@@ -87,6 +90,7 @@ def _point(length_share: float, girth_share: float) -> tuple[float, float, float
     height = rail_height - (rail_height - keel_height) * cos(angle)
     # At the keel, rounding could make the difference negative.
     height_share = max(height - keel_height, 0.0) / (rail_height - keel_height)
+    # How far the stem leans forward, or the transom backward, at this point.
     rake = 3.4 * fore_share**4 * height_share**1.5 - 0.6 * aft_share**4 * girth_share
     return LENGTH * length_share + rake, across, height
 

@@ -34,7 +34,7 @@ class Part:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Domain:
-    """The rectangle of parameters of a surface, divided into one cell for each of its patches.
+    """The rectangle of parameters of a surface, divided into one rectangle for each of its patches.
 
     Patch (k, l) covers [u_k, u_{k+1}] × [v_l, v_{l+1}] and has number `first` + k M_v + l.
 
@@ -143,11 +143,11 @@ class PatchModel:
     @property
     def largest_patch(self) -> float:
         """The largest diagonal of the boxes about the nets of single patches."""
-        extent = 0.0
+        largest = 0.0
         for batch in self.batches:
-            sides = np.ptp(batch.points.reshape(batch.count, -1, 3), axis=1)
-            extent = max(extent, float(np.sqrt(np.square(sides).sum(axis=1).max())))
-        return extent
+            extents = np.ptp(batch.points.reshape(batch.count, -1, 3), axis=1)
+            largest = max(largest, float(np.sqrt(np.square(extents).sum(axis=1).max())))
+        return largest
 
 
 Color: TypeAlias = tuple[float, float, float, float]

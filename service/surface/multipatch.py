@@ -21,9 +21,10 @@ from service.surface.sizes import NUMBER, SurfaceKind, SurfaceSize, add_sizes
 from service.surface.triangle import TriangleSurface
 
 Single: TypeAlias = BezierSurface | BsplineSurface | TriangleSurface
+"""One surface of a multipatch."""
 
 MAX_SURFACES = 4096
-"""The most surfaces of a multipatch: even a small surface takes a few tenths of a millisecond."""
+"""The most surfaces of a multipatch: meshing even a small one takes about 0.2 ms."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -14,7 +14,7 @@ PartMembers: TypeAlias = tuple[tuple[str, tuple[int, ...]], ...]
 
 
 def first_patch(part: tuple[str, tuple[int, ...]]) -> tuple[tuple[int, ...], str]:
-    """The key by which parts are sorted: the first patch, then the name.
+    """The key by which parts are sorted: the first patch (if there is one), then the name.
 
     The order of parts in a request means nothing, because JSON objects have no order.
     """

@@ -137,6 +137,9 @@ class PatchSurface(SurfaceKind):
         numbers = 3 + (weights is not None) + size.width
         # The points, and the arrays `request_numbers` and `sequence`.
         result_bytes = (index_count * numbers + 2 * (size.grids + triangles)) * NUMBER
+        # A triangle has four sides of n + 1 points here, like the grid to which some computations
+        # convert it.
+        triangle_side_bytes = triangles * (numbers - size.width) * NUMBER * 4 * (n + 1)
         # Temporary arrays: the indices in the order of the parts, and the indices of the sorting.
         temporary_bytes = (index_count + 8 * (size.grids + triangles)) * NUMBER
         return replace(
@@ -154,7 +157,7 @@ class PatchSurface(SurfaceKind):
             + sum(net.nbytes for *_, net in channels.each()),
             lowered_bytes=result_bytes,
             peak_bytes=result_bytes + temporary_bytes,
-            side_bytes=size.side_bytes + triangles * (numbers - size.width) * NUMBER * 4 * (n + 1),
+            side_bytes=size.side_bytes + triangle_side_bytes,
         )
 
     def lower(self) -> PatchModel:
@@ -168,7 +171,7 @@ class PatchSurface(SurfaceKind):
         order = sequence = None
         if len(forms) == 1:
             order = part_order
-        elif part_order is not None or len(forms[0][0]) < len(self.patches):
+        elif part_order is not None or len(forms[0][0]) < len(self.patches):  # or several degrees
             # Each form (a degree of grids, or the triangles) becomes one batch, with patches of all
             # parts; so `order` sorts by form, and `sequence` leads back to the order of the parts.
             form = np.empty(count, np.intp)

@@ -77,7 +77,7 @@ def turn_upright(matrix: FloatArray | None, up: Up, target: Up) -> FloatArray | 
     if up != target:
         turn = np.eye(4)
         turn[:3, :3] = _TURNS[up, target]
-        matrix = turn if matrix is None else matrix @ turn + 0.0
+        matrix = turn if matrix is None else matrix @ turn + 0.0  # −0 becomes 0
     if matrix is not None and np.array_equal(matrix, np.eye(4)):
         return None
     return matrix

@@ -44,10 +44,11 @@ def rebuild(
     position = np.empty(model.patch_count, dtype=np.intp)
     position[part_order] = np.arange(model.patch_count)
     owner_positions = position[owner]
-    ends = np.concatenate(
+    # offsets[k]: how many new patches come from the first k old patches in the order of the parts.
+    offsets = np.concatenate(
         [[0], np.cumsum(np.bincount(owner_positions, minlength=model.patch_count))]
     )
-    parts = tuple(Part(p.name, int(ends[p.first]), int(ends[p.last])) for p in model.parts)
+    parts = tuple(Part(p.name, int(offsets[p.first]), int(offsets[p.last])) for p in model.parts)
     sequence = None if model.sequence is None else np.argsort(owner_positions, kind="stable")
     return replace(
         model,

@@ -80,6 +80,7 @@ def rounded_box(
             face[..., u], face[..., v] = h[u] * steps[:, None], h[v] * steps
             grids.append(_turn_outwards(face))
         for sign_u, sign_v in product((1.0, -1.0), repeat=2):
+            # The rows run along the straight axis, the columns along the arc.
             edge = np.empty((5, 5, 4))
             edge[..., axis], edge[..., 3] = h[axis] * steps, arc[:, 3:]
             edge[..., u] = sign_u * (h[u] + radius * arc[:, :1])
@@ -110,7 +111,7 @@ def _corners(half: tuple[float, float, float], radius: float) -> list[list[Point
 
 
 def _turn_outwards(grid: FloatArray) -> Patch:
-    """The rows of a grid, reversed if its normal would point towards the origin."""
+    """The rows of a 5 × 5 grid, reversed if its normal would point towards the origin."""
     du, dv = grid[-1, 2, :3] - grid[0, 2, :3], grid[2, -1, :3] - grid[2, 0, :3]
     if np.cross(du, dv) @ grid[2, 2, :3] < 0:
         grid = grid[::-1]

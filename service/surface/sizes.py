@@ -215,12 +215,12 @@ def group_sizes(
     """
     copies = [sizes[number] for number in numbers]
     # In a scene the parts of a member are called "member/part".
-    labels = [len(title.encode()) + 1 for title in names]
+    label_sizes = [len(title.encode()) + 1 for title in names]
 
     def sum_members(members: Sequence[SurfaceSize], attributes: Attributes) -> SurfaceSize:
         all_members, distinct_members = add_sizes(copies, name=name), add_sizes(sizes, name=name)
         part_name_bytes = sum(
-            (s.parts + 1) * label for s, label in zip(copies, labels, strict=True)
+            (s.parts + 1) * label for s, label in zip(copies, label_sizes, strict=True)
         )
         return replace(
             add_sizes(members, name=name),
@@ -228,7 +228,7 @@ def group_sizes(
             parts=all_members.parts + len(copies),
             name_bytes=all_members.name_bytes + part_name_bytes,
             members=len(copies),
-            label_bytes=sum(labels),
+            label_bytes=sum(label_sizes),
             colors=4 if is_colored else max(size.colors for size in sizes),
             uvs=max(size.uvs for size in sizes),
             attributes=attributes,
@@ -242,7 +242,8 @@ def group_sizes(
 
     # A joined mesh keeps only those attributes that all members have.
     common = set.intersection(*(set(size.attributes) for size in sizes))
-    # Separate meshes keep their own attributes; take the largest of any member for all.
+    # Separate meshes keep their own attributes. As an upper bound for each: the k-th attribute has
+    # the longest name and the most values of any member's k-th attribute, counted from the largest.
     sorted_attributes = (
         sorted(size.attributes, key=lambda attribute: -attribute[1]) for size in sizes
     )

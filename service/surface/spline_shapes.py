@@ -65,9 +65,9 @@ def goblet() -> BsplineSurface:
 
     The NURBS Book, 2nd ed., section 8.5, and example 7.1 for the circle of nine control points.
     """
-    ring = np.array([(x, y, 1.0 if x * y == 0 else sqrt(0.5)) for x, y in CIRCLE])
-    net = np.array([[(x * r, y * r, z) for r, z, _ in PROFILE] for x, y, _ in ring])
-    weights = np.multiply.outer(ring[:, 2], np.array(PROFILE)[:, 2])
+    circle = np.array([(x, y, 1.0 if x * y == 0 else sqrt(0.5)) for x, y in CIRCLE])
+    net = np.array([[(x * r, y * r, z) for r, z, _ in PROFILE] for x, y, _ in circle])
+    weights = np.multiply.outer(circle[:, 2], np.array(PROFILE)[:, 2])
     return BsplineSurface(
         net, (2, 3), (_knots(CIRCLE_KNOTS), _knots(PROFILE_KNOTS)), weights, "z", "nurbs-goblet"
     )

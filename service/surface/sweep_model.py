@@ -12,7 +12,8 @@ from service.surface.checks import Up
 from service.surface.curve_pieces import CurvePieces, to_space
 
 MAX_WIDENING = 2**0.5
-"""At a corner of the curve the profile is mitred, and becomes at most this factor wider."""
+"""At a mitred corner of the curve, the profile is at most this factor wider than on a straight
+curve: 1 / cos(45°), because only corners of at most 90° are mitred."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -182,15 +182,17 @@ def _size(
     """
     pieces = curve.lower()
     net_points = len(pieces.polygon)
-    # A curve may bend at each end of a piece, and at cusps inside a piece.
+    # A curve of degree n may bend at each end of a piece, and at n − 1 cusps inside a piece.
     bends = pieces.count * pieces.degree + 1
+    # The arrays of the curve and those of its pieces have about the same size.
+    curve_bytes = 2 * pieces.points.nbytes + 2 * pieces.breaks.nbytes
     return SurfaceSize(
         (pieces.degree, 0),
         control_points=net_points,
         net_points=net_points,
         net_segments=net_points,
         name_bytes=2 * len(name.encode()),
-        surface_bytes=2 * pieces.points.nbytes + 2 * pieces.breaks.nbytes + spread.nbytes,
+        surface_bytes=curve_bytes + spread.nbytes,
         curves=pieces.count,
         swept_vertices=pieces.count * row_size,
         extra_vertices=(end_rows + RINGS_AT_BEND * bends) * row_size,
