@@ -25,14 +25,15 @@ class MeasureRequest(SurfaceRequest):
         description="The largest width of intervals: relative to the area, to the length of all "
         "borders and to the volume of the whole surface; for the centroid relative to the diagonal "
         "of the bounding box of the control points. A request for too much work is refused "
-        "(`too_costly`); the error names a tolerance that can be reached.",
+        "(`too_costly`); if a larger tolerance can be reached, the error names it.",
         examples=[1e-9],
     )
     weld_tolerance: Annotated[float, Field(ge=0, le=MAX_WELD_TOLERANCE)] = Field(
         default=WELD_TOLERANCE,
-        description="A share of the diagonal of the bounding box. Control points on borders of "
-        "patches that are nearer to each other than this count as one point, as in a mesh. The "
-        "interval of a volume includes every way to close the gaps between them.",
+        description="A share of the diagonal of the bounding box of the control points. Control "
+        "points on borders of patches that are nearer to each other than this count as one point, "
+        "as in a mesh. The interval of a volume includes every way to close the gaps between such "
+        "points.",
         examples=[1e-6],
     )
 

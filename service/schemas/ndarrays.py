@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from service.bases.triangle import degree_or_none, row_starts
+from service.bases.triangle import degree_of, degree_or_none, row_starts
 from service.errors import MAX_ISSUES, Issue
 from service.schemas.document import DocumentLimits
 from service.schemas.validation import (
@@ -117,6 +117,6 @@ def _path(grid: "NumberGrid", index: tuple[int, ...], shape: tuple[int, ...]) ->
     if grid.triangle_level is None:
         return index
     axis = grid.triangle_level - 1  # the axis of all rows together
-    starts = row_starts(degree_or_none(shape[axis]) or 0)
+    starts = row_starts(degree_of(shape[axis]))
     row = int(np.searchsorted(starts, index[axis], side="right")) - 1
     return (*index[:axis], row, index[axis] - int(starts[row]), *index[axis + 1 :])

@@ -138,10 +138,10 @@ class MeshOptionFields(StrictModel):
         "Patches without width are left out of the mesh. When two sides become one edge, the edge "
         "gets the positions of the side whose control points come first in lexicographic order, "
         "whatever the order of the patches. Far from the origin, where coordinates are too coarse "
-        "for this tolerance, points within 2^-50 of the largest coordinate count as near. The "
-        "report has the largest move of a point as `moved`, and every bound includes it. If two "
-        "borders are the same curve with different knots, the surfaces are split at these knots. "
-        "With 0, only points that are equal bit for bit are joined.",
+        "for this tolerance, points nearer to each other than 2^-50 times the largest coordinate "
+        "count as near. The report has the largest move of a point as `moved`, and every bound "
+        "includes it. If two borders are the same curve with different knots, the surfaces are "
+        "split at these knots. With 0, only points that are equal bit for bit are joined.",
         examples=[1e-9],
     )
     overlays: Overlays = Field(

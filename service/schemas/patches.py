@@ -19,7 +19,7 @@ from service.schemas.channels import (
     define_surface,
 )
 from service.schemas.fields import NameField, Parts, StrictModel, UpField
-from service.schemas.triangle import split_rows, to_rows
+from service.schemas.triangle import point_to_rows, split_rows
 from service.schemas.validation import limits_of, to_refusal
 from service.surface.grids import NO_GRIDS, Grids
 from service.surface.patches import NO_TRIANGLES, PatchSurface
@@ -36,7 +36,8 @@ def _parse_grids(
         if not isinstance(value, list) or len(set(map(_shape, value))) < 2:
             raise
     limits = limits_of(info)
-    # Of all grids together only the number of control points is limited; `PATCH` checks degrees.
+    # Of all grids together only the number of control points is limited, at level 2 of the lists;
+    # `PATCH` checks degrees, grid by grid.
     index_count = sum(prod(_shape(grid)) for grid in value)
     PATCHES.check_size(2, total=index_count, longest=0, limits=limits)
     try:
@@ -90,10 +91,10 @@ class PatchesDefinition(StrictModel):
     )
     parts: Parts = Field(
         default_factory=dict,
-        description="Named groups of patches, by patch number from 0: numbers count the grids "
-        "first, then the triangles. A patch belongs to at most one group. Patches without a group "
-        "form a part with the surface's name. Parts are sorted by the first patch number in their "
-        "lists.",
+        description="For the name of each part, the numbers of its patches, from 0: numbers count "
+        "the grids first, then the triangles. A patch belongs to at most one part. All other "
+        "patches form a part with the surface's name. Parts are sorted by the first patch number "
+        "in their lists.",
         examples=[{"left": [0], "right": [1]}],
     )
     colors: VertexColors = None
@@ -122,7 +123,7 @@ class PatchesDefinition(StrictModel):
                 self.triangles,
             )
         except InvalidRequest as error:
-            raise to_rows(error, r"/triangles/\d+", self.triangles.shape[1]) from None
+            raise point_to_rows(error, r"/triangles/\d+", self.triangles.shape[1]) from None
 
 
 def define_patches(surface: PatchSurface) -> dict[str, Any]:

@@ -69,5 +69,5 @@ class PlaneSet(StrictModel):
             return Planes(normals, (normals * points).sum(axis=1))
         offsets = np.asarray(self.offsets, np.float64) + 0.0  # −0 becomes 0
         check_finite(offsets, "/offsets")
-        check_stored(offsets, "/offsets")
+        check_stored(offsets, "/offsets")  # within single precision
         return Planes(*pair_rows(normals, "normals", offsets, "offsets"))

@@ -17,10 +17,12 @@ MAX_SECONDS = 7 * 24 * 3600
 revoked has no access any more."""
 
 MAX_MOMENT = 10**12 - 1
-"""The latest time that a request may name, in seconds since 1970."""
+"""The latest time that a request may name, in seconds since 1970: signed URLs have at most 12
+digits for it."""
 
 MAX_URL = 8000
-"""The most characters of a URL to sign."""
+"""The most characters of a URL to sign. RFC 9110, section 4.1, recommends that all programs support
+URLs of 8,000 bytes."""
 
 
 class SurfaceRequest(RequestModel):

@@ -65,7 +65,7 @@ class TriangleDefinition(StrictModel):
             nets = {f"/{name}": getattr(self, name) for name in _NETS}
             nets |= {pointer(("attributes", name)): net for name, net in self.attributes.items()}
             for prefix, net in nets.items():
-                error = error if net is None else to_rows(error, prefix, len(net))
+                error = error if net is None else point_to_rows(error, prefix, len(net))
             raise error from None
 
 
@@ -88,10 +88,11 @@ def split_rows(values: NDArray[Any]) -> list[NDArray[Any]]:
     return np.split(values, starts[1:-1])
 
 
-def to_rows(error: InvalidRequest, prefix: str, count: int) -> InvalidRequest:
-    """The error, with pointers that have the row of an entry, as documents need it.
+def point_to_rows(error: InvalidRequest, prefix: str, count: int) -> InvalidRequest:
+    """The error, with pointers into the rows of a document in place of pointers into arrays.
 
-    A pointer to entry k of an array becomes a pointer to entry j of row m.
+    A pointer to entry k of an array becomes a pointer to entry j of row m. Returns the error
+    unchanged if no triangle has `count` entries.
 
     Parameters
     ----------

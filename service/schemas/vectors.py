@@ -14,8 +14,8 @@ VECTORS = NumberGrid(
 )
 
 MIN_NUMBER = 1e-100
-"""A vector needs one number at least this large in absolute value. The squares of smaller numbers
-would underflow, so that the direction cannot be computed."""
+"""A vector needs one number at least this large in absolute value. Vectors are divided by their
+largest number before they are squared; only numbers below 1e-307 have too few digits for this."""
 
 
 def validate_directions(vectors: FloatArray, name: str) -> FloatArray:

@@ -104,6 +104,7 @@ class BoundedProtocol(HttpToolsProtocol):
             self.data_received(head_and_rest)
         except httptools.HttpParserError as error:
             if not self._ignores_input:
+                # If a callback raised `Refused`, httptools has it as the context of its own error.
                 self._refuse(getattr(error.__context__, "problem", problems.MALFORMED_REQUEST))
         # The deadline of the next head starts with its first bytes, or when the connection opens.
         is_idle = self._running is None or self._running.response_complete
@@ -157,10 +158,10 @@ class BoundedProtocol(HttpToolsProtocol):
             self._refuse(problems.HEAD_TOO_SLOW) if self._unread else self.transport.close()
 
     def close(self) -> None:
-        """Closes the connection in two steps: first the direction to the client.
+        """Closes the direction to the client; the other closes with the client, or at a deadline.
 
-        If the client still sends a body, the system would otherwise reset the connection, and the
-        client could lose the response.
+        If both were closed at once while the client still sends a body, the system would reset the
+        connection, and the client could lose the response.
         """
         self._disconnect()
         self._ignores_input, self._head_due = True, inf
@@ -169,7 +170,7 @@ class BoundedProtocol(HttpToolsProtocol):
             # Both directions at once: no connection is left that would wait for the client.
             self.transport.close()
         else:
-            self.flow.resume_reading()
+            self.flow.resume_reading()  # so that the loop sees when the client closes
             self.transport.write_eof()
             self._response_due = self._send_deadline()
 

@@ -130,7 +130,7 @@ def serve(app: ASGIApp, settings: Settings, state: Any) -> NoReturn:
     if sys.platform == "linux":
         milliseconds = max(1, round(settings.send_timeout * 1000))
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, milliseconds)
-        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPIDLE, 15)
+        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPIDLE, 15)  # seconds
     raise_file_limit(settings.max_connections + 128)  # 128 for the log, the store, libraries
     gc.collect()
     gc.freeze()  # objects made at the start live as long as the process

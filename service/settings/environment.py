@@ -53,8 +53,9 @@ def read_environment() -> Settings:
                 iter(get_close_matches(name, variables, 1)), "docs/settings.md lists them all"
             )
             _log.warning("%s is not a setting of this service; perhaps: %s", name, suggestion)
-    folder = {"store": str(user_data_path("surface-service", appauthor=False))}
-    defaults: dict[str, Any] = {} if variable("store") in os.environ else folder
+    defaults: dict[str, Any] = {}
+    if variable("store") not in os.environ:
+        defaults["store"] = str(user_data_path("surface-service", appauthor=False))
     texts = {name: os.environ.get(variable(name), "") for name in Settings.model_fields}
     try:
         settings = _FromEnvironment(**defaults)
@@ -116,7 +117,7 @@ def describe_values(field: FieldInfo) -> str:
         begin = "above 0," if minimum is None else f"from {minimum}"
         return f"{kind} {begin} to {maximum}"
     if field.annotation is str:
-        return "a text" if not field.is_required() and field.default == "" else "a text, not empty"
+        return "a text" if field.default == "" else "a text, not empty"
     words = re.findall(r"'(\w+)'", str(field.annotation))  # the texts of a Literal
     return f"one of {', '.join(words)}" if words else "a comma-separated list"
 

@@ -16,8 +16,8 @@ from service.settings.runtime import MIN_MEMORY, half_of_memory
 from service.surface.checks import MAX_DEGREE
 
 REQUEST_SHARE = 11 / 16
-"""The part of the memory that one request may work in, beside its body. `service.api.workers`
-divides the memory."""
+"""The part of the memory that one request may work in, beside its body. All bodies have 4/16, and
+the event loop has 1/16 (`service.api.workers`)."""
 
 
 def _split_list(value: object) -> object:

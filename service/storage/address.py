@@ -76,7 +76,7 @@ def _path_of(address: str) -> Path:
 
 
 def _open_folder(path: Path) -> Folder:
-    """The backend of a folder; writes a test file to it first."""
+    """The backend of a folder; first makes a file in it, as a test."""
     try:
         root = path.expanduser().absolute()
         for name in (SURFACES, STAGING):

@@ -50,9 +50,9 @@ class Folder(Bucket):
     """A folder. Every file in its folder `surfaces/` is complete and on the disk.
 
     To store an object, the service writes a file in `staging/`, forces it to the disk (fsync),
-    renames it, and forces the folders that have its name to the disk. If the process is killed or
-    the power fails at any moment, the object is complete or does not exist. (obstore alone does not
-    call fsync: the system would decide when bytes reach the disk.)
+    renames it, and forces the folders above it, which hold its name, to the disk. If the process is
+    killed or the power fails at any moment, the object is complete or does not exist. (obstore
+    alone does not call fsync: the system would decide when bytes reach the disk.)
     """
 
     root: Path

@@ -112,7 +112,7 @@ class ContentWork:
 
 
 def plan_content(surface: Surface) -> ContentWork:
-    """Predicts the cost of a surface's canonical content."""
+    """Predicts the cost of a surface's canonical content: that of its JSON, which is longer."""
     return ContentWork(surface, definition_cost(surface.size(), DEFAULT_LIMITS))
 
 

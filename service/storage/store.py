@@ -107,8 +107,8 @@ class SurfaceStore:
         Parameters
         ----------
         reserve : Callable
-            Called with the number of bytes before they are read; if it raises an error, nothing is
-            read.
+            Reserves memory: called with the number of bytes before they are read. If it raises an
+            error, nothing is read.
 
         Raises
         ------

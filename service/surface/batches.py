@@ -178,7 +178,7 @@ class TensorPatches(_Batch):
 
     @property
     def corners(self) -> FloatArray:
-        """Corner points, shape (P, 4, 3)."""
+        """Corner points at (u, v) = (0, 0), (0, 1), (1, 0) and (1, 1), shape (P, 4, 3)."""
         p, q = self.degree
         # The steps p and q take the first and the last row and column.
         return self.points[:, ::p, ::q].reshape(-1, 4, 3)
@@ -196,23 +196,24 @@ class TensorPatches(_Batch):
     def collapsed(self) -> NDArray[np.bool_]:
         """Which sides are one point, shape (P, 4)."""
         p, q = self.degree
-        # Shape (3, 2, 2, P), with the patches on the last axis: long rows are compared faster.
+        # Axes: coordinate, u = 0 or 1, v = 0 or 1, patch. Long rows of patches are compared faster.
         corners = self.points[:, ::p, ::q].transpose(3, 1, 2, 0).copy()
         # Only sides whose two ends are equal can be one point; only these are compared in full.
+        # `is_equal[:, 0]` compares the ends of the sides u = 0 and u = 1, `is_equal[:, 1]` those of
+        # v = 0 and v = 1; `collapsed` gets the axes patch, u or v, and 0 or 1.
         is_equal = np.empty(corners.shape, bool)
         np.equal(corners[:, :, 0], corners[:, :, 1], out=is_equal[:, 0])
         np.equal(corners[:, 0], corners[:, 1], out=is_equal[:, 1])
         collapsed: NDArray[np.bool_] = np.logical_and.reduce(is_equal).transpose(2, 0, 1).copy()
         if not np.count_nonzero(collapsed):
             return collapsed.reshape(-1, 4)
-        # `collapsed[k, 0]` has the sides u = 0 and u = 1 of patch k, `collapsed[k, 1]` the sides
-        # v = 0 and v = 1.
         for axis, sides in enumerate((self.points[:, ::p], self.points.swapaxes(1, 2)[:, ::q])):
-            index, end = collapsed[:, axis].nonzero()
-            if len(index):
-                lines = sides[index, end]
-                is_first = lines == lines[:, :1]
-                collapsed[index, axis, end] = is_first.reshape(len(lines), -1).all(axis=1)
+            patch, end = collapsed[:, axis].nonzero()
+            if len(patch):
+                # The control points of the sides in question, compared with the first of each side.
+                side_points = sides[patch, end]
+                equals_first = side_points == side_points[:, :1]
+                collapsed[patch, axis, end] = equals_first.reshape(len(patch), -1).all(axis=1)
         return collapsed.reshape(-1, 4)
 
 
@@ -280,12 +281,9 @@ class TrianglePatches(_Batch):
         points, weights = tensor_net(to_homogeneous(self.points, self.weights)), None
         if self.weights is not None:
             points, weights = points[..., :3] / points[..., 3:], points[..., 3]
-        # Row t = 0 already has degree n, and the ends of the other rows are not changed by
-        # elevation: copy these points, so that rounding of homogeneous coordinates does not matter.
-        for number, side in enumerate((points[:, 0], points[:, -1], points[:, :, 0])):
-            # All points of row t = 0; the first and the last point of the sides s = 0 and r = 0.
-            ends = slice(None) if number == 2 else slice(None, None, n)
-            side[:, ends] = self.side(number)[0][:, ends]
+        # Elevation changes neither the row t = 0, which already has degree n, nor the corner t = 1:
+        # copy these points, so that rounding of homogeneous coordinates does not matter.
+        points[:, :, 0] = self.side(2)[0]
         points[:, :, n] = self.points[:, -1:]
         return TensorPatches(points, weights, channels)
 

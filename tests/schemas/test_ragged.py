@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from service.errors import InvalidRequest, Issue, count_nouns
 from service.schemas.arrays import TRIANGLE_NET, TRIANGLE_WEIGHTS, TRIANGLES, NumberGrid
 from service.schemas.document import DocumentLimits
-from service.schemas.triangle import split_rows, to_rows
+from service.schemas.triangle import point_to_rows, split_rows
 from service.schemas.validation import invalid_request
 from tests.oracles.triangles import keys
 
@@ -97,7 +97,7 @@ def test_pointers_to_entries_become_pointers_to_rows(degree: int) -> None:
             Issue("b", "", f"/triangles/31/{entry}"),
             Issue("c", "", f"/control_net/{entry}/2"),
         )
-        result = to_rows(error, r"/weights|/triangles/\d+", len(order))
+        result = point_to_rows(error, r"/weights|/triangles/\d+", len(order))
         assert [issue.pointer for issue in result.issues] == [
             f"/weights/{k}/{j}",
             f"/triangles/31/{k}/{j}",
