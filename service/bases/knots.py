@@ -148,10 +148,12 @@ def evaluate_basis(knots: FloatArray, degree: int, t: ArrayLike) -> tuple[Ints, 
     values = np.zeros((len(t), degree + 1))
     values[:, 0] = 1.0
     for n in range(1, degree + 1):
-        steps = np.arange(n)
-        right_knots = knots[span[:, np.newaxis] + 1 + steps]
-        left_knots = knots[span[:, np.newaxis] + 1 - n + steps]
-        share = values[:, :n] / (right_knots - left_knots)
-        values[:, :n] = (right_knots - t[:, np.newaxis]) * share
-        values[:, 1 : n + 1] += (t[:, np.newaxis] - left_knots) * share
+        # From degree n − 1 to n: the support of each of the n B-splines so far begins at a knot
+        # U_{s+1−n} … U_s (left) and ends at a knot U_{s+1} … U_{s+n} (right).
+        offsets = np.arange(n)
+        right_knots = knots[span[:, np.newaxis] + 1 + offsets]
+        left_knots = knots[span[:, np.newaxis] + 1 - n + offsets]
+        quotients = values[:, :n] / (right_knots - left_knots)
+        values[:, :n] = (right_knots - t[:, np.newaxis]) * quotients
+        values[:, 1 : n + 1] += (t[:, np.newaxis] - left_knots) * quotients
     return span, values

@@ -55,13 +55,13 @@ def find_refinement(
     count, first = len(windows), windows[:, 0]
     # F belongs to the span that begins at the first argument or contains it. But n equal arguments
     # after a smaller knot are the end of a span, and the next span may have other values there.
-    is_last = (target[:count] < first) & (windows[:, -1] == first)
+    is_span_end = (target[:count] < first) & (windows[:, -1] == first)
     span = np.searchsorted(knots, first, side="right")
-    span = np.where(is_last, np.searchsorted(knots, first, side="left"), span) - 1
+    span = np.where(is_span_end, np.searchsorted(knots, first, side="left"), span) - 1
     offsets = np.arange(1 - degree, degree + 1)[:, np.newaxis]
     shares = np.empty((degree + 1, count))
-    for points in row_slices(count, 1, CHUNK):
-        shares[:, points] = _blossom_shares(knots[span[points] + offsets], windows[points].T)
+    for chunk in row_slices(count, 1, CHUNK):
+        shares[:, chunk] = _blossom_shares(knots[span[chunk] + offsets], windows[chunk].T)
     return span - degree + np.arange(degree + 1)[:, np.newaxis], shares
 
 

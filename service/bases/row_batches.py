@@ -22,10 +22,10 @@ def row_runs(count: int, step: int) -> Iterator[tuple[int, int]]:
 
 
 def row_slices(count: int, width: int, max_size: int) -> Iterator[slice]:
-    """Slices that cover `count` rows, each of the size `width`, in numbers or in bytes.
+    """Slices that cover `count` rows. A row has the size `width`, in numbers or in bytes.
 
-    A slice has at most the size `max_size`, but at least one row. A request can be cancelled before
-    each slice.
+    A slice has at most the size `max_size`, in the same unit, but at least one row. A request can
+    be cancelled before each slice.
     """
     for begin, end in row_runs(count, max(1, max_size // width)):
         yield slice(begin, end)

@@ -1,8 +1,9 @@
 """The order of the control points and samples of a triangle.
 
 A triangle is stored row after row. Row m of a net of degree n has the n + 1 − m control points
-b_ijk with k = m, in the order of ascending j. The first row is the side t = 0; the last row is one
-corner. Samples at R divisions have the order of the control points of a net of degree R.
+b_ijk with k = m, in the order of ascending j. In barycentric coordinates (r, s, t), the first row
+is the side t = 0; the last row is the corner t = 1. Samples at R divisions have the order of the
+control points of a net of degree R.
 """
 
 from functools import lru_cache
@@ -54,8 +55,8 @@ def row_starts(degree: int) -> Ints:
 def side_rows(degree: int) -> Ints:
     """The indices of the points along the sides s = 0, r = 0 and t = 0, each of them ascending.
 
-    (r, s, t) are barycentric coordinates. With s = u (1 − v) and t = v, these are the sides u = 0,
-    u = 1 and v = 0 in the order of all sides. Shape (3, n+1); read-only.
+    With s = u (1 − v) and t = v, these are the sides u = 0, u = 1 and v = 0, in the order of the
+    four sides of a patch. Shape (3, n+1); read-only.
     """
     row_firsts = row_starts(degree)[:-1]
     j = np.arange(degree + 1)

@@ -127,6 +127,7 @@ def evaluate_rows(
     degree, count = len(curves) - 1, curves.shape[2]
     basis_t = sample_basis(degree, divisions)[rows.start : rows.stop]
     lines = (basis_t @ curves.reshape(degree + 1, -1)).reshape(len(rows), degree + 1, count)
+    # Row by row the m control points of one curve in u' = s / (r + s): shape (rows, m, n+1).
     lines = lines.transpose(0, 2, 1).astype(dtype)
     begin = 0
     for line, row in zip(lines, rows, strict=True):
@@ -136,7 +137,7 @@ def evaluate_rows(
 
 
 def _row_basis(degree: int, divisions: int, dtype: type[np.floating]) -> RealArray:
-    """The Bernstein basis at R equal divisions, shape (n+1, R+1), as C(n, j) s^j (1 − s)^{n−j}.
+    """The Bernstein basis C(n, j) s^j (1 − s)^{n−j} at s = 0, 1/R, …, 1: shape (n+1, R+1).
 
     Each row of samples needs a basis of its own, which is used only once. The recurrence of
     `bernstein` would take n times as long as these powers. Powers may underflow; at degrees up to

@@ -26,8 +26,8 @@ def exponents(degree: int) -> tuple[Ints, Ints, Ints]:
     return degree - j - k, j, k
 
 
-def row_number(degree: int, j: Ints, k: Ints) -> Ints:
-    """The position of b_ijk along axis 0 of a net."""
+def find_index(degree: int, j: Ints, k: Ints) -> Ints:
+    """The index of b_ijk along axis 0 of a net."""
     return _find_row_start(degree, k) + j
 
 
@@ -41,9 +41,9 @@ def elevate(net: Net, degree: int) -> Net:
     points, weights = net
     for n in range(degree_of(len(points)), degree):
         i, j, k = exponents(n + 1)
-        index = np.stack([row_number(n, j, k), row_number(n, j - 1, k), row_number(n, j, k - 1)])
+        index = np.stack([find_index(n, j, k), find_index(n, j - 1, k), find_index(n, j, k - 1)])
         shares = np.stack([i, j, k])
-        # A neighbour outside the triangle has the share 0; row 0 stands for it.
+        # A neighbour outside the triangle has the share 0; b_n00, at index 0, stands for it.
         index[shares == 0] = 0
         points, weights = combine(points, weights, index, shares / (n + 1))
     return points, weights
@@ -61,13 +61,15 @@ def split(net: Net, point: tuple[float, float, float]) -> tuple[Net, Net, Net]:
     for m in range(n - 1, -1, -1):
         _, j, k = exponents(m)
         index = np.stack(
-            [row_number(m + 1, j, k), row_number(m + 1, j + 1, k), row_number(m + 1, j, k + 1)]
+            [find_index(m + 1, j, k), find_index(m + 1, j + 1, k), find_index(m + 1, j, k + 1)]
         )
         shares = np.repeat(np.array(point)[:, np.newaxis], len(j), axis=1)
         points, weights = combine(points, weights, index, shares)
         levels.append((points, weights))
     i, j, k = exponents(n)
     zeros = np.zeros_like(i)
+    # Point ijk of the first triangle is b_0jk after i steps; of the second, b_i0k after j steps; of
+    # the third, b_ij0 after k steps.
     return (
         _gather_levels(levels, i, j, k),
         _gather_levels(levels, j, zeros, k),
@@ -78,15 +80,16 @@ def split(net: Net, point: tuple[float, float, float]) -> tuple[Net, Net, Net]:
 def _gather_levels(levels: list[Net], level: Ints, j: Ints, k: Ints) -> Net:
     """A net of one point for each entry of `level`, `j` and `k`, from de Casteljau's levels.
 
-    Entry m takes the point b_{·,j[m],k[m]} of the net `levels[level[m]]`.
+    `levels[m]` is the net after m steps. Entry e takes the point b_{·,j[e],k[e]} of
+    `levels[level[e]]`.
     """
     n = len(levels) - 1
     sources = [
-        (levels[step], int(row_number(n - step, j_m, k_m)))
-        for step, j_m, k_m in zip(level.tolist(), j, k, strict=True)
+        (levels[m], int(find_index(n - m, j_e, k_e)))
+        for m, j_e, k_e in zip(level.tolist(), j, k, strict=True)
     ]
-    points = np.stack([source[0][row] for source, row in sources])
-    weights = [source[1][row] for source, row in sources if source[1] is not None]
+    points = np.stack([net_points[index] for (net_points, _), index in sources])
+    weights = [net_weights[index] for (_, net_weights), index in sources if net_weights is not None]
     return points, np.stack(weights) if weights else None
 
 
@@ -98,7 +101,7 @@ def exchange_order(degree: int, first: int, second: int) -> Ints:
     """
     coordinates = list(exponents(degree))
     coordinates[first], coordinates[second] = coordinates[second], coordinates[first]
-    return row_number(degree, coordinates[1], coordinates[2])
+    return find_index(degree, coordinates[1], coordinates[2])
 
 
 def lower_half(net: Net) -> Net:

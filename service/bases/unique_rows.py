@@ -56,7 +56,7 @@ def unique_rows(rows: FloatArray) -> tuple[Ints, Ints]:
     first, number = unique_values(hashes.sum(axis=1))
     if not np.array_equal(rows[first[number]], rows):
         _, first, number = np.unique(rows, axis=0, return_index=True, return_inverse=True)
-    return first, number.reshape(-1)
+    return first, number.reshape(-1)  # NumPy 2.0 returns a column
 
 
 def find_first_rows(rows: FloatArray) -> tuple[Ints, Ints]:

@@ -106,8 +106,11 @@ def _compute(document: Mapping[str, Any]) -> bytes:
 
 
 def _operation_line(issue: Issue, flags: Sequence[str], fields: Mapping[str, str]) -> str:
-    """An issue as a line that names the flag of the operation that has the error."""
-    # "/operations/2/…" begins with "", "operations" and "2"; a shorter pointer is filled with "".
+    """An issue as a line that names the flag of the operation that has the error.
+
+    `flags` has the flag of each operation; `fields` are the fields of the surface set by flags.
+    """
+    # "/operations/2/…" is split into "", "operations", "2", …; a shorter pointer is filled with "".
     _, field, number = (*issue.pointer.split("/"), "", "")[:3]
     if field == "operations" and number.isdecimal() and int(number) < len(flags):
         return issue_line(replace(issue, pointer=f"/{flags[int(number)]}"), flags)

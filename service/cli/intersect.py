@@ -63,8 +63,8 @@ def _run(arguments: argparse.Namespace) -> int:
     if rows is not None:
         if not all(isinstance(row, list) and len(row) == 6 for row in rows):
             raise Refused("a ray is six numbers: a point and a direction, X,Y,Z,DX,DY,DZ")
-        columns = [row[:3] for row in rows], [row[3:] for row in rows]
-        flag_values["rays"] = dict(zip(("origins", "directions"), columns, strict=True))
+        origins, directions = [row[:3] for row in rows], [row[3:] for row in rows]
+        flag_values["rays"] = {"origins": origins, "directions": directions}
     if arguments.all:
         flag_values["hits"] = "all"
     if arguments.relative_thickness is not None:

@@ -112,7 +112,7 @@ def _request_mesh(
 def _compute(
     source: str | dict[str, Any] | NetFile, flag_values: Mapping[str, str], fmt: "Format"
 ) -> bytes:
-    """Computes the file in this process."""
+    """Computes the file in this process. A `source` that is a text is the id of an example."""
     from service.pipeline.mesh import render, select_encode_options
     from service.schemas.query import options_from_text, values_from_text
     from service.schemas.request import MeshRequest

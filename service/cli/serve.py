@@ -32,8 +32,11 @@ def _run(arguments: argparse.Namespace) -> int:
 
     texts = {"host": arguments.host, "port": arguments.port}
     flags = {name: text for name, text in texts.items() if text is not None}
-    # Keep log records in memory until the settings say how to write them.
-    memory_handler = MemoryHandler(1000, logging.CRITICAL + 1, logging.lastResort)
+    # Keep log records in memory, whatever their level, until the settings say how to write them, or
+    # until there are 1,000.
+    memory_handler = MemoryHandler(
+        capacity=1000, flushLevel=logging.CRITICAL + 1, target=logging.lastResort
+    )
     logging.getLogger().addHandler(memory_handler)
     try:
         settings = apply_flags(read_environment(), flags)

@@ -44,6 +44,7 @@ def _run(arguments: argparse.Namespace) -> int:
     for name in ("seconds", "expires"):
         text = getattr(arguments, name)
         if text is not None:
+            # Valid numbers have fewer than 20 digits; of thousands, `int` raises ValueError.
             if not (text.isascii() and text.isdigit() and len(text) < 20):
                 raise UsageError(f"--{name}: needed a whole number")
             document[name] = int(text)

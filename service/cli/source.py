@@ -26,7 +26,7 @@ _FILE_HELP = (
 
 
 def add_command(commands: Commands, name: str, text: str) -> argparse.ArgumentParser:
-    """Adds a command that reads a source and writes a file; its help lists the exit codes."""
+    """Adds a command that reads a source; its help lists the exit codes."""
     command: argparse.ArgumentParser = commands.add_parser(
         name,
         help=text,

@@ -83,8 +83,8 @@ def line_at(text: bytes, position: int) -> int:
 def _count_words(text: bytes, start: int, end: int) -> int:
     """The number of words in `text[start:end]`: of runs of characters that are no gaps.
 
-    Counting takes 1/10 of the time of splitting the text into words. The count may be too small,
-    because control characters count as gaps; so the words are counted again when they are read.
+    Counting takes 1/10 of the time of splitting the text into words. Control characters count as
+    gaps, so the count may be wrong if words have them; such words are no numbers, and are refused.
     """
     count, was_printed = 0, False
     for position in range(start, end, PIECE_BYTES):
@@ -102,7 +102,7 @@ def _find_cut(text: bytes, start: int, end: int) -> int:
     last = first + MAX_NUMBER_CHARS
     if first < end and (gap := _GAP.search(text, first, min(last, end))):
         return gap.start()
-    if last < end:
+    if last < end:  # no gap: the word at `first` is too long for a number
         raise build_word_error(text, first)
     return end
 

@@ -26,13 +26,14 @@ KINDS = ("patches",)
 `group` of several `patches`."""
 
 MAX_DEPTH = 16
-"""The most braces and lists inside each other."""
+"""The most objects inside each other: braces, lists and the innermost object all count."""
 
 MAX_PREFIXES = 16
 """The most signs `=`, definitions and appearances before an object, together."""
 
 FREE_COMMENTS = 1000
-"""A file may have one comment for each allowed control point, and this number more."""
+"""A file may have one sign `#` for each allowed control point, and this number more: to remove a
+comment takes up to 180 bytes of memory."""
 
 FREE_OBJECTS = 1000
 """A file may have two objects for each allowed patch (the braces, and the object in them), and this
@@ -55,8 +56,6 @@ _BEZIER = re.compile(rb"(ST)?(C)?(?:BBP|BEZ(?:([1-9])([1-9])([34]))?)(_ST)?")
 _DEGREES = re.compile(rb"\s++([1-9]|1[0-2])\s++([1-9]|1[0-2])\s++([34])(?=\s|[{}])")
 _BRACE = re.compile(rb"[{}]")
 _LINES = re.compile(rb"C?4?n?SKEL|4?VECT")
-_ANY_WORD = b"?"
-"""For errors, which only distinguish a word from the end of the text."""
 
 
 def decode(content: bytes, kind: str | None, max_points: int) -> Tree:
@@ -75,10 +74,10 @@ def decode(content: bytes, kind: str | None, max_points: int) -> Tree:
     """
     check_kind(kind, KINDS)
     _check_text(content)
-    comments = content.count(b"#")
-    if comments > max_points + FREE_COMMENTS:
+    hash_signs = content.count(b"#")
+    if hash_signs > max_points + FREE_COMMENTS:
         raise build_too_many_error("more comments", max_points)
-    reader = _Reader(_COMMENT.sub(b"", content) if comments else content, max_points)
+    reader = _Reader(_COMMENT.sub(b"", content) if hash_signs else content, max_points)
     reader.read()
     surfaces = list(reader.patches.surfaces())
     if len(surfaces) == 1:
@@ -156,7 +155,9 @@ class _Reader:
         """The form of an object, from its keyword and from the degrees after the keyword."""
         texture, color, *digits, texture_suffix = header.groups()
         if self._peek_word() == b"BINARY":
-            raise self._build_error("The service reads OOGL as text.", b"BINARY", "numbers as text")
+            raise self._build_error(
+                "The service reads OOGL as text.", self._next_word(), "numbers as text"
+            )
         if b"BBP" in header[0]:
             digits = [b"3", b"3", b"3"]
         elif digits[0] is None:
@@ -164,7 +165,7 @@ class _Reader:
             if degrees is None:
                 needed = f"BEZ p q d, degrees 1 to {HIGHEST_DEGREE}, d 3 or 4"
                 raise self._build_error(
-                    "The degrees of the patches are missing.", _ANY_WORD, needed
+                    "The degrees of the patches are missing.", self._next_word(), needed
                 )
             digits = list(degrees.groups())
             self._position = degrees.end()
@@ -200,12 +201,13 @@ class _Reader:
 
     def _check_weights(self, form: Form, numbers: FloatArray, start: int) -> None:
         """Refuse weights that are not positive; the numbers begin at `text[start]`."""
-        columns = form.weight_numbers()
-        is_wrong = numbers[:, columns] <= 0
+        weight_columns = form.weight_numbers()
+        is_wrong = numbers[:, weight_columns] <= 0
         if not is_wrong.any():
             return
-        patch, weight = np.argwhere(is_wrong)[0].tolist()
-        line = line_of_number(self._text, start, patch * form.number_count + columns[weight])
+        patch, point = np.argwhere(is_wrong)[0].tolist()
+        index = patch * form.number_count + weight_columns[point]
+        line = line_of_number(self._text, start, index)
         raise InvalidRequest(
             Issue(
                 "weight_not_positive",
@@ -249,6 +251,7 @@ class _Reader:
             if not depth:
                 self._position = brace.end()
                 return
+        # The position is still behind the first brace, so the error names the line of this brace.
         raise self._build_error("A pair of braces does not end.", word, "}")
 
     def _build_error(self, message: str, word: bytes, needed: str) -> Exception:

@@ -132,6 +132,6 @@ def _blend_corners(corners: FloatArray, degree: tuple[int, int]) -> FloatArray:
     corner_grid = corners.reshape(count, 2, 2, width)
     blended = np.einsum("kbad,ai,bj->kjid", corner_grid, basis_u, basis_v)
     # Rounding must not move a mean out of the range of the corners.
-    low, high = (limit(corners, axis=1)[:, None, None] for limit in (np.min, np.max))
+    low, high = (bound[:, None, None] for bound in (corners.min(axis=1), corners.max(axis=1)))
     values: FloatArray = np.clip(blended, low, high).reshape(-1, width)
     return values

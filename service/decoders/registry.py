@@ -27,7 +27,7 @@ DECODERS: tuple[Decoder, ...] = (
         "weight; the other three are not multiplied by the weight. Errors have pointers into the "
         "equivalent JSON document: `/surface/control_net/i/j/k` for one net, and "
         "`/surface/vertices/n/k` for the n-th point of several patches.",
-        memory_factor=8,
+        memory_factor=8,  # patches of float32 take 7.7: as float64, with their indices
     ),
     Decoder(
         name="oogl",
@@ -42,7 +42,7 @@ DECODERS: tuple[Decoder, ...] = (
         "w). Texture coordinates and colours of the corners are read; lines and appearances are "
         "skipped. Patches of several degrees become a `group`. Errors name the line. The service "
         "reads the files that it writes with `oogl=bez`.",
-        memory_factor=24,
+        memory_factor=24,  # a LIST of objects with one patch each takes 21
         example=(
             "A quarter of a cylinder, exactly: degrees (2, 1), weights",
             "BEZ214\n1 0 0 1  1 1 0 1  0 2 0 2\n1 0 1 1  1 1 1 1  0 2 2 2\n",
@@ -60,7 +60,7 @@ DECODERS: tuple[Decoder, ...] = (
         " numbers, counted from 1, (p+1)² for degree p, in one line or in p + 1 lines; the number"
         " of vertices; x, y and z of each vertex. Commas or blanks separate the numbers. Errors"
         " name the line.",
-        memory_factor=24,
+        memory_factor=24,  # numbers of one digit take 14
         example=(
             "Two patches of degree (1, 1) that share an edge",
             "2\n1,2,3,4\n3,4,5,6\n6\n0,0,0\n0,1,0\n1,0,1\n1,1,1\n2,0,0\n2,1,0\n",

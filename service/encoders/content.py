@@ -35,6 +35,7 @@ def find_shared_positions(mesh: Mesh) -> tuple[FloatArray, IndexArray | None]:
     welds, positions = mesh.welds, mesh.positions
     if welds is None:
         return absolute(positions, mesh), None
+    # `welds` has the leader of each vertex: the first vertex at its position.
     leaders = derive_once((welds,), "leaders", lambda: np.flatnonzero(_is_leader(welds)))
     row = derive_once((welds,), "rows of leaders", lambda: _number_leaders(welds))
     return absolute(positions.take(leaders, axis=0), mesh), row
@@ -55,6 +56,7 @@ def find_colored_positions(mesh: Mesh) -> tuple[FloatArray, RealArray | None, In
     if mesh.colors is None or mesh.welds is None:
         positions, row = find_shared_positions(mesh)
         return positions, mesh.colors, row
+    # Among the vertices at one position, those of equal colour get one leader.
     leaders = find_leaders(mesh.welds.astype(np.intp), mesh.colors, reach=0.0)
     is_leader = _is_leader(leaders)
     return (
@@ -143,10 +145,11 @@ def report_object(report: MeshReport, parts: Sequence[MeshPart]) -> dict[str, ob
     """
     seam_fields: dict[str, object] = {}
     if report.closure is not None:
-        seams = {"u": report.closure.u, "v": report.closure.v}
-        seam_fields = {f"closed_{name}": seam is not None for name, seam in seams.items()}
+        # None along u or v: the surface is open in this direction.
+        continuity = {"u": report.closure.u, "v": report.closure.v}
+        seam_fields = {f"closed_{name}": value is not None for name, value in continuity.items()}
         seam_fields |= {
-            f"continuity_{name}": seam for name, seam in seams.items() if seam is not None
+            f"continuity_{name}": value for name, value in continuity.items() if value is not None
         }
     return {
         "vertices": report.vertices,

@@ -51,7 +51,7 @@ class MeshSize:
     drawables, name_bytes : int
         Number of parts and overlays; UTF-8 bytes of all names, including the name of the mesh.
     overlay_points, overlay_segments, overlay_cells : int
-        Number of points, segments and cells of all overlays.
+        Number of points, segments and cells (quads of control nets) of all overlays.
     colors : int
         Number of components of a colour; 0 without colours.
     attributes : tuple of (name, int)

@@ -79,10 +79,11 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
     # Each number is followed by a comma or a bracket, and a row has two characters more.
     index = digits(max(size.vertices, size.overlay_points)) + 1
     position = 3 * (FLOAT64_CHARS + 1) + 2
+    # Rows of normals, of uvs and of colours need 6 of the 7 characters at the end.
     vertex = position + (3 + size.colors) * (FLOAT32_CHARS + 1) + 2 * (FLOAT64_CHARS + 1) + 7
     vertex += sum(d * (FLOAT64_CHARS + 1) + 2 for d in dimensions)
     # A part: keys, its range of faces, a colour of 4 numbers, and its entry in the report.
-    piece = 100 + 2 * digits(size.triangles + size.quads) + 4 * FLOAT64_CHARS + REPORT_PART_CHARS
+    part = 100 + 2 * digits(size.triangles + size.quads) + 4 * FLOAT64_CHARS + REPORT_PART_CHARS
     # 13 numbers: bounds (6), curvatures (4), two deviation bounds, the normal angle. 612 characters
     # suffice for the keys and brackets of the document, for whole numbers and for `moved`.
     report = 612 + 13 * FLOAT64_CHARS
@@ -92,7 +93,7 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
         + size.quads * 2 * (4 * index + 2)
         + size.overlay_points * position
         + size.overlay_segments * (2 * index + 2)
-        + size.drawables * piece
+        + size.drawables * part
         # The report repeats the names of parts.
         + 2 * size.name_bytes * LONGEST_ESCAPE
         + sum(len(name) + 8 for name, _ in size.attributes)

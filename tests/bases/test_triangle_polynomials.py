@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from service.bases import polynomials
 from service.bases.polynomials import Net
-from service.bases.triangle_polynomials import elevate, row_number
+from service.bases.triangle_polynomials import elevate, find_index
 
 seeds = st.integers(0, 10**6)
 small_degrees = st.integers(1, 5)
@@ -42,7 +42,7 @@ def _list_sides(degree: int) -> list[np.ndarray]:
     """Indices (degree + 1,) of the control points of each side of a triangular net."""
     rising, zeros = np.arange(degree + 1), np.zeros(degree + 1, dtype=int)
     return [
-        row_number(degree, rising, zeros),
-        row_number(degree, zeros, rising),
-        row_number(degree, degree - rising, rising),
+        find_index(degree, rising, zeros),
+        find_index(degree, zeros, rising),
+        find_index(degree, degree - rising, rising),
     ]

@@ -199,7 +199,8 @@ REFUSALS: dict[str, tuple[bytes, str, int]] = {
     "half a patch": (b"\n\nBBP\n1 2 3\n", "malformed_body", 3),
     "no patch": (b"BBP", "malformed_body", 1),
     "an empty list": (b"\nLIST", "malformed_body", 2),
-    "no degrees": (b"\nBEZ\n", "malformed_body", 2),
+    "no degrees": (b"\nBEZ\n", "malformed_body", 3),
+    "a word in place of degrees": (b"BEZ\n\nzq9x7", "malformed_body", 3),
     "degree 0": (b"BEZ013 0 0 0 1 1 1", "malformed_body", 1),
     "degree 13": (b"BEZ 13 1 3 0", "malformed_body", 1),
     "dimension 2": (b"BEZ112 0 0 1 0 0 1 1 1", "malformed_body", 1),
@@ -211,7 +212,7 @@ REFUSALS: dict[str, tuple[bytes, str, int]] = {
     "braces within braces": (b"{\n" * 40, "malformed_body", 17),
     "many signs": (b"=" * 5000, "malformed_body", 1),
     "an appearance without an end": (b"appearance {\n" + b"{}" * 5000, "malformed_body", 1),
-    "the binary form": (b"BEZ113 BINARY\n\x01", "malformed_body", 1),
+    "the binary form": (b"BEZ113\nBINARY\n\x01", "malformed_body", 2),
     "a word among the numbers": (b"BEZ113 0 0 0\n1 zq9x7 0", "malformed_body", 2),
     "a number with two points": (b"BEZ113 0 0 0\n1 0.0.0 0" + b" 0" * 6, "malformed_body", 2),
     "two numbers in one": (b"BEZ113 0 0 0\n1 0-1 0" + b" 0" * 6, "malformed_body", 2),
@@ -237,6 +238,13 @@ def test_errors_name_the_line(text: bytes, code: str, line: int) -> None:
     assert f"(line {line})" in issue.message
     # An error does not repeat the input.
     assert "zq9x7" not in str(issue)
+
+
+def test_an_error_at_the_end_of_the_text_says_so() -> None:
+    for text in (b"BEZ", b"BEZ\n", b"LIST { BEZ114 " + b"1 " * 16):
+        with pytest.raises(SurfaceError) as error:
+            decode(text, None, MAX_POINTS)
+        assert error.value.issues[0].got == "the end of the text"
 
 
 @pytest.mark.parametrize("content", ["BEZ113 é".encode(), b"BEZ113\0", "BEZ113".encode("utf-16")])

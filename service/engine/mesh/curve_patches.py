@@ -17,7 +17,7 @@ from itertools import pairwise
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.triangle_polynomials import exponents, row_number
+from service.bases.triangle_polynomials import exponents, find_index
 from service.engine.mesh.connectivity import Connectivity
 from service.surface.batches import Patches, TensorPatches
 from service.surface.lowered import Domain, PatchModel
@@ -102,7 +102,7 @@ def _find_lines(batch: Patches, side: int) -> Ints:
     # The exponents (j, k) of the first control point of each line. If the point is side 2, 0 or 1,
     # then k, j or i is constant on a line, which begins on the side s = 0 or on the side t = 0.
     first_exponents = {2: (0 * j, k), 0: (j, 0 * k), 1: (n - i, 0 * k)}[side]
-    return row_number(n, *first_exponents)
+    return find_index(n, *first_exponents)
 
 
 def _take_patches(model: PatchModel, is_kept: Bools) -> PatchModel:
