@@ -34,7 +34,7 @@ class EncodeOptions:
         return self.oogl == "bez"
 
 
-COMPACT = frozenset({"quantize", "compression"})
+COMPACT_OPTIONS = frozenset({"quantize", "compression"})
 """Names of the options that a format refuses if it does not support them."""
 
 
@@ -121,7 +121,7 @@ class Format(FileFormat):
         which the format moves a vertex.
     reads : frozenset of str
         The fields of `EncodeOptions` that the format uses. The format refuses unused fields that
-        are in `COMPACT`, and ignores the other unused fields.
+        are in `COMPACT_OPTIONS`, and ignores the other unused fields.
     """
 
     has_quads: bool
@@ -139,7 +139,9 @@ class Format(FileFormat):
     @property
     def ignored(self) -> frozenset[str]:
         """Names of the options that have no effect on files of this format."""
-        unread = frozenset(field.name for field in fields(EncodeOptions)) - self.reads - COMPACT
+        unread = (
+            frozenset(field.name for field in fields(EncodeOptions)) - self.reads - COMPACT_OPTIONS
+        )
         # `uvs` is an option of the mesh, and not a field of `EncodeOptions`. A format that cannot
         # store uvs ignores this option.
         return unread if "uvs" in self.carries else unread | {"uvs"}
@@ -147,7 +149,7 @@ class Format(FileFormat):
     @property
     def compact(self) -> bool:
         """Whether the format can store quantized positions and compressed arrays."""
-        return self.reads >= COMPACT
+        return self.reads >= COMPACT_OPTIONS
 
     def write_scene(self, scene: Scene, options: EncodeOptions) -> Content:
         """Encode a scene as a file; in a format without nodes, as one flattened mesh."""

@@ -17,6 +17,6 @@ def byte_bound(count: int, order: int) -> int:
     """The most bytes of `count` points with derivatives up to the order `order`."""
     widths = [width for names in COLUMNS[: order + 1] for _, width in names]
     # Columns of the width 0 are booleans.
-    row = sum(width * (FLOAT64_CHARS + 1) + 2 if width else len("false,") for width in widths)
+    row_bytes = sum(width * (FLOAT64_CHARS + 1) + 2 if width else len("false,") for width in widths)
     # Each column has its name and the brackets of its list.
-    return count * row + 32 * len(widths)
+    return count * row_bytes + 32 * len(widths)

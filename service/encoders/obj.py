@@ -33,6 +33,7 @@ from service.engine.mesh.mesh_value import Mesh
 
 def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
     """The OBJ file, UTF-8: one object, a group for each part, an object for each overlay."""
+    # Vertex k of the mesh has the position row[k] of the file.
     positions, colors, row = find_colored_positions(mesh)
     comment = bound_comment(mesh.report)
     head = f"# {comment}\n" if comment else ""
@@ -47,8 +48,8 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
     groups = tuple((identifier(part.name), part.quads, part.triangles) for part in mesh.parts)
     has_values = mesh.uvs is not None, mesh.normals is not None
     # The text of the faces is cached: many meshes have the same faces.
-    name = ("OBJ", groups, has_values)
-    chunks.append(keep_with_faces(mesh, row, name, lambda: _groups(mesh, row)))
+    key = ("OBJ", groups, has_values)
+    chunks.append(keep_with_faces(mesh, row, key, lambda: _groups(mesh, row)))
     first = len(positions) + 1
     for overlay in find_nonempty(mesh.overlays):
         chunks += (
@@ -64,10 +65,11 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
     """The most bytes of the file, with normals and parameters."""
     color = 3 * (FLOAT32_CHARS + 1) if size.colors else 0
     index = digits(size.vertices + size.overlay_points) + 1
-    position = 2 + 3 * (FLOAT64_CHARS + 1)
-    vertex = position + 3 + 3 * (FLOAT32_CHARS + 1) + 3 + 2 * (FLOAT32_CHARS + 1)
+    position = len("v ") + 3 * (FLOAT64_CHARS + 1)
+    normal = len("vn ") + 3 * (FLOAT32_CHARS + 1)
+    uv = len("vt ") + 2 * (FLOAT32_CHARS + 1)
     return (
-        size.vertices * (vertex + color)
+        size.vertices * (position + color + normal + uv)
         + size.triangles * (2 + 3 * 3 * index)
         + size.quads * (2 + 4 * 3 * index)
         + size.overlay_points * position

@@ -15,8 +15,8 @@ coordinates. A line of a vertex has its position, normal, colour and texture coo
 order, although in the keyword the letters for texture coordinates (U of a MESH, ST of an OFF) come
 first, then C and N.
 
-Overlays follow in the same list. In `cquad`, each cell of a control net is one SKEL; otherwise all
-segments of an overlay are one SKEL.
+Overlays follow in the same list. In `cquad`, each cell (quad) of a control net is one SKEL;
+otherwise all segments of an overlay are one SKEL.
 
 References
 ----------
@@ -111,8 +111,8 @@ def byte_bound(size: MeshSize, options: EncodeOptions) -> int:
         + size.quads * (2 + 4 * index),
         "bez": size.control_points * 4 * (FLOAT64_CHARS + 1) + size.patches * (32 + corners),
     }
-    form = bounds[options.oogl] if options.oogl else max(bounds["cquad"], bounds["off"])
-    return 64 + 3 * index + form + _overlay_bound(size)
+    form_bytes = bounds[options.oogl] if options.oogl else max(bounds["cquad"], bounds["off"])
+    return 64 + 3 * index + form_bytes + _overlay_bound(size)
 
 
 def coarseness(mesh: Mesh, options: EncodeOptions) -> float:

@@ -70,6 +70,7 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
 def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
     """The most bytes of the file, with normals and parameters."""
     properties = [key for name, d in size.attributes for key in _properties(name, d)]
+    # A colour has one byte for each of its components.
     return (
         HEADER_BYTES
         + sum(len("property float \n") + len(key) for key in properties)

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from service.encoders import json_mesh, obj, off, oogl, ply, stl
-from service.encoders.format import COMPACT, Format
+from service.encoders.format import COMPACT_OPTIONS, Format
 from service.encoders.gltf import mesh_document as gltf
 from service.encoders.gltf import scene as gltf_scene
 from service.encoders.gltf import sizes as gltf_sizes
@@ -32,7 +32,7 @@ FORMATS: tuple[Format, ...] = (
         byte_bound=gltf_sizes.glb_byte_bound,
         encode_scene=gltf_scene.encode_glb_scene,
         carries=EVERYTHING,
-        reads=COMPACT,
+        reads=COMPACT_OPTIONS,
     ),
     Format(
         name="gltf",
@@ -46,7 +46,7 @@ FORMATS: tuple[Format, ...] = (
         byte_bound=gltf_sizes.gltf_byte_bound,
         encode_scene=gltf_scene.encode_gltf_scene,
         carries=EVERYTHING,
-        reads=COMPACT,
+        reads=COMPACT_OPTIONS,
     ),
     Format(
         name="json",

@@ -71,6 +71,7 @@ def _normals(corners: FloatArray) -> FloatArray:
     bx, by, bz = corners[:, 2] - corners[:, 1]
     x, y, z = normals = np.array((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx))
     length = np.sqrt(x * x + y * y + z * z)
+    # Not `length <= NO_AREA`, which is false for NaN.
     without_area = np.flatnonzero(~(length > NO_AREA))
     length[without_area] = 1.0
     normals *= 1.0 / length

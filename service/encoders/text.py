@@ -30,8 +30,8 @@ MAX_WHOLE_BYTES = 1 << 20
 
 ROW_NUMBERS = 32
 """How many float64 orjson gets in one row. orjson reserves 24 bytes for each number and some
-hundred for each row, but a number of `FLOAT64_CHARS` and its comma take 25 bytes. So orjson 3.13
-writes long rows of such numbers beyond the end of its memory."""
+spare bytes for each row, but a number of `FLOAT64_CHARS` and its comma take 25 bytes. So orjson
+3.13 writes long rows of such numbers beyond the end of its memory."""
 
 POWERS = np.array([float(10**k) for k in range(10)])
 """10^0 … 10^9, all exact."""
@@ -109,7 +109,10 @@ def _write_list(items: Iterable[Iterable[bytes]]) -> Iterator[bytes]:
 
 
 def json_bound(value: object) -> int:
-    """An upper bound of the bytes of `json_text(value)`, computed without writing the text."""
+    """An upper bound of the bytes of `json_text(value)`, computed without writing the text.
+
+    The value must not contain `bytes`.
+    """
     if isinstance(value, np.ndarray):
         # A number, a comma, and the brackets of a list for each axis.
         return value.size * (FLOAT64_CHARS + 1 + 2 * value.ndim) + 2
@@ -135,6 +138,7 @@ def _array_text(array: NDArray[np.generic]) -> bytes:
         return orjson.dumps(array, option=orjson.OPT_SERIALIZE_NUMPY)
     if array.ndim > 1:
         return b"[" + b",".join(map(_array_text, array)) + b"]"
+    # A long list is written as rows, whose brackets are then removed. The last row may be empty.
     values_in_rows = array.size - array.size % ROW_NUMBERS
     text = orjson.dumps(
         array[:values_in_rows].reshape(-1, ROW_NUMBERS), option=orjson.OPT_SERIALIZE_NUMPY
@@ -197,6 +201,7 @@ def _in_lines(text: bytes, width: int, between: bytes = b" ") -> bytes:
 def _side_by_side(arrays: Sequence[RealArray], start: bytes) -> bytes:
     """The lines of some rows of several arrays side by side."""
     columns = [_lines(array).splitlines() for array in arrays]
+    # Each number is followed by a blank, or by a line feed and the start of the next line.
     step = 2 * len(columns)
     cells = ([b" "] * (step - 1) + [b"\n" + start]) * len(columns[0])
     for k, column in enumerate(columns):

@@ -19,7 +19,8 @@ from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sweep_model import SweepModel
 
 MAX_TRIANGLES = 1 << 31
-"""The most triangles of a mesh by tolerance if the request sets no limit."""
+"""The most triangles of a mesh by tolerance: no limit in practice. The limits and budgets of
+requests are the task of `service.pipeline.adaptive`, which meshes without this module."""
 
 
 def build(
@@ -29,6 +30,8 @@ def build(
 
     Parameters
     ----------
+    options : MeshOptions
+        Budgets in `options.accuracy` are ignored.
     is_float32 : bool
         Whether positions are float32 about a local origin, else float64 in model coordinates.
     allow : callable
@@ -36,10 +39,8 @@ def build(
     """
     # A sweep has no patches to certify, so its mesh is by resolution.
     if options.accuracy is not None and not isinstance(model, SweepModel):
-        storage, goal = (
-            Storage(is_float32, has_local_origin=True),
-            build_goal(options.accuracy, model),
-        )
+        storage = Storage(is_float32, has_local_origin=True)
+        goal = build_goal(options.accuracy, model)
         mesher = build_mesher(model, options, storage, has_nodes=False)
         result = mesher.build_mesh(goal, MAX_TRIANGLES)
         assert isinstance(result, Mesh)
@@ -96,10 +97,8 @@ def build_scene(
     `is_quantized`, positions are rounded to the 16-bit grids of the models.
     """
     if options.accuracy is not None:
-        storage, goal = (
-            Storage(is_float32, has_local_origin=True),
-            build_goal(options.accuracy, model),
-        )
+        storage = Storage(is_float32, has_local_origin=True)
+        goal = build_goal(options.accuracy, model)
         mesher = build_mesher(model, options, storage, has_nodes=True, is_quantized=is_quantized)
         result = mesher.build_mesh(goal, MAX_TRIANGLES)
         assert isinstance(result, Scene)

@@ -41,6 +41,7 @@ def find_leaders(key: Ints, values: RealArray, reach: float) -> Ints:
         remaining = remaining[~is_near]
         if not len(remaining):
             break
+        # For each remaining row: the first remaining row with its key.
         _, first, inverse = np.unique(key[remaining], return_index=True, return_inverse=True)
         candidates = remaining[first][inverse]
     return leader

@@ -71,17 +71,19 @@ def choose_origin(low: FloatArray, high: FloatArray) -> FloatArray:
 def find_unit_scales(sizes: FloatArray) -> FloatArray:
     """For each size, the power of two that scales it to [0.5, 1) without rounding.
 
-    The power is at most 2^1000: smaller sizes, and sizes 0, stay below 0.5.
+    The power is at most 2^1000: sizes below 2^-1001, also 0, stay below 0.5.
     """
-    factors: FloatArray = np.exp2(np.minimum(-np.frexp(sizes)[1].astype(np.float64), 1000.0))
+    _, exponents = np.frexp(sizes)
+    factors: FloatArray = np.exp2(np.minimum(-exponents.astype(np.float64), 1000.0))
     return factors
 
 
 def find_scale(extent: float) -> float:
     """The power of two that scales a model, so that this extent becomes 2^15 to 2^16.
 
-    The result is 1 if the model needs no scaling.
+    The result is 1 if the model needs no scaling, and at most 2^1000.
     """
     if 2.0**-UNSCALED_EXPONENT <= extent <= 2.0**UNSCALED_EXPONENT or extent == 0:
         return 1.0
-    return float(np.exp2(min(UNSCALED_EXPONENT - np.frexp(extent)[1], 1000)))
+    _, exponent = np.frexp(extent)
+    return float(np.exp2(min(UNSCALED_EXPONENT - exponent, 1000)))

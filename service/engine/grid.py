@@ -29,7 +29,7 @@ MIN_STEP_SHARE = 2.0**-52
 
 MAX_ROUNDING = sqrt(3) / 2
 """The largest distance, in steps, of a position from the nearest point of the grid: half of the
-diagonal of a cell."""
+diagonal of a cube with sides of one step."""
 
 FLOAT32_MAX = float(np.finfo(np.float32).max)
 
@@ -41,6 +41,7 @@ def find_step(low: FloatArray, high: FloatArray) -> float:
         float((high - low).max()) / MAX_STEPS, largest_coordinate * MIN_STEP_SHARE, MIN_STEP
     )
     mantissa, exponent = frexp(min_step)
+    # A mantissa of 0.5 is an exact power of two, 2^(exponent - 1).
     return ldexp(1.0, exponent - (mantissa == 0.5))
 
 

@@ -139,7 +139,7 @@ def _paint(batch: Patches, color: Color | None) -> tuple[Channel, ...]:
     net_rows = nets.reshape(-1, nets.shape[-1])
     rows = tint(net_rows, np.array(color), len(net_rows))
     painted = rows.astype(np.float64).reshape(*nets.shape[:-1], -1)
-    return (*other_channels, Channel("colors", "colors", painted))
+    return (*other_channels, Channel(name="colors", kind="colors", nets=painted))
 
 
 def _keep_kinds(

@@ -18,8 +18,8 @@ MAX_RESOLUTION = 1 << 16
 resolutions."""
 
 MAX_WELD_TOLERANCE = 1e-6
-"""The largest weld tolerance, as a share of the diagonal: rounding alone moves no two equal points
-further apart."""
+"""The largest weld tolerance, as a share of the model's diagonal: rounding alone moves no two equal
+points further apart than this."""
 
 MAX_ISOCURVES = 1024
 """The most pieces into which isoparametric curves cut a patch, in one direction."""
@@ -47,9 +47,10 @@ class MeshOptions:
         larger.
     weld_tolerance : float
         Two control points on borders count as one point if their distance is at most this share of
-        the diagonal, or at most the rounding error of coordinates and knots, which counts up to
-        `MAX_WELD_TOLERANCE` (`service.engine.mesh.equal_points`). With 0, only points that are
-        equal bit for bit count as one.
+        the diagonal of the box about the control points, or at most the rounding error of
+        coordinates and knots, which counts up to `MAX_WELD_TOLERANCE` of this diagonal
+        (`service.engine.mesh.equal_points`). With 0, only points that are equal bit for bit count
+        as one.
     overlays : tuple of names
         Lines to draw beside the faces.
     isocurves : (n_u, n_v)

@@ -34,6 +34,7 @@ def find_grid_steps(model: Model, options: MeshOptions) -> tuple[float, ...]:
     if not isinstance(model, GroupModel):
         return (find_step(*_find_bounds(model, options)),)
     steps = [find_step(*_find_bounds(member, options)) for member in model.models]
+    # Union-find: all models of a chain have one root, whose step is the largest of the chain.
     roots = list(range(len(steps)))
 
     def find_root(number: int) -> int:
@@ -54,6 +55,7 @@ def find_grid_error(model: Model, options: MeshOptions) -> float:
     steps = find_grid_steps(model, options)
     if not isinstance(model, GroupModel):
         return MAX_ROUNDING * steps[0]
+    # scalings(…)[1]: the most by which a placement multiplies lengths.
     return max(MAX_ROUNDING * steps[m.model] * scalings(m.matrix)[1] for m in model.members)
 
 
@@ -149,14 +151,15 @@ def _find_neighbours(group: GroupModel) -> Iterator[list[int]]:
     for member in group.members:
         placement = b"" if member.matrix is None else (member.matrix + 0.0).tobytes()
         models_by_placement[placement].add(member.model)
-    for numbers in models_by_placement.values():
-        rows = [(number, _corners(group.models[number])) for number in sorted(numbers)]
+    for model_numbers in models_by_placement.values():
+        rows = [(number, _corners(group.models[number])) for number in sorted(model_numbers)]
         model_of_corner = np.concatenate(
             [np.full(len(corners), number) for number, corners in rows]
         )
-        _, corner = unique_rows(np.concatenate([corners for _, corners in rows]))
-        order = np.lexsort((model_of_corner, corner))
-        is_same_corner = corner[order[1:]] == corner[order[:-1]]
+        _, point_number = unique_rows(np.concatenate([corners for _, corners in rows]))
+        # Corners at one point follow each other, in the order of their models.
+        order = np.lexsort((model_of_corner, point_number))
+        is_same_corner = point_number[order[1:]] == point_number[order[:-1]]
         pairs = np.stack([model_of_corner[order[:-1]], model_of_corner[order[1:]]], axis=1)[
             is_same_corner
         ]

@@ -71,7 +71,7 @@ class Workspaces(local, Generic[Work]):
         self._workspaces: dict[tuple[Any, ...], Work] = {}
 
     def get(self, *key: Any) -> Work:
-        """The workspace of this key, with undefined contents, valid until the next call."""
+        """The workspace of this key, with undefined contents, valid until the key is used again."""
         work = self._workspaces.get(key)
         if work is None:
             if len(self._workspaces) >= MAX_WORKSPACES:

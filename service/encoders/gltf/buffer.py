@@ -69,7 +69,7 @@ class PackedBuffer:
     chunks : list of buffers
         The bytes of the first buffer, in order.
     empty_buffers : list of JSON objects
-        More buffers, which have a length but no bytes.
+        More buffers, which have a length but no bytes: compressed views name them.
     extensions : tuple of str
         The extensions that the views need.
     """

@@ -59,8 +59,8 @@ def build_plain_columns(mesh: Mesh) -> Columns:
     if mesh.colors is not None:
         columns["COLOR_0"] = to_linear(mesh.colors)
     for name, values in mesh.attributes:
-        for key, part in attribute_columns(name, values.shape[1]):
-            columns[key] = values[:, part]
+        for key, components in attribute_columns(name, values.shape[1]):
+            columns[key] = values[:, components]
     return {key: Column(to_single(values)) for key, values in columns.items()}
 
 

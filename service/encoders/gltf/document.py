@@ -19,7 +19,7 @@ from service.encoders.text import json_text
 
 GENERATOR = "Surface Service"
 """The name of this program in a file. It has no version, because the bytes of a file may change
-only if `ENGINE` changes, not with each release."""
+only if the version of its numbers (`ENGINE`, in the report) changes, not with each release."""
 
 Z_UP_TO_Y_UP = (-(0.5**0.5), 0.0, 0.0, 0.5**0.5)
 """Unit quaternion (x, y, z, w): a quarter turn about x, from z up to y up."""

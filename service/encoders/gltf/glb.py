@@ -193,7 +193,7 @@ def _build_template(mesh: Mesh, options: EncodeOptions, column_count: int) -> Te
     index_ends = range(stride, len(primitives) * stride + 1, stride)
     indices = [buffer.chunks[end - 2 : end] for end in index_ends]
     # The report; for each primitive its two bounds; and for each its origin, if it is not 0.
-    placeholder_count = 1 + 2 * len(primitives) + (len(primitives) if mesh.origin.any() else 0)
+    placeholder_count = 1 + 2 * len(primitives) + (len(primitives) if is_moved(mesh.origin) else 0)
     if len(text) != 2 * placeholder_count + 1:
         return Template((), None, (), (), 0)
     all_vertices = np.arange(len(mesh.positions))

@@ -85,8 +85,8 @@ def order_faces(faces: IndexArray, vertices: int) -> tuple[IndexArray, Ints]:
     indices, new_number, used_count = _library().reorder_mesh(
         np.ascontiguousarray(faces, dtype=np.uint32).reshape(-1), is_triangles, optimizes_size
     )
-    # `new_number` ends at the last used vertex, or after `vertices`; the number of an unused vertex
-    # is at least `used_count`.
+    # `new_number` may be shorter than `vertices`, if the last vertices are unused, or longer. The
+    # number of an unused vertex is at least `used_count`.
     order = np.empty(vertices, dtype=np.intp)
     used = np.flatnonzero(new_number[:vertices] < used_count)
     order[new_number[used]] = used

@@ -134,12 +134,14 @@ def split_matrix(matrix: FloatArray | None) -> tuple[JsonObject, JsonObject]:
     fields: JsonObject = {"translation": shift.tolist()} if shift.any() else {}
     if not (linear - np.diag(np.diag(linear))).any():
         return fields | dict(_write_scale(np.diag(linear))), {}
+    # If the columns are perpendicular, linear = turn · diag(lengths).
     lengths = np.sqrt((linear**2).sum(axis=0))
     if np.linalg.det(linear) < 0:
         lengths = -lengths
     turn = linear / lengths
     if np.abs(turn.T @ turn - np.eye(3)).max() <= NEGLIGIBLE:
         return fields | {"rotation": quaternion(turn)} | dict(_write_scale(lengths)), {}
+    # linear = left · diag(scale) · right, where `left` and `right` may mirror at first.
     left, scale, right = np.linalg.svd(linear)
     if np.linalg.det(left) < 0:
         left, scale = -left, -scale

@@ -62,9 +62,11 @@ def encode_obj(sections: Sections) -> bytes:
 
 def obj_bound(size: SectionSize) -> int:
     """The most bytes of the OBJ file."""
-    line = 4 + digits(size.points)
+    # An index and a blank, with room for the `l ` of a line.
+    index = 4 + digits(size.points)
     objects = size.planes * (8 + size.name_bytes + digits(size.planes))
-    return objects + size.points * (POINT_CHARS + 2 + line) + size.polylines * 2 * line
+    points = size.points * (len("v ") + POINT_CHARS + index)
+    return objects + points + size.polylines * 2 * index
 
 
 def encode_oogl(sections: Sections) -> bytes:

@@ -84,7 +84,8 @@ def point_rows_of(section: Section) -> list[Ints]:
         count = len(line.points) - line.closed
         paths.append(np.append(np.arange(first, first + count), [first] if line.closed else []))
         first += count
-    return [rows.astype(np.intp) for rows in paths]
+    # Appending an empty list makes floats of integers.
+    return [path.astype(np.intp) for path in paths]
 
 
 def find_stored_origin(sections: Sections) -> tuple[FloatArray, float]:

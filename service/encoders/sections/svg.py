@@ -29,7 +29,8 @@ def encode_svg(sections: Sections) -> bytes:
         projection = np.stack([axes[0][k], -axes[1][k]], axis=1)
         paths = []
         for line in section.polylines:
-            points = (line.points[:-1] if line.closed else line.points) @ projection + 0.0
+            points = (line.points[:-1] if line.closed else line.points) @ projection
+            points += 0.0  # turns -0.0 into 0.0
             boxes.append(np.stack([points.min(axis=0), points.max(axis=0)]))
             end = b"Z" if line.closed else b""
             paths.append(b'<path d="M' + rows(points).rstrip() + end + b'"/>\n')
