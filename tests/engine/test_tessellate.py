@@ -121,7 +121,7 @@ def test_grids_list_the_vertex_of_each_sample(
         mesh.uvs[grid[0]], np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1)
     )
     assert mesh.normals is not None
-    normals = exact.normals(net, weights, resolution)
+    normals = exact.normals(net, weights, resolution)  # NaN where du × dv is 0
     assert np.nanmax(np.abs(mesh.normals[grid[0]] - normals)) < 1e-9
 
 
@@ -173,16 +173,16 @@ def test_large_coordinates_have_a_local_origin(example: str, offset: float) -> N
     (batch,) = model.batches
     far_batch = TensorPatches(batch.points + offset, batch.weights)
     far_model = PatchModel("far", (far_batch,), model.parts)
-    mesh, double = build_mesh(far_model, is_float32=True), build_mesh(far_model)
+    mesh, double_mesh = build_mesh(far_model, is_float32=True), build_mesh(far_model)
     assert np.abs(mesh.origin).min() > 0
-    assert double.origin.tolist() == [0, 0, 0]
-    extent = np.ptp(double.positions, axis=0).max()
+    assert double_mesh.origin.tolist() == [0, 0, 0]
+    extent = np.ptp(double_mesh.positions, axis=0).max()
     assert np.abs(mesh.positions).max() <= extent
-    error = np.abs(mesh.positions.astype(float) + mesh.origin - double.positions)
+    error = np.abs(mesh.positions.astype(float) + mesh.origin - double_mesh.positions)
     assert error.max() < 2e-7 * extent
     assert mesh.normals is not None
-    assert double.normals is not None
-    assert np.abs(mesh.normals - double.normals).max() < 1e-6
+    assert double_mesh.normals is not None
+    assert np.abs(mesh.normals - double_mesh.normals).max() < 1e-6
     check_sound(mesh)
 
 

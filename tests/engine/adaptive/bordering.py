@@ -27,13 +27,13 @@ class Bordered(NamedTuple):
     border: Border
 
     def find_side(self, face: int, side: int) -> tuple[list[int], list[int], Array]:
-        """Places, vertices and points of one side."""
+        """Places along one side, and the vertices and points at them."""
         rows = slice(*self.border.start[4 * face + side : 4 * face + side + 2].tolist())
         vertex = self.border.vertex[rows]
         return self.border.at[rows].tolist(), vertex.tolist(), self.border.points[vertex]
 
     def list_bits(self) -> list[bytes]:
-        """The points of every side, as bytes: of both directions, the one whose bytes are less."""
+        """The points of every side, as bytes, in the direction in which the bytes are less."""
         result = []
         for face in range(len(self.faces.first)):
             for side in range(4):
@@ -67,8 +67,8 @@ def check_border(bordered: Bordered, tolerance: float) -> None:
             count = int(spans[face, side])
             assert (at[0], at[-1]) == (0, count * SPAN)
             assert at == sorted(set(at))
-            along = begin[face, side] + step[face, side] * np.arange(count)
-            collapsed = bordered.seams.collapsed[along, side]
+            side_patches = begin[face, side] + step[face, side] * np.arange(count)
+            collapsed = bordered.seams.collapsed[side_patches, side]
             assert collapsed.all() == collapsed.any() == border.collapsed[face, side]
             if border.collapsed[face, side]:
                 assert len(at) == 2
@@ -76,11 +76,12 @@ def check_border(bordered: Bordered, tolerance: float) -> None:
                 continue
             assert all(a != b for a, b in pairwise(vertex))
             curves = []
-            for patch in along.tolist():
+            for patch in side_patches.tolist():
                 batch, row = patches[patch]
                 net, weights = batch.side(side)
                 curves.append((net[row], None if weights is None else weights[row]))
             size = max(float(np.ptp(net, axis=0).max()) for net, _ in curves)
+            # Relative to the size of the side, or to 1/1000 of its coordinates if that is more.
             rounding = 1e-11 * max(size, 1e-3 * float(np.abs(curves[0][0]).max()))
             for place, point in zip(at, points, strict=True):
                 true = _evaluate_curves(curves, Fraction(place, SPAN))
@@ -108,7 +109,8 @@ def _evaluate_curves(curves: list[tuple[Array, Array | None]], t: Fraction) -> A
 
 def _measure_gap(point: Array, a: Array, b: Array) -> float:
     """The distance of a point from a segment."""
-    along = b - a
-    squared = float(along @ along)
-    share = min(1.0, max(0.0, float((point - a) @ along) / squared)) if squared else 0.0
-    return float(np.linalg.norm(point - a - share * along))
+    chord = b - a
+    squared = float(chord @ chord)
+    # The nearest point of the segment is a + t chord.
+    t = min(1.0, max(0.0, float((point - a) @ chord) / squared)) if squared else 0.0
+    return float(np.linalg.norm(point - a - t * chord))

@@ -56,20 +56,31 @@ def build_regular(model: PatchModel, divisions: int = 2, *, per_face: bool = Fal
     keys = np.round(points / (SAME * size)).astype(np.int64)
     _, first, vertex = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     vertex = vertex.ravel()
-    lines = [vertex[number] for number, _ in sides]
+    lines = [vertex[number] for number, _ in sides]  # the vertices of each side
     starts = np.cumsum([0, *(len(line) for line in lines)])
     collapsed = np.array([bool((line == line[0]).all()) for line in lines]).reshape(-1, 4)
     border = Border(
-        starts, np.concatenate([at for _, at in sides]), np.concatenate(lines), points[first],
-        collapsed,
-    )  # fmt: skip
+        start=starts,
+        at=np.concatenate([at for _, at in sides]),
+        vertex=np.concatenate(lines),
+        points=points[first],
+        collapsed=collapsed,
+    )
     corners = np.concatenate(triangles)
     # At poles, triangles of which two corners are one vertex are left out.
     vertices = vertex[corners]
     kept = corners[(vertices != np.roll(vertices, 1, axis=1)).all(axis=1)]
-    kept = kept[np.argsort(face[kept[:, 0]], kind="stable")]
     bounds = (1 + np.arange(len(kept))) / 8
-    built = Triangulation(face, at[:, 0], at[:, 1], vertex, points[first], kept, bounds, None)
+    built = Triangulation(
+        face=face,
+        u=at[:, 0],
+        v=at[:, 1],
+        vertex=vertex,
+        positions=points[first],
+        triangles=kept,
+        bounds=bounds,
+        mesh_bounds=None,
+    )
     return Regular(faces, border, built)
 
 

@@ -51,7 +51,8 @@ def build_refined(
 
 
 def check_refined(refined: Refined, tolerance: float) -> None:
-    """Checks bounds and order, and in whole numbers that triangles cover faces exactly once."""
+    """Checks bounds, and the order of samples and of triangles; and, in whole numbers, that
+    triangles cover faces exactly once."""
     _, faces, border, built = refined
     corners = built.triangles
     assert (built.bounds <= tolerance).all()
@@ -67,8 +68,8 @@ def check_refined(refined: Refined, tolerance: float) -> None:
     # Triangles of which two corners are one vertex are left out. They occur beside a side that is
     # one point, and between two sides that are one edge: such faces are not covered completely.
     covered = np.bincount(built.face[a], twice_areas.astype(float), minlength=len(faces.first))
-    whole = 2.0 * faces.spans.prod(axis=1) * float(SPAN) ** 2
-    assert (covered <= whole * (1 + 1e-12)).all()
+    twice_face_areas = 2.0 * faces.spans.prod(axis=1) * float(SPAN) ** 2
+    assert (covered <= twice_face_areas * (1 + 1e-12)).all()
     simple = ~border.collapsed.any(axis=1) & ~_find_touching(border)
     for face in np.flatnonzero(simple):
         exact = sum(twice_areas[built.face[a] == face].tolist())
@@ -87,7 +88,7 @@ def _find_touching(border: Border) -> np.ndarray:
 
 
 def check_edges(border: Border, triangulation: Triangulation) -> None:
-    """Checks that edges inside faces have two triangles, and edges of the border one for each side.
+    """Checks that an edge inside a face has two triangles, and one on the border one for each side.
 
     The samples on the sides are at all places of the border, and at no others.
     """
@@ -111,9 +112,9 @@ def check_edges(border: Border, triangulation: Triangulation) -> None:
 
 def _find_places(triangulation: Triangulation, side: int) -> set[int]:
     """Places along a side at which there are samples."""
-    mine = triangulation.face == side // 4
+    is_in_face = triangulation.face == side // 4
     fixed, along = (
         (triangulation.u, triangulation.v) if side % 4 < 2 else (triangulation.v, triangulation.u)
     )
-    limit = fixed[mine].max() if side % 2 else 0
-    return set(along[mine & (fixed == limit)].tolist())
+    limit = fixed[is_in_face].max() if side % 2 else 0
+    return set(along[is_in_face & (fixed == limit)].tolist())

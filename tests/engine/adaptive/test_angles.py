@@ -23,7 +23,7 @@ from tests.examples import lower_patches
 from tools.certify.models import build_complex
 
 MOST, WORK = 30_000, 5e8
-"""Limits of the triangles and of the work of one request: some seconds at most."""
+"""Limits of one request, in triangles and in multiplications: some seconds at most."""
 
 
 def build_mesh(source: str | PatchModel, angle: float, **accuracy: float) -> Mesh:
@@ -74,19 +74,20 @@ def test_members_of_a_group_are_divided_alike_along_a_straight_seam() -> None:
     one, other = rows[:2], rows[1:]
     group = GroupSurface((Member(BezierSurface(one)), Member(BezierSurface(other))))
     options = MeshOptions(accuracy=Accuracy(angle_tolerance=0.05))
-    along = one[-1, -1] - one[-1, 0]
-    result = []
+    begin, along = one[-1, 0], one[-1, -1] - one[-1, 0]
+    vertices_on_seam = []
     model = group.lower()
     assert isinstance(model, GroupModel)
     for mesh in build_scene(model, options).meshes:
-        away = mesh.positions - one[-1, 0]
-        share = away @ along / (along @ along)
-        near = np.linalg.norm(away - share[:, None] * along, axis=1) < 1e-12
-        result.append({*map(tuple, mesh.positions[near].tolist())})
+        # The vertices that are begin + t along, for some t.
+        away = mesh.positions - begin
+        t = away @ along / (along @ along)
+        is_on_seam = np.linalg.norm(away - t[:, None] * along, axis=1) < 1e-12
+        vertices_on_seam.append({*map(tuple, mesh.positions[is_on_seam].tolist())})
         assert mesh.report.normal_angle is not None
         assert mesh.report.normal_angle <= 0.05
-    assert len(result[0]) > 4
-    assert result[0] == result[1]
+    assert len(vertices_on_seam[0]) > 4
+    assert vertices_on_seam[0] == vertices_on_seam[1]
 
 
 @pytest.mark.parametrize("kind", ["fans", "rings"])
@@ -108,7 +109,7 @@ def test_refinement_of_folded_patches_ends(kind: str, seed: int) -> None:
 @pytest.mark.parametrize("example", ["sphere", "saddle", "octahedral-sphere", "utah-teapot"])
 def test_an_angle_that_needs_too_many_triangles_is_refused_at_once(example: str) -> None:
     model, effort = lower_patches(example), Effort(WORK)
-    options = MeshOptions(accuracy=Accuracy(angle_tolerance=5e-324))
+    options = MeshOptions(accuracy=Accuracy(angle_tolerance=5e-324))  # the least float64 above 0
     goal = build_goal(options.accuracy, model)  # type: ignore[arg-type]
     with pytest.raises(TooLarge) as refused:
         build_mesher(model, options, Storage(), has_nodes=False).build_mesh(goal, MOST, effort)

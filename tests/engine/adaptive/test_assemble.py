@@ -95,7 +95,7 @@ def test_a_regular_triangulation_is_the_mesh_of_a_resolution(example: str) -> No
     assert find_topology(ours).boundary == find_topology(theirs).boundary
     assert ours.report.watertight == theirs.report.watertight
     assert ours.report.closure == theirs.report.closure
-    np.testing.assert_allclose(ours.report.bounds_max, theirs.report.bounds_max, atol=0.1)
+    np.testing.assert_allclose(ours.report.bounds_max, theirs.report.bounds_max, atol=1e-12)
 
 
 def build_roof(degree: int = 2) -> PatchModel:
@@ -122,6 +122,7 @@ def test_a_crease_at_a_knot_line_has_a_normal_on_each_side() -> None:
         expected = np.array([-slope if left else slope, 0, slope])
         np.testing.assert_allclose(mesh.normals[triangle], [expected] * 3, atol=1e-12)
     on_ridge = mesh.positions[:, 0] == 1
+    # The ridge has three positions, with two vertices each; the border has 2 (4 + 2) edges.
     assert np.count_nonzero(on_ridge) == 2 * 3
     assert mesh.report.vertices == len(mesh.positions) - 3
     assert mesh.report.boundary_edges == 12
@@ -133,9 +134,11 @@ def test_a_corner_belongs_to_the_patch_that_the_triangle_covers(per_face: bool) 
     """A step from the corner towards the middle of the triangle stays in the patch."""
     model = lower_patches("bspline-hills")
     built = build_regular(model, 3, per_face=per_face)
+    # The patch of each sample and its place there, and the corners of triangles as sample numbers.
     samples, corners = find_samples(built.faces, built.triangulation)
     assert model.domain is not None
     columns = len(model.domain.v) - 1
+    # For each corner: the span (row and column) of its patch, and its parameters in this span.
     span = np.stack(np.divmod(samples.patch, columns), axis=1)[corners]
     corner_places = np.stack([samples.u, samples.v], axis=1)[corners]
     assert corner_places.min() == 0

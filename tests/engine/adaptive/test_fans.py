@@ -46,7 +46,7 @@ def test_heights_over_fans_are_those_of_dense_samples(shape: tuple[float, float,
     halves = np.array([0.0, 0.5, 1.0])
     u, v = (grid.ravel() for grid in np.meshgrid(halves, halves, indexing="ij"))
     nine_points = evaluate_quadratic(a, b, mixed, u, v)
-    result = measure_fans(nine_points[..., np.newaxis], two_sided=False)
+    (result,) = measure_fans(nine_points[..., np.newaxis], two_sided=False)
     corners, middle = nine_points[[0, 6, 8, 2]], nine_points[4]
     s, t = (grid.ravel() for grid in np.meshgrid(np.linspace(0, 1, 65), np.linspace(0, 1, 65)))
     s, t = s[s + t <= 1], t[s + t <= 1]
@@ -54,11 +54,12 @@ def test_heights_over_fans_are_those_of_dense_samples(shape: tuple[float, float,
     for k in range(4):
         begin, end = corners[k], corners[(k + 1) % 4]
         normal = np.cross(end - begin, middle - begin)
+        # Points of the triangle, and the points of the surface above or below them.
         flat = begin + s[:, np.newaxis] * (end - begin) + t[:, np.newaxis] * (middle - begin)
         points = evaluate_quadratic(a, b, mixed, flat[:, 0], flat[:, 1])
         heights = (points - begin) @ normal / np.linalg.norm(normal)
         largest = max(largest, float(np.abs(heights).max()))
-    assert result[0] == pytest.approx(largest, rel=1e-3)
+    assert result == pytest.approx(largest, rel=1e-3)
 
 
 def test_a_cell_that_bends_alike_in_both_directions_becomes_a_fan() -> None:
@@ -79,8 +80,8 @@ def test_a_saddle_of_equal_and_opposite_bends_has_no_fan() -> None:
 
 
 def test_a_cell_is_not_a_fan_if_the_border_has_a_vertex_that_halves_it() -> None:
-    """The sides on the border are 0.8 tolerances high. They are divided, so a cut of the cell adds
-    no vertex to them."""
+    """The sides on the border are 0.8 tolerances high. Above 0.7 (`CURVE_SHARE`) sides are divided,
+    so a cut of the cell adds no vertex to them."""
     assert not divide_patch(build_quadratic(0.01, 0.01), 0.0125)[1].is_fan.any()
 
 
@@ -97,6 +98,7 @@ def test_a_fan_has_one_triangle_for_each_piece_of_its_boundary() -> None:
 def test_leaves_that_fail_become_fans_once_and_are_halved_then() -> None:
     """Only leaves of two triangles become fans, and only where a fan may be near enough."""
     task, whole = divide_patch(build_quadratic(0.01, 0.01), 0.021)
+    # `is_plain` marks leaves of two triangles. The one leaf here, `whole`, is treated as failing.
     is_plain, along_v = np.ones(1, dtype=bool), np.zeros(1, dtype=bool)
     fan = replace_failing(task, whole, along_v, is_plain)
     assert fan.is_fan.tolist() == [True]

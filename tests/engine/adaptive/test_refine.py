@@ -164,4 +164,5 @@ def test_a_tolerance_that_needs_too_many_halvings_is_refused() -> None:
     with pytest.raises(InvalidRequest) as refused:
         cells.halve(along_v=np.array([False]))
     assert refused.value.issues[0].code == "tolerance_too_small"
-    assert len(cells.halve(along_v=np.array([True]))[0]) == 1
+    first, second = cells.halve(along_v=np.array([True]))
+    assert (len(first), len(second)) == (1, 1)

@@ -83,7 +83,8 @@ def test_the_goal_of_a_model_keeps_its_copy_within_the_goal_of_the_group(
     model = build_group(matrix).models[0]
     model_goal = move_goal(Goal(tolerance), matrix, model.bounds, error)
     rounding = bound_placing_error(matrix, *model.bounds) + error
-    assert model_goal.tolerance * scalings(matrix)[1] + rounding <= tolerance
+    _, largest_scaling = scalings(matrix)
+    assert model_goal.tolerance * largest_scaling + rounding <= tolerance
     assert model_goal.tolerance > 0
 
 
@@ -91,12 +92,13 @@ def test_the_goal_of_a_model_keeps_its_copy_within_the_goal_of_the_group(
 def test_the_deviation_that_a_camera_allows_holds_for_the_copy(matrix: Array, seed: int) -> None:
     random = np.random.default_rng(seed)
     goal = Goal(inf, view=View(random.normal(size=3) * 9, 0.01, 0.1))
-    model_goal = move_goal(goal, matrix, build_group(None).models[0].bounds, 1e-7)
+    model_goal = move_goal(goal, matrix, build_group(None).models[0].bounds, error=1e-7)
     assert model_goal.view is not None
     points = random.uniform(0, 1, (40, 3))
     away = np.linalg.norm(points - model_goal.view.eye, axis=1)
     # An error grows by the largest scaling at most, and rounding adds to it.
-    worst = model_goal.find_allowed(away) * scalings(matrix)[1] + 1e-7
+    _, largest_scaling = scalings(matrix)
+    worst = model_goal.find_allowed(away) * largest_scaling + 1e-7
     assert goal.view is not None
     placed = np.linalg.norm(place_points(points, matrix) - goal.view.eye, axis=1)
     assert (worst <= goal.find_allowed(placed) * (1 + 1e-9)).all()
@@ -107,12 +109,12 @@ def test_tolerances_below_twice_the_rounding_are_refused() -> None:
     far[:3, 3] = 1e6, 0, 0
     model = build_group(far)
     with pytest.raises(InvalidRequest) as refused:
-        build_model_goals(Goal(1e-3), model, 1e-3)
+        build_model_goals(Goal(1e-3), model, error=1e-3)
     (issue,) = refused.value.issues
     assert (issue.code, issue.needed.split(" for")[0]) == ("tolerance_too_small", "at least 0.002")
     view = View(np.zeros(3), rate=1e-9, near=1.0)
     with pytest.raises(InvalidRequest):
-        build_model_goals(Goal(inf, view=view), model, 1e-3)
+        build_model_goals(Goal(inf, view=view), model, error=1e-3)
 
 
 def test_separate_copies_have_separate_models() -> None:

@@ -52,7 +52,7 @@ def test_nets_over_boxes_are_the_surface(p: int, q: int) -> None:
     built = build_box_nets(
         np.moveaxis(net, 2, 0)[np.newaxis], build_blossoms(p, u), build_blossoms(q, v)
     )
-    boxes = np.moveaxis(built[0], 0, 2)
+    box_net = np.moveaxis(built[0], 0, 2)
     (begin_u, end_u), (begin_v, end_v) = (
         [Fraction(float(t)) for t in axis[:, 0]] for axis in (u, v)
     )
@@ -60,7 +60,7 @@ def test_nets_over_boxes_are_the_surface(p: int, q: int) -> None:
         expected = evaluate_net(
             net, begin_u + s * (end_u - begin_u), begin_v + t * (end_v - begin_v)
         )
-        assert_near(evaluate_net(boxes, s, t), expected)
+        assert_near(evaluate_net(box_net, s, t), expected)
 
 
 @pytest.mark.parametrize(("p", "q"), DEGREES)
@@ -84,5 +84,6 @@ def test_nets_that_are_not_ordered_have_the_same_points(p: int, q: int) -> None:
     for some in (slice(None), slice(0, 24), slice(24, 48), slice(24, 25)):
         built = build_triangle_nets(nets[some], parameters[..., some], ordered=False)
         for one, other in zip(built, ordered[some], strict=True):
+            # Each point of one net is a point of the other, and the reverse.
             away = np.linalg.norm(one[:, :, np.newaxis] - other[:, np.newaxis], axis=0)
             assert max(away.min(axis=0).max(), away.min(axis=1).max()) < 1e-14

@@ -57,8 +57,8 @@ def test_no_sample_is_beyond_the_bound(p: int, q: int, is_rational: bool) -> Non
         parts = build_parts(places, corners, across)
         positions = evaluate_places(patch_nets, faces, places)
         bounds, _ = check_bounds(patch_nets, faces, parts, positions)
-        alone, _ = check_bounds(patch_nets, faces, drop_neighbours(parts), positions)
-        assert (bounds.deviation <= alone.deviation * (1 + 1e-12)).all()
+        without, _ = check_bounds(patch_nets, faces, drop_neighbours(parts), positions)
+        assert (bounds.deviation <= without.deviation * (1 + 1e-12)).all()
 
 
 @pytest.mark.parametrize(("spread", "max_median"), [(0.1, 1.1), (0.35, 1.12)])
@@ -150,13 +150,13 @@ def test_pieces_of_the_covered_patch_with_the_largest_hull_are_bounded_first() -
     parts = build_parts(corners.reshape(-1, 2), reference, np.full((2, 3), -1))
     pieces = clip_parts(faces, parts.face, parts.corners.transpose(1, 2, 0))
     positions = evaluate_places(patch_nets, faces, corners.reshape(-1, 2))
-    measure = PieceMeasure(patch_nets, parts, pieces, positions, GOAL, None)
+    measure = PieceMeasure(patch_nets, parts, pieces, positions, GOAL, shares=None)
     result = find_covering_hulls(measure)
     assert result is not None
     hull_bounds, is_first = result
     piece_bounds = np.zeros((3, len(pieces.part)))
     measure.bound_pieces(piece_bounds, np.arange(len(pieces.part)))
-    deviation = piece_bounds[0]
+    deviation, _, _ = piece_bounds
     assert (deviation <= hull_bounds * (1 + 1e-12)).all()
     # A patch is covered if its corners are on the left of all edges of the part, or on an edge.
     first_corner = SPAN * np.stack([pieces.patch // 13, pieces.patch % 13], axis=1)

@@ -42,7 +42,8 @@ def to_fractions(value: exact.Vector) -> exact.Vector:
 def measure_errors(batch: TensorPatches | TrianglePatches, seed: int) -> float:
     """The largest error of computed nets over triangles, as a share of its bound.
 
-    Points of a net are compared with exact points of the patch. Nets are relative to `middles`.
+    Points of a net are compared with exact points of the patch. The net has coordinates relative to
+    `PatchNets.middles`.
     """
     rng = np.random.default_rng(seed)
     patch_nets = PatchNets.of(build_model(batch))
@@ -52,7 +53,7 @@ def measure_errors(batch: TensorPatches | TrianglePatches, seed: int) -> float:
     weights = None if batch.weights is None else batch.weights[0]
     middle = [Fraction(float(x)) for x in patch_nets.middles[:, 0]]
     worst = 0.0
-    result = triangles.to_exact_triangle(
+    net_over_triangle = triangles.to_exact_triangle(
         build_triangle_nets(nets.items, np.stack([u, v], axis=1))[0].T
     )
     for place in triangles.places(3):
@@ -66,7 +67,7 @@ def measure_errors(batch: TensorPatches | TrianglePatches, seed: int) -> float:
             s, t = a * (1 - b), b
             net = triangles.to_exact_triangle(batch.points[0], weights)
             expected = triangles.value(net, (1 - s - t, s, t))
-        point = to_fractions(triangles.value(result, place))
+        point = to_fractions(triangles.value(net_over_triangle, place))
         gap = [x + m - y for x, m, y in zip(point, middle, to_fractions(expected), strict=True)]
         worst = max(worst, float(sum(x * x for x in gap)) ** 0.5)
     return worst / (UNIT * count_roundings(p, q) * float(patch_nets.sizes[0]))
@@ -80,9 +81,10 @@ def test_rounding_of_nets_is_within_its_bound(shape: tuple[int, ...], weighted: 
     rng = np.random.default_rng(len(shape))
     points = 1e3 + rng.normal(size=shape)
     weights = 10.0 ** rng.uniform(-7, 0, shape[:-1]) if weighted else None
-    form = TensorPatches if len(shape) == 4 else TrianglePatches
-    error = max(measure_errors(form(points, weights), seed) for seed in range(2))
-    assert 1e-5 < error < 0.2
+    patches_class = TensorPatches if len(shape) == 4 else TrianglePatches
+    share = max(measure_errors(patches_class(points, weights), seed) for seed in range(2))
+    # Rounding occurs, and is far within its bound.
+    assert 1e-5 < share < 0.2
 
 
 def test_the_closed_form_is_the_greatest_value_of_a_quadratic() -> None:

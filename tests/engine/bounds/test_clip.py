@@ -37,14 +37,17 @@ def test_pieces_are_in_one_span_and_have_the_border_of_the_face(
     assert (np.diff(pieces.part) >= 0).all()
     assert set(pieces.part.tolist()) == {0, 1, 2, 3}
     assert ((pieces.parameters >= 0) & (pieces.parameters <= 1)).all()
-    at = np.stack(np.divmod(pieces.patch - 5, columns + 3)) * SPAN
-    np.testing.assert_array_equal((pieces.parameters * SPAN).astype(np.int64) + at, pieces.corners)
+    span_start = np.stack(np.divmod(pieces.patch - 5, columns + 3)) * SPAN
+    np.testing.assert_array_equal(
+        (pieces.parameters * SPAN).astype(np.int64) + span_start, pieces.corners
+    )
     # Every inner edge is used twice; the others are the border.
-    left = [edge for edge, n in count_edges(pieces.corners).items() if n % 2]
-    for one, other in left:
+    border_edges = [edge for edge, n in count_edges(pieces.corners).items() if n % 2]
+    for one, other in border_edges:
         assert any(one[axis] == other[axis] in {0, size[axis]} for axis in range(2))
-    length = sum(abs(p[0] - q[0]) + abs(p[1] - q[1]) for p, q in left)
+    length = sum(abs(p[0] - q[0]) + abs(p[1] - q[1]) for p, q in border_edges)
     assert length == 2 * size.sum()
+    # Two edges of each piece, from its first corner.
     one, two = (pieces.parameters[k] - pieces.parameters[0] for k in (1, 2))
     area = np.abs(one[0] * two[1] - one[1] * two[0]).sum() / 2
     np.testing.assert_allclose(area, rows * columns, rtol=1e-8)

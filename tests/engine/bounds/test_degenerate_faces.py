@@ -27,16 +27,17 @@ def test_fine_patches_with_poles_have_no_missing_triangles(
 ) -> None:
     for ru, rv in product(range(FINE, FINE + 2), repeat=2):
         # A side has the divisions of the grid, or three more: then the patch is framed.
-        for more in product((0, 3), repeat=4):
-            divisions = zip((rv, rv, ru, ru), more, collapsed, strict=True)
-            a, b, c, d = (n if is_pole else n + m for n, m, is_pole in divisions)
+        for extra in product((0, 3), repeat=4):
+            divisions = zip((rv, rv, ru, ru), extra, collapsed, strict=True)
+            a, b, c, d = (n if is_pole else n + k for n, k, is_pole in divisions)
             assert not has_missing_triangles(Shape((ru, rv), (a, b, c, d), collapsed), faces)
         # The fourth side of a triangular patch always counts as collapsed.
         assert not has_missing_triangles(TriangleShape(ru, (*collapsed[:3], True)), faces)
 
 
 def test_a_single_division_between_two_poles_has_missing_triangles() -> None:
-    """The sides v = 0 and v = 1 are poles, with one division between them, or with two."""
+    """The sides v = 0 and v = 1 are poles. With one division between them every quad is a line, and
+    no side of a face in the mesh; with two divisions, quads are triangles."""
     shape = Shape((4, 1), (1, 1, 4, 4), (False, False, True, True))
     assert has_missing_triangles(shape, "triangles")
     assert not has_missing_triangles(

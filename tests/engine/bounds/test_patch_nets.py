@@ -51,7 +51,7 @@ def test_positions_are_those_of_exact_arithmetic(
     size = np.abs(points).max() + 1.0
     result = patch_nets.evaluate_points(patch, u, v)
     expected = [
-        exact.jets(exact.to_exact_net(points, weights), [Fraction(a)], [Fraction(b)])[0][0][0]
+        exact.jets(exact.to_exact_net(points, weights), [Fraction(a)], [Fraction(b)])[0][0].point
         for a, b in zip(u.tolist(), v.tolist(), strict=True)
     ]
     np.testing.assert_allclose(result, np.array(expected, dtype=float), rtol=0, atol=1e-13 * size)
@@ -87,7 +87,7 @@ def test_the_bits_of_a_patch_depend_on_nothing_else() -> None:
     for batch in batches:
         for k in range(batch.count):
             alone = PatchNets.of(build_model(batch.take(np.array([k]))))
-            rows = np.flatnonzero(patch == first + k)[::-1]
+            rows = np.flatnonzero(patch == first + k)[::-1]  # another order, too
             only_patch = np.zeros(len(rows), dtype=np.intp)
             apart = alone.evaluate_points(only_patch, u[rows], v[rows])
             np.testing.assert_array_equal(together[rows], apart)

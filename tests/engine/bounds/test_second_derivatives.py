@@ -18,6 +18,7 @@ GRIDS = [(1, 1), (2, 3), (4, 4), (5, 8)]
 
 def build_height_net(coefficients: Array) -> Array:
     """Net (3, 3, 3) of z = Σ c_ab u^a v^b, a, b ≤ 2, over the unit square."""
+    # Column k has the control points of t^k.
     power = np.array([[1, 0, 0], [1, 0.5, 0], [1, 1, 1]])
     x, y = np.meshgrid([0, 0.5, 1], [0, 0.5, 1], indexing="ij")
     return np.stack([x, y, power @ coefficients @ power.T], axis=-1)
@@ -36,6 +37,7 @@ def test_second_derivatives_that_are_constant(grid: tuple[int, int]) -> None:
     for result, expected in ((partials.uu, 1.0), (partials.uv, 5.0), (partials.vv, 6.0)):
         assert result.shape == (*grid, 1)
         np.testing.assert_allclose(result, expected, rtol=1e-12)
+    # (h² uu + 2 h k uv + k² vv) / 8 for boxes of the sides h = ½ and k = ¼.
     np.testing.assert_allclose(
         partials.bound_deviations(0.5, 0.25), (1 / 4 + 10 / 8 + 6 / 16) / 8, rtol=1e-12
     )
@@ -118,4 +120,5 @@ def test_one_product_and_several_give_the_same_bounds(
 def test_bounds_of_tiny_patches_are_finite(size: float) -> None:
     patches = TensorPatches(size * np.random.default_rng(3).uniform(-1, 1, (2, 4, 4, 3)))
     bounds = bound_grid_deviations(patches, (3, 3))
+    # The diagonal of the box of the control points is at most √12 size.
     assert ((bounds >= 0) & (bounds <= 4 * size)).all()

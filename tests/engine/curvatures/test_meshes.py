@@ -65,7 +65,7 @@ def test_a_sphere_has_constant_curvatures_and_one_vertex_per_position(
     assert len(mesh.positions) == mesh.report.vertices
     assert mesh.report.watertight
     assert mesh.report.curvature is not None
-    low, high = mesh.report.curvature[1]
+    _, (low, high) = mesh.report.curvature  # the ranges of K and of H
     assert low == pytest.approx(-1 / radius) == high
 
 
@@ -148,10 +148,10 @@ def compare_with_single_parameters(model: PatchModel, mesh: Mesh) -> None:
         for dv in steps:
             uvs: Array = np.clip(mesh.uvs - np.array([du, dv]), 0, None)
             if isinstance(model.batches[0], TensorPatches):
-                query = PointsQuery(uvs, None, 2)
+                query = PointsQuery(uvs, None, order=2)
             else:
                 places = np.column_stack([1 - uvs.sum(axis=1), uvs])
-                query = PointsQuery(places, None, 2)
+                query = PointsQuery(places, None, order=2)
             columns = evaluate_points(model, locate(model, query), 2)
             expected = np.array([columns[name] for name in NAMES], np.float64)
             largest_curvature: Array = np.abs(
@@ -171,8 +171,9 @@ def test_curvatures_of_all_families_agree_with_single_parameters(name: str) -> N
     # Curvatures below a tenth of 1/diagonal are compared as if they were this large.
     min_scale = 0.1 / float(np.linalg.norm(model.bounds[1] - model.bounds[0]))
     layout = Layout.plan(connect(model).connectivity, (5, 4))
-    rows = np.stack([c.values[:, 0] for c in layout_curvatures(model, layout, np.float64)])
+    curvatures = np.stack([c.values[:, 0] for c in layout_curvatures(model, layout, np.float64)])
     for block in layout.blocks:
+        # For each vertex of the block: the row of its patch, and the number of its sample there.
         patch, sample = np.divmod(np.arange(block.count * len(block.patches)), block.count)
         places = block.patches[patch], *find_parameters(block, sample)
         batch = model.batches[block.batch]
@@ -181,9 +182,10 @@ def test_curvatures_of_all_families_agree_with_single_parameters(name: str) -> N
         else:
             expected = evaluate_jets(batch, *places, 2).curvatures
         assert expected is not None
-        result = rows[:, block.base : block.base + len(patch)]
+        result = curvatures[:, block.base : block.base + len(patch)]
+        _, mean = result
         is_defined = ~np.isnan(expected.mean)
-        assert not result[1][~is_defined].any()
+        assert not mean[~is_defined].any()
         scale = np.maximum(np.abs(expected.larger), np.abs(expected.smaller))[is_defined]
         scale = scale.clip(min_scale)
         differences = np.abs(result - np.stack([expected.gaussian, expected.mean]))[:, is_defined]

@@ -60,9 +60,9 @@ def test_neighbours_share_vertices_and_order_does_not_matter(
     edges = {frozenset(result.find_side(face, side)[1]) for face in range(4) for side in range(4)}
     assert len(edges) == 12
     bits = result.list_bits()
-    again = build_border([quarters[k] for k in order], Goal(tolerance)).list_bits()
+    reordered = build_border([quarters[k] for k in order], Goal(tolerance)).list_bits()
     for row, k in enumerate(order):
-        assert again[4 * row : 4 * row + 4] == bits[4 * k : 4 * k + 4]
+        assert reordered[4 * row : 4 * row + 4] == bits[4 * k : 4 * k + 4]
         alone = build_border([quarters[k]], Goal(tolerance)).list_bits()
         assert alone == bits[4 * k : 4 * k + 4]
 
@@ -83,15 +83,15 @@ def test_splines_that_meet_agree_without_knowing_each_other(
     """Two splines in separate requests: one shares the last row of the other, in another
     orientation."""
     net, weights = build_spline(seed, 5, columns, rational)
-    other, others = build_spline(seed + 100, 6, columns, rational)
-    other[0] = net[-1]
-    if weights is not None and others is not None:
-        others[0] = weights[-1]
-        others = apply_symmetry(others, symmetry)
+    net_2, weights_2 = build_spline(seed + 100, 6, columns, rational)
+    net_2[0] = net[-1]
+    if weights is not None and weights_2 is not None:
+        weights_2[0] = weights[-1]
+        weights_2 = apply_symmetry(weights_2, symmetry)
     one = BsplineSurface(net, (degree, 3), weights=weights)
     swapped = symmetry & 4  # u and v are swapped
     two = BsplineSurface(
-        apply_symmetry(other, symmetry), (3, degree) if swapped else (degree, 3), weights=others
+        apply_symmetry(net_2, symmetry), (3, degree) if swapped else (degree, 3), weights=weights_2
     )
     for tolerance in (3.0, 0.1, 1e-2):
         result = build_border(one.lower(), Goal(tolerance))
@@ -180,8 +180,8 @@ def test_two_sided_goals_limit_distances_at_equal_parameters(rational: bool) -> 
             t = (a + (b - a) * k / 8) / SPAN
             basis = np.array([(1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t**2 * (1 - t), t**3])
             basis *= 1.0 if weights is None else weights[0]
-            there = basis @ line / basis.sum()
-            assert np.linalg.norm(there - p - (q - p) * k / 8) <= 1.0
+            point = basis @ line / basis.sum()
+            assert np.linalg.norm(point - (p + (q - p) * k / 8)) <= 1.0
     # Seven straight spans of increasing length: each is compared with 1/7 of the chord.
     net = np.stack([translate(np.array([[y * y, 0, 0] for y in range(8)]), 0, k) for k in range(2)])
     spline = BsplineSurface(net, (1, 1)).lower()

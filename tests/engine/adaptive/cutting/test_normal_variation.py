@@ -146,7 +146,7 @@ def test_division_of_spans_ends_as_that_of_patches_does(spans: tuple[int, int]) 
 
 
 def test_a_cell_that_is_large_in_space_is_cut_though_small_in_parameters() -> None:
-    """A cell with a fold is cut if its patch is as large, not if its patch is 50 times as large."""
+    """A cell of length 1 with a fold is cut if its patch has the size 1, but not the size 50."""
     assert (
         find_cut(compare_normals(build_fold(1.0), 0.5, build_scale(ROUGH, ROUGH, size=1.0)))[0]
         is True

@@ -53,13 +53,13 @@ def test_nets_of_cells_are_the_same_surface(net: Array, axis: int, eighths: set[
     """
     nets_of_cells, zero = net[..., np.newaxis], np.zeros(1, dtype=np.intp)
     low, high = sorted(k / 8 for k in eighths)
-    both = np.empty((*net.shape, 2, 1))
-    halve(nets_of_cells, axis, both)
+    halved = np.empty((*net.shape, 2, 1))  # the nets of both halves
+    halve(nets_of_cells, axis, halved)
     box = np.array([[0], [SPAN], [0], [SPAN]])
     box[2 * axis : 2 * axis + 2] = [[int(low * SPAN)], [int(high * SPAN)]]
     cell = restrict(Nets(zero, nets_of_cells), zero, Cells(zero, box))
     exact = to_exact_net(net)
-    halves = [(0.0, 0.5, both[..., 0, :]), (0.5, 1.0, both[..., 1, :])]
+    halves = [(0.0, 0.5, halved[..., 0, :]), (0.5, 1.0, halved[..., 1, :])]
     for begin, end, built in [*halves, (low, high, cell)]:
         for i, row in enumerate(evaluate_nine_points(elevate(built))):
             for j, point in enumerate(row):
@@ -75,9 +75,10 @@ def test_the_net_of_a_quadratic_follows_from_three_points() -> None:
         net = np.array([1.0, -3.0, 2.0])
         values = np.array([1.0, (1.0 - 6.0 + 2.0) / 4, 2.0])
         while len(net) <= degree:
+            # One elevation, from degree n − 1 to n.
             n = len(net)
-            share = np.arange(1, n) / n
-            net = np.concatenate([[net[0]], share * net[:-1] + (1 - share) * net[1:], [net[-1]]])
+            t = np.arange(1, n) / n
+            net = np.concatenate([[net[0]], t * net[:-1] + (1 - t) * net[1:], [net[-1]]])
         assert build_quadratic_matrix(degree) @ values == pytest.approx(net, abs=1e-14)
 
 
@@ -103,13 +104,14 @@ def build_parabola(along: Array) -> Array:
 
 @pytest.mark.parametrize("along", [[0.0, 1.0], [0.0, 0.1, 0.2, 1.0], [0.0, 0.9, 0.95, 1.0, 1.0]])
 def test_cells_are_cut_only_where_they_bend(along: list[float]) -> None:
-    """Cells are cut k times, until the height h / 4^k is small enough, for any parametrisation
-    along the lines."""
+    """Cells are cut k times, until their height 0.01 / 4^k is below the tolerance, for any
+    parametrisation of the straight direction."""
     net = build_parabola(np.array(along))
     for halvings in range(5):
-        for share, more in ((1.1, 0), (0.9, 1)):
-            goal = Goal(share * 0.01 * 0.25**halvings)
-            pieces = 2 ** (halvings + more)
+        # A tolerance slightly above the height after these halvings, and one slightly below it.
+        for factor, extra_halvings in ((1.1, 0), (0.9, 1)):
+            goal = Goal(factor * 0.01 * 0.25**halvings)
+            pieces = 2 ** (halvings + extra_halvings)
             assert count_cuts(build_leaves(build_model([net]), goal)) == (pieces, 1)
             assert count_cuts(build_leaves(build_model([net.swapaxes(0, 1)]), goal)) == (1, pieces)
 

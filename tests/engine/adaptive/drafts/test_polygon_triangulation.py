@@ -25,9 +25,10 @@ allowed deviation."""
 
 def place_around(below: int, right: int, above: int, left: int) -> tuple[Array, Array]:
     """Parameters x, y of the corners of a square, with this many corners more on each side."""
-    rest = [np.arange(n + 1) / (n + 1) for n in (below, right, above, left)]
-    x = [rest[0], np.ones(right + 1), 1 - rest[2], np.zeros(left + 1)]
-    y = [np.zeros(below + 1), rest[1], np.ones(above + 1), 1 - rest[3]]
+    # Along each side, with its first corner and without its last.
+    steps = [np.arange(n + 1) / (n + 1) for n in (below, right, above, left)]
+    x = [steps[0], np.ones(right + 1), 1 - steps[2], np.zeros(left + 1)]
+    y = [np.zeros(below + 1), steps[1], np.ones(above + 1), 1 - steps[3]]
     return np.concatenate(x), np.concatenate(y)
 
 
@@ -64,6 +65,7 @@ def test_all_triangulations_are_listed() -> None:
 @given(st.integers(4, ALL), st.integers(0, 99))
 def test_both_methods_find_a_triangulation_of_the_least_cost(corners: int, seed: int) -> None:
     """One method compares all triangulations; the other builds them from those of fewer corners."""
+    # The cost of each triangle of three corners, in five polygons.
     costs = np.random.default_rng(seed).uniform(size=(comb(corners, 3), 5))
     least = costs[_choose_among_all(costs, corners), np.arange(5)].sum(axis=0)
     assert costs[_choose_step_by_step(costs, corners), np.arange(5)].sum(axis=0) == pytest.approx(
@@ -75,24 +77,24 @@ def test_both_methods_find_a_triangulation_of_the_least_cost(corners: int, seed:
 def test_edges_run_where_the_surface_does_not_bend(extra: int) -> None:
     """Edges follow a ridge along a diagonal, with few corners or many."""
     x, y = place_around(0, 0, 0, extra)
-    for sign, ends in ((1.0, {0, 2}), (-1.0, {1, 3})):
-        # E, F, G; a, b, c of the heights (x − y)² or (x + y)², 0 along the diagonal between `ends`
-        # and large across it; and the allowed deviation.
+    for sign, along, across in ((1.0, {0, 2}, {1, 3}), (-1.0, {1, 3}, {0, 2})):
+        # E, F, G; a, b, c of the heights (x − y)² or (x + y)², which bend only across the diagonal
+        # between the corners `along`; and the allowed deviation.
         form = np.array([1.0, 0, 1, 1, -sign, 1, 0.5])
         triangles, _ = triangulate_one(x, y, np.zeros(len(x)), form)
-        across = {1, 3} if sign > 0 else {0, 2}
         edges = [
             {a, b}
             for t in triangles.tolist()
             for a, b in ((t[0], t[1]), (t[1], t[2]), (t[2], t[0]))
         ]
         assert across not in edges
-        assert extra or ends in edges
+        # With more corners, other edges than the diagonal may follow the ridge.
+        assert extra or along in edges
 
 
-def test_a_straight_corner_keeps_its_area() -> None:
-    """Two sides of the square are one line in space, so the other three corners are in line: the
-    diagonal begins at the corner between these sides."""
+def test_the_diagonal_begins_at_a_straight_corner() -> None:
+    """The two sides at corner 0 are one line in space, so a triangle of the corners 3, 0 and 1
+    would have no area in space."""
     x, y = place_around(0, 0, 0, 0)
     points = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [-1, 0, 0]]).T
     triangles, _ = triangulate_polygons(np.array([4]), x, y, points, FLAT[:, None])

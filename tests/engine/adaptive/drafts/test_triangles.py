@@ -40,6 +40,7 @@ def test_neighbours_are_of_the_same_face() -> None:
     patches = [build_arch(0.5), translate(build_arch(0.5), 1.0)]
     boundaries, triangles = build_first_triangles(patches, 0.02)
     face = boundaries.face[triangles.corners[:, 0]]
+    # `across` has the third vertex of the neighbour at each edge, or −1.
     inner = triangles.across >= 0
     for number, patch in enumerate(patches):
         _, alone = build_first_triangles([patch], 0.02)
@@ -47,12 +48,12 @@ def test_neighbours_are_of_the_same_face() -> None:
     vertices = boundaries.vertex[triangles.corners]
     for triangle, edge in np.argwhere(inner):
         ends = set(vertices[triangle, [edge, (edge + 1) % 3]].tolist())
-        (rest,) = (
+        (third_vertex,) = (
             set(vertices[other].tolist()) - ends
             for other in np.flatnonzero(face == face[triangle])
             if other != triangle and ends < set(vertices[other].tolist())
         )
-        assert rest == {triangles.across[triangle, edge]}
+        assert third_vertex == {triangles.across[triangle, edge]}
 
 
 def test_triangles_at_a_pole_have_reference_triangles() -> None:
@@ -84,12 +85,15 @@ def test_borders_without_vertices_have_strips() -> None:
     strips = result.leaf < 0  # triangles of strips belong to no leaf
     assert strips.any()
     assert (boundaries.u[boundaries.lifted] > 0).all()
+    # A base is its own base.
     bases = np.unique(result.base[strips])
     assert np.array_equal(result.base[bases], bases)
     assert np.count_nonzero(strips) == len(boundaries.lifted)
     ends = boundaries.vertex[boundaries.ends].T
     for segment in np.unique(boundaries.segment):
         a, b = ends[boundaries.segment == segment][0]
-        mine = boundaries.vertex[result.corners[strips & (result.segment == segment)]]
-        assert ((mine == a) | (mine == b)).any(axis=1).all()
-        assert ((mine == a).any(axis=1) & (mine == b).any(axis=1)).sum() == 1
+        # Each triangle of the strip has an end of the segment; the base alone has both.
+        strip = boundaries.vertex[result.corners[strips & (result.segment == segment)]]
+        has_a, has_b = (strip == a).any(axis=1), (strip == b).any(axis=1)
+        assert (has_a | has_b).all()
+        assert (has_a & has_b).sum() == 1
