@@ -19,7 +19,7 @@ SPLINES := splinepy==0.2.1 geomdl
 MOTO    := 'moto[s3]==5.2.5' flask==3.1.3 flask-cors==6.0.5
 # Tests wait for browsers and sockets half of the time, so three run at a time on two cores.
 WORKERS ?= $(shell $(PYTHON) -c 'import os; print(3 * (os.cpu_count() or 2) // 2)')
-# Seconds for which `make test-rolling` restarts instances; use more on a busy machine.
+# Seconds after which `make test-rolling` begins no further restarts; use more on a busy machine.
 LONGEST ?= 180
 # The linter of `make lint-deploy`.
 CHECKOV := checkov==3.3.30
@@ -273,6 +273,7 @@ build/fuzz/.ready: Makefile | $(VENV)/.dev
 	$(PIP) install --upgrade --target build/fuzz/packages $(FUZZER)
 	touch $@
 
+# In the folders of scripts, LICENSE is the marker file.
 $(SWAGGER)/LICENSE: web/node_modules/.package-lock.json
 	@mkdir -p $(SWAGGER)
 	@cd web/node_modules/swagger-ui-dist && \

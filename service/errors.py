@@ -123,6 +123,9 @@ def count_nouns(count: int, nouns: str) -> str:
     Parameters
     ----------
     nouns : str
-        The noun in the plural.
+        The noun in the plural, adjectives before it included.
     """
-    return f"{count} {nouns if count != 1 else _SINGULAR.get(nouns, nouns.removesuffix('s'))}"
+    if count != 1:
+        return f"{count} {nouns}"
+    adjectives, space, noun = nouns.rpartition(" ")
+    return f"1 {adjectives}{space}{_SINGULAR.get(noun, noun.removesuffix('s'))}"

@@ -8,11 +8,14 @@ from service.decoders.format import build_too_many_error
 from service.decoders.numbers import line_of_number, read_numbers
 from service.errors import SurfaceError
 
+TOO_MANY = "The surface has more control points than this service allows"
+"""The message of `build_too_many_error`, whatever is counted."""
+
 
 def read(text: bytes, max_numbers: int = 10**6) -> list[float]:
     """The numbers of a text; a text with more than `max_numbers` is refused."""
     values: list[float] = read_numbers(
-        text, 0, len(text), max_numbers, lambda: build_too_many_error("more", max_numbers)
+        text, 0, len(text), max_numbers, lambda: build_too_many_error("more numbers", max_numbers)
     ).tolist()
     return values
 
@@ -34,7 +37,9 @@ def test_the_last_number_ends_where_the_range_ends(
 ) -> None:
     monkeypatch.setattr(numbers, "PIECE_BYTES", piece_bytes)
     text = b"1 2.5 -3} 4"
-    values = read_numbers(text, 0, text.index(b"}"), 3, lambda: build_too_many_error("more", 3))
+    values = read_numbers(
+        text, 0, text.index(b"}"), 3, lambda: build_too_many_error("more numbers", 3)
+    )
     assert values.tolist() == [1.0, 2.5, -3.0]
 
 
@@ -46,7 +51,7 @@ def test_words_are_counted_and_too_many_are_refused(
     for text, count in ((b"", 0), (b"1", 1), (b" 1,, 22\n3\t", 3), (b"12 34 56", 3), (b" ,", 0)):
         assert numbers._count_words(text, 0, len(text)) == count
         if count:
-            with pytest.raises(SurfaceError, match="more control points"):
+            with pytest.raises(SurfaceError, match=TOO_MANY):
                 read(text, count - 1)
 
 
@@ -59,6 +64,6 @@ def test_each_number_is_on_the_line_that_is_computed() -> None:
 def test_numbers_after_the_limit_are_not_read(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(numbers, "PIECE_BYTES", 16)
     assert read(b"1 " * 100, 100) == [1.0] * 100
-    with pytest.raises(SurfaceError, match="more control points"):
+    with pytest.raises(SurfaceError, match=TOO_MANY):
         # Reading "x" would raise another error.
         read(b"1 " * 100 + b"x", 100)

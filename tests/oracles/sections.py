@@ -1,4 +1,4 @@
-"""Points of a surface in a plane, by a search on many isoparametric curves.
+"""Points of a surface in a plane, by a search on two families of curves.
 
 A surface is given as sheets (`tests.oracles.sheets`), its tensor-product and triangular parts. If
 two neighbouring samples of a curve are on different sides of the plane, bisection computes a point
@@ -19,7 +19,9 @@ HALVINGS = 50
 def find_crossings(sheets: Sequence[Sheet], normal: Array, offset: float, count: int = 60) -> Array:
     """Points (m, 3) of all sheets in the plane {x: normal · x = offset}.
 
-    Each sheet is searched on `count` + 1 isoparametric curves in each of its two directions.
+    Each sheet is searched on `count` + 1 curves of each of two families. They are the isoparametric
+    curves along v and along u; on a triangle over (s, t), they are the lines with s constant, and
+    the lines through the corner (1, 0).
     """
     result = [_find_sheet_crossings(sheet, normal, offset, count) for sheet in sheets]
     return np.concatenate(result)

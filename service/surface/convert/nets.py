@@ -60,13 +60,14 @@ def require_patch(surface: BezierSurface | PatchSurface) -> BezierSurface:
     if isinstance(surface, BezierSurface):
         return surface
     if len(surface.patches) != 1 or len(surface.triangles):
-        count = len(surface.patches) + len(surface.triangles)
+        grid_count, triangle_count = len(surface.patches), len(surface.triangles)
         raise InvalidRequest(
             Issue(
                 "several_patches",
                 "The patches of this surface have no parameters in common.",
                 "",
-                f"{count} patches, {len(surface.triangles)} of them triangles",
+                f"{count_nouns(grid_count, 'four-sided patches')} and "
+                f"{count_nouns(triangle_count, 'triangles')}",
                 "a surface of one four-sided patch, or a B-spline",
             )
         )

@@ -29,18 +29,29 @@ def labels() -> RouteLabels:
 @pytest.mark.parametrize(
     ("path", "label"),
     [
-        ("/v1/mesh", RouteLabel("/v1/mesh", "/v1/mesh")),
-        (f"/v1/surfaces/{HASH}", RouteLabel("/v1/surfaces/{id}", f"/v1/surfaces/{HASH}", HASH)),
+        ("/v1/mesh", RouteLabel(route="/v1/mesh", path="/v1/mesh")),
+        (
+            f"/v1/surfaces/{HASH}",
+            RouteLabel(route="/v1/surfaces/{id}", path=f"/v1/surfaces/{HASH}", surface=HASH),
+        ),
         (
             "/v1/surfaces/saddle/mesh.glb",
-            RouteLabel(MESH, "/v1/surfaces/saddle/mesh.glb", "saddle", "glb"),
+            RouteLabel(
+                route=MESH, path="/v1/surfaces/saddle/mesh.glb", surface="saddle", format="glb"
+            ),
         ),
-        ("/v1/surfaces/secret/mesh.glb", RouteLabel(MESH, "/v1/surfaces/{id}/mesh.glb", "", "glb")),
-        (f"/v1/surfaces/{HASH.upper()}/mesh.exe", RouteLabel(MESH, MESH)),
-        ("/v1/surfaces/a\nb", RouteLabel("/v1/surfaces/{id}", "/v1/surfaces/{id}")),
-        ("/v1/surfaces/" + "a" * 500, RouteLabel("/v1/surfaces/{id}", "/v1/surfaces/{id}")),
+        (
+            "/v1/surfaces/secret/mesh.glb",
+            RouteLabel(route=MESH, path="/v1/surfaces/{id}/mesh.glb", format="glb"),
+        ),
+        (f"/v1/surfaces/{HASH.upper()}/mesh.exe", RouteLabel(route=MESH, path=MESH)),
+        ("/v1/surfaces/a\nb", RouteLabel(route="/v1/surfaces/{id}", path="/v1/surfaces/{id}")),
+        (
+            "/v1/surfaces/" + "a" * 500,
+            RouteLabel(route="/v1/surfaces/{id}", path="/v1/surfaces/{id}"),
+        ),
         ("/v1/surfaces/", NO_ROUTE),
-        ("/v1/surfaces/{id}", RouteLabel("/v1/surfaces/{id}", "/v1/surfaces/{id}")),
+        ("/v1/surfaces/{id}", RouteLabel(route="/v1/surfaces/{id}", path="/v1/surfaces/{id}")),
         ("/v1/mesh/", NO_ROUTE),
         ("/etc/passwd", NO_ROUTE),
         ("", NO_ROUTE),

@@ -127,10 +127,12 @@ def build_grid(net: Array, divisions: int) -> Array:
 
 
 def test_bounds_of_solid_angles_hold() -> None:
-    """Compares fine triangles of cells of a patch with the two triangles of the model of a cell.
+    """Compares the solid angles of cells of a patch with those of their models (`chord_models`).
 
-    They are seen from points at 1.2 times the radius of the ball of the cell, so at 0.2 times the
-    radius from the ball: there AREA / distance² bounds the difference of the solid angles.
+    A cell is approximated by fine triangles. Its model has the two triangles over its corners, a
+    ball that contains it, and a bound of the area between its sides and their chords. Both are seen
+    from points at a distance of 0.2 radii from the ball. There the bound of the area ÷ distance²
+    bounds the difference of the two solid angles.
     """
     surface = FAMILIES["rational"].surface(4)
     (group,) = surface_nets(to_patches(surface.lower()).batches).groups
@@ -149,9 +151,12 @@ def test_bounds_of_solid_angles_hold() -> None:
         directions = RNG(k).normal(size=(8, 3))
         directions /= np.linalg.norm(directions, axis=1, keepdims=True)
         x = center + directions * radius * 1.2
-        error = 4 * np.pi * np.abs(compute_solid_angles(fine, x) - compute_solid_angles(coarse, x))
+        difference = (
+            4 * np.pi * np.abs(compute_solid_angles(fine, x) - compute_solid_angles(coarse, x))
+        )
+        area_bound = model[chord_models.AREA]
         # 1e-4 allows for the errors of the fine triangles.
-        assert (error <= model[chord_models.AREA] / (0.2 * radius) ** 2 + 1e-4).all()
+        assert (difference <= area_bound / (0.2 * radius) ** 2 + 1e-4).all()
 
 
 def test_open_and_inconsistent_surfaces_have_no_signs() -> None:
@@ -192,6 +197,6 @@ def test_signs_do_not_depend_on_other_points(monkeypatch: pytest.MonkeyPatch) ->
         patch.setattr(cells, "MAX_BYTES", 1 << 19)  # the cache of cells is too small for all
         np.testing.assert_array_equal(all_signs, project(SPHERE, points)["signs"])
     monkeypatch.setattr(winding, "MAX_PAIRS", 0)
-    # Without pairs, only points outside of the bounding box have signs.
+    # No pair of a point and a cell is allowed: only points outside the bounding box have signs.
     is_outside = np.abs(points).max(axis=1) > 1
     np.testing.assert_array_equal(np.isnan(project(SPHERE, points)["signs"]), ~is_outside)

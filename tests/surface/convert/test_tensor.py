@@ -217,6 +217,20 @@ def test_operations_at_a_parameter_are_refused_for_several_patches(operation: Op
     assert read_issue(surface, operation) == ("several_patches", "/operations/0")
 
 
+def test_the_error_for_several_patches_counts_each_kind_in_its_number() -> None:
+    grid, triangle = np.array([[0, 1], [2, 3]]), np.array([0, 1, 2])
+    for grid_count, triangle_count, got in (
+        (0, 1, "0 four-sided patches and 1 triangle"),
+        (1, 2, "1 four-sided patch and 2 triangles"),
+        (2, 0, "2 four-sided patches and 0 triangles"),
+    ):
+        grids, triangles = np.stack([grid] * 2)[:grid_count], np.stack([triangle] * 2)
+        surface = PatchSurface(np.eye(4, 3), grids, triangles=triangles[:triangle_count])
+        with pytest.raises(SurfaceError) as caught:
+            convert(surface, [Restrict(u=(0, 0.5))])
+        assert caught.value.issues[0].got == got
+
+
 def test_too_large_results_are_refused_before_they_are_built() -> None:
     """Each limit is one less than the number of control points; shared points count twice."""
     surface = random_patches((3, 3), 1, False)
