@@ -95,14 +95,14 @@ def compression_cost(length: int) -> Cost:
     return Cost(0, 0, length, with_scratch(2 * length), 1e-3 + length * 5e-8)
 
 
-def definition_cost(size: SurfaceSize, limits: Limits) -> Cost:
-    """The cost of writing a surface as JSON: 8 bytes become at most 32 characters.
+def definition_cost(size: SurfaceSize, max_bytes: int = sys.maxsize) -> Cost:
+    """The cost of writing a surface as JSON of at most `max_bytes` bytes.
 
-    Each member of a group is written, so `size` must count equal members each.
+    8 bytes become at most 32 characters. Each member of a group is written, so `size` must count
+    equal members each.
     """
-    byte_bound = min(
-        1000 + 600 * size.members + 4 * size.surface_bytes + 8 * size.name_bytes, limits.max_bytes
-    )
+    byte_bound = 1000 + 600 * size.members + 4 * size.surface_bytes + 8 * size.name_bytes
+    byte_bound = min(byte_bound, max_bytes)
     return Cost(0, 0, byte_bound, 3 * byte_bound, 1e-4 * size.members + byte_bound * 1e-8)
 
 

@@ -98,7 +98,7 @@ class DefinitionWork:
 
 def plan_definition(surface: Surface, limits: Limits = DEFAULT_LIMITS) -> DefinitionWork:
     """Plan writing a surface as a JSON document: estimate the cost."""
-    return DefinitionWork(surface, limits, definition_cost(surface.size(), limits))
+    return DefinitionWork(surface, limits, definition_cost(surface.size(), limits.max_bytes))
 
 
 def _write_document(surface: Surface, limits: Limits, where: str) -> bytes:

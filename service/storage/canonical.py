@@ -37,7 +37,6 @@ from numpy.typing import NDArray
 
 from service.errors import DamagedObject
 from service.pipeline.cost import Cost, definition_cost
-from service.pipeline.limits import DEFAULT_LIMITS
 from service.schemas.document import BYTES_PER_OBJECT, BYTES_PER_VALUE, DocumentLimits
 from service.schemas.request import SurfaceRequest
 from service.schemas.surfaces import definition
@@ -113,7 +112,7 @@ class ContentWork:
 
 def plan_content(surface: Surface) -> ContentWork:
     """Predicts the cost of a surface's canonical content: that of its JSON, which is longer."""
-    return ContentWork(surface, definition_cost(surface.size(), DEFAULT_LIMITS))
+    return ContentWork(surface, definition_cost(surface.size()))
 
 
 def _take_arrays(value: Any, arrays: Arrays) -> Any:
