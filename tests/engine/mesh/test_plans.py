@@ -58,7 +58,8 @@ def check_seams(model: PatchModel) -> None:
     )
     sides = []
     for seams in (by_pattern, by_coordinates):
-        edge_samples = sample_edges(seams.curves, None, 5).swapaxes(0, 1)  # one row for each edge
+        edge_samples = sample_edges(seams.curves, is_chosen=None, divisions=5)
+        edge_samples = edge_samples.swapaxes(0, 1)  # one row for each edge
         samples = edge_samples[seams.edge]
         sides.append(np.where(seams.backward[..., None, None], samples[:, :, ::-1], samples))
     np.testing.assert_array_equal(sides[0], sides[1])

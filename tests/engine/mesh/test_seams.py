@@ -43,8 +43,9 @@ from tests.strategies import (
 def test_the_teapot_has_the_known_edges() -> None:
     """52 edges belong to two patches, 16 edges are open, and 8 sides are one point."""
     seams = find_seams(lower_patches("utah-teapot").batches)
-    sides = np.bincount(seams.edge[~seams.collapsed], minlength=len(seams.users))
-    assert (np.sum(sides == 2), np.sum(sides == 1), sides.max()) == (52, 16, 2)
+    side_counts = np.bincount(seams.edge[~seams.collapsed])  # the number of sides of each edge
+    assert (np.sum(side_counts == 2), np.sum(side_counts == 1)) == (52, 16)
+    assert side_counts.max() == 2
     assert seams.collapsed.sum() == 8
 
 
@@ -86,7 +87,7 @@ def test_pieces_of_a_surface_weld_for_all_parametrizations(
     assert mesh.welds is None
 
 
-@given(split_models(oriented=False), resolutions)  # normals of pieces may be reversed
+@given(split_models(oriented=False), resolutions)  # pieces may be upside down
 def test_unequal_divisions_make_no_t_junctions(
     net_and_pieces: tuple[Array, list[Array]], resolution: tuple[int, int]
 ) -> None:
@@ -177,6 +178,7 @@ def test_seams_of_rational_pieces_weld(net: Array, data: st.DataObject) -> None:
     # this side is its side u = 1.
     for factor in (1.0, 2.0, 3.0):
         model = build_model([net, mirrored[::-1]], [weights, weights[::-1] * factor])
+        # A crease angle of 0 keeps different normals on the edge; the positions are still equal.
         mesh = build_mesh(model, resolution=(4, 5), crease_angle=0)
         check_sound(mesh)
         shape = find_topology(mesh)
@@ -331,7 +333,10 @@ def _list_directions(count: int) -> list[tuple[float, float]]:
 @pytest.mark.parametrize("faces", ["triangles", "quads"])
 @pytest.mark.parametrize("divisions", [(2, 2), (3, 2)])
 def test_a_pillow_is_closed(divisions: tuple[int, int], faces: str) -> None:
-    """Two patches have all four sides in common, but no diagonal of a cell in common."""
+    """Two patches have all four sides in common.
+
+    If the diagonal of a corner cell were the same in both, it would be an edge of four triangles.
+    """
     front = np.stack([*np.meshgrid([0.0, 1, 2], [0.0, 1, 2], indexing="ij"), np.zeros((3, 3))], -1)
     back = front.copy()
     front[1, 1, 2], back[1, 1, 2] = 1, -1

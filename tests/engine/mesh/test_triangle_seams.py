@@ -211,7 +211,7 @@ def build_prism(degree: int = 3) -> list[Array]:
     rng = np.random.default_rng(degree)
     corners = np.array([[0.0, 0, 0], [3, 0, 0], [0, 3, 0]])
     lid = np.array([np.array(key) / degree @ corners for key in triangles.keys(degree)])
-    floor = triangles.apply_symmetry(lid, 3)
+    floor = triangles.apply_symmetry(lid, 3)  # a reflection: its normal points down
     is_inner = [min(key) > 0 for key in triangles.keys(degree)]
     lid = translate(lid, 0, 0, 2)
     lid[is_inner, 2] += rng.uniform(0.2, 0.5, sum(is_inner))
@@ -343,7 +343,7 @@ def test_the_control_net_overlay_of_a_triangle_has_all_segments() -> None:
     # The triangle has 30 segments, and the 2 × 3 net of the grid has 7.
     assert len(set(result)) == len(result) == 30 + 7
     assert {pair for pair in result if max(pair) < 15} == expected
-    assert net_overlay.cells is None  # the quads of a control net, if all patches have grids
+    assert net_overlay.cells is None  # the quads of nets, which only grids have
     assert len(boundary.segments) == 7 * 16  # seven sides, each with the default of 16 divisions
     (grid_overlay,) = build_mesh(build_mixed_model([grid]), overlays=("control_net",)).overlays
     assert grid_overlay.cells is not None

@@ -72,6 +72,7 @@ def test_a_crease_angle_of_zero_merges_equal_normals_only() -> None:
     assert len(weld_samples([0, 0, 0], [UP, UP, tilted], crease=0)[0].samples) == 2
     result, normals = weld_samples([0, 0], [UP, (0.0, 0.0, -1.0)], crease=pi)
     assert len(result.samples) == 1
+    # Opposite normals have no mean direction: the vertex gets the first normal.
     assert normals is not None
     assert normals[0].tolist() == list(UP)
 

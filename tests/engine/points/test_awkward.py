@@ -18,7 +18,9 @@ from tests.strategies import Array, degenerate_nets, triangle_nets, weights_like
 NARROWEST_DOMAIN, WIDEST_DOMAIN = np.array([0.0, 1e-200]), np.array([-1e300, 1e300])
 """Second partials by parameters of these domains are too large, and too small, for float64."""
 
-steps = st.lists(st.tuples(*[st.sampled_from([0, 1, 5, 8])] * 2), min_size=1, max_size=4)
+whole_places = st.lists(st.tuples(*[st.sampled_from([0, 1, 5, 8])] * 2), min_size=1, max_size=4)
+"""Places (u, v) in eighths or, on triangles, (s, t) in sixteenths."""
+
 scales = st.sampled_from([1.0, 1e-300, 1e-30, 1e30, 3e38])
 
 
@@ -48,19 +50,19 @@ def scale_net(net: Array, scale: float) -> Array:
     return net[None] * (scale / 8)
 
 
-@given(degenerate_nets(), steps, scales, st.data())
+@given(degenerate_nets(), whole_places, scales, st.data())
 def test_points_of_degenerate_patches_are_valid(
     net: Array, places: list[tuple[int, int]], scale: float, data: st.DataObject
 ) -> None:
     weights = data.draw(st.none() | weights_like(net))
     batch = TensorPatches(scale_net(net, scale), None if weights is None else weights[None])
     uv = np.array(places) / 8
-    check_columns(build_model(batch), PointsQuery(uv, None, 2))
+    check_columns(build_model(batch), PointsQuery(uv, patch=None, order=2))
     nearby = np.clip(uv + 1e-9, 0, 1)
-    check_columns(build_model(batch), PointsQuery(nearby, None, 2))
+    check_columns(build_model(batch), PointsQuery(nearby, patch=None, order=2))
 
 
-@given(triangle_nets(), steps, scales, st.data())
+@given(triangle_nets(), whole_places, scales, st.data())
 def test_points_of_degenerate_triangles_are_valid(
     net: Array, places: list[tuple[int, int]], scale: float, data: st.DataObject
 ) -> None:
@@ -69,7 +71,7 @@ def test_points_of_degenerate_triangles_are_valid(
     weights = data.draw(st.none() | weights_like(net))
     batch = TrianglePatches(scale_net(net, scale), None if weights is None else weights[None])
     rst = np.array([(16 - a - b, a, b) for a, b in places]) / 16
-    check_columns(build_model(batch), PointsQuery(rst, None, 2))
+    check_columns(build_model(batch), PointsQuery(rst, patch=None, order=2))
 
 
 @pytest.mark.parametrize(
@@ -81,5 +83,5 @@ def test_partials_too_large_for_float64_are_null_and_too_small_ones_are_zero(
     net = np.random.default_rng(1).standard_normal((1, 3, 3, 3)) * 1e30
     model = build_model(TensorPatches(net), Domain(knots, np.array([0.0, 1.0])))
     uv = np.array([[knots[0], 0.5], [knots[1], 1.0]])
-    columns = check_columns(model, PointsQuery(uv, None, 2))
+    columns = check_columns(model, PointsQuery(uv, patch=None, order=2))
     assert columns["duu"] == [[duu] * 3] * 2

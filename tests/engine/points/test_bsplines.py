@@ -24,12 +24,13 @@ LIMITS = (1e-12, 1e-9, 1e-7)
 """The relative tolerances of partials of the orders 0, 1 and 2."""
 
 shares = st.lists(st.floats(0, 1), min_size=1, max_size=5)
+"""Parameters as shares of a domain: 0 is its beginning, 1 its end."""
 
 
 def evaluate_columns(surface: BsplineSurface, uv: Array) -> Columns:
     """All columns, up to the second partials, at parameters (m, 2)."""
     model = surface.lower()
-    return evaluate_points(model, locate(model, PointsQuery(uv, None, 2)), 2)
+    return evaluate_points(model, locate(model, PointsQuery(uv, patch=None, order=2)), 2)
 
 
 def compute_derivatives(surface: BsplineSurface, uv: Array) -> dict[str, Array]:
@@ -58,7 +59,7 @@ def compute_derivatives(surface: BsplineSurface, uv: Array) -> dict[str, Array]:
 
 
 def compare_with_scipy(surface: BsplineSurface, uv: Array) -> None:
-    """Compares all columns; the tolerances are `LIMITS` of the order, times the largest value."""
+    """Compares all columns, within `LIMITS` of their order, times the largest value or 1."""
     result, expected = evaluate_columns(surface, uv), compute_derivatives(surface, uv)
     for name, order in ORDERS.items():
         size = max(float(np.abs(expected[name]).max()), 1.0)
@@ -93,7 +94,7 @@ def test_partials_agree_with_scipy(
 def test_partials_at_a_crease_are_those_of_the_right_span() -> None:
     """At the end of the domain the partials are those of the last span."""
     vector = np.array([0, 0, 0, 1, 1, 2, 2, 2.0])
-    net = random_points(5, 3, 2)
+    net = random_points(5, 3, 2)  # 5 × 2 points, of the seed 3
     result = evaluate_columns(
         BsplineSurface(net, (2, 1), (vector, "clamped")), np.array([[1.0, 0], [2.0, 0]])
     )

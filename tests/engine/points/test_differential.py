@@ -75,12 +75,14 @@ def test_points_at_corners_and_poles_are_control_points() -> None:
     for patch in range(patches.count):
         for corner, (u, v) in enumerate(((0, 0), (0, 1), (1, 0), (1, 1))):
             actual = evaluate_jets(
-                patches, np.array([patch]), np.array([u * 1.0]), np.array([v * 1.0]), 0
+                patches, np.array([patch]), np.array([u * 1.0]), np.array([v * 1.0]), order=0
             )
             # The rows and columns −0 and −1 of the net are its first and its last.
             net = patches.points[patch]
             np.testing.assert_array_equal(actual.partials[0, 0], net[-u, -v], err_msg=str(corner))
-    south = evaluate_jets(patches, np.zeros(7, dtype=np.intp), np.linspace(0, 1, 7), np.zeros(7), 1)
+    south = evaluate_jets(
+        patches, np.zeros(7, dtype=np.intp), np.linspace(0, 1, 7), np.zeros(7), order=1
+    )
     np.testing.assert_array_equal(south.partials[0], np.tile([0.0, 0.0, -1.0], (7, 1)))
     assert south.degenerate is not None
     assert south.degenerate.all()

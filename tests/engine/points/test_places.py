@@ -30,7 +30,7 @@ def build_pieces() -> tuple[Array, PatchModel]:
 def test_a_knot_belongs_to_the_span_that_begins_there_and_the_end_to_the_last_span() -> None:
     _, model = build_pieces()
     uv = np.array([[-1, 2], [0.5, 2.5], [np.nextafter(0.5, 0), 2.5], [4, 3], [2.25, 3]])
-    result = locate(model, PointsQuery(uv, None, 0))
+    result = locate(model, PointsQuery(uv, patch=None, order=0))
     np.testing.assert_array_equal(result.patch, [0, 1, 0, 1, 1])
     np.testing.assert_array_equal(result.local[[0, 1, 3, 4]], [[0, 0], [0, 0.5], [1, 1], [0.5, 1]])
     assert 1 - 1e-15 < result.local[2, 0] <= 1
@@ -42,7 +42,9 @@ def test_patches_of_a_domain_are_numbered_with_v_fastest() -> None:
     domain = Domain(np.array([0.0, 1, 2]), np.array([0.0, 1, 2, 3]))
     model = PatchModel("model", (TensorPatches(net),), (Part("model", 0, 6),), "y", (domain,))
     uv = np.array([[u + 0.5, v + 0.5] for u in range(2) for v in range(3)])
-    np.testing.assert_array_equal(locate(model, PointsQuery(uv, None, 0)).patch, np.arange(6))
+    np.testing.assert_array_equal(
+        locate(model, PointsQuery(uv, patch=None, order=0)).patch, np.arange(6)
+    )
 
 
 def test_partials_are_derivatives_by_the_parameters_of_the_surface() -> None:
@@ -51,9 +53,9 @@ def test_partials_are_derivatives_by_the_parameters_of_the_surface() -> None:
     whole_net = build_model([net])
     t, s = np.array([0.1, 0.3, 0.55, 1.0]), np.array([0.0, 0.25, 1.0, 0.5])
     uv = np.stack([-1 + 5 * t, 2 + s], axis=1)
-    result = evaluate_points(model, locate(model, PointsQuery(uv, None, 0)), 2)
+    result = evaluate_points(model, locate(model, PointsQuery(uv, patch=None, order=2)), 2)
     expected = evaluate_points(
-        whole_net, locate(whole_net, PointsQuery(np.stack([t, s], axis=1), None, 0)), 2
+        whole_net, locate(whole_net, PointsQuery(np.stack([t, s], axis=1), patch=None, order=2)), 2
     )
     for name, factor in (("positions", 1), ("du", 5), ("dv", 1), ("duu", 25), ("duv", 5)):
         np.testing.assert_allclose(result[name] * factor, expected[name], atol=1e-9, err_msg=name)

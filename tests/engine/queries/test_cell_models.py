@@ -22,7 +22,7 @@ PAIRS = ((1, 1, 3), (1, 2, 4), (2, 2, 5))
     "family", ["bicubic, wild", "rational, weights to 1000", "triangles", "poles", "degree 15"]
 )
 def test_bounds_of_cells_hold_at_all_samples(family: str) -> None:
-    cells = CellTree(surface_nets(to_patches(FAMILIES[family].surface(6).lower()).batches))
+    cells = CellTree(surface_nets(to_patches(FAMILIES[family].surface(seed=6).lower()).batches))
     for _ in range(4):  # halves the last 60 cells
         cells.children(np.arange(cells.count)[-60:])
     selected_cells = np.unique(np.linspace(0, cells.count - 1, 60).astype(int))
@@ -37,6 +37,7 @@ def test_bounds_of_cells_hold_at_all_samples(family: str) -> None:
     scale = np.stack([half[0] ** i * half[1] ** j for i, j in ORDERS[:6]])
     s = partials * scale[:, np.newaxis]  # S and its partials by a and b
     model = cells.models[:, cell]
+    # Row k of `s` and `vectors[k − 1]` are the same partial, at the samples and at the centre.
     center, *vectors = (model[k : k + 3] for k in (model_rows.CENTER, *model_rows.VECTORS))
     da, db, daa, dab, dbb, normal = vectors
     offset = s[0] - center
@@ -47,6 +48,7 @@ def test_bounds_of_cells_hold_at_all_samples(family: str) -> None:
     observed += [(np.abs((remainder * normal).sum(axis=0)), model_rows.REST_LIFT)]
     for k, (i, j, second) in enumerate(PAIRS):
         second_difference = s[second] - vectors[second - 1]
+        # The change of S_i · S_j + (S − c) · S_ij from its value at the centre, where S is c.
         spread = (s[i] * s[j] + offset * s[second] - vectors[i - 1] * vectors[j - 1]).sum(axis=0)
         observed += [(np.linalg.norm(second_difference, axis=0), model_rows.BEND_AA + k)]
         observed += [(np.abs((second_difference * normal).sum(axis=0)), model_rows.LIFT_AA + k)]

@@ -78,9 +78,9 @@ def test_hits_of_rays_with_small_limits_are_right(
     A small limit of open pairs alone changes no result.
     """
     query = RayQuery(POINTS, DIRECTIONS, only_first=False)
-    reference = intersect_rays(CLOUD, query, 1 << 20)
+    reference = intersect_rays(CLOUD, query, max_hits=1 << 20)
     set_limits(monkeypatch, max_open_pairs=max_open_pairs, max_pairs=max_pairs)
-    result = intersect_rays(CLOUD, query, 1 << 20)
+    result = intersect_rays(CLOUD, query, max_hits=1 << 20)
     is_reached = result["reached"]
     assert reference["reached"].all()
     assert is_reached.all() == (max_pairs > 60)

@@ -63,7 +63,7 @@ def scatter_points(surface: SurfaceKind, count: int, seed: int = 0) -> Array:
 
 @pytest.mark.parametrize("name", FAMILIES)
 def test_an_exhaustive_search_finds_no_point_nearer_than_the_interval(name: str) -> None:
-    surface = FAMILIES[name].surface(77)
+    surface = FAMILIES[name].surface(seed=77)
     points = scatter_points(surface, 21)
     columns = project(surface, points)
     low, high = columns["distance_bounds"].T
@@ -98,7 +98,7 @@ def test_distances_of_quadrics_agree_with_formulas(
 
 
 def test_intervals_overlap_those_from_exact_fractions() -> None:
-    surface = FAMILIES["bicubic, wild"].surface(3)
+    surface = FAMILIES["bicubic, wild"].surface(seed=3)
     assert isinstance(surface, BezierSurface)
     points = RNG(2).uniform(-0.5, 1.5, (4, 3))
     for point, (low, high) in zip(points, project(surface, points)["distance_bounds"], strict=True):
@@ -120,7 +120,7 @@ def test_all_points_of_a_difficult_net_are_found() -> None:
     assert (np.abs(columns["uv"] - np.stack([u, v], axis=1)) > 1e-7).any(axis=1).sum() <= 1
 
 
-def test_the_interval_for_the_centre_of_a_sphere_is_wider() -> None:
+def test_the_interval_for_the_centre_of_a_sphere_is_wider_than_the_tolerance() -> None:
     columns = project(find("sphere").surface(), np.array([[0.0, 0, 0], [0, 0, 0.5]]))
     low, high = columns["distance_bounds"].T
     assert columns["reached"].tolist() == [False, True]
@@ -141,6 +141,7 @@ def test_intervals_are_wider_but_right_if_the_budget_ends(
     assert ((low <= expected_distance + 1e-15) & (expected_distance - 1e-15 <= high)).all()
     assert not columns["reached"][:100].any()
     assert columns["reached"][100:].mean() > 0.95  # only the points with the most pairs end early
+    # A second run ends at the same pairs.
     second_bounds = project(find("sphere").surface(), points)["distance_bounds"]
     np.testing.assert_array_equal(second_bounds, columns["distance_bounds"])
 
@@ -179,7 +180,7 @@ def test_ties_are_marked_and_the_first_patch_is_taken() -> None:
 
 def test_closest_points_do_not_depend_on_other_points(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("rational", "triangles", "NURBS"):
-        surface = FAMILIES[name].surface(5)
+        surface = FAMILIES[name].surface(seed=5)
         points = scatter_points(surface, 30)
         all_columns = project(surface, points)
         single_columns = [project(surface, point[np.newaxis]) for point in points[::9]]
@@ -195,7 +196,7 @@ def test_closest_points_do_not_depend_on_other_points(monkeypatch: pytest.Monkey
 
 
 def test_parameters_give_the_positions_of_closest_points() -> None:
-    surface = FAMILIES["B-splines"].surface(4)
+    surface = FAMILIES["B-splines"].surface(seed=4)
     assert isinstance(surface, BsplineSurface)
     (sheet,) = build_sheets(surface)
     columns = project(surface, scatter_points(surface, 90))
@@ -204,7 +205,7 @@ def test_parameters_give_the_positions_of_closest_points() -> None:
 
 
 def test_intervals_for_very_far_points_are_finite() -> None:
-    surface = BezierSurface(FAMILIES["bicubic, moderate"].surface(1).control_net * 1e-30)
+    surface = BezierSurface(FAMILIES["bicubic, moderate"].surface(seed=1).control_net * 1e-30)
     columns = project(surface, np.array([[3e38, 0, 0], [1e-31, 0, 0], [0, 0, 1e-20]]))
     low, high = columns["distance_bounds"].T
     assert np.isfinite(columns["distance_bounds"]).all()
@@ -284,10 +285,10 @@ def test_normals_at_a_collapsed_side_of_a_triangle_are_normals_of_a_cone() -> No
 def test_points_very_far_from_a_tiny_surface_have_finite_distances(
     surface: str, size: float
 ) -> None:
-    # The squares of the points, in units of the surface, exceed the largest double.
+    # At sizes up to 1e-160, squares of the points in units of the surface exceed all doubles.
     points = np.array([[0.0, 0, 1], [-1e30, 2e30, 0], [3e38, 3e38, -3e38]])
     batch = to_patches(find(surface).surface().lower()).batches[0]
-    tiny = BezierSurface(batch.points[0] * size)
+    tiny = BezierSurface(batch.points[0] * size)  # the sphere's weights are left out
     columns = project_on_surface(to_patches(tiny.lower()), ProjectQuery(points, sign=True))
     expected = np.linalg.norm(points, axis=1)
     low, high = columns["distance_bounds"].T

@@ -54,7 +54,7 @@ def is_missed(hits: dict[str, Any], ray: Ints, t: Array, slack: Array | float) -
 
 @pytest.mark.parametrize("name", FAMILIES)
 def test_all_hits_of_an_exhaustive_search_are_found(name: str) -> None:
-    surface = FAMILIES[name].surface(78)
+    surface = FAMILIES[name].surface(seed=78)
     origins, directions = scatter_rays(surface, 20)
     result = find_hits(surface, origins, directions)
     assert result["reached"].all()
@@ -63,14 +63,14 @@ def test_all_hits_of_an_exhaustive_search_are_found(name: str) -> None:
     model = to_patches(surface.lower())
     slack = error + 1e-12 * model.diagonal / length[ray]
     assert not is_missed(result, ray, t, slack).any()
-    ray = result["ray"]
-    ray_points = origins[ray] + result["t"][:, np.newaxis] * directions[ray]
+    hit_ray = result["ray"]
+    ray_points = origins[hit_ray] + result["t"][:, np.newaxis] * directions[hit_ray]
     distances = np.linalg.norm(ray_points - result["positions"], axis=1)
     assert distances.max(initial=0.0) < 1e-9 * model.diagonal
     low, high = result["t_bounds"].T
     assert ((low <= result["t"]) & (result["t"] <= high)).all()
     first = find_hits(surface, origins, directions, "first")
-    rows = np.flatnonzero(np.diff(ray, prepend=-1))  # the first hit of each ray
+    rows = np.flatnonzero(np.diff(hit_ray, prepend=-1))  # the first hit of each ray
     for column in ("ray", "t", "uv", "kind"):
         np.testing.assert_array_equal(np.asarray(result[column])[rows], first[column])
 
@@ -196,7 +196,7 @@ def test_a_hit_on_a_shared_edge_counts_once() -> None:
 
 
 def test_hits_do_not_depend_on_other_rays() -> None:
-    surface = FAMILIES["NURBS"].surface(5)
+    surface = FAMILIES["NURBS"].surface(seed=5)
     origins, directions = scatter_rays(surface, 40)
     for hits in ("all", "first"):
         all_hits = find_hits(surface, origins, directions, hits)

@@ -134,7 +134,7 @@ def test_bounds_of_solid_angles_hold() -> None:
     from points at a distance of 0.2 radii from the ball. There the bound of the area ÷ distance²
     bounds the difference of the two solid angles.
     """
-    surface = FAMILIES["rational"].surface(4)
+    surface = FAMILIES["rational"].surface(seed=4)
     (group,) = surface_nets(to_patches(surface.lower()).batches).groups
     nets = [half for whole in halve(group.nets, 1) for half in halve(whole, 2)]
     for k, net in enumerate(np.concatenate(nets)):

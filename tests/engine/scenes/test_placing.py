@@ -72,7 +72,7 @@ def build_mesh_with_bounds(bound: float | None, mesh_bound: float | None = None)
 
 
 def build_group(*matrices: Array | None) -> GroupModel:
-    members = tuple(PlacedModel(f"m{k}", 0, None, matrix) for k, matrix in enumerate(matrices))
+    members = tuple(PlacedModel(f"m{k}", 0, matrix=matrix) for k, matrix in enumerate(matrices))
     return GroupModel("group", (), members)
 
 
@@ -84,6 +84,7 @@ def test_bounds_grow_with_the_largest_scaling() -> None:
     assert scene.report.mesh_deviation_bound is not None
     np.testing.assert_allclose(scene.report.deviation_bound, 0.25 * stretch, rtol=1e-9)
     np.testing.assert_allclose(scene.report.mesh_deviation_bound, 0.5 * stretch, rtol=1e-9)
+    # The bound of the scene includes the rounding of copies.
     assert scene.report.deviation_bound > 0.25 * stretch
     parts = scene_parts(scene)
     result = [part.deviation_bound for part in parts]

@@ -197,7 +197,10 @@ def test_base_colors_become_colors_of_vertices() -> None:
 
 
 def test_one_mesh_keeps_only_attributes_that_all_members_have() -> None:
-    """The members list their attributes in different orders."""
+    """The members list their attributes in different orders.
+
+    In a file with nodes, each member keeps its mesh with all its attributes, in the order of names.
+    """
     heat, flow = np.ones((1, 1, 1)), np.ones((1, 1, 2))
     first, second = (
         BezierSurface(NET, channels=Channels(attributes=attributes))

@@ -54,7 +54,7 @@ def count_lines(section: Section) -> tuple[int, int, int]:
 
 @pytest.mark.parametrize("name", FAMILIES)
 def test_sections_include_all_crossings_of_parameter_lines(name: str) -> None:
-    surface = FAMILIES[name].surface(5)
+    surface = FAMILIES[name].surface(seed=5)
     model = lower_patches(surface)
     (low, high), rng = model.bounds, RNG(11)
     normal = rng.normal(size=3)
@@ -62,7 +62,8 @@ def test_sections_include_all_crossings_of_parameter_lines(name: str) -> None:
     offset = float(normal @ (low + (high - low) * rng.uniform(0.3, 0.7, 3)))
     sections = cut(model, normal, offset)
     (section,), sheets = sections.sections, build_sheets(surface)
-    crossings = find_crossings(sheets, normal, offset, max(8, int(60 / len(sheets) ** 0.5)))
+    line_count = max(8, int(60 / len(sheets) ** 0.5))  # parameter lines of each sheet
+    crossings = find_crossings(sheets, normal, offset, line_count)
     bound = sections.deviation_bound + 1e-9 * model.diagonal
     assert bound <= 1.001e-3 * model.diagonal
     assert (
@@ -127,8 +128,9 @@ def test_villarceau_circles_have_radius_1() -> None:
         lower_patches(torus(1.0, TUBE_RADIUS)), (sin(TILT), 0, cos(TILT)), 0, 1e-5
     ).sections
     for line in section.polylines:
-        middle = np.array([0, TUBE_RADIUS, 0]) * np.sign(line.points[:-1, 1].mean())
-        assert np.abs(np.linalg.norm(line.points - middle, axis=1) - 1).max() < 1e-6
+        # The centres of the two circles are (0, r, 0) and (0, −r, 0), r the radius of the tube.
+        center = np.array([0, TUBE_RADIUS, 0]) * np.sign(line.points[:-1, 1].mean())
+        assert np.abs(np.linalg.norm(line.points - center, axis=1) - 1).max() < 1e-6
 
 
 @pytest.mark.parametrize(

@@ -71,6 +71,7 @@ def test_tubes_are_closed_and_have_unit_normals(
 def test_a_conical_tube_has_the_normals_and_the_volume_of_a_cone() -> None:
     """The radius is 1 at the bottom and 0 at the top; the height is 2."""
     path = build_path(build_curve([[0, 0, 0], [0, 0, 2]]), 2, CREASE_ANGLE)
+    # At all 3 stations the radius changes by −1/2 for each unit of length.
     swept = build_tubes(path, 1.0 - path.parameters, 64, slopes=np.full((1, 3), -0.5))
     # The normals of the cap at the bottom are (0, 0, −1).
     side_normals = swept.normals[np.abs(swept.normals[:, 2] + 1) > 1e-9]
@@ -91,7 +92,7 @@ def test_rings_at_the_seam_of_a_closed_curve_are_equal() -> None:
     angles = np.arccos(np.clip(np.einsum("krd,krd->kr", rings[1:], rings[:-1]), -1, 1))
     assert angles.max() < 0.3
     assert is_closed(swept)
-    # The sum of the cosines at the three corners of a face is at most 3.
+    # The sum of the cosines between the normal of a face and those of its 3 vertices, at most 3.
     assert winding_agreement(swept.positions, swept.normals, swept.triangles).min() > 2.85
 
 
@@ -135,9 +136,9 @@ def test_the_normals_of_a_ribbon_are_as_near_to_facing_as_possible() -> None:
     facing = np.array([1.0, 2.0, 7.0])
     swept = build_ribbons(path, 0.2, facing=facing, faces="quads")
     assert len(swept.quads) == 64
-    bars = swept.positions.reshape(65, 2, 3)
-    assert np.linalg.norm(bars[:, 1] - bars[:, 0], axis=1) == pytest.approx(0.2, abs=1e-12)
-    assert bars.mean(axis=1) == pytest.approx(points, abs=1e-12)
+    borders = swept.positions.reshape(65, 2, 3)  # for each station a point on both borders
+    assert np.linalg.norm(borders[:, 1] - borders[:, 0], axis=1) == pytest.approx(0.2, abs=1e-12)
+    assert borders.mean(axis=1) == pytest.approx(points, abs=1e-12)
     expected = facing - (tangents @ facing)[:, None] * tangents
     expected /= np.linalg.norm(expected, axis=1)[:, None]
     assert swept.normals.reshape(65, 2, 3)[:, 0] == pytest.approx(expected, abs=1e-9)
@@ -148,8 +149,8 @@ def test_a_ribbon_along_the_direction_facing_has_the_given_width() -> None:
     swept = build_ribbons(
         build_path(build_curve(LINE), 3, CREASE_ANGLE), 0.1, facing=np.array([1.0, 2.0, 3.0])
     )
-    bars = swept.positions.reshape(4, 2, 3)
-    assert np.linalg.norm(bars[:, 1] - bars[:, 0], axis=1) == pytest.approx(0.1, abs=1e-12)
+    borders = swept.positions.reshape(4, 2, 3)
+    assert np.linalg.norm(borders[:, 1] - borders[:, 0], axis=1) == pytest.approx(0.1, abs=1e-12)
 
 
 @pytest.mark.parametrize("uvs", [False, True])
