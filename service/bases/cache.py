@@ -1,4 +1,4 @@
-"""Caches of values that do not depend on coordinates: shared, read-only, bounded by their bytes."""
+"""Caches of read-only values, bounded by their bytes; and the two that several modules share."""
 
 from collections import OrderedDict
 from collections.abc import Callable, Hashable

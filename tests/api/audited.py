@@ -122,7 +122,7 @@ async def send_request(
 def build_hostile_requests() -> Iterator[tuple[str, str, bytes, dict[str, str]]]:
     """Requests with each hostile name: method, URL, body and headers.
 
-    To save time, each name is only in half of the URLs and bodies: its neighbours in
+    To save time, each name is only in half of `URLS` and of the documents: its neighbours in
     `HOSTILE_NAMES` are in the other half.
     """
     for number, name in enumerate(HOSTILE_NAMES):

@@ -165,7 +165,7 @@ MALFORMED = {
     "a call": write_file(write_header(shape="print(1)"), BYTES),
     "a sum": write_file(write_header(shape="(1 + 1, 2, 3)"), BYTES),
     "a shape that is a word": write_file(write_header(shape="'a'"), BYTES),
-    "an order that is a number": write_file(write_header(order="(1,)"), BYTES),
+    "an order that is a tuple": write_file(write_header(order="(1,)"), BYTES),
     "a length below zero": write_file(write_header(shape="(-2, -2, 3)"), BYTES),
     "a fraction": write_file(write_header(shape="(2.0, 2, 3)"), BYTES),
     "a shape larger than the file": write_file(
@@ -173,7 +173,7 @@ MALFORMED = {
     ),
     "a length of forty digits": write_file(write_header(shape=f"({'9' * 40}, 4, 3)"), BYTES),
     "brackets in brackets": write_file(write_header(shape="(" * 1500), BYTES),
-    "numbers without commas": write_file(write_header(shape=f"({'1' * 2000}"), BYTES),
+    "2000 digits and no closing bracket": write_file(write_header(shape=f"({'1' * 2000}"), BYTES),
     "many blanks": write_file(write_header(shape="(" + " " * 2000 + "x)"), BYTES),
     "a digit that is not ASCII": write_file(
         write_header(shape="(٢, 2, 3)".encode().decode("latin-1")), BYTES
@@ -198,7 +198,8 @@ OTHER_TYPES: dict[str, tuple[bytes, str]] = {
     "texts": (save_array(NET.astype("U4")), "numbers of another type"),
     "native order": (write_file(write_header("'=f8'"), BYTES), "numbers of another type"),
 }
-"""Files whose elements are not float32 or float64; and what the error says that the service got."""
+"""Files whose type is none that the service reads, or is written in another way; and what the error
+says that the service got."""
 
 
 @pytest.mark.parametrize(("content", "got"), OTHER_TYPES.values(), ids=list(OTHER_TYPES))

@@ -54,7 +54,8 @@ SERIES_OF_ALERTS: dict[str, dict[str, str]] = {
     },
     "SurfaceMemoryAbovePrediction": {
         f"process_resident_memory_bytes{{{SERVICE}}}": "610e6x200",
-        MEMORY_LIMIT: "400e6x200",
+        MEMORY_LIMIT: "390e6x200",
+        f"surface_plan_bytes{{{SERVICE}}}": "10e6x200",
     },
     "SurfaceStoreFailing": {f"surface_store_answering{{{SERVICE}}}": "0x200"},
     "SurfaceStoreNearlyFull": {
@@ -87,7 +88,8 @@ SERIES_WITHOUT_ALERT: dict[str, dict[str, str]] = {
         f'surface_refused_total{{{SERVICE},code="invalid_request"}}': "0+900x200",
         f'surface_memory_bytes{{{SERVICE},pool="work"}}': "200e6x200",
         MEMORY_LIMIT: "400e6x200",
-        f"process_resident_memory_bytes{{{SERVICE}}}": "590e6x200",
+        f"process_resident_memory_bytes{{{SERVICE}}}": "690e6x200",
+        f"surface_plan_bytes{{{SERVICE}}}": "100e6x200",
         f"process_start_time_seconds{{{SERVICE}}}": "0x50 1x150",
         f"surface_ready{{{SERVICE}}}": "1x200",
         f"surface_store_answering{{{SERVICE}}}": "1x200",

@@ -98,7 +98,7 @@ async def disconnect_in_response(port: int) -> Counter[str]:
 
 async def disconnect_while_waiting(port: int) -> Counter[str]:
     """Requests work of seconds, and disconnects before it is done."""
-    return await _disconnect(port, LARGE_MESH_REQUEST, delay=0.05, times=100)
+    return await _disconnect(port, LARGE_MESH_REQUEST, delay=0.05, times=96)
 
 
 async def _disconnect(

@@ -33,7 +33,8 @@ LEAST_ROUNDINGS = 2.0
 """A tolerance must be at least this many times the rounding of placing and storing."""
 
 LEAST_REST = 0.96
-"""Edges are divided by the full tolerance if rounding leaves at least this share of it."""
+"""Edges are divided until they meet the full tolerance, if rounding leaves at least this share of
+it."""
 
 LEAST_ANGLE = 2.0**-24
 """Least angle of goals, in radians; normals that turn by less are equal in float32."""
@@ -99,7 +100,8 @@ def move_goal(goal: Goal, matrix: FloatArray | None, bounds: Box, error: float) 
     follows it.
 
     Let s and S be the least and the largest scaling. A point of the model at the distance d from
-    the eye is, when placed, at least s d from the eye, where a rate r allows r s d. An error there
+    the eye is, when placed, at least s d from the eye, where a view that allows the deviation r at
+    the distance 1 (its rate) allows r s d. An error there
     is at most S times the error in the model. So the rate of the model is r s / S.
     """
     (least, most), rounding = scalings(matrix), bound_placing_error(matrix, *bounds) + error
@@ -141,9 +143,9 @@ def tighten_for_border(goal: Goal, rounding: float, bounds: Box) -> Goal:
     """The goal by which edges are divided, if storing moves vertices by up to `rounding`.
 
     Edges are divided until they are within 0.95 tolerances of their chords. Rounding moves the
-    chords. If it may take more than 1 − `LEAST_REST` = 0.04 of the tolerance, less than the other
-    0.05, the tolerance for edges is reduced. Otherwise edges are divided by the full goal, so that
-    the division of an edge does not depend on the model that contains it.
+    chords, for which 0.05 tolerances remain. If it may take more than 0.04 (1 − `LEAST_REST`) of
+    them, the tolerance for edges is reduced. Otherwise edges are divided until they meet the full
+    goal, so that the division of an edge does not depend on the model that contains it.
     """
     less = subtract_rounding(goal, rounding, bounds)
     tight = less.tolerance < LEAST_REST * goal.tolerance

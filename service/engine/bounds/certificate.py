@@ -14,7 +14,7 @@ No point of the surface is further from the mesh than the largest bound of its p
 3. **No point of a piece is further from a triangle of the mesh, the reference triangle of its part,
    than the farthest point of the net**, because the distance to a convex set is a convex function.
    Heights over the plane of the reference triangle and projections onto it may be bounded
-   separately, and the reference triangle may be enlarged by parts of its neighbours (`distance`).
+   separately, and the reference triangle may be enlarged by areas of its neighbours (`distance`).
    Heights are bounded by their quadratic part and a remainder. For rational heights
 
        h = Σ B_ijk w_ijk h_ijk / Σ B_ijk w_ijk
@@ -26,13 +26,13 @@ No point of the surface is further from the mesh than the largest bound of its p
 5. **Rounding** is added; `certificate_rounding` derives its bound. The positions are those that are
    stored, so their rounding is part of the distances.
 
-**The distance from the mesh to the surface.** Let A be the affine map of a part to its reference
-triangle. A point A(x) of the reference triangle is at most |A(x) − S(x)| away from the surface, and
-S − A has a net over each piece. The images of the pieces of a part, with one affine map each, fill
-the reference triangle (`clip.find_images`).
+**The distance from the mesh to the surface.** Let A be an affine map of a piece into the reference
+triangle of its part. The point A(x) is at most |A(x) − S(x)| away from the surface, and S − A has a
+net over the piece. Each piece has a map of its own, and the images of the pieces of a part fill the
+reference triangle (`clip.find_images`).
 
-As parts shrink, the bound divided by the true distance tends to 1: quadratic parts are exact, and
-the remainders and the terms of the neighbours are of third order.
+As parts shrink, the bound divided by the true distance tends to 1: quadratic heights are exact, and
+the remainders, and what the neighbours in step 3 add, are of third order.
 """
 
 from collections.abc import Iterator
@@ -85,7 +85,8 @@ class PieceMeasure:
         deviation, eye_distance, mesh = bounds
         for nets, selected in patch_nets.split_by_group(pieces.patch[rows]):
             group, (p, q) = rows[selected], nets.degree
-            # About the numbers in the arrays of one piece. Of high degree, pieces share box nets.
+            # Approximately how many numbers the arrays of a piece have. Pieces of high degree that
+            # are in the same box share the net over this box.
             numbers, is_high = 4 * (p + q + 1) * (p + q + 2), p + q > DIRECT
             if is_high:
                 numbers = 2 * (p + 1) * (q + 1)
@@ -126,7 +127,8 @@ class PieceMeasure:
     def _build_frames(self, nets: Nets, rows: Ints) -> LocalFrames:
         """The frames of these pieces, which lie in patches of one degree."""
         part, patch = self.pieces.part[rows], self.pieces.patch[rows]
-        # Where there is no vertex, `beyond` is −1 and takes any vertex, which is not used.
+        # `beyond`: the vertices opposite to the three edges, in the neighbouring triangles. Where
+        # there is no neighbour, −1 takes the last vertex, which is not used.
         reference, beyond = self.parts.reference[part].T, self.parts.across[part].T
         vertices, across = (
             np.ascontiguousarray(self.positions.take(ids, axis=0).swapaxes(1, 2))
@@ -140,9 +142,9 @@ class PieceMeasure:
 def find_covering_hulls(measure: PieceMeasure) -> tuple[FloatArray, Bools] | None:
     """Bounds (M,) of pieces by the hulls of their whole patches; the pieces (M,) to bound first.
 
-    In a part that covers at least `COVERED` whole patches, the piece in the covered patch with the
-    largest hull is bounded first. Most other patches of the part have hulls below the bound of this
-    piece, so their pieces need no nets.
+    In a part that covers at least `COVERED` whole patches, the pieces in the covered patch with the
+    largest hull are bounded first. Most other patches of the part have hulls below the bound of
+    these pieces, so their own pieces need no nets.
 
     In all other parts the bounds are infinite, and all pieces are bounded first. The results for a
     piece depend on its part alone. The result is None if no part covers `COVERED` patches.
@@ -180,7 +182,8 @@ class PartBounds:
         No point of the part is further than this from the mesh.
     mesh : ndarray of float64, shape (m,), or None
         No point of the reference triangle is further than this from the surface; 0 where this
-        triangle is not the image of the part (`Parts.is_own`). None unless `goal.two_sided`.
+        triangle is not the image of the part (`Parts.is_own`). None unless `goal.two_sided`, which
+        allows twice the deviation here.
     allowed : ndarray of float64, shape (m,)
         The deviation that the goal allows at the part's distance from the eye.
     """

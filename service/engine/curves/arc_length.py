@@ -21,7 +21,7 @@ error of the finer rule is far smaller than the difference of the two integrals.
 ACCURACY = 1e-12
 """The largest difference of the two rules on one interval, relative to the sum of the length of the
 interval and the mean length of all intervals. So the sum of all differences is at most twice this
-times the length of the curve."""
+times the length of the curve, except for rounding."""
 
 MAX_HALVINGS = 60
 """The most halvings of an interval. Over an interval of length 2⁻⁶⁰, the arc is negligible."""

@@ -1,8 +1,8 @@
-"""The method `matrix` with all samples of many patches in a few products.
+"""Evaluates all samples of many patches in a few matrix products (the option `method="matrix"`).
 
 Grids that fit the cache (`fits_cache`) are evaluated here, and larger grids of rational bilinear
-patches. Control points and their differences are arrays with the patches innermost, and samples are
-planes of coordinates, so that every step is one operation on long rows.
+patches. Control points and their differences are arrays with the patches innermost, and the results
+have a plane for each of x, y and z, so that every step is one operation on long rows.
 
 Rational patches are evaluated in homogeneous coordinates (w x, w y, w z, w) relative to the middle
 of their batch, because S_u = (X_u − w_u S)/w then has the smallest rounding errors; at the end,
@@ -243,7 +243,8 @@ class _Workspace:
         np.multiply(point, point, out=term)
         np.add.reduce(term, out=self.square)
         # The least squared length that is precise enough is the product of the mean squares of the
-        # differences of each patch along u and along v; `means` includes `PRECISE_SHARE`.
+        # differences of each patch along u and along v; `means` includes the
+        # factor `chunks.PRECISE_SHARE`.
         np.multiply(self.differences, self.differences, out=self.squares)
         np.matmul(self.means, self.squares, out=self.axis_sizes)
         np.add.reduce(self.sizes_by_axis, axis=1, out=self.sizes)

@@ -3,9 +3,9 @@
 Two points are near if their distance is at most `reach`. Components are the connected components of
 the graph of near points. A component whose points are all near each other is a group. A wider
 component is not a group, because no single point could represent all its points. The groups within
-a wider component are found with 1/8 of `reach`, then with 1/64 and so on. So the two ends of a
-short edge stay two points, and points that differ from an end by rounding alone form a group with
-it.
+a wider component are found with 1/8 of `reach`, then with 1/64 and so on. So if an edge is about
+as long as `reach`, and its ends are not near each other although points around them are, the ends
+stay two points, and points that differ from an end by rounding alone form a group with it.
 """
 
 import numpy as np
@@ -36,7 +36,7 @@ def group_near_points(points: FloatArray, reach: float) -> Ints:
     """
     first, number = unique_rows(points)
     leader, remaining = np.arange(len(first)), find_possible_neighbours(points[first], reach)
-    remaining.sort()  # leaders are the first points of their groups
+    remaining.sort()  # so that leaders do not depend on the order of the search
     for _ in range(MAX_SEARCHES if len(remaining) else 0):
         leader_of_remaining, is_wide = _find_groups(points[first[remaining]], reach)
         leader[remaining] = remaining[leader_of_remaining]
@@ -44,6 +44,7 @@ def group_near_points(points: FloatArray, reach: float) -> Ints:
         if not len(remaining):
             break
         reach *= REACH_FACTOR
+    # Distinct points are not in the order of `points`, so a leader need not be the first there.
     first_points = np.full(len(first), len(points))
     np.minimum.at(first_points, leader, first)
     return first_points[leader][number]

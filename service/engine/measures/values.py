@@ -105,7 +105,10 @@ class Boundary:
 
 @dataclass(frozen=True, slots=True)
 class FaultyEdge:
-    """A side whose edge is open or not balanced (`service.engine.mesh.orientation`).
+    """A side whose edge is open or not balanced.
+
+    An edge is balanced if as many sides pass along it in one direction as in the other
+    (`service.engine.mesh.orientation`).
 
     A surface with such sides has no volume.
     """
