@@ -93,7 +93,9 @@ def test_requests_get_the_responses_that_the_page_shows(
     if outputs_on_page:
         assert round_numbers(response) == round_numbers(outputs_on_page[0])
         return
-    (file,) = set(tmp_path.iterdir()) - input_files
+    output_files = set(tmp_path.iterdir()) - input_files
+    assert len(output_files) == 1, "the response must follow on the page, or be written to one file"
+    (file,) = output_files
     if file.name == "closest.json":
         assert len(json.loads(file.read_bytes())["distances"]) == 10
     elif file.suffix == ".json":

@@ -2,12 +2,17 @@
 
 from abc import ABC
 from collections.abc import Iterator
+from dataclasses import fields, is_dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import Any, get_args
 
+import numpy as np
 import pytest
 
+from service.api.openapi.parameters import REQUESTS
+from service.bases.arrays import FloatArray
+from service.schemas.request import MeshRequest
 from service.schemas.surfaces import KINDS
 from service.surface import Surface
 from service.surface.batches import TrianglePatches
@@ -18,6 +23,13 @@ from service.surface.sizes import SurfaceKind
 from service.surface.sweep_model import SweepModel
 
 SERVICE = Path(__file__).parents[2] / "service"
+
+MESH_REQUESTS = REQUESTS["createMesh"]
+"""Examples of requests by name; every kind of surface has one."""
+
+SMALL = 256
+"""Bytes of computed control points that `size` need not count: a net of fixed size is no matter for
+limits."""
 
 
 def test_every_kind_has_methods_for_its_size_and_its_lowering() -> None:
@@ -63,11 +75,47 @@ def test_sizes_agree_with_the_lowered_model(example: str) -> None:
     assert size.name_bytes >= sum(len(name.encode()) for name in parts)
     for batch in batches:
         assert max(batch.side_degrees) <= max(size.degree)
-        # `size` has only those attributes that all members of a group have; `stored_size` has all.
+        # `size` counts only channels that all members of a group have; `stored_size` counts all.
         width = sum(channel.dimension for channel in batch.channels)
         assert width <= surface.stored_size().width
     if not isinstance(surface, GroupSurface):
         assert surface.stored_size() == size
+
+
+def find_arrays(value: object) -> Iterator[FloatArray]:
+    """All arrays in a value: those of its attributes and of its items, too."""
+    if isinstance(value, np.ndarray):
+        yield value
+    elif isinstance(value, tuple):
+        for item in value:
+            yield from find_arrays(item)
+    elif is_dataclass(value):
+        for field in fields(value):
+            yield from find_arrays(getattr(value, field.name))
+
+
+@pytest.mark.parametrize("name", [*EXAMPLES, *MESH_REQUESTS])
+def test_sizes_include_the_control_points_that_lowering_computes(name: str) -> None:
+    if name in EXAMPLES:
+        surface = find(name).surface()
+    else:
+        surface = MeshRequest.model_validate(MESH_REQUESTS[name]["value"]).to_surface()
+    if isinstance(surface, GroupSurface):
+        surfaces: list[Surface] = [member.surface for member in surface.members]
+    else:
+        surfaces = [surface]
+    for each in surfaces:
+        model, own_arrays = each.lower(), [*find_arrays(each)]
+        computed_bytes = sum(
+            array.nbytes
+            for batch in (model.batches if isinstance(model, PatchModel) else ())
+            for array in find_arrays((batch.points, batch.weights, batch.channels))
+            if not any(np.may_share_memory(array, other) for other in own_arrays)
+        )
+        size = each.size()
+        counted_bytes = min(size.lowered_bytes, size.peak_bytes)
+        hint = "set `lowered_bytes` and `peak_bytes` in `size` (service/surface/sizes.py)"
+        assert computed_bytes <= counted_bytes + SMALL, hint
 
 
 def test_every_kind_is_listed_in_service_surface_and_in_service_schemas() -> None:
