@@ -1,4 +1,6 @@
-# Needs Python 3.11 or newer and make; everything else is installed into .venv. `make help` lists the targets.
+# Needs Python 3.11 or newer and make. The targets install packages into .venv, into folders of build/
+# and into node_modules/. Some also need programs that they do not install: docker, git, haproxy,
+# kubectl, a browser, or the programs of docs/supply-chain.md. `make help` lists the targets.
 
 PYTHON ?= python3
 HOST   ?= 127.0.0.1
@@ -51,7 +53,7 @@ serve: $(VENV)/.runtime ## Install the service and serve on HOST:PORT (127.0.0.1
 test: $(VENV)/.dev web tests/web/node_modules/.package-lock.json ## Every test
 	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses $(WORKERS) --dist loadscope
 
-check: $(VENV)/.dev ## Linters, types, import rules and phrases, without the tests
+check: $(VENV)/.dev ## Linters, types, import rules and unclear wording (tools/phrases.py), without the tests
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
@@ -66,7 +68,7 @@ openapi: $(VENV)/.runtime ## Write openapi/openapi.json again
 	$(BIN)/surface openapi --all > openapi/openapi.json.new
 	mv openapi/openapi.json.new openapi/openapi.json
 
-generated: types ## Write all generated files: openapi/, tables of documents, flags
+generated: types ## Write all generated files: openapi/, tables in docs/ and README.md, alert rules, flags of `surface mesh`, names that clients use
 	$(BIN)/python -m tools.pages
 
 types: openapi tests/web/node_modules/.package-lock.json ## Write openapi/ and its TypeScript types again
@@ -111,13 +113,13 @@ test-api: $(VENV)/.dev build/api/.ready ## Compare the live service with its Ope
 test-attack: $(VENV)/.dev ## Make all attacks of docs/safety.md on the live service, and print a table (5 minutes)
 	$(BIN)/python -m tools.attack
 
-fuzz: $(VENV)/.dev build/fuzz/.ready ## Fuzz every parser, for SECONDS together (600)
+fuzz: $(VENV)/.dev build/fuzz/.ready ## Fuzz every parser, for SECONDS in total (600)
 	PYTHONPATH=build/fuzz/packages $(BIN)/python -m tools.fuzz $(SECONDS)
 
 memory: $(VENV)/.dev ## Compare the memory that meshes of many kinds take with the predicted memory
 	$(BIN)/python -m tools.memory
 
-certify: $(VENV)/.dev ## Judge meshes by tolerance by sampling: of 1000 surfaces and 200 models
+certify: $(VENV)/.dev ## Compare the meshes of over 1000 surfaces and 200 models with samples of the surfaces
 	$(BIN)/python -m tools.certify
 
 judge: $(VENV)/.dev ## Prove the bounds of mesh files, without the engine's code (half an hour)

@@ -3617,7 +3617,7 @@ export interface components {
             self: string;
             /**
              * Mesh
-             * @description URL of the mesh by suffix, in this version of the numbers: clients may cache the mesh for
+             * @description URL of the mesh by suffix, for this version of the engine: clients may cache the mesh for
              *     ever. Add options before `engine`, which is at the end of a canonical URL.
              */
             mesh: {
@@ -4294,7 +4294,7 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description The URL names a version of the numbers that this service does not compute. */
+        /** @description The URL names a version of the engine (`engine=…`) that this service does not have. */
         EngineGone: {
             headers: {
                 "X-Request-Id": components["headers"]["RequestId"];

@@ -103,7 +103,7 @@ PROBLEMS: dict[type[SurfaceError], Problem] = {
     EngineGone: Problem(
         410,
         "engine_gone",
-        "The URL names a version of the numbers that this service does not compute.",
+        "The URL names a version of the engine (`engine=…`) that this service does not have.",
         "parameter",
     ),
     BodyTooLarge: Problem(413, "body_too_large", "The body has too many bytes."),

@@ -70,15 +70,19 @@ def choose_decoder(arguments: argparse.Namespace) -> "Decoder | None":
 
 
 def refuse_fields(arguments: argparse.Namespace) -> None:
-    """Raises `UsageError` for flags of fields: for JSON and examples, which have these fields."""
+    """Raises `UsageError` if a flag sets one of `FIELDS`.
+
+    For JSON, examples and stored surfaces, which contain these fields themselves.
+    """
     for name in read_field_flags(arguments):
         raise UsageError(f"--{name}: only for files of control points; JSON has a field for it")
 
 
 def field_line(issue: Issue, flags: Container[str]) -> str:
-    """An issue as a line; if one of `flags` set the wrong field, the line names that flag.
+    """An issue as a line; if a flag set the field that has the issue, the line names that flag.
 
-    The field may be beside the surface, or a field of `FIELDS` inside the surface.
+    `flags` has the names of all fields that flags set: fields beside the surface, and those of
+    `FIELDS`, which are inside the surface.
     """
     name = first_part(issue.pointer.removeprefix("/surface"))
     if name in flags and name in FIELDS:

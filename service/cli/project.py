@@ -33,7 +33,8 @@ def add(commands: Commands) -> None:
     group.add_argument(
         "--relative-tolerance",
         metavar="X",
-        help="largest width of an interval of distance, as a share of the diagonal (1e-9)",
+        help="largest width of the interval that is proved to contain a distance, as a share of "
+        "the diagonal (1e-9)",
     )
     group.add_argument(
         "--sign", action="store_true", help="write signs too: -1 inside a closed surface, 1 outside"

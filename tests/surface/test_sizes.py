@@ -75,7 +75,8 @@ def test_sizes_agree_with_the_lowered_model(example: str) -> None:
     assert size.name_bytes >= sum(len(name.encode()) for name in parts)
     for batch in batches:
         assert max(batch.side_degrees) <= max(size.degree)
-        # `size` counts only channels that all members of a group have; `stored_size` counts all.
+        # Of the channels, `size` counts colors, uvs and only the attributes that all members of a
+        # group have; `stored_size` has room for the attributes of each member.
         width = sum(channel.dimension for channel in batch.channels)
         assert width <= surface.stored_size().width
     if not isinstance(surface, GroupSurface):

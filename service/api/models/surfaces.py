@@ -114,7 +114,7 @@ class StoredLinks(SurfaceLinks):
     """URLs, without the host."""
 
     mesh: UrlsBySuffix
-    """URL of the mesh by suffix, in this version of the numbers: clients may cache the mesh for
+    """URL of the mesh by suffix, for this version of the engine: clients may cache the mesh for
     ever. Add options before `engine`, which is at the end of a canonical URL."""
 
 

@@ -168,7 +168,7 @@ async def get_surface_mesh(
 
 
 def check_engine(engine: int | None) -> None:
-    """Refuses every version of the numbers (`engine`) except the version of this service.
+    """Refuses every version of the engine (`engine=…`) except the version of this service.
 
     Raises
     ------
@@ -176,8 +176,8 @@ def check_engine(engine: int | None) -> None:
         The query names another version.
     """
     if engine not in (None, ENGINE):
-        message = "This service does not compute this version of the numbers."
-        got, needed = "another version of the numbers", f"engine={ENGINE}, or no engine"
+        message = "This service does not have this version of the engine."
+        got, needed = "another version of the engine", f"engine={ENGINE}, or no engine"
         raise EngineGone(Issue("engine_gone", message, "/engine", got, needed))
 
 

@@ -92,9 +92,10 @@ def build_hull() -> GroupSurface:
     )
 
 
-def test_a_mirrored_member_keeps_its_parameters_and_normals() -> None:
+def test_a_mirrored_member_keeps_its_uvs_and_normals() -> None:
     """After joining, the mirrored half has the uvs, normals and positions of a separate mesh."""
-    # Joining exchanges u and v of a mirrored member, so the samples agree only if Ru = Rv.
+    # Joining exchanges u and v of a mirrored member's patches; the uvs of its mesh are exchanged
+    # back. Ru then divides v, so the vertices agree with the separate mesh only if Ru = Rv.
     options = MeshOptions((3, 3), uvs=True)
     joined = build_scene(build_hull().lower(), options)
     separate = build(build_hull().lower(), replace(options, weld_tolerance=0.0))
