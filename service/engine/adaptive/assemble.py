@@ -68,10 +68,10 @@ def assemble(
         model, faces.first[triangulation.face[triangulation.triangles[:, 0]]]
     )
     corners, bounds = corners[order], triangulation.bounds[order]
-    normals, poles = None, 0
+    normals, poles_repaired = None, 0
     angle_matters = options.accuracy is not None and options.accuracy.angle_tolerance is not None
     if options.normals or angle_matters:
-        normals, poles = evaluate_scattered_normals(
+        normals, poles_repaired = evaluate_scattered_normals(
             model.batches, samples.patch, samples.u, samples.v
         )
     channels = evaluate_channels(model, samples, dtype, uvs=options.uvs)
@@ -118,7 +118,7 @@ def assemble(
             bounds_max=high,
             watertight=watertight,
             boundary_edges=boundary,
-            poles_repaired=poles,
+            poles_repaired=poles_repaired,
             closure=closure,
             deviation_bound=_find_largest_bound(bounds, origin_error),
             curvature=find_ranges(attributes),
@@ -157,7 +157,8 @@ def _weld_samples(
     first[samples.vertex[::-1]] = number[::-1]
     leader = first[samples.vertex]  # the first sample at the same vertex
     if len(first) == len(number) and (leader == number).all():
-        return Welding(number, number, number)  # no two samples share a vertex
+        # No two samples share a vertex: each is a vertex of the mesh.
+        return Welding(vertex=number, samples=number, welds=number)
     same_values = match_values(leader, channels) if options.weld and channels else None
     return weld(
         leader,
@@ -183,7 +184,7 @@ def _sort_by_part(model: PatchModel, patch: Ints) -> tuple[Ints, list[MeshPart]]
     # The number of triangles before each part, and the number of all triangles.
     begins = np.searchsorted(patch[order], first_patches).tolist()
     return order, [
-        MeshPart(part.name, (begins[k], begins[k + 1]), (0, 0))
+        MeshPart(part.name, triangles=(begins[k], begins[k + 1]), quads=(0, 0))
         for k, part in enumerate(model.parts)
     ]
 

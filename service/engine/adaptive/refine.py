@@ -60,8 +60,8 @@ PLAIN = 4
 """Number of corners of a leaf that is two triangles."""
 
 LONG = 8.0
-"""A leaf that is this many times as long in one direction is cut in this direction, wherever it has
-vertices."""
+"""If a leaf is more than this many times as long in one direction as in the other, its vertices are
+no reason to cut it in the shorter direction."""
 
 FLATTER = 2
 """Number of halvings of the height of a strip that fails."""
@@ -194,10 +194,10 @@ class Proofs:
             better &= mesh[other] <= 2.0 * allowed[count:]
             chosen = other[better]
             deviation[chosen], meets_goal[chosen] = bounds.deviation[count:][better], True
-        near = (
+        is_close = (
             ~meets_goal & (mesh <= 2.0 * allowed[:count]) & (deviation <= CLOSE * allowed[:count])
         )
-        tried = near.nonzero()[0]
+        tried = is_close.nonzero()[0]
         if len(tried):
             refined = refine_bounds(draft, rows[tried])
             is_met = refined < np.inf
@@ -250,8 +250,8 @@ def _prefer_vertices(draft: Draft, cut: Ints, along_v: Bools) -> Bools:
 
     A cut between vertices adds fewer vertices to the leaves beside it. Without this choice the
     leaves of a ring of equal leaves fail one after another, each because the leaf beside it was
-    cut. `along_v` decides if both numbers are equal, or if the leaf is `LONG` times as long in the
-    other direction.
+    cut. `along_v` decides if both numbers are equal, or if the leaf is more than `LONG` times as
+    long in the direction with fewer of them.
     """
     polygons, samples = draft.polygons, draft.samples
     leaf, row = expand_runs(polygons.size[cut], polygons.first[cut])
@@ -283,7 +283,7 @@ def refine_bounds(draft: Draft, rows: Ints) -> FloatArray:
     face = samples.face[corners[cut, 0]].repeat(4)
     reference = triangles.reference[rows[cut]].repeat(4)
     task.limits.spend(task.estimate_work(face, places))
-    is_own = np.zeros(len(face), dtype=bool)
+    is_own = np.zeros(len(face), dtype=bool)  # the reference triangle lies over the whole part
     parts = Parts(face, places, triangles.vertices[reference], triangles.across[reference], is_own)
     bounds = certify(task.patch_nets, task.faces, parts, samples.positions, task.goal)
     quarters = np.where(bounds.deviation <= bounds.allowed, bounds.deviation, np.inf)

@@ -73,7 +73,8 @@ def find_samples(faces: Faces, triangulation: Triangulation) -> tuple[PatchPlace
 def _is_before_knot(at: Ints, triangles: Ints, inner: Bools) -> Bools:
     """Whether a triangle lies before the knot line through its corner: shape (T, 3).
 
-    A triangle with a corner on a knot line is judged by the mean of its three corners.
+    `at` has the u, or the v, of all samples; `inner` marks samples on a knot line inside their
+    face. A triangle with a corner there is judged by the mean of its three corners.
     """
     places = at[triangles]
     before: Bools = inner[triangles] & (places.sum(axis=1, keepdims=True) < 3 * places)

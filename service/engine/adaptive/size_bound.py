@@ -9,8 +9,8 @@ computed here, where the numbers along u and along v are powers of 2.
 
 A cut adds at most two vertices to the inside of a face; a fan, which replaces a cut, adds one. A
 face with V_i vertices inside and V_b on its border has 2 V_i + V_b − 2 triangles. So n cells with b
-pieces around them have at most 2 n + b vertices and 4 n + b triangles. Most meshes have a tenth of
-these numbers.
+pieces of the border around them have at most 2 n + b vertices and 4 n + b triangles. Most meshes
+have a tenth of these numbers.
 """
 
 from math import sqrt
@@ -131,8 +131,9 @@ def _bound_cells(model: PatchModel, goal: Goal) -> tuple[int, int]:
     cells = pieces = 0
     for batch in model.batches:
         patches = batch.to_tensor() if isinstance(batch, TrianglePatches) else batch
-        bends = bound_second_derivatives(patches, (1, 1), (1, 1))
+        bends = bound_second_derivatives(patches, (1, 1), (1, 1))  # each patch as one block
         uu, uv, vv = (each[0, 0] / (8 * term) for each in (bends.uu, 2 * bends.uv, bends.vv))
+        # Numbers of cells along u and along v, powers of 2.
         along = [np.exp2(np.clip(np.ceil(np.log2(m + 1e-300) / 2), 0, FINEST)) for m in (uu, vv)]
         # By the mixed term, the product of both numbers must be at least `uv`; as a power of 2 it
         # is less than twice that.

@@ -99,10 +99,10 @@ def move_goal(goal: Goal, matrix: FloatArray | None, bounds: Box, error: float) 
     `matrix` (4, 4) is the placement, None if there is none. `error` bounds the rounding that
     follows it.
 
-    Let s and S be the least and the largest scaling. A point of the model at the distance d from
-    the eye is, when placed, at least s d from the eye, where a view that allows the deviation r at
-    the distance 1 (its rate) allows r s d. An error there
-    is at most S times the error in the model. So the rate of the model is r s / S.
+    Let s and S be the least and the largest scaling, and r the rate of the goal's view: it allows
+    the deviation r d at the distance d from the eye. A point of the model at the distance d from
+    the eye is, when placed, at least s d from the eye, where r s d is allowed. Placing makes a
+    deviation at most S times as large. So the rate of the model's view is r s / S.
     """
     (least, most), rounding = scalings(matrix), bound_placing_error(matrix, *bounds) + error
     goal = subtract_rounding(goal, rounding, place_bounds(bounds, matrix))
@@ -143,9 +143,10 @@ def tighten_for_border(goal: Goal, rounding: float, bounds: Box) -> Goal:
     """The goal by which edges are divided, if storing moves vertices by up to `rounding`.
 
     Edges are divided until they are within 0.95 tolerances of their chords. Rounding moves the
-    chords, for which 0.05 tolerances remain. If it may take more than 0.04 (1 − `LEAST_REST`) of
-    them, the tolerance for edges is reduced. Otherwise edges are divided until they meet the full
-    goal, so that the division of an edge does not depend on the model that contains it.
+    chords, for which 0.05 tolerances remain. If rounding may be more than 0.04 tolerances
+    (1 − `LEAST_REST` is 0.04), the tolerance for edges is reduced. Otherwise edges are divided
+    until they meet the full goal, so that the division of an edge does not depend on the model that
+    contains it.
     """
     less = subtract_rounding(goal, rounding, bounds)
     tight = less.tolerance < LEAST_REST * goal.tolerance

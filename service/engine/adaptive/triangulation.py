@@ -7,8 +7,9 @@ triangles at that edge are removed. The mesh stays closed where it was closed: t
 of each removed triangle become one edge.
 
 **Why the bound holds.** A triangle whose corners a and b are equal is the segment from a to c. It
-is omitted only if this segment is an edge of a triangle of the same face that stays. The part of
-the surface near the segment is at least as near to that triangle, which takes over the bound.
+is omitted only if this segment is an edge of a triangle of the same face that stays. A part of
+the surface that is within a distance of the segment is within this distance of that triangle too,
+which takes over the bound if it is larger.
 """
 
 from dataclasses import dataclass, replace
@@ -102,7 +103,8 @@ class Triangulation:
     vertex : ndarray of int, shape (N,)
         The vertex of every sample.
     positions : ndarray of float64, shape (V, 3)
-        Vertices in model coordinates, not yet rounded. The first are those of the border.
+        Vertices in model coordinates, not yet rounded; those on the sides of faces
+        come first.
     triangles : ndarray of int, shape (T, 3)
         Samples, counter-clockwise in (u, v); face after face. Their three vertices differ.
     bounds : ndarray of float64, shape (T,)
@@ -129,8 +131,8 @@ EDGES = ((0, 1), (1, 2), (2, 0))
 def drop_flat_triangles(triangulation: Triangulation, stored: RealArray) -> Triangulation:
     """The triangulation without triangles of which two corners are stored as equal positions.
 
-    `stored` (V, 3) are its vertices as the file stores them. The result is the same object if it
-    has no flat triangle, or a flat triangle without a triangle beside it that stays.
+    `stored` (V, 3) are its vertices as the file stores them. `triangulation` itself is returned
+    if it has no flat triangle, or if beside one of them no triangle stays.
     """
     corners = triangulation.vertex[triangulation.triangles]
     following = corners[:, [1, 2, 0]]
@@ -173,7 +175,11 @@ def _merge_vertices(count: int, pairs: Ints) -> Ints:
 
 
 def _find_triangles_beside(face: Ints, corners: Ints, flat: Bools) -> Ints:
-    """For each flat triangle a triangle of its face that stays and has its segment; or −1."""
+    """For each flat triangle a triangle of its face that stays and has its segment; or −1.
+
+    `face`, `corners` and `flat` have the face, the three merged vertices and the mark of each
+    triangle; the segment of a flat triangle joins its two different vertices.
+    """
     staying = np.flatnonzero(~flat)
     edges = np.sort(corners[staying][:, EDGES].reshape(-1, 2), axis=1)
     size = int(corners.max()) + 1
@@ -182,10 +188,9 @@ def _find_triangles_beside(face: Ints, corners: Ints, flat: Bools) -> Ints:
     # Two of the three sorted corners are equal, so the first and the last end the segment.
     ends = np.sort(corners[flat], axis=1)
     segments = (face[flat] * size + ends[:, 0]) * size + ends[:, 2]
-    row = np.minimum(np.searchsorted(keys, segments, sorter=order), len(keys) - 1)
     if not len(keys):
         return np.full(len(segments), -1)
-    row = order[row]
+    row = order[np.minimum(np.searchsorted(keys, segments, sorter=order), len(keys) - 1)]
     return np.where(keys[row] == segments, staying[row // 3], -1)
 
 

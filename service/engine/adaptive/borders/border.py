@@ -25,8 +25,8 @@ class Border:
     """The divisions of all sides of faces; sides as in `service.surface.sides`.
 
     The entries of side s of face f are `start[4f+s] : start[4f+s+1]`: its vertices from end to end,
-    with their places along the side in ascending order, in units of the face. A side that is one
-    point has two entries, its ends, with one vertex.
+    with their places along the side in ascending order; a span is SPAN units long. A side that is
+    one point has two entries, its ends, with one vertex.
 
     Attributes
     ----------

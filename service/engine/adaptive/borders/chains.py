@@ -23,13 +23,13 @@ class Chains:
     ----------
     start : ndarray of int, shape (C+1,)
     edge, backward : ndarray of int and of bool, shape (N,)
-        Number of the edge, and whether the chain runs against its direction.
+        Number of the edge, and whether the chain runs against the direction of the edge.
     corner : ndarray of int, shape (N+C,)
         Corners between the edges and at both ends: those of chain c begin at `start[c] + c`.
     side, first : ndarray of int, shape (R,)
         Runs: the side of a face (4 f + s), in order, and the span of it at which the run begins.
     chain, reversed : ndarray of int and of bool, shape (R,)
-        The chain of each run, and whether the run begins at its end.
+        The chain of each run, and whether the run begins at the end of the chain.
     """
 
     start: Ints
@@ -102,6 +102,7 @@ def find_chains(faces: Faces, seams: Seams) -> Chains:
     along, against = _number_steps(steps, seams, count[steps.side] > 1)
     single = np.ones(len(steps.edge), dtype=bool)
     groups: list[_ChainRuns] = []
+    # Sides of several edges, by their numbers of edges.
     for length in (np.bincount(count)[2:].nonzero()[0] + 2).tolist():
         sides = (count == length).nonzero()[0]
         rows = begin[sides, None] + np.arange(length)

@@ -34,7 +34,8 @@ class Shapes:
     chord : ndarray of float64, shape (M,)
         Lengths of the chords.
     cosine : ndarray of float64, shape (M,)
-        Least cosines between the legs of the net and the tangents at both ends.
+        Least cosines between the legs of the net (from each control point to the next) and the
+        tangents at both ends.
     low, high : ndarray of float64, shape (M, 3)
         Boxes about the nets.
     """
@@ -93,11 +94,11 @@ def measure_shapes(
         elevated = project_nets(_elevate(nets[rational]), 3)
         net[rational] = find_row_maxima(measure_distances(elevated, chords[rational]))
     cosine = np.ones(len(nets)) if tangents is None else _find_least_cosine(points, tangents)
-    distances = (
+    apart = (
         np.zeros(len(nets)) if chord_parts is None else _bound_apart(points, weights, chord_parts)
     )
     chord = measure_lengths(chords[:, 1] - chords[:, 0])
-    return Shapes(net, curve, distances, chord, cosine, points.min(axis=1), points.max(axis=1))
+    return Shapes(net, curve, apart, chord, cosine, points.min(axis=1), points.max(axis=1))
 
 
 def find_tangents(nets: FloatArray, slack: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -120,7 +121,8 @@ def find_tangents(nets: FloatArray, slack: FloatArray) -> tuple[FloatArray, Floa
 def bound_net_rounding(size: FloatArray, far: FloatArray, degree: int) -> FloatArray:
     """Bounds (M,) of the rounding of nets by halving and by subtracting their first points.
 
-    Each of the n levels of a halving computes means, with errors of ε/2 of the largest coordinate.
+    A net results from at most `DEPTH` halvings. Each of the n levels of a halving computes means,
+    with errors of ε/2 of the largest coordinate; 2 ε are counted, enough for all three coordinates.
     Weights, quotients and distances add a few ε, and storing the ends of a chord adds 2 ε `far`.
     `size` and `far` (M,) are the largest coordinates of nets about their first points, and about
     the origin of the model.

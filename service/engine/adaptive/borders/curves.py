@@ -79,13 +79,13 @@ class SideNormals:
 def build_side_normals(models: Sequence[tuple[Sequence[Patches], Seams]]) -> list[SideNormals]:
     """The normals along the edges of each model, given its batches and its seams."""
     numbers = _number_different_edges([seams for _, seams in models])
-    sides, backward, edges, first = [], [], [], 0
+    sides, backward, edges, patches_before = [], [], [], 0
     for number, (_, seams) in zip(numbers, models, strict=True):
-        lines = np.flatnonzero(~seams.collapsed)
-        sides.append(4 * first + lines)
-        backward.append(seams.backward.ravel()[lines])
-        edges.append(number[seams.edge.ravel()[lines]])
-        first += len(seams.edge)
+        own = np.flatnonzero(~seams.collapsed)  # sides of this model (4 p + s) that are not points
+        sides.append(4 * patches_before + own)
+        backward.append(seams.backward.ravel()[own])
+        edges.append(number[seams.edge.ravel()[own]])
+        patches_before += len(seams.edge)
     edge = np.concatenate(edges)
     order = np.argsort(edge, kind="stable")
     count = np.bincount(edge, minlength=1 + max(int(n.max(initial=-1)) for n in numbers))

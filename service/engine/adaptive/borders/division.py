@@ -113,9 +113,11 @@ def _divide_curves(curves: Curves, goal: Goal, pieces: SidePieces) -> tuple[Ints
         row, cuts, forced = map(np.concatenate, zip((row, cuts, forced), singles, strict=True))
         straight_parts.append((straight, np.zeros_like(straight), curves.nets[straight, 0]))
     straight_parts += halve_edges(curves, (row, cuts, forced), goal, pieces)
-    row, at, nets = (np.concatenate(columns) for columns in zip(*straight_parts, strict=True))
+    row, at, first_points = (
+        np.concatenate(columns) for columns in zip(*straight_parts, strict=True)
+    )
     owner = curves.owner[row]
-    points = project_nets(nets[:, None], 3)[:, 0] + curves.origin[owner]
+    points = project_nets(first_points[:, None], 3)[:, 0] + curves.origin[owner]
     return curves.chain[owner], at + (row - curves.start[owner]) * SPAN, points
 
 
@@ -212,6 +214,7 @@ def _judge_parts(
     turns = curves.measure_turns(row, begin, begin + 0.5**depth)
     if turns is None:
         return decision, slack
+    # Where normals turn too far, short parts are cut only if halving reduces the turn (`FALLING`).
     half, total = turns
     far = (total > find_chord(goal.angle)) & ((depth < ROUGH) | (half <= FALLING * total))
     return replace(decision, cut=decision.cut | (far & (depth < MOST_HALVINGS_FOR_ANGLE))), slack

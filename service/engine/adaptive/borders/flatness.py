@@ -142,6 +142,10 @@ def _measure_distances_to_eye(shapes: Shapes, goal: Goal, origin: FloatArray) ->
 
 
 def _build_error(allowed: float, slack: float, goal: Goal) -> InvalidRequest:
+    """The error for a piece with this allowed deviation and this rounding of its net.
+
+    It recommends 4 times the rounding, well above the limit `slack` / `CURVE_SHARE`.
+    """
     return InvalidRequest(
         Issue(
             "tolerance_too_small",
@@ -156,7 +160,7 @@ def _build_error(allowed: float, slack: float, goal: Goal) -> InvalidRequest:
 def cut_at_knots(
     curves: Curves, chains: Ints, goal: Goal, pieces: SidePieces
 ) -> tuple[Ints, Ints, Ints, Bools]:
-    """Cut chains of several edges at the knot in the middle until the pieces may be straight.
+    """Cut `chains`, of several edges each, at knots in the middle until pieces may be straight.
 
     Returns
     -------

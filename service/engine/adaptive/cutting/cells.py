@@ -37,7 +37,7 @@ class Cells(Columns):
     def halve(self, along_v: Bools) -> tuple["Cells", "Cells"]:
         """First and second halves: v is halved where `along_v` is true, u elsewhere.
 
-        A cell of several spans is cut at the knot nearest its middle, another cell at its middle.
+        A cell of several spans is cut at the knot nearest its middle, all others at their middles.
         """
         low = np.where(along_v, self.box[2], self.box[0])
         high = np.where(along_v, self.box[3], self.box[1])
@@ -128,11 +128,11 @@ class Task:
     def evaluate_points(self, face: Ints, u: Ints, v: Ints) -> FloatArray:
         """Points of the surface at places, shape (m, 3), model coordinates."""
         ends = self.faces.spans[face].T * SPAN
-        inner = (
+        parameters = (  # u and v in the patch
             np.where(place == end, SPAN, place % SPAN) / SPAN
             for place, end in zip((u, v), ends, strict=True)
         )
-        return self.patch_nets.evaluate_points(self.find_patches_at(face, u, v), *inner)
+        return self.patch_nets.evaluate_points(self.find_patches_at(face, u, v), *parameters)
 
     def estimate_work(self, face: Ints, places: Ints) -> float:
         """Approximate cost of certifying triangles (m, 3, 2) of places, in multiplications."""

@@ -39,7 +39,8 @@ for the surface beside it. If the side of a cell on the border deviates more, th
 vertices there, and halving the cell costs no more vertices than a fan."""
 
 SKEW = 0.25
-"""Share of a cell's skewness that counts for the longer side when a direction is chosen."""
+"""Share of a cell's skewness (`skew` of `choose_directions`) that counts for the longer side when a
+direction is chosen."""
 
 LENGTH = 1e-3
 """Share of the allowed deviation that counts for the longer side too; it breaks ties."""
@@ -111,14 +112,14 @@ def estimate_cells(
     form = build_forms(steps, normal, -signed[4:], allowed)
     # Rows 0 and 2 of `Leaves.form` are the squared lengths along u and v. Row 4 is b, and 8 b is
     # (S_00 − S_10 + S_11 − S_01) · n.
-    v_first = choose_directions(bends, np.sqrt(form[:3:2]), form[4] * 8.0, allowed)
+    along_v = choose_directions(bends, np.sqrt(form[:3:2]), form[4] * 8.0, allowed)
     if scale is not None:
         turning, turns_along_v = compare_normals(grid, goal.angle, scale, nets)
         turning &= ~fails
         fails |= turning
-        v_first = np.where(turning, turns_along_v, v_first)
+        along_v = np.where(turning, turns_along_v, along_v)
         is_fan &= ~fails
-    return fails, Leaves(cells.face, cells.box, v_first, is_rising, is_fan, form)
+    return fails, Leaves(cells.face, cells.box, along_v, is_rising, is_fan, form)
 
 
 def build_forms(

@@ -222,6 +222,7 @@ def _find_legs(nets: FloatArray, far_u: bool, far_v: bool) -> tuple[Vectors, Vec
     """Vectors along both partials at a corner of nets (p+1, q+1, D, m)."""
     p, q = len(nets) - 1, nets.shape[1] - 1
     rows, columns = (p, p - 1) if far_u else (0, 1), (q, q - 1) if far_v else (0, 1)
-    near = project_cells(nets[np.ix_(rows, columns)])
-    along_u, along_v = near[1, 0] - near[0, 0], near[0, 1] - near[0, 0]
+    # The corner and its neighbours. At a far end the leg points backwards: minus.
+    around = project_cells(nets[np.ix_(rows, columns)])
+    along_u, along_v = around[1, 0] - around[0, 0], around[0, 1] - around[0, 0]
     return along_u * (-p if far_u else p), along_v * (-q if far_v else q)

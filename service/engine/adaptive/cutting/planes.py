@@ -3,6 +3,9 @@
 A cell is replaced by two triangles, on either side of one of its diagonals, or by a fan of four
 triangles around its middle. The heights are those of a biquadratic surface through nine points of
 the cell over the triangles, and those of the control points over this surface.
+
+If the goal has two sides, distances at equal parameters count too, but only half of each, because
+the goal allows twice the deviation from the mesh to the surface.
 """
 
 from dataclasses import dataclass
@@ -179,7 +182,10 @@ def measure_fans(points: FloatArray, two_sided: bool) -> FloatArray:
 
 
 def maximize_heights(m: FloatArray) -> FloatArray:
-    """Largest |4 (m_0 λ_0 λ_1 + m_1 λ_1 λ_2 + m_2 λ_2 λ_0)| on a triangle; m is (3, …)."""
+    """Largest |4 (m_0 λ_0 λ_1 + m_1 λ_1 λ_2 + m_2 λ_2 λ_0)| on a triangle.
+
+    `m` (3, …) are the heights over the middles of its sides; λ are barycentric coordinates.
+    """
     highs: FloatArray = np.maximum(*maximize_both_ways(m))
     return highs
 

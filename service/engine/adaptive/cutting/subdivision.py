@@ -113,7 +113,7 @@ def _divide_single_spans(task: Task, start: Cells, nets: Nets, ahead: int) -> It
     block = max(16, BLOCK // numbers)
     has_angle = task.goal.angle < np.pi
     patches = task.find_patches(start)
-    waiting: list[_Level] = [
+    waiting: list[_Block] = [
         (start.take(rows), patches[rows], None)
         for rows in (slice(k, k + block) for k in reversed(range(0, len(start), block)))
     ]
@@ -226,5 +226,5 @@ def _add_halves(
     return Cells(cells.face[origin], boxes), patch[origin], halves_nets, sizes
 
 
-_Level: TypeAlias = tuple[Cells, Ints, FloatArray | None]
+_Block: TypeAlias = tuple[Cells, Ints, FloatArray | None]
 """Cells, their patches, and their nets; None for nets that are not computed yet."""

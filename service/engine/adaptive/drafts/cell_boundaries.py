@@ -43,7 +43,7 @@ class CellBoundaries:
     Attributes
     ----------
     face, u, v, vertex : ndarray of int, shape (N,)
-        Samples, in the order of face, u, v. The numbers of vertices begin with those of the border.
+        Samples, in the order of face, u, v. The vertices of the border have the first numbers.
     start : ndarray of int, shape (L+1,)
         Polygon k has the samples `corner[start[k] : start[k+1]]`, counter-clockwise from the
         corner (0, 0) unless it is lifted; the last sample of a fan is its middle.
@@ -90,6 +90,7 @@ def trace_boundaries(border_places: BorderPlaces, leaves: Leaves, halvings: Ints
     border.
     """
     count, border, fan = len(leaves), border_places.border, leaves.is_fan.nonzero()[0]
+    # Places (2, 4, L) and vertices (4, L) of the corners of leaves; −1 stands for a new vertex.
     places, vertex = leaves.box[CORNER_ROWS], np.full((4, count), -1)
     corner, leaf, segment, touching = _lift(border_places, leaves, halvings, (places, vertex))
     u0, u1, v0, v1 = leaves.box.take(fan, axis=1)
@@ -107,6 +108,7 @@ def trace_boundaries(border_places: BorderPlaces, leaves: Leaves, halvings: Ints
     first, sample = unique_values(rank_u * many_v + rank_v)
     face, u, v = face[first], u[first], v[first]
     rank_u, rank_v = rank_u[first], rank_v[first]
+    # Numbers that sort the samples by u, then v; and by v, then u.
     by_u, by_v = rank_u * many_v + rank_v, rank_v * many_u + rank_u
     point_number = np.full(len(first), -1)
     on_border = np.concatenate([vertex.ravel(), border.vertex])
@@ -116,6 +118,7 @@ def trace_boundaries(border_places: BorderPlaces, leaves: Leaves, halvings: Ints
     point_number[fresh] = len(border.points) + np.arange(len(fresh))
     lifted = sample[corner * count + leaf]
     entry = sample[4 * count : len(sample) - len(fan)].copy()
+    # Begin and end of a run of one sample, the middle of a fan; empty for other leaves.
     middle = np.zeros((2, count), dtype=np.intp)
     middle[0, fan] = sample[len(sample) - len(fan) :]
     middle[1] = middle[0] + leaves.is_fan
@@ -142,7 +145,8 @@ def trace_boundaries(border_places: BorderPlaces, leaves: Leaves, halvings: Ints
     # Neighbouring leaves may share a lifted corner.
     pairs = segment * len(first) + lifted
     pairs = pairs[unique_values(pairs)[0]]
-    segment, lift = pairs // len(first), pairs % len(first)
+    segment, lifted = pairs // len(first), pairs % len(first)
+    # The face is to the left of a segment on side 1 or 2, to the right on the others.
     ends, s = np.array([segment, segment + 1]), border_places.side[segment] % 4
     return CellBoundaries(
         face,
@@ -153,7 +157,7 @@ def trace_boundaries(border_places: BorderPlaces, leaves: Leaves, halvings: Ints
         corners,
         is_plain,
         segment,
-        lift,
+        lifted,
         entry[ends],
         border_places.is_pole[border.vertex[ends]],
         (s == 1) | (s == 2),
@@ -216,11 +220,11 @@ def _lift(
         least = np.full(len(border_places.key), np.iinfo(np.intp).max)
         height = box[across + 1, leaf] - box[across, leaf]
         np.minimum.at(least, touching[0], np.concatenate([height, height]))
-        depth = (least[entry] // LIFT) >> halvings[entry]
-        if depth.min() < 1:
+        lift = (least[entry] // LIFT) >> halvings[entry]
+        if lift.min() < 1:
             raise build_depth_error()
         s = s[free[1]]
-        places[s // 2, corner, lifted] += np.where(s % 2 == 1, -depth, depth)
+        places[s // 2, corner, lifted] += np.where(s % 2 == 1, -lift, lift)
     return corner, lifted, entry, touching
 
 

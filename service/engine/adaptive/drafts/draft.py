@@ -148,7 +148,7 @@ class Draft:
         return TriangleRows(corners, leaf, triangles.segment, triangles.base), is_removed
 
     def finish(self, deviation: FloatArray, mesh: FloatArray | None) -> Triangulation:
-        """The mesh, given the bounds (T,) of the parts over all triangles.
+        """The mesh, given the bounds (T,) of the parts of the surface over all triangles.
 
         `deviation` bounds the distances from the parts to the mesh, `mesh` those from the mesh to
         the surface. The bound of a triangle is the largest bound of the parts that it is the

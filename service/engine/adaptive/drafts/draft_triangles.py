@@ -41,7 +41,7 @@ class DraftSamples:
     entry : ndarray of int, shape (M,)
         The sample of each entry of the border.
     points, positions : ndarray of float64, shape (V, 3)
-        Vertices before and after the rounding for storage; those of the border come first.
+        Vertices before and after the rounding for storage; those on sides of faces come first.
     """
 
     def __init__(self, task: Task, border: Border, store: Store) -> None:
@@ -98,7 +98,7 @@ class DraftSamples:
     def sort(self, is_used: Bools) -> tuple[Ints, Ints, FloatArray]:
         """The samples in use (n,), in the order of face, u, v; their vertices (n,), numbered anew.
 
-        Also returns the points (v, 3) of these vertices, those of the border first.
+        Also returns the points (v, 3) of these vertices, those on sides of faces first.
         """
         is_used[self.entry] = True
         samples = is_used.nonzero()[0]
@@ -228,11 +228,11 @@ class DraftTriangles:
         corners, reference = self.corners[rows], self.reference[rows]
         flat = ~has_area & (reference >= 0)
         reference[flat] = np.where(self.is_alive[reference[flat]], reference[flat], -1)
-        moved = reference < 0
-        if moved.any():
+        is_missing = reference < 0
+        if is_missing.any():
             assign_references(corners, self.leaf[rows], reference)
         self.reference[rows] = reference
-        self.is_changed[rows[moved]] = True
+        self.is_changed[rows[is_missing]] = True
         del reference
         # Edges (3 · row + k) of flat triangles, on the border of the face: no triangle has the
         # reverse.

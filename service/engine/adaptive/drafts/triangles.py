@@ -174,7 +174,7 @@ def is_among(values: Ints, others: Ints) -> Bools:
 
 
 def _find_matches(few: Ints, many: Ints) -> tuple[Ints, Ints]:
-    """Rows of many numbers that are equal to one of a few sorted numbers, and rows of these."""
+    """Rows of `many` whose numbers occur in `few`, and their rows there; `few` is sorted."""
     nearest = np.searchsorted(few, many)
     nearest[nearest == len(few)] = 0
     rows = (few[nearest] == many).nonzero()[0]
