@@ -15,8 +15,8 @@ MAX_DISTANCE = 256.0
 float32 would leave it fewer than 16 binary digits."""
 
 UNSCALED_EXPONENT = 16
-"""Models with an extent from 2^-16 to 2^16 are not scaled: fourth powers of these lengths are far
-from the limits of float32."""
+"""Models with an extent from 2^-16 to 2^16 are not scaled: fourth powers of these lengths, such as
+|S_u × S_v|², are far from the limits of float32."""
 
 AT_ZERO = np.zeros(3)
 """The origin of most meshes."""

@@ -25,7 +25,8 @@ MIN_STEP = 2.0**-126
 """The least step: below it float32 loses digits, and graphics cards treat numbers as zero."""
 
 MIN_STEP_SHARE = 2.0**-52
-"""The least step as a share of the largest coordinate: float64 represents its multiples."""
+"""The least step as a share of the largest coordinate: float64 then represents all multiples of the
+step in the model exactly."""
 
 MAX_ROUNDING = sqrt(3) / 2
 """The largest distance, in steps, of a position from the nearest point of the grid: half of the

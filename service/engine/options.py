@@ -46,11 +46,11 @@ class MeshOptions:
         Radians. Vertices at one position stay separate if the angle between their normals is
         larger.
     weld_tolerance : float
-        Two control points on borders count as one point if their distance is at most this share of
-        the diagonal of the box about the control points, or at most the rounding error of
-        coordinates and knots, which counts up to `MAX_WELD_TOLERANCE` of this diagonal
-        (`service.engine.mesh.equal_points`). With 0, only points that are equal bit for bit count
-        as one.
+        Two control points on borders count as one point if their distance is at most the larger of
+        two lengths: this share of the diagonal of the box about the control points; and the
+        rounding error of coordinates and knots, but at most `MAX_WELD_TOLERANCE` of this diagonal
+        (`service.engine.mesh.equal_points`). 0 turns both off: only points that are equal bit for
+        bit then count as one.
     overlays : tuple of names
         Lines to draw beside the faces.
     isocurves : (n_u, n_v)

@@ -1,11 +1,11 @@
 """Meshes with positions on grids: the step of each mesh, and its report.
 
 The step depends on the control points and the width of wires, and not on tolerance or resolution,
-except that a mesh which is longer than `MAX_STEPS` steps gets a larger step. Two models of a
-group are neighbours if their placements are equal and their patches have a corner in common; models
-that meet along an edge always have. All models of a chain of neighbours get the largest of their
-steps, so that they still meet. All other models have separate steps: so the step of a small model
-does not depend on large models in the same group.
+except that a mesh which is longer than `grid.MAX_STEPS` steps gets a larger step. Two models of a
+group are neighbours if their placements are equal and their patches have a corner in common. Models
+that meet along an edge always have such a corner. All models of a chain of neighbours get the
+largest of their steps, so that they still meet. All other models have separate steps: so the step
+of a small model does not depend on large models in the same group.
 """
 
 from collections import defaultdict
@@ -121,11 +121,12 @@ def quantize_mesh(mesh: Mesh, step: float) -> Mesh:
 def _widen_step(mesh: Mesh, step: float) -> float:
     """The step, or a larger one if the mesh with its lines is longer than `MAX_STEPS` steps."""
     arrays = [mesh.positions, *(overlay.positions for overlay in mesh.overlays)]
-    ends = [np.concatenate(find_extent(rows)) for rows in arrays if len(rows)]
-    if not ends:
+    # The least, then the greatest coordinates of each array.
+    bounds = [np.concatenate(find_extent(rows)) for rows in arrays if len(rows)]
+    if not bounds:
         return step
-    ends_in_model = np.array(ends).reshape(-1, 3).astype(np.float64) + mesh.origin
-    return max(step, find_step(ends_in_model.min(axis=0), ends_in_model.max(axis=0)))
+    bounds_in_model = np.array(bounds).reshape(-1, 3).astype(np.float64) + mesh.origin
+    return max(step, find_step(bounds_in_model.min(axis=0), bounds_in_model.max(axis=0)))
 
 
 def _find_bounds(

@@ -56,6 +56,7 @@ def tessellate(
     if seams is None or may_be_cut(model, seams):
         model, seams = join_further(model, seams, options.weld_tolerance, allow)
     # A surface without any shared edge is open; `find_closure` need not compare its borders.
+    # Without a domain, the patches are not one surface, and `find_closure` returns None.
     may_close = seams.connectivity.is_joined or model.domain is None
     closure = find_closure(model, seams.connectivity) if may_close else OPEN
     if seams.connectivity.has_thin:  # some patches may be curves

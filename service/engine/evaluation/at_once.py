@@ -4,10 +4,10 @@ Grids that fit the cache (`fits_cache`) are evaluated here, and larger grids of 
 patches. Control points and their differences are arrays with the patches innermost, and the results
 have a plane for each of x, y and z, so that every step is one operation on long rows.
 
-Rational patches are evaluated in homogeneous coordinates (w x, w y, w z, w) relative to the middle
-of their batch, because S_u = (X_u − w_u S)/w then has the smallest rounding errors; at the end,
-their points are translated back. A model that is very large or very small is scaled by a power of
-two, which rounds nothing.
+Rational patches are evaluated in homogeneous coordinates (X, w) with X = w S, relative to the
+middle of their batch, because S_u = (X_u − w_u S)/w then has the smallest rounding errors; at the
+end, their points are translated back. A model that is very large or very small is scaled by a power
+of two, which rounds nothing.
 """
 
 from functools import lru_cache
@@ -45,7 +45,8 @@ def count_chunk(degree: tuple[int, int], resolution: tuple[int, int]) -> int:
     """The number of patches that are evaluated together in one chunk."""
     samples = (resolution[0] + 1) * (resolution[1] + 1)
     fitting = max(1, CHUNK_SAMPLES // max(samples, sum(count_vectors(degree))))
-    # A cache line has 16 float32 numbers: so every plane of a chunk begins at a cache line.
+    # A multiple of 16 patches, because a cache line has 16 float32 numbers: so every plane of a
+    # chunk begins at a cache line.
     return fitting // 16 * 16 or fitting
 
 
@@ -119,7 +120,8 @@ class _Workspace:
     working precision. `point` (3, r, samples) is S, and later the vectors S_u × S_v. `products`
     lists the matrix products that compute S, S_u and S_v: two factors and the result of each. S_u
     and S_v are without the factors p and q, which do not change the direction of S_u × S_v.
-    `square` is |S_u × S_v|² and then its root; `term` is for terms that are subtracted or added.
+    `square` is |S_u × S_v|² and then its root. `term` holds intermediate products: w_u S or w_v S,
+    the subtracted half of the cross product, and the squares of its coordinates.
     """
 
     def __init__(
@@ -171,9 +173,9 @@ class _Workspace:
         self.differences = rows[point_count:]
         self.squares = np.empty_like(self.differences)
         self.means = build_means(degree, dtype)
-        self.axis_sizes = np.empty((2, dimension * count), dtype)
-        self.sizes_by_axis = self.axis_sizes.reshape(2, dimension, -1)[:, :3]
-        self.size_u, self.size_v = self.sizes = np.empty((2, count), dtype)
+        self.coordinate_mean_squares = np.empty((2, dimension * count), dtype)
+        self.mean_squares_by_axis = self.coordinate_mean_squares.reshape(2, dimension, -1)[:, :3]
+        self.mean_square_u, self.mean_square_v = self.mean_squares = np.empty((2, count), dtype)
         self.threshold = np.empty((count, 1), dtype)
         self.threshold_row = self.threshold[:, 0]
         self.subnormal = dtype(SUBNORMAL[dtype])
@@ -201,8 +203,8 @@ class _Workspace:
             They are divided by `largest_weight`, the largest weight of the batch.
         middle : ndarray of float64, shape (3,)
         """
-        planes = weights.reshape(len(weights), 1, -1).transpose(2, 1, 0)
-        np.multiply(planes, 1 / largest_weight, out=self.weights)
+        weight_planes = weights.reshape(len(weights), 1, -1).transpose(2, 1, 0)
+        np.multiply(weight_planes, 1 / largest_weight, out=self.weights)
         weight_points(self.coordinates, self.weights, middle, scale)
         self._subtract_neighbours()
 
@@ -246,9 +248,9 @@ class _Workspace:
         # differences of each patch along u and along v; `means` includes the
         # factor `chunks.PRECISE_SHARE`.
         np.multiply(self.differences, self.differences, out=self.squares)
-        np.matmul(self.means, self.squares, out=self.axis_sizes)
-        np.add.reduce(self.sizes_by_axis, axis=1, out=self.sizes)
-        np.multiply(self.size_u, self.size_v, out=self.threshold_row)
+        np.matmul(self.means, self.squares, out=self.coordinate_mean_squares)
+        np.add.reduce(self.mean_squares_by_axis, axis=1, out=self.mean_squares)
+        np.multiply(self.mean_square_u, self.mean_square_v, out=self.threshold_row)
         np.maximum(self.threshold_row, self.subnormal, out=self.threshold_row)
         np.less_equal(self.square, self.threshold, out=self.is_doubtful)
         return self.is_doubtful if np.count_nonzero(self.is_doubtful) else None

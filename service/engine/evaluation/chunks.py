@@ -25,11 +25,11 @@ SUBNORMAL: dict[Real, float] = {np.float32: 2.0**-100, np.float64: 2.0**-900}
 class ChunkNets:
     """Nets of S and of its partials in float64, for r patches.
 
-    `point`, `du` and `dv` have the shapes (p+1, q+1, d, r), (p, q+1, d, r) and (p+1, q, d, r), or
-    (K, d, r) for triangles. `du` and `dv` are differences, without the factors p and q. `rows`
-    (K, d, r) has the control points of all three nets, one net after another; for triangles, or
-    without partials, those of `point` alone. `threshold` (r,) is the least |S_u × S_v|² whose
-    direction is precise enough.
+    `point`, `du` and `dv` have the shapes (p+1, q+1, d, r), (p, q+1, d, r) and (p+1, q, d, r), with
+    d = 3, or 4 for rational patches; for triangles (K, d, r), where K is the number of vectors in
+    the net. `du` and `dv` are differences, without the factors p and q. `rows` (V, d, r) has the V
+    vectors of all three nets, one net after another; for triangles, or without partials, those of
+    `point` alone. `threshold` (r,) is the least |S_u × S_v|² whose direction is precise enough.
     """
 
     rows: FloatArray

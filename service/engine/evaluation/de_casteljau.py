@@ -23,7 +23,8 @@ from service.surface.batches import Patches, TrianglePatches
 from service.surface.lowered import PatchModel
 
 CHUNK_NUMBERS = 1 << 17
-"""The most numbers of one level in one chunk: they fit the second-level cache."""
+"""The most numbers that one step of the interpolation computes in a chunk: they fit the
+second-level cache. A chunk of `MIN_SAMPLES` samples may have more."""
 
 MIN_SAMPLES = 64
 """The least number of samples in a chunk: for fewer, NumPy's calls cost more than the
@@ -78,6 +79,7 @@ def _find_last_points(net: RealArray, u: RealArray, v: RealArray) -> RealArray:
         points = _interpolate(points[:-1], points[1:], u)
     while points.shape[1] > 2:
         points = _interpolate(points[:, :-1], points[:, 1:], v)
+    # A bilinear net takes no step above: its points are the same for all samples.
     return np.broadcast_to(points, (*points.shape[:-1], len(u)))
 
 
@@ -98,6 +100,7 @@ def evaluate_triangles(work: TriangleEvaluation) -> None:
         while len(points) > 3:
             corner, along, above = neighbour_rows(len(points))
             points = r * points[corner] + s * points[along] + t * points[above]
+        # A net of degree 1 takes no step above: its points are the same for all samples.
         points = np.broadcast_to(points, (*points.shape[:-1], end - begin))
         point = r * points[0] + s * points[1] + t * points[2]
         work.write_local(point, work.positions[first:last, begin:end])
@@ -162,7 +165,7 @@ def _split_work(count: int, sample_count: int, points: int) -> Iterator[tuple[in
     A run has all samples of several patches, or some samples of one patch. Each patch has
     `sample_count` samples and a net of `points` points.
     """
-    step = max(MIN_SAMPLES, CHUNK_NUMBERS // (4 * points))
+    step = max(MIN_SAMPLES, CHUNK_NUMBERS // (4 * points))  # points have up to 4 coordinates
     patches = max(1, step // sample_count)
     for first in range(0, count, patches):
         for begin in range(0, sample_count, step):

@@ -186,9 +186,10 @@ def _choose_at_once(
     """The faster formulation of `evaluate_at_once`, by counting multiplications and NumPy calls.
 
     The unit of cost is a multiplication of three coordinates in one large product. A multiplication
-    in the two products of `separable` costs 2 units; the second product has 3 q + 2 for each
-    sample, counted as 3 q + 7. The NumPy calls of `separable` cost 20,000 units for each patch and
-    for each chunk of patches. A large product of few patches costs more for each multiplication.
+    in the two products of `separable` costs 2 units. The second product has 3 q + 2 multiplications
+    for each sample; each sample also costs as much as 5 further multiplications. The NumPy calls of
+    `separable` cost 20,000 units for each patch and for each chunk of patches. A large product of
+    few patches costs more for each multiplication.
     """
     q, vectors = degree[1], sum(count_vectors(degree))
     samples, chunk = (resolution[0] + 1) * (resolution[1] + 1), count_chunk(degree, resolution)

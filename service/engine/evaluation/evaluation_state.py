@@ -119,10 +119,11 @@ class Evaluation(ABC):
         It is the product of the mean squares of the differences along u and of those along v, times
         the square of `PRECISE_SHARE`. `du` and `dv` (…, d, r) are these differences.
         """
-        # The mean squares are sums over the numbers of vectors in the nets of one patch.
-        planes, count = du.shape[-2:]
+        # A mean square is a sum of squares, divided by the number of vectors in the net of one
+        # patch: `du.size` / (d r), or `dv.size` / (d r).
+        dimension, count = du.shape[-2:]
         threshold = _square_sums(du) * _square_sums(dv)
-        threshold *= PRECISE_SHARE[self.dtype] ** 2 / (du.size * dv.size / (planes * count) ** 2)
+        threshold *= PRECISE_SHARE[self.dtype] ** 2 / (du.size * dv.size / (dimension * count) ** 2)
         np.maximum(threshold, SUBNORMAL[self.dtype], out=threshold)
         return threshold
 

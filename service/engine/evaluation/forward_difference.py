@@ -93,6 +93,7 @@ def _evaluate_triangle_rows(net: FloatArray, divisions: int, rows: slice, dtype:
     At a fixed t the surface is a curve of degree n in s/(1 − t). The net of this curve follows from
     the tensor-product form of the triangle.
     """
+    # Shape (r, n+1, n+1, d): along s/(1 − t), then along t.
     tensor_nets = tensor_net(np.moveaxis(net, -1, 0))
     number = np.arange(divisions + 1)[rows]
     basis = bernstein(tensor_nets.shape[1] - 1, number / divisions)

@@ -36,6 +36,7 @@ def plan_whole_products(
     Parameters
     ----------
     rows : ndarray, shape (K, d r)
+        Row k has vector k of all patches.
     results : three arrays, shape (d, r, samples)
         The outputs for S, S_u and S_v.
     """
@@ -56,6 +57,7 @@ def plan_separable_products(
     Parameters
     ----------
     transposed : ndarray, shape (d r, K)
+        Column k has vector k of all patches.
     results : three arrays, shape (d, r, samples)
         The outputs for S, S_u and S_v.
     """
@@ -66,10 +68,11 @@ def plan_separable_products(
     nets = np.split(transposed, np.cumsum(count_vectors(degree))[:-1], axis=1)
     products: Products = []
     for net, (along_u, along_v), out in zip(nets, bases, results, strict=True):
-        planes = net.reshape(-1, along_u.shape[1], len(along_v))
-        curves = np.empty((len(planes), ru + 1, len(along_v)), dtype)
+        # One matrix for each coordinate of each patch: its rows run along u, its columns along v.
+        matrices = net.reshape(-1, along_u.shape[1], len(along_v))
+        curves = np.empty((len(matrices), ru + 1, len(along_v)), dtype)
         second = curves.reshape(-1, len(along_v)), along_v, out.reshape(-1, rv + 1)
-        products.append([(along_u, planes, curves), second])
+        products.append([(along_u, matrices, curves), second])
     return products
 
 

@@ -30,12 +30,14 @@ normals, and the number of the first sample among the samples of all patches."""
 
 
 MAX_PAIRS_DEGREE = 6
-"""Up to this degree, the products of all pairs of control points use cached coefficients.
+"""Up to this degree, the net of S_u × S_v is computed from all pairs of a vector of the net of S_u
+and one of S_v, with cached coefficients.
 
 The coefficients take 2 MB at degree 6, and grow with the sixth power of the degree."""
 
 MAX_INTERLEAVED_DEGREE = 6
-"""Up to this degree along v, writing positions once is worth three times the multiplications."""
+"""Up to this degree along v, one product writes x, y and z of each position side by side. It takes
+three times the multiplications, but saves copying from separate planes of x, y and z."""
 
 
 def evaluate_separably(work: GridEvaluation) -> None:

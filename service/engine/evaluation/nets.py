@@ -29,6 +29,8 @@ CHUNK_SAMPLES = 1024
 class DerivativeNets:
     """The nets of K patches, each relative to its middle and scaled.
 
+    `used` (K,) are the numbers of these patches in the batch.
+
     Attributes
     ----------
     point, du, dv : ndarray of float64, shape (K, d, …)

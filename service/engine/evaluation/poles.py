@@ -10,7 +10,7 @@ from service.bases.cache import MESH_PLANS
 from service.surface.batches import TensorPatches
 
 MIN_CONE_ANGLE = 2.0**-36
-"""The least angle of a cone: rounding would decide the normals of a flatter cone."""
+"""The least angle of a cone, in radians: rounding would decide the normals of a narrower cone."""
 
 YZX_ZXY = np.array([1, 2, 0, 2, 0, 1])
 """Coordinates in the two orders that a cross product multiplies."""
@@ -101,9 +101,9 @@ def write_pole_normals(
         # points stands for |C|².
         control_vectors *= control_vectors
         sizes = np.add.reduce(control_vectors[:3], axis=(0, 2))
-        is_flat = length <= MIN_CONE_ANGLE * sizes[:, np.newaxis]
-        if np.count_nonzero(is_flat):
-            length[is_flat] = np.nan
+        is_narrow = length <= MIN_CONE_ANGLE * sizes[:, np.newaxis]
+        if np.count_nonzero(is_narrow):
+            length[is_narrow] = np.nan
         length *= sides.sign
         vectors /= length
         rows[sides.samples] = vectors.reshape(3, -1).T

@@ -132,12 +132,15 @@ class TriangleEvaluation(Evaluation):
         np.matmul(rounded.T, basis, out=out.reshape(planes * patches, -1))
         return out
 
-    def _evaluate_rows(self, rows: range, samples: int, name: str, curves: FloatArray) -> RealArray:
+    def _evaluate_rows(
+        self, rows: range, samples_in_rows: int, name: str, curves: FloatArray
+    ) -> RealArray:
         """Values at the samples of some rows, (d, r, samples), from curves (n+1, n+1, d r)."""
-        planes, count = 4 if self.is_rational else 3, curves.shape[2]
-        out = scratch(name, (planes, count // planes, samples), self.dtype)
+        coordinate_count = curves.shape[2]  # d r
+        shape = self.dimension, coordinate_count // self.dimension, samples_in_rows
+        out = scratch(name, shape, self.dtype)
         triangle_basis.evaluate_rows(
-            curves, self.divisions, rows, self.dtype, out.reshape(count, samples)
+            curves, self.divisions, rows, self.dtype, out.reshape(coordinate_count, samples_in_rows)
         )
         return out
 

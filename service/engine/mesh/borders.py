@@ -47,10 +47,12 @@ def find_mesh_borders(
 def _share_cut_corner(layout: Layout) -> bool:
     """Whether two patches share both sides of a corner that a line of the mesh cuts off.
 
-    The meshes of both patches then contain this line. With two divisions, they also contain it if
-    the corners are at different ends of the sides.
+    The meshes of both patches then contain this line. It joins the samples of both sides next to
+    the corner. With two divisions, the middle of a side is next to both of its ends: so only the
+    sides are compared, and not at which of their ends the corner is.
     """
-    # `cut_corners` has 2 · edge, or 2 · edge + 1, for each side of a corner.
+    # `cut_corners` has 2 · edge, or 2 · edge + 1, for each side of a corner; the shift leaves the
+    # edge.
     edges = layout.connectivity.cut_corners >> 1
     codes = (edges[..., 0] * len(layout.connectivity.users) + edges[..., 1])[edges[..., 0] >= 0]
     return len(np.unique(codes)) < len(codes)

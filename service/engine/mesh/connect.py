@@ -156,9 +156,10 @@ def _are_near(weights: FloatArray, tolerance: float) -> bool:
 def _find_pattern(
     model: PatchModel, border: FloatArray, forms: tuple[Hashable, ...], distance: float
 ) -> tuple[EdgePattern, bool]:
-    """The pattern of the border points of a model: usually that of the last model of this form.
+    """The pattern of the border points of a model: usually that of the last model of equal `forms`.
 
-    The second result is True if unequal points are certainly further apart than `distance`.
+    `forms` has the kind, the degree and the number of the patches of each batch. The second result
+    is True if unequal points are certainly further apart than `distance`.
     """
     pattern: object
     if len(border) <= FEW_POINTS:

@@ -54,7 +54,7 @@ class Averages:
         new_slot[is_pair], new_slot[~is_pair] = np.arange(pair_count), np.arange(pair_count, total)
         order = np.argsort(~is_pair[slot], kind="stable")
         members, slot = members[order], new_slot[slot[order]]
-        # Among them, group k is the group of member k.
+        # Among the pairs, group k is the group of member k.
         leaders = np.concatenate([leaders[is_pair][slot[:pair_count]], leaders[~is_pair]])
         slot[:pair_count] = np.arange(pair_count)
         return Averages(leaders, members, slot, pair_count, leaders[slot])

@@ -94,6 +94,7 @@ def find_candidates(
     edges = np.flatnonzero(is_line)
     low, high = np.minimum(begin, end)[edges], np.maximum(begin, end)[edges]
     _, pair = np.unique(low * (high.max(initial=0) + 1) + high, return_inverse=True)
+    # The lowest and the highest degree for each pair; before, numbers beyond all degrees.
     min_degree, max_degree = np.full(len(pair), 1 << 30), np.zeros(len(pair), dtype=np.intp)
     np.minimum.at(min_degree, pair, degree[edges])
     np.maximum.at(max_degree, pair, degree[edges])

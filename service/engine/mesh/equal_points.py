@@ -168,8 +168,10 @@ def find_weight_tolerance(model: PatchModel, tolerance: float) -> float:
     """
     if not tolerance:
         return 0.0
-    extent = model.largest_patch
-    return WEIGHT_FACTOR * find_weld_distance(model, tolerance) / extent if extent else tolerance
+    largest_diagonal = model.largest_patch
+    if not largest_diagonal:  # all patches are points, which do not move
+        return tolerance
+    return WEIGHT_FACTOR * find_weld_distance(model, tolerance) / largest_diagonal
 
 
 def find_knot_ratio(model: PatchModel) -> float:

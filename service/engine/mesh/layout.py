@@ -88,12 +88,14 @@ class Layout(SampleRuns):
         size = 0
         for has_frame in (False, True):
             first = 0
-            for number, count in enumerate(connectivity.counts):
+            for batch_number, count in enumerate(connectivity.counts):
                 rows = np.flatnonzero(is_framed[first : first + count] == has_frame)
                 if len(rows):
                     grid = int(rus[first + rows[0]]), int(rvs[first + rows[0]])
                     has_triangles, is_whole_batch = bool(is_triangle[first]), len(rows) == count
-                    block = Block(number, first, rows, grid, size, has_triangles, is_whole_batch)
+                    block = Block(
+                        batch_number, first, rows, grid, size, has_triangles, is_whole_batch
+                    )
                     base[first + rows] = size + np.arange(len(rows)) * block.count
                     size += len(rows) * block.count
                     blocks.append(block)

@@ -121,7 +121,8 @@ def _build_plan(
     checkpoint()
     faces = join_faces(layout, welding, options.faces, sequence)
     if welding is not None and layout.may_fold and options.weld:
-        # Slivers were dropped; without the vertices that only they had, the others are renumbered.
+        # `join_faces` dropped the faces with two vertices at one position. Now the vertices that
+        # only these faces used are dropped, and the others are renumbered.
         welding = drop_unused(welding, faces[:2])
         faces = join_faces(layout, welding, options.faces, sequence)
     checkpoint()

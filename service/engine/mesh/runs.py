@@ -89,8 +89,9 @@ class SampleRuns:
     ru, rv : ndarrays of int, shape (P,)
         The divisions of the grid of each patch.
     first_extra : ndarray of int, shape (P, 4)
-        If a side has other divisions than its grid, extra samples lie between its ends, with
-        consecutive numbers; the number of the first. −1 for all other sides.
+        The number of the first extra sample of each side, −1 for sides without any. A side has
+        extra samples between its ends, with consecutive numbers, if its divisions differ from those
+        of its grid.
     extra_count : ndarray of int, shape (P, 4)
         How many extra samples each side has.
     """
