@@ -105,7 +105,9 @@ def build_box_nets(nets: FloatArray, along_u: FloatArray, along_v: FloatArray) -
     Parameters
     ----------
     nets : ndarray of float64, shape (m, D, p+1, q+1), or (1, D, p+1, q+1) for all
+        D is 3, or 4 with weights.
     along_u, along_v : ndarray of float64, shapes (m, U, p+1) and (m, V, q+1)
+        Matrices of U and of V rows; for blossoms these are the mixtures along u and along v.
 
     Returns
     -------
@@ -120,7 +122,7 @@ def build_box_nets(nets: FloatArray, along_u: FloatArray, along_v: FloatArray) -
 def build_triangle_nets(
     nets: FloatArray, parameters: FloatArray, *, ordered: bool = True
 ) -> FloatArray:
-    """Nets (m, D, N) over triangles of parameters, in the order of `list_exponents`.
+    """Nets (m, D, N) over triangles of parameters; the order of their N points: `list_exponents`.
 
     Parameters
     ----------
@@ -173,6 +175,8 @@ def _find_shapes(parameters: FloatArray) -> tuple[Ints, FloatArray]:
     opposite corners. The triangle has the corners in `SHAPES` if these two are (0, 0) and (1, 1).
     """
     after, before = parameters.take(NEXT, axis=0), parameters.take(BEFORE, axis=0)
+    # For each corner and coordinate: whether it is that of the corner after, or of the one before;
+    # whether these two agree; whether it is half-way between them.
     same_after, same_before, level = parameters == after, parameters == before, after == before
     halfway = 2.0 * parameters == after + before
     # Axes: the shape, the tip (the corner at the right angle, or opposite the base), the triangle.
@@ -211,7 +215,7 @@ def _build_triangle_shares(p: int, q: int) -> FloatArray:
     column = {key: number for number, key in enumerate(list_exponents(p + q))}
     shares = np.zeros((len(along_u), len(along_v), len(column)))
     # Of all C(p + q, p) choices of the p corners that give their u, out of the p + q dealt corners,
-    # `ways` take the corners a along u, and leave the corners b along v.
+    # `ways` take the corners a along u, and leave the corners b along v (a, b: multiplicities).
     for j, b in enumerate(along_v):
         for i, a in enumerate(along_u):
             both = tuple(x + y for x, y in zip(a, b, strict=True))

@@ -31,8 +31,9 @@ triangle of its part. The point A(x) is at most |A(x) − S(x)| away from the su
 net over the piece. Each piece has a map of its own, and the images of the pieces of a part fill the
 reference triangle (`clip.find_images`).
 
-As parts shrink, the bound divided by the true distance tends to 1: quadratic heights are exact, and
-the remainders, and what the neighbours in step 3 add, are of third order.
+As parts shrink, the bound divided by the true distance tends to 1: the bounds of
+quadratic heights are exact; the remainders, and what the neighbours in step 3 add, are of third
+order.
 """
 
 from collections.abc import Iterator
@@ -127,27 +128,34 @@ class PieceMeasure:
     def _build_frames(self, nets: Nets, rows: Ints) -> LocalFrames:
         """The frames of these pieces, which lie in patches of one degree."""
         part, patch = self.pieces.part[rows], self.pieces.patch[rows]
-        # `beyond`: the vertices opposite to the three edges, in the neighbouring triangles. Where
-        # there is no neighbour, −1 takes the last vertex, which is not used.
-        reference, beyond = self.parts.reference[part].T, self.parts.across[part].T
-        vertices, across = (
+        # The numbers of the vertices of the reference triangles; and, for each edge, the number of
+        # the vertex opposite to it in the neighbouring triangle. Where there is no neighbour, −1
+        # takes the last vertex, which is not used.
+        reference, opposite = self.parts.reference[part].T, self.parts.across[part].T
+        vertices, opposite_vertices = (
             np.ascontiguousarray(self.positions.take(ids, axis=0).swapaxes(1, 2))
-            for ids in (reference, beyond)
+            for ids in (reference, opposite)
         )
-        # `shares` has a column for each corner, so the corners of nets must keep their order.
-        beside, ordered = (across, beyond >= 0), self.goal.two_sided
-        return build_local_frames(self.patch_nets, nets, patch, vertices, beside, ordered=ordered)
+        # `shares` has the corners of pieces in order, so the corners of nets must keep this order.
+        return build_local_frames(
+            self.patch_nets,
+            nets,
+            patch,
+            vertices,
+            (opposite_vertices, opposite >= 0),
+            ordered=self.goal.two_sided,
+        )
 
 
 def find_covering_hulls(measure: PieceMeasure) -> tuple[FloatArray, Bools] | None:
-    """Bounds (M,) of pieces by the hulls of their whole patches; the pieces (M,) to bound first.
+    """Bounds (M,) of pieces by the hulls of their whole patches; which pieces (M,) to bound first.
 
     In a part that covers at least `COVERED` whole patches, the pieces in the covered patch with the
-    largest hull are bounded first. Most other patches of the part have hulls below the bound of
-    these pieces, so their own pieces need no nets.
+    largest bound by its hull are bounded first, by nets. In most other patches of the part the
+    bound by the hull is below the bound of these pieces, so their own pieces need no nets.
 
     In all other parts the bounds are infinite, and all pieces are bounded first. The results for a
-    piece depend on its part alone. The result is None if no part covers `COVERED` patches.
+    piece depend on its part alone. The result is None if no part covers `COVERED`.
     """
     pieces = measure.pieces
     # A covered patch has at least two pieces.
@@ -182,8 +190,8 @@ class PartBounds:
         No point of the part is further than this from the mesh.
     mesh : ndarray of float64, shape (m,), or None
         No point of the reference triangle is further than this from the surface; 0 where this
-        triangle is not the image of the part (`Parts.is_own`). None unless `goal.two_sided`, which
-        allows twice the deviation here.
+        triangle is not the image of the part (`Parts.is_own`). None unless `goal.two_sided`;
+        such a goal allows 2 times `allowed` here.
     allowed : ndarray of float64, shape (m,)
         The deviation that the goal allows at the part's distance from the eye.
     """
@@ -228,6 +236,7 @@ def _split_into_blocks(faces: Faces, parts: Parts) -> Iterator[slice]:
         yield slice(None)
         return
     low, high = parts.corners.min(axis=1), parts.corners.max(axis=1)
+    # A part is counted as one piece for each span of the box about it.
     block = np.cumsum(((high - low) // SPAN + 1).prod(axis=1)) // BLOCK
     begins = np.diff(block, prepend=-1).nonzero()[0]
     for begin, end in pairwise([*begins.tolist(), len(block)]):
@@ -253,6 +262,7 @@ def _bound_parts(
         hull, is_first = covering
         measure.bound_pieces(bounds, is_first.nonzero()[0])
         largest = _join(np.maximum, bounds[0], pieces.part, len(parts.face))
+        # All others have a bound by the hull that is no larger than `largest`, and keep 0.
         measure.bound_pieces(bounds, (~is_first & (hull > largest[pieces.part])).nonzero()[0])
     if parts.is_own is not None:
         bounds[2, ~parts.is_own[pieces.part]] = 0.0

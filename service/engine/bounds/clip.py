@@ -19,7 +19,8 @@ from service.bases.row_batches import expand_runs
 from service.engine.bounds.faces import SPAN, Faces
 
 ON_EDGE = 2.0**-16
-"""A place counts as on an edge of a part if it is nearer than this share of the part's height."""
+"""A place counts as on an edge of a part if it is nearer to this edge than this share of the height
+of the part over the edge."""
 
 THIN = 2.0**17
 """If a part is at least this high, in units of places, rounding is below the share `ON_EDGE`."""
@@ -108,6 +109,8 @@ def clip_parts(faces: Faces, face: Ints, corners: Ints) -> PatchPieces:
 def find_images(pieces: PatchPieces, corners: Ints) -> FloatArray:
     """Barycentric coordinates (3, 3, M) of the corners of pieces in their parts (3, 2, m).
 
+    Axis 0 counts the corners of a piece, axis 1 the coordinates of a corner.
+
     A corner that was cut out of an edge lies on the edge, except for the rounding of its place. The
     images of the pieces must fill the image of the part. So each coordinate below `ON_EDGE` is set
     to 0. If a part is so thin that rounding may exceed this share, the coordinates are NaN; then
@@ -116,6 +119,7 @@ def find_images(pieces: PatchPieces, corners: Ints) -> FloatArray:
     shares = np.repeat(np.eye(3)[..., np.newaxis], len(pieces.part), axis=2)
     if len(pieces.part) == corners.shape[2]:
         return shares
+    # The pieces of parts that were cut.
     cut = (np.bincount(pieces.part)[pieces.part] > 1).nonzero()[0]
     triangle = corners[..., pieces.part[cut]].astype(np.float64)
     # Coordinate k of a point is its height over the edge opposite corner k, divided by that of

@@ -2,10 +2,10 @@
 
 If two corners of a triangle are one point, the triangle has no area, and the mesh omits it. Its
 part of the surface is then near the line between its two points. Usually that line is a side of a
-face that is in the mesh, so the bound of that face holds. But at a corner between two sides that
-are one edge, or if a patch between two poles has only one division, the line may not be a side of
-any face. Then the triangle is *missing*, and the distance to the nearest vertex of the mesh bounds
-the distance to the mesh.
+face that is in the mesh, and the bound without this module holds for the part too. But at a corner
+between two sides that are one edge, or if a patch between two poles has only one division, the line
+may not be a side of any face. Then the triangle is *missing*, and the distance to the nearest
+vertex of the mesh bounds the distance to the mesh.
 
 Only samples on the border of a patch can be one point with other samples. So only the *rim* is
 examined: the triangles with a corner on the border.
@@ -32,8 +32,8 @@ from service.engine.options import Faces, MeshOptions
 NOT_COLLAPSED = (False, False, False, False)
 
 CANDIDATES = 64
-"""The distance to at most this many vertices of the mesh is examined for each missing triangle, and
-the distance to those of its corners that are in the mesh."""
+"""For each missing triangle, at most this many vertices of the mesh are candidates for the nearest
+vertex, besides its own corners if they are vertices of the mesh."""
 
 
 def bound_missing_distances(
@@ -41,13 +41,15 @@ def bound_missing_distances(
 ) -> FloatArray:
     """Bounds (P,) of the distance that missing triangles add to the deviation of each patch.
 
-    Bounds are 0 for patches without missing triangles, thus if `layout.may_lose_faces` is false.
-    `positions` (N, 3) are the samples in the precision of the file.
+    Bounds are 0 for patches without missing triangles. No patch has any if `layout.may_lose_faces`
+    is false. `positions` (N, 3) are the samples in the precision of the file.
     """
-    # Without welding, two samples are one point only on sides that are one point.
-    folds = layout.may_fold and options.weld
+    # Without welding, two samples are one point only on sides that are one point; the shapes of
+    # patches tell which sides are. Welding may also make two corners of other triangles one point.
+    may_weld_corners = layout.may_fold and options.weld
     if not (
-        folds or any(has_missing_triangles(shape, options.faces) for shape, _ in layout.shapes)
+        may_weld_corners
+        or any(has_missing_triangles(shape, options.faces) for shape, _ in layout.shapes)
     ):
         return np.zeros(len(layout.base))
     # For each sample, one sample that stands for all samples at its point.
@@ -59,13 +61,14 @@ def bound_missing_distances(
         )
         for shape, patches in layout.shapes
     ]
-    corners, written, halves, owner = (np.concatenate(parts) for parts in zip(*rims, strict=True))
+    # Arrays of all triangles of the rims; `patch` is the patch of each.
+    corners, written, halves, patch = (np.concatenate(parts) for parts in zip(*rims, strict=True))
     missing = find_missing_triangles(corners, written, halves).nonzero()[0]
     bounds = np.zeros(len(layout.base))
     if not len(missing):
         return bounds
     vertices = np.unique(corners[written])
-    np.maximum.at(bounds, owner[missing], _bound_distances(corners[missing], vertices, positions))
+    np.maximum.at(bounds, patch[missing], _bound_distances(corners[missing], vertices, positions))
     return bounds
 
 
@@ -80,7 +83,7 @@ def has_missing_triangles(shape: AnyShape, kind: Faces) -> bool:
 
 
 def _find_pinched_points(layout: Layout) -> Ints:
-    """For each sample itself, or one sample that stands for all of a side that is one point."""
+    """For each sample itself; on a side that is one point, the same sample for the whole side."""
     point = np.arange(layout.size)
     samples, corner = layout.find_collapsed_samples()
     stand_in = np.zeros(layout.connectivity.corner_count, dtype=np.intp)
@@ -99,9 +102,9 @@ def build_rim_triangles(shape: AnyShape, point: Ints, kind: Faces) -> tuple[Ints
     corners : ndarray of int, shape (m, 3)
         Points at the corners of triangles.
     written : ndarray of bool, shape (m,)
-        Whether they are in the mesh, by themselves or as half of a quad.
+        Whether a triangle is in the mesh, by itself or as half of a quad.
     halves : ndarray of bool, shape (m,)
-        Whether they are half of a quad: their last two corners are the ends of its diagonal.
+        Whether it is half of a quad in the mesh: its last two corners are the ends of the diagonal.
     """
     if kind == "quads" and isinstance(shape, Shape):
         # Quads are written without diagonals, so the shape's diagonals do not matter.
@@ -112,8 +115,8 @@ def build_rim_triangles(shape: AnyShape, point: Ints, kind: Faces) -> tuple[Ints
     written = (a != b) & (b != c) & (a != c)
     halves = np.zeros(len(written), dtype=bool)
     if kind == "quads":
-        # The halves of a quad, (00, 10, 01) and (10, 11, 01), follow one another. They are folded
-        # onto each other if 00 and 11 are one point.
+        # The halves of a quad follow one another: (00, 10, 01) and (10, 11, 01), where uv is the
+        # corner with these u and v. They are folded onto each other if 00 and 11 are one point.
         first = np.flatnonzero(np.tile(rim[:, 3] > 0, len(point)))[::2]
         is_folded = a[first] == b[first + 1]
         written[first] &= ~is_folded
@@ -131,8 +134,8 @@ def find_missing_triangles(corners: Ints, written: Bools, halves: Bools) -> Bool
     # The diagonal of a quad is not a side; a single point counts as a side.
     points = np.repeat(present.reshape(-1, 1), 2, axis=1)
     sides = np.concatenate([present[:, :2], present[:, ::2], present[~halves[written], 1:], points])
-    # A triangle without area is a line or a point: the first and the last number are its ends.
-    # A pair of points is compared as one number, pair @ digits.
+    # A triangle without area is a line or a point; its ends are the first and the last of its
+    # sorted corners. A pair of points is compared as one number, pair @ digits.
     digits = [int(corners.max()) + 1, 1]
     missing = ~written
     missing[~written] = ~np.isin(omitted[:, ::2] @ digits, np.sort(sides, axis=1) @ digits)

@@ -7,12 +7,12 @@ elevated to the degree of W. Then the hull property of the difference gives, for
 (first line) and for homogeneous nets W = (X, w), V = (X', w'),
 
     |S − S'| ≤ max_i ‖W_i − (E V)_i‖,
-    |S − S'| = |(X − X') − (w − w') (S' − C)| / w            X and X' relative to C, a corner
+    |S − S'| = |(X − X') − (w − w') (S' − C)| / w            X, X' relative to C, a corner of W
              ≤ (max_i ‖X_i − (E X')_i‖ + max_i |w_i − (E w')_i| max ‖S' − C‖) / min_i w_i.
 
 The bound holds for every V. The V that is used is the least-squares net in the Bernstein basis with
-the same ends of every line, hence with the same corners. Its error is of fourth order in the size
-of the box.
+the same ends of every row and column, hence with the same corners. Its error is of fourth order in
+the size of the box.
 
 Triangles in one box share V and its error, so triangles are sorted by their boxes.
 """
@@ -67,21 +67,22 @@ def reduce_boxes(
     gap : ndarray of float64, shape (B,)
         Bounds of the distance between the surfaces of both nets at equal parameters.
     """
-    sides = np.array([parameters.min(axis=0), parameters.max(axis=0)])
-    new = np.ones(len(patch), dtype=bool)
-    new[1:] = (patch[1:] != patch[:-1]) | (sides[..., 1:] != sides[..., :-1]).any(axis=(0, 1))
-    first = new.nonzero()[0]
+    # The least and the greatest parameters of each triangle; which triangles begin a new box.
+    ends = np.array([parameters.min(axis=0), parameters.max(axis=0)])
+    is_new = np.ones(len(patch), dtype=bool)
+    is_new[1:] = (patch[1:] != patch[:-1]) | (ends[..., 1:] != ends[..., :-1]).any(axis=(0, 1))
+    first = is_new.nonzero()[0]
     along_u, along_v = (
-        _build_matrices(count - 1, sides[:, axis, first])
+        _build_matrices(count - 1, ends[:, axis, first])
         for axis, count in enumerate(nets.shape[2:])
     )
     box_nets = build_box_nets(nets[patch[first]], along_u, along_v)
-    return np.cumsum(new) - 1, box_nets, *_reduce_nets(box_nets)
+    return np.cumsum(is_new) - 1, box_nets, *_reduce_nets(box_nets)
 
 
-def _build_matrices(degree: int, sides: FloatArray) -> FloatArray:
+def _build_matrices(degree: int, intervals: FloatArray) -> FloatArray:
     """Matrices (m, n+1, n+1) that restrict nets of curves to intervals (2, m)."""
-    different, which = np.unique(sides, axis=1, return_inverse=True)
+    different, which = np.unique(intervals, axis=1, return_inverse=True)
     return build_blossoms(degree, different)[which]
 
 
@@ -104,21 +105,22 @@ def _reduce_nets(boxes: FloatArray) -> tuple[FloatArray, FloatArray]:
         raised = raised @ elevation_matrix(LOW, q).T
     difference = (boxes - raised).reshape(*boxes.shape[:2], -1)
     difference *= difference
-    points = np.sqrt((difference[:, 0] + difference[:, 1] + difference[:, 2]).max(axis=1))
+    point_error = np.sqrt((difference[:, 0] + difference[:, 1] + difference[:, 2]).max(axis=1))
     # `SHIFT` includes the rounding of corners of triangles to parameters of the box.
     if not homogeneous:
-        return low, points + SHIFT
-    weights = np.sqrt(difference[:, 3].max(axis=1))
+        return low, point_error + SHIFT
+    weight_error = np.sqrt(difference[:, 3].max(axis=1))
     least, most = low[:, 3].min(axis=(1, 2)), low[:, 3].max(axis=(1, 2))
-    positive = least > 0
-    least = np.where(positive, least, 1.0)
-    low[:, 3] = np.where(positive[:, np.newaxis, np.newaxis], low[:, 3], 1.0)
+    is_positive = least > 0
+    least = np.where(is_positive, least, 1.0)
+    low[:, 3] = np.where(is_positive[:, np.newaxis, np.newaxis], low[:, 3], 1.0)
     low_points = low[:, :3] / low[:, 3:]
     # max ‖S' − C‖
     size = np.sqrt((low_points * low_points).sum(axis=1).max(axis=(1, 2)))
-    gap = (points + weights * size) / boxes[:, 3].min(axis=(1, 2)) + SHIFT * (most / least)
+    error = point_error + weight_error * size
+    gap = error / boxes[:, 3].min(axis=(1, 2)) + SHIFT * (most / least)
     low[:, :3] += low[:, 3:] * corner
-    return low, np.where(positive, gap, np.inf)
+    return low, np.where(is_positive, gap, np.inf)
 
 
 def _build_reduction(degree: int) -> FloatArray:
@@ -127,6 +129,7 @@ def _build_reduction(degree: int) -> FloatArray:
     def build() -> FloatArray:
         t = np.arange(4 * degree + 1) / (4 * degree)
         fine, coarse = bernstein(degree, t), bernstein(LOW, t)
+        # `coarse` times the matrix is near `fine`; its first and last rows, `ends`, are given.
         ends = np.zeros((2, degree + 1))
         ends[0, 0] = ends[1, -1] = 1.0
         target = fine - coarse[:, [0, -1]] @ ends

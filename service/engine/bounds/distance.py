@@ -76,9 +76,9 @@ def bound_distances(
     points : ndarray of float64, shape (m, 3, N)
         The nets of the surfaces: x, y and h in the frames of the triangles.
     rise : ndarray of float64, shape (m,)
-        H, separate bounds of the absolute heights of the surfaces.
+        H, separate bounds of the absolute heights of the surfaces; infinite if there are none.
     """
-    count, _, many = points.shape
+    count, _, net_size = points.shape
     squared = points[:, 2] * points[:, 2]
     highest = squared.max(axis=1)
     out = _measure_outside(points[:, 0], points[:, 1], triangles)
@@ -93,16 +93,16 @@ def bound_distances(
     is_beyond = worst > -INSIDE
     beyond = is_beyond.ravel().nonzero()[0]
     if len(beyond):
-        size = np.add.reduce(is_beyond, axis=1, dtype=np.intp)
-        # The net of each of these points, and the nets that have some.
-        net, rows = np.arange(count).repeat(size), size.nonzero()[0]
+        # The number of these points in each net; the net of each point; the nets that have some.
+        sizes = np.add.reduce(is_beyond, axis=1, dtype=np.intp)
+        net, rows = np.arange(count).repeat(sizes), sizes.nonzero()[0]
         flat = points.reshape(-1)
-        # `beyond` counts points in (m, N), `at` their x in (m, 3, N).
-        at = beyond + 2 * many * net
-        x, y = flat.take(at), flat.take(at + many)
+        # `beyond` are their numbers in arrays (m, N), `at` those of their x in `points` (m, 3, N).
+        at = beyond + 2 * net_size * net
+        x, y = flat.take(at), flat.take(at + net_size)
         values = _measure_to_edges(x, y, out.reshape(3, -1).take(beyond, axis=1), triangles, net)
         np.add(squared.reshape(-1).take(beyond), values[:2], out=values[2:4])
-        first = (size.cumsum() - size)[rows]
+        first = (sizes.cumsum() - sizes)[rows]
         largest[:, rows] = np.maximum.reduceat(values, first, axis=1)
     height = np.minimum(np.sqrt(highest), rise)
     in_space = np.maximum(largest[2:4], highest)

@@ -21,8 +21,8 @@ from service.engine.bounds.reference_triangles import ReferenceTriangles, build_
 
 FAR = 2.0**300
 """Largest coordinate relative to the middle of the patch, in units of the piece. A triangle across
-an edge of the reference triangle is ignored if its opposite vertex has a larger one; if the eye of
-the camera has, it is moved nearer."""
+an edge of the reference triangle is ignored if its opposite vertex has a larger one; an eye with a
+larger one is moved nearer."""
 
 DOUBTFUL = 1 / 8
 """If more than this share of a bound comes from reducing degrees, the full net is bounded too."""
@@ -35,7 +35,8 @@ class LocalNets:
     Attributes
     ----------
     net : ndarray of float64, shape (m, D, N)
-        Triangular nets of the pieces, or nets of lower degree that are near the pieces.
+        Triangular nets of the pieces, or nets of lower degree that are near the pieces: N points of
+        D = 3 coordinates, or D = 4 with weights.
     gap : ndarray of float64, shape (m,), or 0
         Bounds of the distances from the surfaces of these nets to the pieces.
     deviation : ndarray of float64, shape (m,)
@@ -106,6 +107,7 @@ class LocalFrames:
         scaled[:, :3] /= units[:, np.newaxis, np.newaxis, np.newaxis]
         # The box about each piece; for each box its net, a cubic net near it, and their distance.
         box, box_nets, cubic_nets, gaps = reduce_boxes(scaled, patch, parameters)
+        # From the units of patches to those of pieces, which may be larger.
         scale = units[patch] / self.unit
         begin, end = parameters.min(axis=0), parameters.max(axis=0)
         wide = end > begin
@@ -142,7 +144,7 @@ class LocalFrames:
         gap = np.maximum(points.min(axis=2) - local_eye, local_eye - points.max(axis=2)).T
         gap = np.maximum(gap, 0.0)
         length = np.sqrt(gap[0] * gap[0] + gap[1] * gap[1] + gap[2] * gap[2])
-        # If the eye is far from the middle, its coordinates are rounded.
+        # If the eye is far from the middle, rounding of its coordinates is relative to `length`.
         length = length * (1.0 - 2.0**-40) - piece.gap - self.rounding
         least: FloatArray = np.maximum(length * self.unit - self.slack, 0.0)
         return least
@@ -162,10 +164,12 @@ class LocalFrames:
         degree = degree_of(net.shape[2])
         difference = np.zeros((*net.shape[:2], len(list_exponents(degree + 1))))
         for image, raised in zip(images, _build_raising(degree), strict=True):
+            # The image of a corner is in the plane of the triangle, at height 0.
             target = (image[0] * a + image[1] * b + image[2] * c).T[..., np.newaxis]
             away = net.copy()
             away[:, :2] -= net[:, 3:] * target if net.shape[1] == 4 else target
             difference += away @ raised
+        # Each coordinate of S − A is bounded as heights are.
         rises = bound_heights(difference[:, :3], degree + 1)
         by_coordinates = self._bound_quotients(np.sqrt((rises * rises).sum(axis=1)), net)
         points = project_local_nets(difference)
@@ -232,7 +236,7 @@ def build_local_frames(
     nets: Nets,
     patch: Ints,
     vertices: FloatArray,
-    beyond: tuple[FloatArray, Bools],
+    opposite: tuple[FloatArray, Bools],
     *,
     ordered: bool,
 ) -> LocalFrames:
@@ -246,21 +250,22 @@ def build_local_frames(
         The patch of each piece.
     vertices : ndarray of float64, shape (3, 3, m)
         The vertices of the reference triangles, in model coordinates.
-    beyond : ndarrays of shapes (3, 3, m) and (3, m)
-        The vertices across the edges of these triangles, in model coordinates, and whether they
-        exist.
+    opposite : ndarrays of shapes (3, 3, m) and (3, m)
+        The vertex opposite to each edge of these triangles, in the neighbouring triangle, in model
+        coordinates; and whether there is one.
     ordered : bool
         See `LocalFrames`.
     """
-    across, joined = beyond
+    opposite_vertices, joined = opposite
     middle = patch_nets.middles.take(patch, axis=1)
-    local_vertices, local_across = vertices - middle, across - middle
+    local_vertices, local_opposite = vertices - middle, opposite_vertices - middle
     unit = find_units(np.maximum(patch_nets.sizes[patch], np.abs(local_vertices).max(axis=(0, 1))))
-    joined = joined & (np.abs(local_across).max(axis=1) <= FAR * unit)
-    across = np.where(joined[:, np.newaxis], local_across, local_vertices) / unit
+    joined = joined & (np.abs(local_opposite).max(axis=1) <= FAR * unit)
+    # Where no triangle is joined, any finite vertex will do.
+    scaled_opposite = np.where(joined[:, np.newaxis], local_opposite, local_vertices) / unit
     slack = bound_storage_error(np.abs(vertices).max(axis=(0, 1))) + patch_nets.lowering
     return LocalFrames(
-        build_reference_triangles(local_vertices / unit, across, joined),
+        build_reference_triangles(local_vertices / unit, scaled_opposite, joined),
         middle,
         unit,
         slack,

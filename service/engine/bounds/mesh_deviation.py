@@ -100,7 +100,7 @@ def bound_parts(model: PatchModel, bounds: FloatArray) -> list[float | None]:
 
     A bound is None if it is infinite, or if the part has no patches.
     """
-    if model.sequence is not None:
+    if model.sequence is not None:  # parts count patches in this order
         bounds = bounds[model.sequence]
     values = bounds.tolist()
     return [
@@ -117,7 +117,7 @@ def _bound_chordal(patches: Patches, layout: Layout, block: Block) -> FloatArray
         return bound_triangle_deviations(patches, ru) + rounding
     p, q = patches.degree
     rounding = bound_bending_rounding(patches, 1 / ru, 1 / rv)
-    patch_numbers = block.first + block.patches if layout.is_framed else block.patches
+    patch_numbers = block.first + block.patches
     # `layout.first_extra` is −1 for a side without extra samples. A strip of triangles joins a side
     # with extra samples to the grid.
     is_separate = layout.first_extra[patch_numbers] >= 0 if layout.is_framed else None

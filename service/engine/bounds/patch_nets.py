@@ -152,12 +152,13 @@ def bound_lowering_error(model: PatchModel) -> float:
     """Bound of the rounding in patches lowered from B-splines; 0 for others, which are as given.
 
     A Bézier point is M + Σ c_i w_i (P_i − M) / Σ c_i w_i over p + 1 control points P_i, and then
-    over q + 1, where M is a point near them. The shares c_i are results of 2 p convex combinations,
-    whose factors have 3 roundings, so their errors are at most 10 p ε/2, and a little more for
-    means and sums; up to degree 64 that is below 2^-40. The shares at the ends of a closed curve
-    may be made equal, which changes them by at most 2^-41 (`service.bases.extraction.SAME_SHARE`).
-    For two directions, and for numerator and denominator, the sum is at most 2^-38 of the extent of
-    the control points. Adding M rounds once for each direction, relative to the coordinate.
+    over q + 1, with shares c_i that add up to 1; M is a point near the P_i. The c_i are results of
+    2 p convex combinations, whose factors have 3 roundings, so their errors are at most 10 p ε/2,
+    and a little more for means and sums; up to degree 64 that is below 2^-40. The shares at the
+    ends of a closed curve may be made equal, which changes them by at most 2^-41
+    (`service.bases.extraction.SAME_SHARE`). For two directions, and for numerator and denominator,
+    the sum is at most 2^-38 of the extent of the control points. Adding M rounds once for each
+    direction, relative to the coordinate.
     """
     if not model.control_nets:
         return 0.0
@@ -196,8 +197,9 @@ def _center_nets(batch: Patches) -> tuple[FloatArray, FloatArray, FloatArray]:
 def _build_tensor_nets(nets: FloatArray) -> FloatArray:
     """Triangular nets (K, D, k) as tensor nets (n+1, n+1, D, k), with s = u (1 − v) and t = v.
 
-    Row j of a triangle is a curve of degree n − j. Elevated to degree n, it is column j of the
-    tensor net. Each elevation of d points is P*_i = (i P_{i−1} + (d − i) P_i) / d for i = 0 … d.
+    Each of the k nets has K points. Row j of a triangle is a curve of degree n − j. Elevated to
+    degree n, it is column j of the tensor net. Each elevation of d points is
+    P*_i = (i P_{i−1} + (d − i) P_i) / d for i = 0 … d.
     """
     n = degree_of(len(nets))
     starts = row_starts(n)

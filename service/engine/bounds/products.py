@@ -31,7 +31,7 @@ from service.surface.batches import TensorPatches
 
 MAX_MATRIX_NUMBERS = 1 << 14
 """The most numbers in the second matrix of one kind of difference. If it is larger, one product
-with it is slower than cutting along u and then along v."""
+with it is slower than cutting along u and then along v, as `bound_second_derivatives` does."""
 
 CHUNK = 1 << 17
 """Numbers in one chunk of a workspace: they fit the second-level cache."""
@@ -78,9 +78,9 @@ def bound_grid_deviations(patches: TensorPatches, divisions: tuple[int, int]) ->
         points = patches.points[first : first + step]
         work = _WORKSPACES.get(patches.degree, divisions, len(points))
         # Patches are the innermost axis, so that all operations run over long rows.
-        planes = points.reshape(len(points), -1, 3).transpose(1, 2, 0)
-        np.subtract(planes, patches.middle[:, np.newaxis], out=work.planes)
-        np.multiply(work.planes, scale, out=work.planes)
+        nets = points.reshape(len(points), -1, 3).transpose(1, 2, 0)
+        np.subtract(nets, patches.middle[:, np.newaxis], out=work.nets)
+        np.multiply(work.nets, scale, out=work.nets)
         np.matmul(plan.seconds, work.columns, out=work.seconds)
         np.copyto(work.rounded, work.seconds, casting="same_kind")
         np.matmul(plan.means, work.differences, out=work.vectors)
@@ -101,7 +101,7 @@ def bound_grid_deviations(patches: TensorPatches, divisions: tuple[int, int]) ->
 class _Workspace:
     """The arrays in which bounds of `count` patches are computed, patches innermost.
 
-    `planes` are the control points, `seconds` their second differences, and `rounded` the same in
+    `nets` are the control points, `seconds` their second differences, and `rounded` the same in
     float32. `vectors` are the second differences over the blocks, with the coordinates `x`, `y`,
     `z`. `longest` is the largest length for each kind and block, and `bounds` the sum over the
     kinds: `blocks` for each block, and `whole` for the patch. `largest` is the maximum over the
@@ -110,16 +110,17 @@ class _Workspace:
 
     def __init__(self, degree: tuple[int, int], divisions: tuple[int, int], count: int) -> None:
         plan = _build_plan(degree, divisions)
-        kinds, rows, vectors = plan.means.shape
-        self.planes = np.empty((plan.seconds.shape[1], 3, count))
-        self.columns = self.planes.reshape(-1, 3 * count)
-        self.seconds = np.empty((kinds * vectors, 3 * count))
+        # `size` is the number of differences of one kind, and `rows` that for all its blocks.
+        kinds, rows, size = plan.means.shape
+        self.nets = np.empty((plan.seconds.shape[1], 3, count))
+        self.columns = self.nets.reshape(-1, 3 * count)
+        self.seconds = np.empty((kinds * size, 3 * count))
         self.rounded = np.empty(self.seconds.shape, np.float32)
-        self.differences = self.rounded.reshape(kinds, vectors, -1)
+        self.differences = self.rounded.reshape(kinds, size, -1)
         self.vectors = np.empty((kinds, rows, 3 * count), np.float32)
         self.x, self.y, self.z = np.moveaxis(self.vectors.reshape(kinds, rows, 3, -1), 2, 0)
         self.squares = np.empty((kinds, rows, count), np.float32)
-        self.squares_by_block = self.squares.reshape(kinds, vectors, plan.blocks + 1, count)
+        self.squares_by_block = self.squares.reshape(kinds, size, plan.blocks + 1, count)
         self.longest = np.empty((kinds, plan.blocks + 1, count), np.float32)
         self.bounds = np.empty((plan.blocks + 1, count), np.float32)
         self.blocks, self.whole = self.bounds[:-1], self.bounds[-1]

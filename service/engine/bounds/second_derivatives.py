@@ -180,14 +180,15 @@ def _subtract_neighbours(net: FloatArray, axis: int) -> FloatArray:
 def _cut_into_blocks(
     net: FloatArray, divisions: tuple[int, int], blocks: tuple[int, int]
 ) -> FloatArray:
-    """Nets (d, a, b, m) over every block: (d, a, n_u, b, n_v, m)."""
-    planes, rows, columns, count = net.shape
+    """Nets (d, a, b, m) of a × b points, over every block: (d, a, n_u, b, n_v, m)."""
+    dimension, rows, columns, count = net.shape
     if blocks == (1, 1):
         return net[:, :, np.newaxis, :, np.newaxis]
-    along_u = build_block_shares(rows - 1, divisions[0], blocks[0]) @ net.reshape(planes, rows, -1)
+    lines = net.reshape(dimension, rows, -1)
+    along_u = build_block_shares(rows - 1, divisions[0], blocks[0]) @ lines
     rows_in_blocks = along_u.reshape(-1, columns, count)
     cut = build_block_shares(columns - 1, divisions[1], blocks[1]) @ rows_in_blocks
-    return cut.reshape(planes, rows, blocks[0], columns, blocks[1], count)
+    return cut.reshape(dimension, rows, blocks[0], columns, blocks[1], count)
 
 
 def build_block_shares(degree: int, divisions: int, blocks: int) -> FloatArray:

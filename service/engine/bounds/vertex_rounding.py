@@ -34,7 +34,8 @@ from service.engine.scratch import Real
 from service.surface.batches import Patches, TrianglePatches
 
 MARGIN = 1.02
-"""Factor for products of small errors; the largest, of 65² terms in float32, is 2.5e-4."""
+"""Factor for products of small relative errors; the largest error, of 65² terms in float32, is
+2.5e-4."""
 
 STEPS = 1 + 2.0**-30
 """Factor for the rounding of bounds in float64, and of the steps of up to 2^16 divisions."""
@@ -72,16 +73,18 @@ def bound_vertex_error(
     """
     unit, least = PRECISIONS[dtype]
     sizes = _measure_sizes(patches, origin)
-    far, near = sizes.from_mesh_origin, sizes.from_middle
+    from_origin, from_middle = sizes.from_mesh_origin, sizes.from_middle
+    # `degrees` is p + q.
     terms, degrees = _count_terms(patches, resolution, normals)
     basis = 12 * (degrees + 1) * UNIT
     if patches.weights is None:
         # A sum of products, in which rounding the net and the basis to `dtype` costs at most 4
         # units more; the error of the basis; and subtracting the origin.
-        grids = far * ((terms + 4) * unit + basis + UNIT)
+        grids = from_origin * ((terms + 4) * unit + basis + UNIT)
     else:
         # The same for the numerator and the denominator; their quotient; and adding the middle.
-        grids = near * ((2 * (terms + 4) + 1) * unit + 2 * basis + 12 * UNIT) + 3 * far * unit
+        grids = from_middle * ((2 * (terms + 4) + 1) * unit + 2 * basis + 12 * UNIT)
+        grids += 3 * from_origin * unit
     edges = _bound_edge_samples(patches, degrees, unit, sizes)
     underflow = (terms + 8) * find_weight_ratio(patches) * least
     return MARGIN * (grids + edges) + underflow
@@ -128,6 +131,7 @@ def bound_bending_rounding(patches: Patches, along_u: float, along_v: float) -> 
     units = (p + 1) * (q + 1) + 4 * (p + q) + 17
     error = units * (p * along_u + q * along_v) ** 2
     if patches.weights is not None:
+        # The net and the weights have an error each, and the sum is divided by the least weight.
         error *= 2 * find_weight_ratio(patches)
     return error * UNIT * patches.diagonal / 2
 
@@ -186,7 +190,8 @@ def _bound_edge_samples(patches: Patches, degrees: int, unit: float, sizes: _Siz
     error = sizes.from_model_origin * 16 * (degrees + 2) * UNIT
     error += sizes.from_mesh_origin * (unit + UNIT)
     if patches.weights is not None:
-        # The weights of an edge are those of one of its patches, equal but for rounding.
+        # The weights of an edge are those of one of its patches; those of another may differ by
+        # `SAME_WEIGHT` times the largest. That changes the numerator and the denominator.
         error += 2 * sizes.from_middle * find_weight_ratio(patches) * SAME_WEIGHT
     return error
 
