@@ -78,8 +78,9 @@ def evaluate_jets(
                 local_curvatures[:, is_pole] = find_limit_curvatures(
                     nets, net_numbers[is_pole], u_pole, v_pole, normals[rows[is_pole]]
                 )
-            near_poles = find_curvatures_near(nets, net_numbers, *parameters, normals[rows])
-            local_curvatures = np.where(np.isnan(near_poles), local_curvatures, near_poles)
+            # NaN except near poles.
+            from_series = find_curvatures_near(nets, net_numbers, *parameters, normals[rows])
+            local_curvatures = np.where(np.isnan(from_series), local_curvatures, from_series)
             curvatures[:, rows] = local_curvatures * np.stack([scale * scale, scale, scale, scale])
     _write_ends(patches, index, u, v, partials[0])
     return Jets(

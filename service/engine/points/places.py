@@ -95,22 +95,22 @@ def locate(model: PatchModel, query: PointsQuery) -> ParameterPoints:
         rows, domain = np.flatnonzero(request_numbers == number), model.domains[number]
         knots, uv = (domain.u, domain.v), query.places[rows]
         _check_inside(uv, knots, rows)
-        (k, u, wu), (m, v, wv) = (_find_spans(uv[:, axis], line) for axis, line in enumerate(knots))
+        (k, u, wu), (m, v, wv) = (_find_spans(uv[:, i], knots[i]) for i in range(2))
         patch[rows] += k * (len(domain.v) - 1) + m
         local[rows], widths[rows] = np.stack([u, v], axis=1), np.stack([wu, wv], axis=1)
     return ParameterPoints(patch, local, widths)
 
 
 def _find_first_patches(model: PatchModel) -> Ints:
-    """For each surface or patch of the request, the number of its first patch in the model."""
+    """The number in the model of the first patch of each surface or of each patch of a request."""
     if model.domains:
         return np.array([domain.first for domain in model.domains])
     if model.request_numbers is None:
         return np.arange(model.patch_count)
     # `model.request_numbers` has, for each patch of the model, its number in the request.
-    row = np.empty(model.patch_count, dtype=np.intp)
-    row[model.request_numbers] = np.arange(model.patch_count)
-    return row
+    patches = np.empty(model.patch_count, dtype=np.intp)
+    patches[model.request_numbers] = np.arange(model.patch_count)
+    return patches
 
 
 def _normalize_sums(places: FloatArray) -> FloatArray:
@@ -166,7 +166,7 @@ def _check_inside(
 
     `rows` has for each row of `uv` its number in the request; None if both are the same.
     """
-    low, high = (np.array([line[end] for line in knots]) for end in (0, -1))
+    low, high = (np.array([axis_knots[end] for axis_knots in knots]) for end in (0, -1))
     # Each index is a pair: the row, and 0 for u or 1 for v.
     outside = np.argwhere(~((uv >= low) & (uv <= high)))[:MAX_ISSUES]
     if len(outside):

@@ -1,8 +1,8 @@
 """Curvatures at and near poles, where S_u × S_v vanishes: quotients of power series.
 
-At a pole the formulas are 0/0. Near a pole, numerator and denominator have relative errors that
-grow as the inverse square of the distance. Along a line from the pole, both are power series; their
-lowest terms are zero and can be left out.
+At a pole the formulas of curvatures are 0/0. Near a pole, numerator and denominator have relative
+errors that grow as the inverse square of the distance. Along a line from the pole, both are power
+series; their lowest terms are zero and can be left out.
 """
 
 from dataclasses import dataclass
@@ -80,6 +80,7 @@ def find_limit_curvatures(
     is_unresolved = np.ones(len(patch_numbers), dtype=bool)
     is_within_u_side = ((u == 0) | (u == 1)) & (v > 0) & (v < 1)
     is_corner = ((u == 0) | (u == 1)) & ((v == 0) | (v == 1))
+    # For each kind of place, the directions of its lines in the order in which they are tried.
     groups: tuple[tuple[Bools, tuple[Direction, ...]], ...] = (
         (~is_within_u_side, ("v", "u")),
         (is_within_u_side, ("u", "v")),
@@ -125,7 +126,7 @@ class Line:
         return order
 
     def series(self, count: int, *, has_second: bool = True) -> list[Series]:
-        """S_u, S_v and, if `has_second`, S_uu, S_uv, S_vv along the lines: vectors (m, 3, T)."""
+        """S_u, S_v and, if `has_second`, S_uu, S_uv, S_vv along the lines: (m, 3, count)."""
         partials = [self._partial(i, j, count) for i, j in PARTIALS[: 6 if has_second else 3]]
         if not self.nets.is_rational:
             return partials[1:]
@@ -141,7 +142,7 @@ class Line:
         return [su, sv, suu, suv, svv]
 
     def _partial(self, i: int, j: int, count: int) -> Series:
-        """The partial ∂^{i+j}/∂u^i ∂v^j along the lines, as series of `count` terms, (m, d, T)."""
+        """The partial ∂^{i+j}/∂u^i ∂v^j along the lines, as series of vectors, (m, d, count)."""
         net = self.nets.partial_net(i, j)
         if net is None:
             zero = np.zeros((len(self.patch_numbers), self.nets.point.shape[1], count))

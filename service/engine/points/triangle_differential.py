@@ -111,15 +111,16 @@ def _correct_near_poles(
         nets, net_numbers[missing], u[missing], v[missing], normals[missing]
     )
     curvatures[:, missing] *= units[:, missing]
-    near_poles = find_curvatures_near(nets, net_numbers, u, v, normals) * units
-    return np.where(np.isnan(near_poles), curvatures, near_poles)
+    # NaN except near poles.
+    from_series = find_curvatures_near(nets, net_numbers, u, v, normals) * units
+    return np.where(np.isnan(from_series), curvatures, from_series)
 
 
 def _write_corners(
-    patches: TrianglePatches, index: Ints, places: tuple[FloatArray, FloatArray], points: FloatArray
+    patches: TrianglePatches, index: Ints, st: tuple[FloatArray, FloatArray], points: FloatArray
 ) -> None:
     """Replaces points at corners by the exact control points."""
-    s, t = places
+    s, t = st
     # Corners 0, 1 and 2 are (s, t) = (0, 0), (0, 1) and (1, 0).
     for number, is_at_corner in enumerate(((s == 0) & (t == 0), t == 1, s == 1)):
         rows = np.flatnonzero(is_at_corner)

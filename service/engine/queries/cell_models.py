@@ -26,19 +26,20 @@ is
     ab: (2 A·Q_ab + B·Q_aa) a + (2 B·Q_ab + A·Q_bb) b
 
 It is small if the second partials are normal to the surface (as by curvature), not tangent to it.
-The rest of S_i · S_j is at most |A_i| ρ_j + |A_j| ρ_i + α_i α_j, with α_a = α and α_b = β. The rest
-of (S − c) · S_ij is at most ½ |Q_aa·Q_ij| + |Q_ab·Q_ij| + ½ |Q_bb·Q_ij| + |rest| |Q_ij| + r τ_ij.
+What remains of S_i · S_j is at most |A_i| ρ_j + |A_j| ρ_i + α_i α_j, with α_a = α and α_b = β. What
+remains of (S − c) · S_ij is at most ½ |Q_aa·Q_ij| + |Q_ab·Q_ij| + ½ |Q_bb·Q_ij| + |rest| |Q_ij| + r
+τ_ij.
 
 **Rounding.** Coordinates are about 1. Halving a curve of degree n replaces the row of its control
 points by the averages of neighbours, n times. The error of an average of two numbers is at most the
 unit roundoff u times the average of their absolute values. So after L halvings of degrees p and q
 the error of a control point is at most L (p + q) u M, where M is the largest distance of a control
-point from the origin. The error of a homogeneous control point is at most this times its weight,
-because |X| ≤ w M; the error of the projected point is at most twice as large. ε = 4 (L + 2) (p + q
-+ 2) u M covers these errors and those of the sums at the centre. A partial of order i in a and j in
-b is a sum of control points whose factors add up to p^i q^j in absolute value; for rational nets, k
-= i + j quotients follow one another. So its error is at most 8 p^i q^j W^k ε, where W is the ratio
-of weights within the cell. All bounds are enlarged by these errors.
+point from the origin. The error of a homogeneous control point (X, w) is at most w times this,
+because |X| ≤ w M; the error of X / w is at most twice as large. ε = 4 (L + 2) (p + q + 2) u M
+covers these errors and those of the sums at the centre. A partial of order i in a and j in b is a
+sum of control points whose factors add up to p^i q^j in absolute value; for rational nets, k = i +
+j quotients follow one another. So its error is at most 8 p^i q^j W^k ε, where W is the ratio of the
+greatest weight of the cell to the least. All bounds are enlarged by these errors.
 """
 
 import numpy as np
@@ -57,7 +58,7 @@ from service.engine.queries.net_bounds import (
 UNIT = float(np.finfo(np.float64).eps) / 2
 """The unit roundoff u: the largest relative error of one rounded operation."""
 
-# The rows of a model, which is a column of numbers; a vector takes three rows, from this one on.
+# The rows of a model, which is a column of numbers. For a vector: the first of its three rows.
 CENTER, RADIUS, ERROR = 0, 3, 4
 """c, r and ε."""
 TANGENT_A, TANGENT_B = 5, 8
@@ -67,19 +68,19 @@ SECOND_AA, SECOND_AB, SECOND_BB = 11, 14, 17
 FORM_AA, FORM_AB, FORM_BB = 20, 21, 22
 """A · A, A · B, B · B."""
 REST, REST_LIFT = 23, 24
-"""The largest differences of S, and of n · S, from the model of second order. The differences of
-S_a and of S_b from the partials of the model add up to at most 3 REST."""
+"""Bounds of |rest| and of |n · rest|. The differences of S_a and of S_b from the partials of the
+model add up to at most 3 REST."""
 ROUND = 25
 """Bound of the rounding of products with the vectors of the model: 16 u times the sum of their
 lengths."""
 SPREAD_AA, SPREAD_AB, SPREAD_BB = 26, 27, 28
-"""The largest difference of S_i · S_j + (S − c) · S_ij from A_i · A_j within the cell."""
+"""Bounds of |S_i · S_j + (S − c) · S_ij − A_i · A_j| within the cell."""
 BEND_AA, BEND_AB, BEND_BB = 29, 30, 31
 """τ_aa, τ_ab and τ_bb."""
 TANGENT_ERROR_A, TANGENT_ERROR_B = 32, 33
 """Bounds of the rounding errors of A and of B."""
 CENTER_ERROR_A, CENTER_ERROR_B = 34, 35
-"""Bounds of the rounding error of c, times |A| and times |B|."""
+"""2 ε, a bound of the rounding error of c with a margin, times |A| and times |B|."""
 NORMAL = 36
 """Unit normal n at the centre; 0 where A × B vanishes."""
 LIFT_AA, LIFT_AB, LIFT_BB = 39, 40, 41
@@ -177,7 +178,7 @@ def cell_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
         steps = np.diff(points, axis=axis)
         table[row] = np.sqrt(inner(steps, steps)).sum(axis=axis).max(axis=0)
     if q == 0:
-        # A curve does not depend on b. Add ½ b² to ½ |x − S|², so that it is least at b = 0.
+        # A curve does not depend on b. Add ½ b² to ½ |x − S|², so that the sum is least at b = 0.
         table[FORM_BB] = 1.0
         table[[SPREAD_AB, SPREAD_BB, BEND_AB, BEND_BB, LIFT_AB, LIFT_BB]] = 0.0
         table[[TANGENT_ERROR_B, CENTER_ERROR_B, STRAIN]] = 0.0

@@ -93,6 +93,7 @@ class CellTree:
         self.largest = max(
             float(np.abs(_points(g.nets)).max(initial=0.0)) * 3**0.5 for g in nets.groups
         )
+        # Twice the bound that the docstring of `net_partials` states, with `largest` for M.
         self.errors = np.repeat(
             [8 * model_rows.UNIT * self.largest * (sum(g.degree) + 2) for g in nets.groups],
             [len(g.nets) for g in nets.groups],
@@ -153,12 +154,12 @@ class CellTree:
         `max_first`.
         """
         while True:
-            is_coarse = self.models[row, self.first] > limit
+            is_above = self.models[row, self.first] > limit
             # Each of these cells may be replaced by 4, which are 3 more.
-            if not is_coarse.any() or len(self.first) + 3 * np.count_nonzero(is_coarse) > max_first:
+            if not is_above.any() or len(self.first) + 3 * np.count_nonzero(is_above) > max_first:
                 break
-            children, _ = self.children(self.first[is_coarse])
-            self.first = np.concatenate([self.first[~is_coarse], children])
+            children, _ = self.children(self.first[is_above])
+            self.first = np.concatenate([self.first[~is_above], children])
         self.roots, self._root_counts = self.count, [space.count for space in self._spaces]
 
     @property
@@ -167,7 +168,7 @@ class CellTree:
         return self.nbytes > MAX_BYTES
 
     def is_coarse(self, cells: Ints, strain: float) -> Bools:
-        """Which cells have more than this strain, and fewer than `COARSE_HALVINGS` halvings."""
+        """Which cells have a `STRAIN` above `strain`, and fewer than `COARSE_HALVINGS` halvings."""
         has_strain = self.models[model_rows.STRAIN].take(cells) > strain
         return np.asarray(has_strain & (self._depth.take(cells) < COARSE_HALVINGS))
 

@@ -1,12 +1,12 @@
 """The models of cells for winding numbers: two triangles, and the areas between sides and chords.
 
 A model has three things: a ball that contains the control points of the cell; the corners of the
-cell; and the sum of A over its four sides. A = ω³ n h Σ_i δ_i / (n + 1) is a bound of the area
-between a side of degree n and its chord. Here δ_i are the distances of the n + 1 control points
-from the chord, h is the longest distance from one to the next, and ω is the ratio of the greatest
-weight to the least. With these, the theorem of `winding` bounds the error of the solid angle of the
-two triangles over the corners. If two sides that are one edge may differ by a gap g, A grows by
-ω³ n h g.
+cell; and the sum, over its four sides, of a bound A of the area between the side and its chord. For
+a side of degree n, A = ω³ n h Σ_i δ_i / (n + 1). Here δ_i are the distances of the n + 1 control
+points from the chord, h is the longest distance from one to the next, and ω is the ratio of the
+greatest weight to the least. With these, the theorem of `winding` bounds the error of the solid
+angle of the two triangles over the corners. If two sides that are one edge may differ by a gap g, A
+grows by ω³ n h g.
 """
 
 import numpy as np
@@ -68,11 +68,11 @@ def _chord_areas(
     longest = np.sqrt(_dot(steps, steps)).max(axis=1)
     chord = from_begin[:, -1:]
     squared_length = _dot(chord, chord)
-    # The parameter, from 0 to 1, of the nearest point of the chord.
-    nearest = _dot(from_begin, chord) / np.where(squared_length > 0, squared_length, 1.0)
-    from_chord = from_begin - np.clip(nearest, 0.0, 1.0)[..., np.newaxis] * chord
+    # The parameter of the nearest point of the chord's line: from 0 to 1 on the chord.
+    along_chord = _dot(from_begin, chord) / np.where(squared_length > 0, squared_length, 1.0)
+    from_chord = from_begin - np.clip(along_chord, 0.0, 1.0)[..., np.newaxis] * chord
     mean_distance = np.sqrt(_dot(from_chord, from_chord)).mean(axis=1)
-    # The last factor is larger than all rounding here.
+    # The last factor is larger than all rounding in this function.
     lengths = steps.shape[1] * (longest + 2 * point_error) * (1 + 2.0**-40)
     if weights is not None:
         lengths *= (weights.max(axis=1) / weights.min(axis=1)) ** 3

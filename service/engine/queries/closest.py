@@ -2,10 +2,11 @@
 
 The search examines pairs of a point and a cell of a patch (`cells`), for all points and all patches
 together, level by level. A pair ends in three cases: the cell is farther than a point of the
-surface that is already known; the cell has no minimum of its patch; or the cell is settled
-(`distance_bounds`). Otherwise the cell is halved. In settled cells Newton's method finds the
-minimum, and Theorem 2 of `distance_bounds` bounds the least distance. If this bound is too far from
-the distance, the cell is halved, too. `closest_levels` does all this.
+surface that is already known; the distance has no minimum over the patch in the cell; or the cell
+is *settled*: the distance is nearly convex over it, or is least on a known side. Otherwise the cell
+is halved. In settled cells Newton's method finds the minimum, and the theorems of `distance_bounds`
+bound the least distance. If this bound is too far from the distance, the cell is halved, too.
+`closest_levels` does all this.
 
 The lower end of a point's interval is the least lower bound of all pairs that were not proved to be
 farther; the upper end is the distance of the reported point. The work for a point is limited. When
@@ -30,7 +31,7 @@ from service.engine.queries.patch_tree import FREE_PAIRS, MAX_PAIRS_IN_TREE, Pat
 from service.engine.queries.shares import Share
 
 MAX_CHUNK, MIN_CHUNK = 8192, 16
-"""How many points are searched together: at most `MAX_CHUNK`, so that their numbers stay in the
+"""How many points are searched together: at most `MAX_CHUNK`, so that their data stay in the
 processor's cache. If the pairs or cells of more than `MIN_CHUNK` points take too much memory, these
 points are searched again, a quarter of them at a time."""
 
@@ -72,7 +73,8 @@ class ClosestSearch:
             share = Share(
                 remaining_pairs * len(chunk_points) // remaining_points, len(chunk_points)
             )
-            # A point may have twice the mean of what remains, because most points need less.
+            # In the tree of patches a point may have twice the mean of what remains of its pairs:
+            # most points need less.
             max_pairs_of_point = max(FREE_PAIRS, 2 * remaining_tree_pairs // remaining_points)
             chunk = ClosestLevels(
                 self.patches,

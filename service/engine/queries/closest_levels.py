@@ -3,9 +3,11 @@
 `closest` describes its result.
 
 A pair of a point and a cell is open until one of these is proved: the cell is farther than a point
-of the surface that is already known; the cell has no minimum of its patch; or the cell is settled.
-Newton's method then computes the minima of settled cells, the nearest first. These minima usually
-show that most other cells are farther.
+of the surface that is already known; the distance has no minimum over the patch in the cell; or the
+cell is settled: the distance is nearly convex over it, or is least on a known side. Newton's method
+then computes the minima of settled cells, the nearest first. These minima usually show that most
+other cells are farther. Here `low` has squared lower bounds of distances, but in `SurfacePoints`
+they are not squared.
 """
 
 from collections.abc import Sequence
@@ -30,7 +32,7 @@ MAX_PAIRS_OF_POINT, MAX_OPEN_PAIRS = 1000, 1 << 18
 """The most cells that may be open on one level: for one point, and for all points together."""
 
 MIN_RELATIVE_WIDTH, MIN_WIDTH = 48 * 2.0**-53, 2.0**-36
-"""The search for a point continues while its interval is wider than both. The first width is
+"""Intervals at most as wide as one of these are narrow enough at any tolerance. The first is
 relative to the distance: rounding alone makes intervals 14 to 40 units of 2⁻⁵³ wide. The second is
 in the coordinates of the nets: rounding keeps some cells with narrower intervals from being
 settled."""
@@ -167,8 +169,9 @@ class ClosestLevels:
 
     def bound_pairs(self, point: Ints, cell: Ints, low: FloatArray) -> tuple[Bools, FloatArray]:
         """Compute bounds of pairs; returns which pairs stay open, and squared lower bounds."""
-        # With `min_width` / 8, the loss of settled cells (4 |μ| in squared distances) is about
-        # `min_width` / 4 in distances.
+        # With `flattest` = `min_width` / 8, a cell at the distance d may be settled if its μ
+        # (`distance_bounds`) is at least −`flattest` d. This costs 4 |μ| in squared distances,
+        # which is at most about 2 `flattest` = `min_width` / 4 in distances.
         bounds = cell_bounds(
             self.cells.models.take(cell, axis=1),
             self.cells.rectangle.take(cell, axis=1),
@@ -237,7 +240,7 @@ class ClosestLevels:
         is_ended = np.zeros(len(point), bool)
         rows, net, cell_parameters = np.arange(len(point)), self.cells.net[cell], minima.start
         rectangle = self.cells.rectangle.take(cell, axis=1)
-        # Rows 0 and 1 are the errors of A and B, rows 2 and 3 those that follow from the centre.
+        # Rows 0 and 1 are the errors of A and B, rows 2 and 3 those from the error of the centre.
         error_rows = slice(model_rows.TANGENT_ERROR_A, model_rows.CENTER_ERROR_B + 1)
         errors = self.cells.models[error_rows].take(cell, axis=1)
         x = self.x.take(point, axis=1)
@@ -246,6 +249,8 @@ class ClosestLevels:
             gradient_error = (
                 errors[:2] * found.distance + errors[2:] + 4 * UNIT * np.abs(found.gradient)
             )
+            # The squared distance changes by twice the change of f = ½ |x − S|²; an error e of the
+            # gradient of f changes this by at most 4 e.
             change = 2 * least_change(found.gradient, minima.convexity, cell_parameters)
             low = found.low * found.low + change - 4 * gradient_error.sum(axis=0) - minima.loss
             is_far = low > self.nearest.limit(point)

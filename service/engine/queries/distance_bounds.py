@@ -16,7 +16,7 @@ l_b with the same form, and |f_ab| ≤ k = |A · B − y · Q_ab| + E_ab.
 the patch, then no minimum of f over the patch lies in the cell. The same is true for f_a < 0 and a
 = 1, and for b. *Proof.* At every point of the cell the distance decreases in the direction −a, and
 this direction leads into the patch. f_a has one sign over the cell if |f_a| at the centre is
-greater than |f_aa| + |f_ab| ≤ |A · A − y · Q_aa| + E_aa + k. ∎
+greater than |A · A − y · Q_aa| + E_aa + k, an upper bound of |f_aa| + |f_ab| over the cell. ∎
 
 **Theorem 2 (lower bound).** For s₀ and s₀ + δ in the cell, with the gradient g at s₀, f(s₀ + δ) ≥
 f(s₀) + Σ (g_i δ_i + ½ μ_i δ_i²). Here μ_i = ω l_i with ω = 1 − k / √(l_a l_b) if l_a, l_b > 0, and
@@ -30,9 +30,9 @@ minimum is the distance of this point. If f_b has one sign, too, the minimum is 
 corner. *Proof.* As for Theorem 1, but within the cell; and Taylor's theorem along the side. ∎
 
 A cell is *settled* if one of these theorems gives its minimum. This is so if μ_a, μ_b ≥ 0; or if
-they are so little below 0 (for example where a patch is a line) that the loss of 2 |μ_i|, from
-|δ_i| ≤ 2, is far below the tolerance; or if f_a has one sign and, in addition, l_b > 0, or the side
-is a point, or f_b has one sign, too.
+they are so little below 0 (for example where a patch is a line) that the loss of 2 |μ_i| in f,
+because |δ_i| ≤ 2, is far below the tolerance; or if f_a has one sign and, in addition, l_b > 0, or
+the side is a point, or f_b has one sign, too.
 
 **Rounding.** The errors of y, d and the dot products are at most 8 u times the products of lengths,
 and the errors of c and of the partials add to them. So the error of f_a at the centre is at most
@@ -135,6 +135,7 @@ class CellBounds:
             for values in (self.gradient, self.forms, self.side, self.least_second, self.convexity)
         )
         is_on_side = side != 0
+        # The loss is 2 |μ_i| in f, and twice this in the squared distance 2 f.
         loss = np.where(is_on_side.any(axis=0), 0.0, -4 * np.minimum(convexity, 0.0).sum(axis=0))
         # If b is on a side, only a varies, and the reverse: so l replaces μ (Theorem 3).
         convexity = np.where(is_on_side[::-1], least_second, convexity)
@@ -157,6 +158,7 @@ def cell_bounds(
     Parameters
     ----------
     model : ndarray of float64, shape (ROW_COUNT, N)
+        The models of the cells.
     rectangle : ndarray of float64, shape (4, N)
         The rectangle of the cell. A side at 0 or 1 is a side of the patch.
     point_sides : ndarray of bool, shape (4, N)
@@ -173,10 +175,11 @@ def cell_bounds(
     ya, yb, yaa, yab, ybb, height = (dot(y, model[first : first + 3]) for first in m.VECTORS)
     gradient = -np.stack([ya, yb])
     forms = model[m.FORM_AA : m.FORM_BB + 1] - [yaa, yab, ybb]
-    # `height` is y · n. `spread` becomes E_aa, E_ab and E_bb.
-    distance_beside = np.sqrt(np.maximum(squared - height * height, 0.0) + 32 * UNIT * squared)
+    # `height` is y · n; the other length is that of the rest of y. `spread` becomes E_aa, E_ab and
+    # E_bb.
+    tangential_distance = np.sqrt(np.maximum(squared - height * height, 0.0) + 32 * UNIT * squared)
     spread = model[m.LIFT_AA : m.LIFT_BB + 1] * (np.abs(height) * SAFE)
-    spread += model[m.BEND_AA : m.BEND_BB + 1] * distance_beside
+    spread += model[m.BEND_AA : m.BEND_BB + 1] * tangential_distance
     spread += model[m.SPREAD_AA : m.SPREAD_BB + 1]
     spread *= 1 + 16 * UNIT
     # The rounding of `forms`: |A · B| ≤ ½ (A · A + B · B).
@@ -200,7 +203,9 @@ def cell_bounds(
     )
     convexity = omega * least_second - np.where(are_both_convex, 0.0, max_mixed)
     slope = np.abs(gradient)
+    # Less the rounding errors of |y|² and of the bound below, and the error of c: 2 ε in y.
     squared -= 16 * UNIT * (squared + slope.sum(axis=0)) + 4 * d * model[m.ERROR]
+    # Twice the bound of f.
     low = squared + 2 * _least(slope + gradient_error, convexity, 1.0).sum(axis=0)
     is_settled = -np.minimum(convexity, 0.0).sum(axis=0) <= flattest * d
     # Theorem 3.

@@ -1,12 +1,13 @@
 r"""Bounds for cells that a ray is almost tangent to: it may touch the cell, or lie within it.
 
 If the direction d of a ray o + t d is almost tangent to a cell, the ray may meet the cell twice, or
-all along the ray, so `ray_bounds` cannot settle the pair. The model of the cell (`cell_models`) has
-the partials A, B at its centre, the unit normal n there, and bounds (REST, REST_LIFT). Let w = d ×
-n / |d × n| and z = d × w. Both are perpendicular to the ray; w is tangent to the cell, and z is
-almost ±n. Then P = w · (S − o) and H = z · (S − o) vanish where the cell meets the ray, and there t
-= T = d · (S − o). The partials of P at the centre are P_a = w · A and P_b = w · B. Let x be the
-parameter, a or b, with the larger partial, and y the other parameter.
+all along the ray, so the theorems of `ray_bounds` do not apply. The model of the cell
+(`cell_models`) has the centre c, the partials A, B and the unit normal n there, and bounds REST of
+its remainder and REST_LIFT of the component of this remainder along n. Let w = d × n / |d × n| and
+z = d × w. Both are perpendicular to the ray; w is tangent to the cell, and z is almost ±n. Then P =
+w · (S − o) and H = z · (S − o) vanish where the cell meets the ray, and there t = T = d · (S − o).
+The partials of P at the centre are P_a = w · A and P_b = w · B. Let x be the parameter, a or b,
+with the larger partial, and y the other parameter.
 
 **Theorem 1 (no hit).** On the curve P = 0, x = x₀ + x₁ y + e with x₀ = −P(0, 0) / P_x, x₁ = −P_y /
 P_x and |e| ≤ ε = (½ |P_aa| + |P_ab| + ½ |P_bb| + REST) / |P_x|. So the cell has no hit if |x₀| > 1
@@ -16,25 +17,28 @@ P_x and |e| ≤ ε = (½ |P_aa| + |P_ab| + ½ |P_bb| + REST) / |P_x|. So the cel
     h₁ = H_x x₁ + H_y + H_xx x₀ x₁ + H_xy x₀,   h₂ = ½ H_xx x₁² + H_xy x₁ + ½ H_yy,
     δ = ε (|H_x| + |H_xx| (|x₀| + |x₁| + ½ ε) + |H_xy|) + REST_z
 
-and the cell has no hit if |h₀| > |h₁| + |h₂| + δ. Here REST_z = REST_LIFT + |d · n| REST, because z
-lies in the plane of d and n and is perpendicular to d. ∎
+and the cell has no hit if |h₀| > |h₁| + |h₂| + δ. Here REST_z = REST_LIFT + |d · n| REST bounds the
+component of the remainder along z, because z lies in the plane of d and n and is perpendicular to
+d. ∎
 
 **Theorem 2 (a strip).** Let M be the matrix of the partials of (T, P) at the centre, and let the
 partials of M⁻¹ (T, P) over the cell be I + N with |N| ≤ ν ≤ ⅓ (as in `ray_bounds`). Take two points
 of the cell with P = 0 and y' > y. Then d · S' − d · S has the sign of m_y, where m = M⁻¹ (1, 0). So
 all hits of the cell lie between the two points of the curve P = 0 at y = −1 and y = 1, if these are
-in the cell. The curve between them is the *strip* of the cell. *Proof.* (I + N') δ = M⁻¹ (ΔT, 0)
-gives |δ − m ΔT| ≤ ν / (1 − ν) |m ΔT| ≤ ½ |m_y ΔT|, because m is perpendicular to (P_a, P_b), so
-that m_y is its larger component. ∎ If a point of the cell has |P| ≤ τ in place of P = 0, this moves
-T by at most 2 |m'| / |m_y| τ with m' = M⁻¹ (0, 1); `spread` is 4 times the quotient |m'| / |m_y|.
+in the cell. The curve between them is the *strip* of the cell. *Proof.* Let ΔT = d · S' − d · S,
+and let Δ be the difference of the parameters. (I + N') Δ = M⁻¹ (ΔT, 0), where N' has the same bound
+as N, gives |Δ − m ΔT| ≤ ν / (1 − ν) |m ΔT| ≤ ½ |m_y ΔT|, because m is perpendicular to (P_a, P_b),
+so that m_y is its larger component. ∎ If a point of the cell has |P| ≤ τ in place of P = 0, this
+moves T by at most 2 |m'| / |m_y| τ with m' = M⁻¹ (0, 1); `spread` is twice this factor, 4 |m'| /
+|m_y|.
 
 If |x₁| = |m_x / m_y| ≥ ½, x is monotone along the curve, too, and a strip may end at a side x = ±1
 in place of y = ±1.
 
 A cell is *thin* for a thickness τ if ν ≤ ⅓ and |h₀| + |h₁| + |h₂| + δ ≤ τ / 2. Then the whole curve
 P = 0 in the cell is within τ / 2 of the ray. However, a cell is not thin if |h₁| > |h₀| + |h₂| + δ
-or |h₁| > 2 (|h₂| + δ), because H changes its sign in this cell, or may do so in a cell beside
-it. Smaller cells will then be settled, or have no hit.
+or |h₁| > 2 (|h₂| + δ), because H changes its sign in this cell, or may do so in a cell beside it.
+Smaller cells will then be settled by `ray_bounds`, or have no hit.
 
 **Rounding** is covered as in `ray_bounds`.
 """
@@ -126,8 +130,9 @@ def find_grazed_strips(
     ha, hb, haa, hab, hbb = (dot(z, vector) for vector in vectors)
     rounding = model[m.ROUND] + slack
     rest = model[m.REST] + rounding
+    # REST_z; 2⁻⁴⁰ is larger than the rounding errors of z and n.
     height_error = model[m.REST_LIFT] + (slope_to_ray + 2.0**-40) * model[m.REST] + rounding
-    # Theorem 1.
+    # Theorem 1: `error` is ε, `delta` is δ.
     is_along_b = np.abs(pa) >= np.abs(pb)
     px, py = np.where(is_along_b, pa, pb), np.where(is_along_b, pb, pa)
     hx, hy = np.where(is_along_b, ha, hb), np.where(is_along_b, hb, ha)
@@ -145,15 +150,17 @@ def find_grazed_strips(
     is_empty |= np.abs(h0) > max_variation
     is_thin = np.abs(h0) + max_variation <= thickness / 2
     is_thin &= np.abs(h1) <= np.minimum(np.abs(h0), np.abs(h2) + delta) + np.abs(h2) + delta
-    # Theorem 2: `determinant` is |det M|, and `max_change` becomes ν |det M|.
+    # Theorem 2: `determinant` is |det M|, and `max_change` becomes ν |det M|. The rows of M⁻¹ are
+    # (P_b, −T_b) / det M and (−P_a, T_a) / det M.
     determinant = np.abs(ta * pb - tb * pa)
     max_change = np.zeros(len(determinant))
     for t, p in ((tb, pb), (ta, pa)):
-        terms = np.abs(p * taa - t * paa) + 2 * np.abs(p * tab - t * pab)
-        terms += np.abs(p * tbb - t * pbb)
+        second_order = np.abs(p * taa - t * paa) + 2 * np.abs(p * tab - t * pab)
+        second_order += np.abs(p * tbb - t * pbb)
         sum_of_partials = np.abs(p) + np.abs(t)
         max_change = np.maximum(
-            max_change, terms * SAFE + sum_of_partials * (3 * model[m.REST] + model[m.ROUND])
+            max_change,
+            second_order * SAFE + sum_of_partials * (3 * model[m.REST] + model[m.ROUND]),
         )
     is_thin &= (
         (max_change <= MAX_CONTRACTION * determinant) & ~is_empty & (slope_to_ray <= MAX_SLOPE)

@@ -21,7 +21,7 @@ class Cells:
     point_sides : ndarray of bool, shape (4, K)
         Whether each of the sides u₀, u₁, v₀, v₁ is one point.
     parent : ndarray of int, shape (K,)
-        The number of the cell from which each cell was halved.
+        The number of the cell of which each cell is a half or quarter; before halving, its own.
     """
 
     nets: FloatArray
@@ -87,10 +87,10 @@ def halve(nets: FloatArray, axis: int) -> tuple[FloatArray, FloatArray]:
     n = len(rows) - 1
     low, high = np.empty_like(nets), np.empty_like(nets)
     # Views, whose first axis is the one that is halved.
-    lows, highs = np.moveaxis(low, axis, 0), np.moveaxis(high, axis, 0)
-    lows[0], highs[n] = rows[0], rows[n]
+    low_rows, high_rows = np.moveaxis(low, axis, 0), np.moveaxis(high, axis, 0)
+    low_rows[0], high_rows[n] = rows[0], rows[n]
     for k in range(1, n + 1):
         rows = rows[:-1] + rows[1:]
         rows *= 0.5
-        lows[k], highs[n - k] = rows[0], rows[-1]
+        low_rows[k], high_rows[n - k] = rows[0], rows[-1]
     return low, high

@@ -59,7 +59,7 @@ def intersect_rays(model: PatchModel, query: RayQuery, max_hits: int) -> dict[st
         - t (n,): in units of the direction in the request
         - t_bounds (n, 2): the ends of an interval of t. It contains all points on the ray that are
           also on the surface and that this hit represents.
-        - positions (n, 3), normals (n, 3), patch (n,) and uv (n, 2), as for closest points
+        - positions (n, 3), normals (n, 3), patch (n,) and uv (n, 2), as in `project_on_surface`
         - kind: a list of "crossing", "touching" or "along"
         - entering: a list of True (the ray crosses against the normal), False (it crosses in the
           direction of the normal) or None (it does not cross)

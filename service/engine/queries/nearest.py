@@ -60,9 +60,11 @@ class Nearest:
         m = x.shape[1]
         self._cells, self._x, self._tolerance = cells, x, tolerance
         self.best = np.full(m, np.inf)
+        # For each point, the squared distance of the nearest centre of a cell, and that cell.
         self._center_best, self._center_cell = np.full(m, np.inf), np.zeros(m, np.intp)
-        """For each point, the squared distance of the nearest centre of a cell, and that cell."""
+        # For each point, the least squared lower bound of the distances of its cells.
         self._low = np.full(m, np.inf)
+        # Results of `add_found` and `end_open_cells`.
         self._found: list[tuple[Ints, Ints, SurfacePoints]] = []
         self._open_cells: list[tuple[Ints, Ints, FloatArray]] = []
 
@@ -161,7 +163,8 @@ class Nearest:
         """
         min_distance = np.full(len(self.best), np.inf)
         np.minimum.at(min_distance, point, found.distance)
-        # `high` exceeds `distance` by a bound of its rounding error.
+        # `high` exceeds `distance` by a bound of its rounding error. Four times this bounds the
+        # errors of both distances, with a margin.
         max_distance = min_distance[point] + 4 * (found.high - found.distance)
         rows = np.flatnonzero(found.distance <= max_distance)
         u, v = found.parameters[:, rows]
@@ -171,7 +174,7 @@ class Nearest:
     def _find_ties(
         self, point: Ints, found: SurfacePoints, position: FloatArray, distance: FloatArray
     ) -> Bools:
-        """Which points x (m,) have a second equally near point of the surface, or open cell."""
+        """Which points x (m,) have an equally near second point, or an open cell that may."""
         is_tied = np.zeros(len(distance), bool)
         difference = found.position - position[:, point]
         is_near = found.distance <= distance[point] + TIE_WIDTH * self._tolerance

@@ -155,10 +155,11 @@ class QueryNets:
         On a tensor-product patch both are equal, bit for bit.
         """
         a, b = net_parameters.T[:, :, np.newaxis]
-        lowest, right, left, opposite = self.corners[net].transpose(1, 0, 2)
+        # c10 is the corner at a = 1, b = 0, and so on.
+        c00, c10, c01, c11 = self.corners[net].transpose(1, 0, 2)
         # Both sums are exact if the corners are those of the unit square.
-        along = lowest + a * (right - lowest)
-        parameters = along + b * (left - lowest) + a * b * (opposite - right - left + lowest)
+        at_b_0 = c00 + a * (c10 - c00)
+        parameters = at_b_0 + b * (c01 - c00) + a * b * (c11 - c10 - c01 + c00)
         return np.asarray(np.clip(parameters, 0.0, 1.0))
 
 

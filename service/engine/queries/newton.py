@@ -81,7 +81,7 @@ class SurfacePoints:
             step = np.stack([fab * fb - fbb * fa, fab * fa - faa * fb]) / determinant
             step_along_axis = np.stack([-fa / faa, -fb / fbb])
         # If b is fixed, a moves alone, and the reverse: row 0 of `is_fixed` is a, and row 1 is b.
-        # Both move alone, too, if f is not convex there, because the step may then lead uphill.
+        # Both move alone, too, if the determinant is not positive: the step may then lead uphill.
         step = np.where(is_fixed[::-1] | (determinant <= 0), step_along_axis, step)
         step = np.where(is_fixed | ~np.isfinite(step), 0.0, step)
         return np.asarray(np.clip(cell_parameters + step, -1.0, 1.0))

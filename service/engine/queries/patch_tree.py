@@ -1,9 +1,10 @@
 """A tree of spheres over the patches, so that a query need not examine each of 10,000 patches.
 
-Patches are sorted along a space-filling curve through their centres (Morton order). Each eight
-neighbours get a sphere, each eight of these spheres get a larger sphere, and so on. Let S be the
-patches in a sphere with the centre c and the radius R. The centre c is the centre of one of these
-patches, hence a point of S. So one distance gives both bounds:
+Patches (or the cells into which queries halve them first) are sorted along a space-filling curve
+through their centres (Morton order). Each eight neighbours get a sphere, each eight of these
+spheres get a larger sphere, and so on. Let S be the patches in a sphere with the centre c and the
+radius R. The centre c is the centre of one of these patches, hence a point of S. So one distance
+gives both bounds:
 
     d(x, c) − R ≤ d(x, S) ≤ d(x, c)
 
@@ -26,18 +27,20 @@ from service.engine.queries.column_vectors import dot
 from service.engine.queries.ray_bounds import SAFE, Rays, sphere_misses
 
 FANOUT, MAX_ROOTS = 8, 24
-"""How many members a sphere has, and the most spheres on the first level."""
+"""How many members a sphere has, and the most spheres on the level of the largest."""
 
 CHUNK_PAIRS = 1 << 13
 """How many pairs of a ray and a sphere are tested at once; this limits the memory."""
 
 MAX_OPEN_PAIRS = 1 << 18
-"""The most pairs with spheres that may be open on a level, for several points or rays together."""
+"""The most pairs of points or rays with spheres of one level that the tree may fail to exclude. If
+there are more, the caller searches again with fewer points or rays; a single one has no such
+limit."""
 
 MAX_PAIRS_IN_TREE, FREE_PAIRS = 4_000_000, 128
-"""The most pairs that the tree may leave for all points or rays of a request, without counting the
-first `FREE_PAIRS` pairs of each point or ray. A pair takes some 2 µs. The search of a point or ray
-for which the tree leaves too many pairs ends in the tree."""
+"""The most pairs that the tree may fail to exclude for all points or rays of a request, without
+counting the first `FREE_PAIRS` pairs of each point or ray. A pair takes some 2 µs. The search of a
+point or ray with too many pairs ends in the tree."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -88,7 +91,7 @@ class PatchTree:
     ----------
     cells : CellTree
     order : ndarray of int, shape (N,)
-        The first cells in the order of the curve.
+        The first cells in the order of the Morton curve.
     levels : list of ndarray of float64, shape (5, n)
         For each level the centre, radius and error of its spheres; the error bounds the distance of
         the computed centre from the surface. The level of the largest spheres comes first. Sphere k
@@ -117,10 +120,10 @@ class PatchTree:
         `MAX_OPEN_PAIRS` pairs on a level. A point that has more than `max_pairs_of_point` pairs on
         a level ends there.
         """
-        m, first = x.shape[1], self.levels[0].shape[1]
-        point = np.repeat(np.arange(m), first)
-        sphere = np.tile(np.arange(first), m)
-        best = np.full(m, np.inf)
+        m, root_count = x.shape[1], self.levels[0].shape[1]
+        point = np.repeat(np.arange(m), root_count)
+        sphere = np.tile(np.arange(root_count), m)
+        best = np.full(m, np.inf)  # squared upper bounds of the least distances
         ended_pairs, max_pairs = [], 0
         for level_number, level in enumerate(self.levels[:-1]):
             checkpoint()
@@ -247,11 +250,11 @@ def _enclose(level: FloatArray) -> tuple[FloatArray, Ints]:
     count = level.shape[1]
     starts = np.arange(0, count, FANOUT)
     middle_numbers = np.minimum(starts + FANOUT // 2, count - 1)
-    middle = level[:, middle_numbers]
-    difference = level[:3] - np.repeat(middle[:3], FANOUT, axis=1)[:, :count]
+    larger = level[:, middle_numbers]  # a copy, whose radii are replaced below
+    difference = level[:3] - np.repeat(larger[:3], FANOUT, axis=1)[:, :count]
     distance = np.sqrt((difference * difference).sum(axis=0)) + level[3]
-    middle[3] = np.maximum.reduceat(distance, starts) * (1 + 1e-12)  # for rounding
-    return middle, middle_numbers
+    larger[3] = np.maximum.reduceat(distance, starts) * (1 + 1e-12)  # for rounding
+    return larger, middle_numbers
 
 
 def _morton(centers: FloatArray) -> Ints:

@@ -67,7 +67,7 @@ def project_on_surface(model: PatchModel, query: ProjectQuery) -> Columns:
           triangles
         - normals (m, 3)
         - on_boundary (m,): whether the closest point is on an open side
-        - signs (m,), if requested: NaN where they are uncertain
+        - signs (m,), if requested: −1 inside, +1 outside, NaN where this is uncertain
     """
     nets = surface_nets(model.batches)
     local_points = nets.to_near_points(query.points)
@@ -193,6 +193,7 @@ def _closest(
 
 def _on_boundary(model: PatchModel, seams: Seams, patch: Ints, local: FloatArray) -> Bools:
     """Whether points with the parameters `local` (m, 2) lie on an open side of their patch."""
+    # A side is open if its edge has no other side.
     is_open = (seams.users[seams.edge] == 1) & ~seams.collapsed
     u, v = local.T
     gaps = np.stack([u, 1 - u, v, 1 - v], axis=1)
