@@ -155,7 +155,7 @@ def find_covering_hulls(measure: PieceMeasure) -> tuple[FloatArray, Bools] | Non
     bound by the hull is below the bound of these pieces, so their own pieces need no nets.
 
     In all other parts the bounds are infinite, and all pieces are bounded first. The results for a
-    piece depend on its part alone. The result is None if no part covers `COVERED`.
+    piece depend on its part alone. The result is None if no part covers `COVERED` patches.
     """
     pieces = measure.pieces
     # A covered patch has at least two pieces.
