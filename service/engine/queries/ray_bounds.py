@@ -1,7 +1,7 @@
 r"""Bounds of the points of a cell on a ray, proved from the model of the cell.
 
-A ray is o + t d, |d| = 1, t ≥ near. A cell has the model (`cell_models`), in its own parameters
-s = (a, b) in [−1, 1]²,
+A ray is o + t d, |d| = 1; it begins at t = near. A cell has the model (`cell_models`), in its own
+parameters s = (a, b) in [−1, 1]²,
 
     S = c + A a + B b + ½ (Q_aa a² + 2 Q_ab a b + Q_bb b²) + rest,   g = c − o
 
@@ -12,9 +12,9 @@ With X = B × d, Y = d × A and D = X · A = Y · B = d · (A × B), the functio
 
     G = (X · (S − o), Y · (S − o)) / D = (X · g, Y · g) / D + s + (terms of second order, rest)
 
-vanish where S is on the line of the ray, because X and Y are perpendicular to d. The terms in
-parentheses are at most k_X / |D| and k_Y / |D|, with k_X = ½ |X · Q_aa| + |X · Q_ab| + ½ |X · Q_bb|
-+ |X| REST; k_Y has the same form.
+vanish where S is on the line of the ray, because X and Y are perpendicular to d. The terms of
+second order and the rest are together at most k_X / |D| and k_Y / |D|, with k_X = ½ |X · Q_aa| + |X
+· Q_ab| + ½ |X · Q_bb| + |X| REST; k_Y has the same form.
 
 **Theorem 1 (no hit).** If |X · g| > |D| + k_X, or |Y · g| > |D| + k_Y, or |g × d| > RADIUS, then
 the cell does not meet the line of the ray. If g · d + RADIUS < near, the cell is behind the origin
@@ -24,10 +24,10 @@ statements follow from RADIUS. ∎
 **Theorem 2 (at most one).** The matrix of the partials of G over the cell is I + N. The sum of the
 absolute values in the first row of N is at most n_X = (|X · Q_aa| + 2 |X · Q_ab| + |X · Q_bb| + 3
 |X| REST) / |D|, and that in the second row at most n_Y. If ν = max(n_X, n_Y) < 1, the cell meets
-the line at most once, and d · (S_a × S_b) ≠ 0 has one sign there. For each s₀ in the cell, the root
-s* has |s* − s₀| ≤ |G(s₀)| / (1 − ν) and |s* − (s₀ − G(s₀))| ≤ ν |s* − s₀|, where |·| is the largest
-component. *Proof.* By the mean value theorem, applied to each row, G(s*) − G(s₀) = (I + N') (s* −
-s₀), where N' has the same bounds as N; so I + N' is regular. ∎
+the line at most once, and d · (S_a × S_b) ≠ 0 has one sign in the cell. If it meets the line, at
+the root s* of G, each s₀ in the cell has |s* − s₀| ≤ |G(s₀)| / (1 − ν) and |s* − (s₀ − G(s₀))| ≤ ν
+|s* − s₀|, where |·| is the largest component. *Proof.* By the mean value theorem, applied to each
+row, G(s*) − G(s₀) = (I + N') (s* − s₀), where N' has the same bounds as N; so I + N' is regular. ∎
 
 **Theorem 3 (exactly one).** Let ν < 1. If the square about s₀ with half side |G(s₀)| / (1 − ν) is
 within the cell, or if |X · g| + k_X < |D| and |Y · g| + k_Y < |D|, then the cell meets the line.
@@ -37,10 +37,11 @@ A cell is *settled* if ν ≤ `MAX_CONTRACTION`.
 
 **Rounding.** X, Y and D are the exact products of the floating-point numbers A, B and d, so X and Y
 are exactly perpendicular to d. The error of each computed product is at most 8 u times the lengths
-of its factors. For X, |B| ROUND covers the products with Q_ij and A, and |B| `slack` covers the
-products with g, including the errors of o and d; for Y, |A| replaces |B|. The origin o of a ray is
-moved along the ray to the point nearest to the middle of the surface, which is the point (0, 0, 0)
-of the nets. The new ray is at most 4 u (|o| + |t|) from the old ray, which the slack includes.
+of its factors, with the unit roundoff u. For X, |B| ROUND covers the products with Q_ij and A, and
+|B| `slack` covers the products with g, including the errors of o and d; for Y, |A| replaces |B|.
+The origin o of a ray is moved along the ray, by some t, to the point nearest to the middle of the
+surface, which is the point (0, 0, 0) of the nets. The new ray is at most 4 u (|o| + |t|) from the
+old ray, which the slack includes.
 """
 
 from collections.abc import Sequence
@@ -61,7 +62,8 @@ SAFE = 1 + 64 * UNIT
 """A factor that is larger than all rounding of a few products."""
 
 MIN_THICKNESS = 2.0**6
-"""The thickness of a ray is at least this factor times its slack."""
+"""The thickness of a ray is at least this factor times its slack. So the radius of a cell that does
+not count as a point is more than 8 times the slack (`ray_levels`)."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -73,7 +75,7 @@ class Rays:
     origin, direction : ndarray of float64, shape (3, m)
         The origin o, moved along the ray to the nets; and the direction d, of length 1.
     near : ndarray of float64, shape (m,)
-        The parameter t at which the ray begins.
+        The t at which the ray begins: its origin in the request, which is not o.
     slack : ndarray of float64, shape (m,)
         A bound of the rounding errors of differences c − o.
     thickness : ndarray of float64, shape (m,)
@@ -113,7 +115,7 @@ def local_rays(
 def sphere_misses(
     spheres: FloatArray, rays: Rays, ray: Ints, farthest: FloatArray
 ) -> tuple[Bools, FloatArray]:
-    """For N pairs of a sphere and a ray: whether they do not meet, and a lower bound of t there.
+    """For N pairs of a sphere and a ray: which do not meet, and lower bounds of t in the spheres.
 
     Parameters
     ----------
@@ -152,7 +154,7 @@ class RootBounds:
     start : ndarray of float64, shape (2, N)
         The parameters (a, b) at which the model meets the line of the ray, approximately.
     exists : ndarray of bool, shape (N,)
-        Whether there is a root (Theorem 3).
+        Whether a root is proved by the second condition of Theorem 3.
     """
 
     first: FloatArray
@@ -193,7 +195,8 @@ def root_bounds(
     Returns
     -------
     is_empty, is_settled : ndarray of bool, shape (N,)
-        Which pairs have no hit, and which pairs are settled.
+        Which pairs have no hit by the bounds of X · g and Y · g in Theorem 1 (`sphere_misses` tests
+        the others), and which of the other pairs are settled.
     bounds : RootBounds
         The bounds of the settled pairs.
     """

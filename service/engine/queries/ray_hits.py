@@ -1,23 +1,24 @@
 """Hits of rays, and the merging of hits that several cells report at one place.
 
 Every hit represents some points of the surface on its ray, and has an interval of t that contains
-them all. A hit is a root in a cell, which is proved, or only near the border of the cell; or an end
-of a *strip*, the part of a cell to which the ray is almost tangent; or a *point*, a cell much
-smaller than the thickness of the ray. Hits of one ray whose intervals overlap are at one place, and
-form a cluster. A cluster is merged by these rules:
+them all. There are four sources of hits: a *proved* root, a point at which a cell meets the ray; a
+root that is so *near* the border of its cell that it may be outside, and is not proved; an end of a
+*strip*, a curve in a cell that the ray is almost tangent to; and a *point*, a cell much smaller
+than the thickness of the ray. Hits of one ray whose intervals overlap are at one place, and form a
+cluster. A cluster is merged by these rules:
 
 - Each proved hit stays a separate crossing, except in a hit *along* (see below). Two proved hits in
   a cluster are two sheets of the surface, or the surface meets itself there.
-- A hit that is not proved, because it is near the border of its cell, is dropped if a proved hit
-  crosses in the same direction. The remaining hits of this sort become one hit: a crossing if the
+- An unproved hit, near the border of its cell, is dropped if a proved hit of the cluster crosses
+  the surface in the same direction. The remaining unproved hits become one hit: a crossing if the
   ray crosses at all of them in one direction (as on a seam), else touching (as on a ridge).
-- Strips and points become one hit, with the unproved hits. But unproved hits between two of them at
-  which the ray is not almost tangent are another sheet of the surface, and are merged as above. The
-  one hit is *along* if its interval is long and the distance from the ray is nearly constant; it
-  then includes proved hits in its interval at which the ray is almost tangent. It is a crossing if
-  all are points and their normals are on one side of the ray (as at a pole). Otherwise it is
-  *touching*. However, a strip next to a proved crossing that is almost tangent only makes the
-  interval of the crossing longer.
+- Strips and points become one hit, with the unproved hits. But unproved hits between two strips or
+  points, at which the ray is not almost tangent, are another sheet of the surface, and are merged
+  as above. The one hit is *along* if its interval is long and the distance from the ray is nearly
+  constant; it then includes proved hits in its interval at which the ray is almost tangent. It is a
+  crossing if all are points and their normals are on one side of the ray (as at a pole). Otherwise
+  it is *touching*. However, a strip next to a proved crossing at which the ray is almost tangent
+  only makes the interval of the crossing longer.
 """
 
 from collections.abc import Sequence
@@ -31,15 +32,16 @@ from service.engine.queries.column_vectors import cross, dot
 from service.engine.queries.ray_bounds import Rays
 
 MIN_LENGTH_ALONG = 32
-"""The least length of the interval of a hit *along*, in units of √(thickness · diagonal)."""
+"""The least length of the interval of a hit *along*, in units of √(thickness · diagonal).
+A ray that touches a sphere whose radius is the diagonal is within the thickness for 2.8 units."""
 
 MAX_VARIATION = 1 / 64
 """At three quarters of the ends of strips in a hit *along*, the distance between surface and ray
 varies by at most this, in units of the thickness."""
 
 STRIP_PADDING = 1 / 8
-"""Strips with at most twice this gap are at one place; in units of the least length of a hit
-*along*."""
+"""The intervals of strips are enlarged by this at both ends before it is decided which of them
+overlap; in units of the least length of a hit *along*."""
 
 MAX_TANGENT_SINE = 1e-3
 """A ray and the surface are almost tangent if the sine of their angle is at most this."""
@@ -138,8 +140,8 @@ def merge_hits(hits: Hits, rays: Rays, min_length_along: float) -> Hits:
     sizes = np.diff(first, append=len(cluster))
     kind = np.full(len(cluster), int(Kind.CROSSING))
     is_kept = np.ones(len(cluster), bool)
-    # A cluster needs merging if it has a strip or a point, or several hits of which one is not
-    # proved.
+    # `first` has the first row of each cluster. A cluster needs merging if it has a strip or a
+    # point, or several hits of which one is not proved.
     max_source = np.maximum.reduceat(hits.label, first) if len(first) else first
     needs_merging = (max_source >= Source.STRIP) | ((sizes > 1) & (max_source > Source.PROVED))
     for k in np.flatnonzero(needs_merging).tolist():
@@ -177,16 +179,16 @@ def _merge_cluster(
     origin of its ray.
     """
     source, t = hits.label[rows], hits.t[rows]
-    proved, near_rows = rows[source == Source.PROVED], rows[source == Source.NEAR]
+    proved, unproved = rows[source == Source.PROVED], rows[source == Source.NEAR]
     strips = rows[source >= Source.STRIP]  # and points
-    crossings: list[tuple[int, Kind]] = []
+    merged: list[tuple[int, Kind]] = []
     if len(strips):
-        # Unproved hits between the strips at which the ray is steep are another sheet; the other
-        # unproved hits join the strips.
+        # Unproved hits between the strips, at which the ray is not almost tangent, are another
+        # sheet; the other unproved hits join the strips.
         ends = t[source >= Source.STRIP]
-        is_between_ends = (hits.low[near_rows] > ends.min()) & (hits.high[near_rows] < ends.max())
-        is_steep = is_between_ends & (np.abs(sines[near_rows]) > MAX_TANGENT_SINE)
-        strips, near_rows = np.concatenate([strips, near_rows[~is_steep]]), near_rows[is_steep]
+        is_between_ends = (hits.low[unproved] > ends.min()) & (hits.high[unproved] < ends.max())
+        is_sheet = is_between_ends & (np.abs(sines[unproved]) > MAX_TANGENT_SINE)
+        strips, unproved = np.concatenate([strips, unproved[~is_sheet]]), unproved[is_sheet]
         tangent_rows = proved[np.abs(sines[proved]) <= MAX_TANGENT_SINE]
         strip_sines, are_points = sines[strips], (hits.label[strips] == Source.POINT).all()
         residuals = hits.residual[rows[source == Source.STRIP]]
@@ -202,9 +204,9 @@ def _merge_cluster(
             )
             rows_ahead = strips[~is_behind[strips]] if (~is_behind[strips]).any() else strips
             chosen = rows_ahead[np.lexsort((hits.residual[rows_ahead], hits.t[rows_ahead]))[0]]
-            crossings.append((_extend_interval(hits, chosen, strips), Kind.ALONG))
+            merged.append((_extend_interval(hits, chosen, strips), Kind.ALONG))
         else:
-            # Strips beside a crossing that is almost tangent belong to its interval.
+            # A strip beside a crossing at which the ray is almost tangent belongs to its interval.
             strips = np.array(
                 [row for row in strips if not _join_to_crossing(hits, row, tangent_rows)], np.intp
             )
@@ -215,21 +217,21 @@ def _merge_cluster(
                     strip_sines < -MAX_TANGENT_SINE
                 ).all()
                 kind = Kind.CROSSING if are_points and is_one_sided else Kind.TOUCHING
-                crossings.append((_extend_interval(hits, chosen, strips), kind))
+                merged.append((_extend_interval(hits, chosen, strips), kind))
     # Unproved hits join the nearest proved hit that crosses in the same direction as they do.
     for sign in (-1, 1):
         same_direction = proved[sines[proved] * sign > 0]
         if len(same_direction):
-            for row in near_rows[sines[near_rows] * sign > 0]:
+            for row in unproved[sines[unproved] * sign > 0]:
                 chosen = same_direction[np.argmin(np.abs(hits.t[same_direction] - hits.t[row]))]
                 _extend_interval(hits, chosen, np.array([chosen, row]))
-            near_rows = near_rows[sines[near_rows] * sign <= 0]
-    if len(near_rows):
-        chosen = near_rows[np.argmin(hits.residual[near_rows])]
-        signs = np.sign(sines[near_rows])
+            unproved = unproved[sines[unproved] * sign <= 0]
+    if len(unproved):
+        chosen = unproved[np.argmin(hits.residual[unproved])]
+        signs = np.sign(sines[unproved])
         kind = Kind.CROSSING if (signs == signs[0]).all() else Kind.TOUCHING
-        crossings.append((_extend_interval(hits, chosen, near_rows), kind))
-    return crossings + [(int(row), Kind.CROSSING) for row in proved]
+        merged.append((_extend_interval(hits, chosen, unproved), kind))
+    return merged + [(int(row), Kind.CROSSING) for row in proved]
 
 
 def _extend_interval(hits: Hits, chosen: np.intp, rows: Ints) -> int:
@@ -240,18 +242,18 @@ def _extend_interval(hits: Hits, chosen: np.intp, rows: Ints) -> int:
 
 
 def _join_to_crossing(hits: Hits, strip: np.intp, tangent_rows: Ints) -> bool:
-    """Join a strip to the nearest crossing of `tangent_rows`, at most the strip's length away.
+    """Join a strip to the nearest crossing among `tangent_rows`.
 
-    Returns whether there is such a crossing.
+    Returns whether there is a crossing that is at most the length of the strip's interval away.
     """
     low, high = hits.low[strip], hits.high[strip]
-    near_rows = tangent_rows[
+    neighbors = tangent_rows[
         np.maximum(low - hits.high[tangent_rows], hits.low[tangent_rows] - high) <= high - low
     ]
-    if len(near_rows):
-        chosen = near_rows[np.argmin(np.abs(hits.t[near_rows] - hits.t[strip]))]
+    if len(neighbors):
+        chosen = neighbors[np.argmin(np.abs(hits.t[neighbors] - hits.t[strip]))]
         _extend_interval(hits, chosen, np.array([chosen, strip]))
-    return len(near_rows) > 0
+    return len(neighbors) > 0
 
 
 def _are_nearly_equal(residuals: FloatArray, max_variation: float) -> bool:

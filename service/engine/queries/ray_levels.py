@@ -39,7 +39,8 @@ CHUNK_PAIRS = 1 << 13
 """How many pairs of a ray and a cell are computed at once; this limits the memory."""
 
 MAX_PAIRS_OF_RAY, MAX_OPEN_PAIRS = 4096, 1 << 18
-"""The most cells that may be open on one level: for one ray, and for all rays together."""
+"""The most pairs that may be open on one level: of one ray, and of all rays that are searched
+together. The search of a ray with more ends; with more in all, fewer rays are searched again."""
 
 MAX_STRAIN = MAX_CONTRACTION / 3
 """A cell with more strain than this is halved without computing bounds, because no ray can be
@@ -55,8 +56,8 @@ MAX_DISTANCE_BEHIND = 4
 ray, to find other hits at the same place."""
 
 MAX_NEAR_SHARE = 1 / 4
-"""The pairs with farther cells join the search later: when the open pairs with nearer cells are at
-most this share of them."""
+"""If only first hits are requested, the pairs with farther cells join the search later: when the
+open pairs with nearer cells are at most this share of the pairs with farther cells."""
 
 NO_PAIRS = np.zeros(0, np.intp), np.zeros(0, np.intp)
 """An empty list of pairs (ray, cell)."""
@@ -133,6 +134,7 @@ class RayLevels:
             return None
         self.reached &= ~candidates.is_ended
         self.in_tree = np.bincount(candidates.ray, minlength=len(candidates.is_ended))
+        # Rays that ended in the tree count with all pairs that they were allowed.
         self.in_tree[candidates.is_ended] = self.max_pairs_of_ray
         self.most_open = candidates.max_pairs
         (ray, cell), later_pairs = self.split_by_distance(candidates.ray, candidates.cell)
@@ -143,11 +145,13 @@ class RayLevels:
                 later_pairs = NO_PAIRS
                 self.is_later[:] = False
             pairs = [self.step(ray, cell)]
-            # Collect settled pairs: a step of Newton's method is faster for many of them together.
+            # Collect settled pairs until they are at least as many as the open pairs, because
+            # Newton's method is faster for many pairs together.
             if sum(len(pair[0]) for pair in self.settled_pairs) >= len(pairs[0][0]):
                 pairs.append(self.apply_newton())
             ray, cell = _join_pairs([*pairs, self.waiting_pairs])
         hits = Hits.join(self.hits)
+        # Hits before the beginning of the ray do not count.
         return hits.take(hits.high >= self.rays.near[hits.ray])
 
     def split_by_distance(
@@ -280,9 +284,11 @@ class RayLevels:
         return ray[order][parents], children
 
     def apply_newton(self) -> tuple[Ints, Ints]:
-        """Apply Newton's method in settled cells, the nearest first.
+        """Apply Newton's method to the settled pairs.
 
-        Returns the pairs of the next level, with the halves of cells in which the method failed.
+        If only first hits are requested, the nearest cell of each ray comes first: a hit there may
+        make the others unnecessary. Returns the pairs of the next level, with the halves of cells
+        in which the method failed.
         """
         if not self.settled_pairs:
             return NO_PAIRS

@@ -18,7 +18,7 @@ MAX_STEPS = 8
 """The most steps of Newton's method in a cell; after these, the cell is halved."""
 
 STRIP_STEPS = 4
-"""How many steps Newton's method takes across a strip, to each of its ends."""
+"""How many steps Newton's method takes to find each of the two ends of a strip."""
 
 MIN_SLANT = 1 / 2
 """A strip, which follows the line x = x₀ + x₁ y in its cell, may end at a side x = ±1 if |x₁| is at
@@ -43,7 +43,7 @@ class _RayPoints:
         Points, and partials by the parameters of the nets.
     t : ndarray of float64, shape (n,)
         Parameter of the nearest point of the ray.
-    across : ndarray of float64, shape (3, n)
+    cross_d : ndarray of float64, shape (3, n)
         (S − o) × d; its length is the distance from the ray.
     residual, rounding : ndarray of float64, shape (n,)
         The distance from the ray, and a bound of its rounding error.
@@ -56,7 +56,7 @@ class _RayPoints:
     du: FloatArray
     dv: FloatArray
     t: FloatArray
-    across: FloatArray
+    cross_d: FloatArray
     residual: FloatArray
     rounding: FloatArray
 
@@ -98,12 +98,12 @@ def _evaluate_points(
     cell_parameters = (parameters - low) / half - 1  # again, because `parameters` were rounded
     position, du, dv = net_partials(cells.nets, net, parameters, 1)
     d = rays.direction[:, ray]
-    g = position - rays.origin[:, ray]
-    across = cross(g, d)
-    residual = np.sqrt(dot(across, across))
+    from_origin = position - rays.origin[:, ray]
+    t, cross_d = dot(from_origin, d), cross(from_origin, d)
+    residual = np.sqrt(dot(cross_d, cross_d))
     rounding = cells.errors[net] + rays.slack[ray]
     return _RayPoints(
-        cell_parameters, parameters, half, position, du, dv, dot(g, d), across, residual, rounding
+        cell_parameters, parameters, half, position, du, dv, t, cross_d, residual, rounding
     )
 
 
@@ -132,7 +132,7 @@ def find_roots(
         points = _evaluate_points(cells, rays, ray[rows], cell[rows], cell_parameters)
         # G, with a bound of its error, at the parameters s₀; the root s* is at most `reach` away.
         g = (
-            np.stack([dot(bound.first, points.across), dot(bound.second, points.across)])
+            np.stack([dot(bound.first, points.cross_d), dot(bound.second, points.cross_d)])
             / bound.determinant
         )
         error = bound.lengths * points.rounding / np.abs(bound.determinant)
@@ -140,10 +140,11 @@ def find_roots(
         # By Theorem 2 of `ray_bounds`, the components of |s*| are at least `min_root`.
         min_root = np.abs(points.cell_parameters - g) - bound.contraction * reach - error
         is_outside = (min_root > 1 + 64 * UNIT).any(axis=0)
+        # Newton's step, with the partials by the parameters of the cell.
         da, db = points.half[0] * points.du, points.half[1] * points.dv
         d = rays.direction[:, ray[rows]]
         determinant = dot(cross(da, db), d)
-        step = np.stack([dot(db, points.across), -dot(da, points.across)]) / determinant
+        step = np.stack([dot(db, points.cross_d), -dot(da, points.cross_d)]) / determinant
         step = np.where(np.isfinite(step), step, 0.0)
         next_parameters = np.clip(points.cell_parameters + step, -1.0, 1.0)
         is_stuck = (np.abs(next_parameters - points.cell_parameters) <= 8 * UNIT).all(axis=0) | (
@@ -153,7 +154,7 @@ def find_roots(
         is_near = is_exact | is_stuck & (points.residual <= rays.thickness[ray[rows]])
         hit_columns = np.flatnonzero(is_near & ~is_outside)
         if len(hit_columns):
-            # For exact points, the last step has the size of rounding errors.
+            # Exact points make one more step, of the size of rounding errors.
             points = points.move(np.where(is_exact, next_parameters, points.cell_parameters), d)
             hit_rows = rows[hit_columns]
             is_inside = (
@@ -229,6 +230,7 @@ def find_strips(
         is_done &= points.residual <= rays.thickness[ray]
         ends.append(points)
     rows = np.flatnonzero(is_done)
+    # Points within the thickness may be before or behind the ends: see `Strips.spread`.
     padding = (rays.thickness[ray] * (1 + strips.spread))[rows]
     t = np.stack([points.t[rows] for points in ends])
     low, high = t.min(axis=0) - padding, t.max(axis=0) + padding
@@ -240,6 +242,7 @@ def find_strips(
 def take_points(cells: CellTree, rays: Rays, ray: Ints, cell: Ints) -> Hits:
     """Take the centres of cells that are much smaller than the thickness as hits."""
     points = _evaluate_points(cells, rays, ray, cell, np.zeros((2, len(ray))))
+    # Twice the radius, so that the intervals of neighbours overlap.
     half_width = 2 * cells.models[model_rows.RADIUS, cell] + points.rounding
     rows, net = np.arange(len(ray)), cells.net[cell]
     return points.to_hits(

@@ -1,27 +1,32 @@
 """Hits of rays on a surface, with a proof that no hit is missed.
 
-The search examines pairs of a ray and a cell of a patch (`cells`), for all rays and all patches
-together, level by level. A pair ends in four cases: the cell does not meet the ray; the cell meets
-the ray at most once, and Newton's method decides (`ray_bounds`); the ray is almost tangent to the
-cell and within the thickness (`grazing`); or the cell is smaller than the thickness. Otherwise the
-cell is halved. If only first hits are requested, pairs behind a proved hit end, too. `ray_levels`
-does all this. The *thickness* τ of a ray is a distance: a point of the surface that is nearer to
-the ray may count as a hit.
+The *thickness* τ of a ray o + t d is a distance: a point of the surface that is nearer to the ray
+may count as a hit. The search examines pairs of a ray and a cell of a patch (`cells`), for all rays
+and all patches together, level by level (`ray_levels`). It has finished with a pair if
 
-**Theorem.** If a ray is `reached`, the t of every point of the surface on the ray is in the
-interval of a reported hit (if only first hits are requested: of every point before the first
-crossing). Every reported position is a point of the surface nearer than τ to the ray. *Proof.* A
-pair is dropped only if its cell does not meet the ray (Theorem 1 of `ray_bounds`, Theorem 1 of
-`grazing`); or, if only first hits are requested, if it is behind a proved crossing. A settled pair
-reports the one place where the cell meets the ray, with the interval of Theorem 2 of `ray_bounds`;
-or, by that theorem, the root is outside the cell. A thin pair reports an interval that contains all
-of its hits by Theorem 2 of `grazing`; a small cell reports an interval that contains the cell.
-Merging only joins intervals. ∎
+- the cell does not meet the ray;
+- the pair is *settled*: the cell meets the ray at most once, and Newton's method decides whether it
+  does (`ray_bounds`);
+- the pair is *thin*: the ray is almost tangent to the cell, and the part of the cell that it may
+  meet is within τ of it (`grazing`);
+- the cell is *small*, compared with τ; or
+- only first hits are requested, and the cell is behind a proved hit.
+
+Otherwise the cell is halved. The work for a ray is limited. A ray is *reached* if its search does
+not end at one of the limits, and if rounding does not require a thickness larger than τ.
+
+**Theorem.** If a ray is reached, the t of every point of the surface on the ray is in the interval
+of a hit that the search finds (if only first hits are requested: of every point before the first
+proved hit; of the hits found, only the first is then returned). Every position of a hit is a point
+of the surface nearer than τ to the ray. *Proof.* A pair is dropped only if its cell does not meet
+the ray (Theorem 1 of `ray_bounds`, Theorem 1 of `grazing`); or, if only first hits are requested,
+if it is behind a proved hit. A settled pair gives the one point where the cell meets the ray, with
+the interval of Theorem 2 of `ray_bounds`; or, by that theorem, there is no such point. A thin pair
+gives an interval that contains all of its hits by Theorem 2 of `grazing`; a small cell gives an
+interval that contains the cell. Merging only joins intervals. ∎
 
 At a proved hit, the surface and the ray cross. If a ray only comes nearer than τ to the surface, or
 to its border, an edge or a pole, a hit may be reported there, too.
-
-The work for a ray has a budget. If the ray needs more, its search ends, and `reached` is false.
 """
 
 from collections.abc import Iterator
@@ -47,17 +52,18 @@ from service.engine.queries.ray_newton import (
 from service.engine.queries.shares import Share
 
 MIN_CHUNK, FIRST_CHUNK, MAX_CHUNK = 16, 1 << 14, 1 << 16
-"""How many rays are searched together: `FIRST_CHUNK` at first, later up to `MAX_CHUNK` if their
-cells take little memory. A search of more than `MIN_CHUNK` rays ends if their cells take too much
-memory; then fewer rays are searched again."""
+"""How many rays are searched together: `FIRST_CHUNK` at first, later up to `MAX_CHUNK` if few pairs
+are open. A search of more than `MIN_CHUNK` rays ends if their pairs or cells take too much memory;
+then fewer rays are searched again."""
 
 MAX_PAIRS = 8_000_000
 """The most pairs whose bounds are computed in a request. Most rays need 10 to 40; a pair takes 0.5
-to 5 µs, including its new cells, so that the response comes within half a minute."""
+to 5 µs, including its new cells, so all pairs of a request take at most 40 s."""
 
 MAX_FIRST_CELLS, MAX_NUMBERS = 128, 1 << 16
-"""The most cells that are tested with every ray, without a tree of patches; and the most numbers
-that the nets of these cells may have."""
+"""Before the search, patches are halved into at most `MAX_FIRST_CELLS` cells, whose nets have at
+most `MAX_NUMBERS` numbers together; these cells are tested with every ray. If there are more
+patches, at most `MAX_FIRST_CELLS` spheres of the tree of patches are tested with every ray."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -91,26 +97,30 @@ class RaySearch:
 
     def __init__(self, nets: QueryNets, thickness: float) -> None:
         self.thickness = thickness
+        # The diagonal of the model, divided by the scale, is in the coordinates of the nets.
         self.min_length_along = MIN_LENGTH_ALONG * (thickness * nets.diagonal / nets.scale) ** 0.5
         self.cells = CellTree(nets)
         max_cells = min(
             MAX_FIRST_CELLS, MAX_NUMBERS // max(group.nets[0].size for group in nets.groups)
         )
+        # In cells with more strain than this no ray can be settled.
         self.cells.halve_first(max_cells, model_rows.STRAIN, MAX_STRAIN)
         self.patches = PatchTree(self.cells, MAX_FIRST_CELLS)
         self.most_open = 0
         """The most pairs that were open on one level, in all searches."""
         self.in_tree = 0
-        """How many pairs the tree left for the rays of a request, without `FREE_PAIRS` each."""
+        """How many pairs the tree of patches could not exclude, for all rays of a request, without
+        the first `FREE_PAIRS` of each ray."""
         self.max_pairs_of_ray = FREE_PAIRS
+        """The search of a ray that has more pairs on a level of the tree ends there."""
 
     def find(
         self, origins: FloatArray, directions: FloatArray, *, only_first: bool
     ) -> Iterator[RayHits]:
         """Find the hits of rays (m, 3); yields the hits of some rays at a time.
 
-        Ray numbers are those of the query. If `only_first`, only the first hit of each ray is
-        found.
+        The ray numbers of hits are rows of `origins`. If `only_first`, only the first hit of each
+        ray is found.
         """
         rays = local_rays(self.cells.nets, origins, directions, self.thickness)
         first, size, remaining_pairs, self.in_tree = 0, FIRST_CHUNK, MAX_PAIRS, 0
@@ -121,7 +131,7 @@ class RaySearch:
             share = Share(
                 remaining_pairs * len(chunk_rays.near) // remaining_rays, len(chunk_rays.near)
             )
-            # Twice an equal share, because most rays need much less.
+            # Twice an equal share of the remaining pairs in the tree: most rays need much less.
             self.max_pairs_of_ray = max(
                 FREE_PAIRS, 2 * (MAX_PAIRS_IN_TREE - self.in_tree) // remaining_rays
             )
@@ -168,8 +178,9 @@ class RaySearch:
                 crossing_rows = np.flatnonzero(hits.label == Kind.CROSSING)
                 hits = Hits.join([hits.take(crossing_rows), complete_hits])
                 hits = hits.take(np.argsort(hits.ray, kind="stable"))
+        # From here on, t is 0 at the origin of the request, where the ray begins.
         begins = rays.near[hits.ray]
-        t, low, high = (np.maximum(ends - begins, 0.0) for ends in (hits.t, hits.low, hits.high))
+        t, low, high = (np.maximum(value - begins, 0.0) for value in (hits.t, hits.low, hits.high))
         hits = replace(hits, t=t, low=low, high=high)
         # The theorem needs τ; rounding may have required a larger thickness of a ray.
         reached &= rays.thickness <= self.thickness

@@ -1,4 +1,4 @@
-"""Divides the work of a query among its points (or rays): the points share a budget of pairs.
+"""Divides a budget of pairs, of a point (or ray) and a cell, among the points of a query.
 
 Some points need a thousand times more work than others. For example, all points of a sphere are
 equally near to its centre. A point that needs more pairs than its share waits until the other

@@ -47,6 +47,7 @@ def compute_signs(
         Lower bounds of their distances from the surface, in the coordinates of the nets.
     """
     # Borders that are equal up to rounding, or up to knots and degree, are edges, as in a mesh.
+    # `allow_any`: the joined model may have any size.
     joined, seams = join_further(model, seams, WELD_TOLERANCE, allow_any)
     if not orient_sides(seams).is_closed:
         return np.full(len(x), np.nan)

@@ -4,9 +4,9 @@ The winding number of a closed surface whose normals du × dv point outwards is
 
     w(x) = (1 / 4π) Σ Ω(cell, x),
 
-an integer for every x that is not on the surface, where Ω is the signed solid angle of a cell. For
-a cell with corners c₀₀, c₁₀, c₁₁, c₀₁ let Ω₂ be the solid angle of the triangles (c₀₀, c₁₀, c₁₁)
-and (c₀₀, c₁₁, c₀₁).
+an integer for every x that is not on the surface, where Ω is the signed solid angle of a cell as
+seen from x. For a cell with corners c₀₀, c₁₀, c₁₁, c₀₁ let Ω₂ be the solid angle of the triangles
+(c₀₀, c₁₀, c₁₁) and (c₀₀, c₁₁, c₀₁).
 
 **Theorem.** Let x lie outside a ball that contains the control points of the cell, at the distance
 r from the ball. For each side, with control points P_0 … P_n, let δ_i be the distance of P_i from
@@ -21,7 +21,8 @@ differ by four lenses, each between a side and its chord, and |Ω(lens)| ≤ are
 move along a straight line to the nearest point of the chord; no distance from P_i to the next
 becomes longer, and the curve sweeps the lens. Points of the curve move by at most Σ R_i δ_i, where
 the rational basis has R_i ≤ ω B_i. The derivative along the curve is at most ω² n h (Floater 1992).
-So the area is at most the integral over t of ω³ n h Σ B_i δ_i, and each ∫ B_i is 1 / (n + 1). ∎
+So the area is at most the integral of ω³ n h Σ B_i δ_i over the parameter of the curve, and the
+integral of each B_i is 1 / (n + 1). ∎
 
 Two sides that form one edge of the model may differ by rounding, and by the movement of points when
 borders were joined. Let g be a bound of both. To include the strips that close this gap, g is added
@@ -29,7 +30,7 @@ to each δ_i.
 
 Cells are halved until the sum of these bounds is less than 2π. Then w is the integer nearest to the
 sum of the angles Ω₂ divided by 4π. At a distance d from the surface, only cells larger than about d
-must be halved, so that each level adds only some cells.
+must be halved, so that few cells are halved on each level.
 
 If a ball about x contains no point of the surface, all points of the ball have the same w. So x is
 replaced by the nearest point of a sufficiently fine grid; then one grid point replaces many points.
@@ -53,11 +54,12 @@ from service.engine.queries.cells import CellTree
 from service.engine.queries.chord_models import AREA, CORNERS, GAP_FACTOR
 
 MAX_BOUND = 0.95 * 2 * pi
-"""The largest sum of bounds with which the winding number is certain."""
+"""The largest sum of bounds with which the winding number is certain: a little less than 2π, which
+the proof requires."""
 
 SMALL_BOUNDS = (2.0**-4, 2.0**-7, 2.0**-10)
-"""A cell is not halved if its bound is at most this. The search tries these numbers one after
-another, until the sum of all bounds is at most `MAX_BOUND`."""
+"""A cell is not halved if its bound of |Ω − Ω₂| is at most this. The search tries these numbers
+one after another, until the sum of all bounds is at most `MAX_BOUND`."""
 
 ROUNDING = 1e-6
 """A bound of the rounding error of a sum of solid angles; the error of one angle is about 1e-13."""
@@ -97,17 +99,18 @@ def compute_winding_numbers(
         The largest distance between two sides that are one edge.
     """
     lowest, highest = cells.box
-    is_inside = ((x >= lowest) & (x <= highest)).all(axis=1)
+    is_in_box = ((x >= lowest) & (x <= highest)).all(axis=1)
     gap += 2.0**-44 * cells.largest  # for rounding
     # A strip that closes a gap is within one gap of the surface, and the grid point that replaces x
     # is at least half as far from the surface as x.
     is_off_surface = low > 4 * gap
-    numbers = np.where(is_inside | ~is_off_surface, np.nan, 0.0)
-    rows = np.flatnonzero(is_inside & is_off_surface)
+    numbers = np.where(is_in_box | ~is_off_surface, np.nan, 0.0)
+    rows = np.flatnonzero(is_in_box & is_off_surface)
     grid_points, inverse = np.unique(_grid_points(x[rows], low[rows]), axis=0, return_inverse=True)
-    is_inside = ((grid_points >= lowest) & (grid_points <= highest)).all(axis=1)
-    distinct_numbers = np.where(is_inside, np.nan, 0.0)
-    inner = np.flatnonzero(is_inside)
+    is_in_box = ((grid_points >= lowest) & (grid_points <= highest)).all(axis=1)
+    distinct_numbers = np.where(is_in_box, np.nan, 0.0)
+    inner = np.flatnonzero(is_in_box)
+    # Each point begins with one pair for each of the `roots` cells; these fill about one chunk.
     remaining_pairs, first, size = MAX_PAIRS, 0, max(MIN_CHUNK, CHUNK_PAIRS // cells.roots)
     while first < len(inner) and remaining_pairs > 0:
         checkpoint()
@@ -116,6 +119,7 @@ def compute_winding_numbers(
             search = _Chunk(cells, grid_points[chunk].T, gap, small_bound)
             distinct_numbers[chunk] = search.numbers()
             remaining_pairs -= search.pair_count
+            # Only points whose sum of bounds is too large are searched again, with a smaller limit.
             chunk = chunk[search.bound > MAX_BOUND]
             if not len(chunk) or cells.is_full:
                 break
@@ -132,7 +136,9 @@ def compute_winding_numbers(
 
 def _grid_points(x: FloatArray, low: FloatArray) -> FloatArray:
     """For each point a grid point whose distance from it is at most half of `low`."""
-    _, exponent = np.frexp(0.57 * low)  # half of a diagonal of a grid cell is √3 / 2 of its side
+    # The step, a power of 2, is at most 0.57 `low`. Half the diagonal of a cube of the grid is
+    # √3 / 2 times the step, which is less than half of `low`.
+    _, exponent = np.frexp(0.57 * low)
     step = np.ldexp(1.0, exponent - 1)[:, np.newaxis]
     return np.asarray(np.rint(x / step) * step + 0.0)  # + 0.0 turns −0.0 into 0.0
 
@@ -141,8 +147,8 @@ class _Chunk:
     """The search for the winding numbers of some points (3, m).
 
     Cells with bounds of at most `small_bound` are not halved. `angle` and `bound` are the sums of
-    the angles and of their bounds so far. `is_open` marks points that stay uncertain, because they
-    have a cell that cannot be halved, or more than `MAX_PAIRS_OF_POINT` pairs on a level.
+    the angles and of their bounds so far. `is_given_up` marks points that stay uncertain, because
+    they have a cell that cannot be halved, or more than `MAX_PAIRS_OF_POINT` pairs on a level.
     """
 
     def __init__(self, cells: CellTree, x: FloatArray, gap: float, small_bound: float) -> None:
@@ -150,7 +156,7 @@ class _Chunk:
         self.small_bound = small_bound
         self.pair_count = 0
         self.angle, self.bound = np.zeros(x.shape[1]), np.zeros(x.shape[1])
-        self.is_open = np.zeros(x.shape[1], bool)
+        self.is_given_up = np.zeros(x.shape[1], bool)
 
     def numbers(self) -> FloatArray:
         """The winding numbers (m,), after all levels; NaN where they are uncertain."""
@@ -160,15 +166,17 @@ class _Chunk:
         while len(point):
             self.pair_count += len(point)
             point, cell = self.step(point, cell)
+        # By the theorem, the sum of the angles is at most `bound` from 4π times an integer.
         winding_number = np.rint(self.angle / (4 * pi))
         is_certain = np.abs(self.angle - 4 * pi * winding_number) <= self.bound + ROUNDING
         is_certain &= self.bound <= MAX_BOUND
-        return np.where(is_certain & ~self.is_open, winding_number, np.nan)
+        return np.where(is_certain & ~self.is_given_up, winding_number, np.nan)
 
     def step(self, point: Ints, cell: Ints) -> tuple[Ints, Ints]:
         """Add the angles of pairs that are precise enough; returns the pairs of the next level."""
         m = self.x.shape[1]
         angle, bound = self.angles(point, cell)
+        # Points whose sum of bounds is small enough without further halving.
         is_certain = self.bound + np.bincount(point, bound, m) <= MAX_BOUND
         is_precise = (bound <= self.small_bound) | is_certain[point]
         self.angle += np.bincount(point[is_precise], angle[is_precise], m)
@@ -176,8 +184,8 @@ class _Chunk:
         point, cell = point[~is_precise], cell[~is_precise]
         must_end = ~self.cells.can_halve(cell)
         must_end |= np.bincount(point, minlength=m)[point] > MAX_PAIRS_OF_POINT
-        self.is_open[point[must_end]] = True
-        is_kept = ~self.is_open[point]
+        self.is_given_up[point[must_end]] = True
+        is_kept = ~self.is_given_up[point]
         point, cell = point[is_kept], cell[is_kept]
         if not len(point):
             return point, cell
