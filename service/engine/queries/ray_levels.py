@@ -145,7 +145,7 @@ class RayLevels:
                 later_pairs = NO_PAIRS
                 self.is_later[:] = False
             pairs = [self.step(ray, cell)]
-            # Collect settled pairs until they are at least as many as the open pairs, because
+            # Collect settled pairs until there are no more open pairs than settled pairs, because
             # Newton's method is faster for many pairs together.
             if sum(len(pair[0]) for pair in self.settled_pairs) >= len(pairs[0][0]):
                 pairs.append(self.apply_newton())
