@@ -16,6 +16,7 @@ def test_local_and_remote_output_are_equal(server: str, tmp_path: Path) -> None:
         assert main([*command, "-o", str(local)]) == 0
         assert main([*command, "-o", str(remote), "--url", server]) == 0
         assert local.read_bytes() == remote.read_bytes()
-    # With 3 × 2 divisions, a patch has 4 × 3 vertices and 3 × 2 quads.
+    # `local` now has the estimate for the file: one patch. The option replaces its resolution 7:
+    # with 3 × 2 divisions, the patch has 4 × 3 vertices and 3 × 2 quads.
     estimate = json.loads(local.read_bytes())
     assert (estimate["vertices"], estimate["quads"], estimate["accepted"]) == (12, 6, True)

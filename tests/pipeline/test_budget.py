@@ -126,7 +126,7 @@ def test_a_search_ends_when_the_work_of_a_request_is_spent() -> None:
     effort = Effort(limit=1e8)
     plan = plan_mesh(EXAMPLES["saddle"].surface(), MeshOptions(accuracy=accuracy), fmt)
     build = AdaptiveMesher(plan, *plan.lower(), effort).build
-    best, _ = search_budget(build, plan.encode_mesh, accuracy, 1e-12, effort)
+    best, _ = search_budget(build, plan.encode_mesh, accuracy, min_tolerance=1e-12, effort=effort)
     # This work suffices for about 4000 triangles.
     assert 300 < best.report.triangles < 5000
     # A mesh may take a third of the limit. Its triangles are counted only when it is complete, so

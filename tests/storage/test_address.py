@@ -24,7 +24,7 @@ NOBODY = 65534
 
 async def is_stored_in(store_address: str, folder: Path) -> bool:
     """True if a content that is stored at this address is then in this folder."""
-    await open_store(store_address, 0).put(compute_id(CONTENT), CONTENT)
+    await open_store(store_address, quota=0).put(compute_id(CONTENT), CONTENT)
     return [path.name for path in list_files(folder)] == [compute_id(CONTENT)]
 
 
@@ -60,7 +60,7 @@ async def test_addresses_of_folders_may_be_relative_absolute_or_urls(
 )
 def test_invalid_addresses_are_refused(store_address: str, message: str) -> None:
     with pytest.raises(InvalidStore, match=message):
-        open_store(store_address, 0)
+        open_store(store_address, quota=0)
 
 
 @contextmanager
@@ -78,11 +78,11 @@ def drop_privileges() -> Iterator[None]:
 
 def test_a_folder_without_write_permission_is_refused(tmp_path: Path) -> None:
     folder = tmp_path / "read-only"
-    open_store(str(folder), 0)
+    open_store(str(folder), quota=0)
     for path in (folder, *folder.iterdir()):
         path.chmod(0o555)
     with drop_privileges(), pytest.raises(InvalidStore, match="Permission denied"):
-        open_store(str(folder), 0)
+        open_store(str(folder), quota=0)
 
 
 async def test_on_a_full_disk_an_existing_store_opens_and_a_new_one_is_refused(
@@ -91,12 +91,12 @@ async def test_on_a_full_disk_an_existing_store_opens_and_a_new_one_is_refused(
     def raise_disk_full(path: Path) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
 
-    await open_store(str(tmp_path), 0).put(compute_id(CONTENT), CONTENT)
+    await open_store(str(tmp_path), quota=0).put(compute_id(CONTENT), CONTENT)
     monkeypatch.setattr(address, "make_folder", raise_disk_full)
-    store = open_store(str(tmp_path), 0)
+    store = open_store(str(tmp_path), quota=0)
     assert await store.get(compute_id(CONTENT)) == CONTENT
     with pytest.raises(InvalidStore, match="No space left"):
-        open_store(str(tmp_path / "new"), 0)
+        open_store(str(tmp_path / "new"), quota=0)
 
 
 def test_the_error_of_an_invalid_address_names_the_setting(
@@ -116,7 +116,7 @@ def test_the_error_of_an_invalid_address_names_the_setting(
 async def test_a_store_in_an_unreachable_bucket_opens_and_is_not_ready() -> None:
     """So the service starts, and reports later that its store does not respond."""
     with set_account("http://127.0.0.1:9"):
-        store = open_store("s3://bucket/prefix", 0)
+        store = open_store("s3://bucket/prefix", quota=0)
         with pytest.raises(StoreFailed):
             await store.get(compute_id(CONTENT))
         assert not await store.is_ready()

@@ -86,7 +86,8 @@ def _judge_mesh(finding: NearlyClosed, case: Case, options: MeshOptions) -> None
     mesh = write_mesh(case.surface, options)
     report = mesh.report
     diagonal = float(np.linalg.norm(np.ptp(list_points(case.surface), axis=0)))
-    finding.tolerance = diagonal  # the table then has deviations and bounds in diagonals
+    # The table divides deviations and bounds by `tolerance`: here it gives them in diagonals.
+    finding.tolerance = diagonal
     finding.triangles, finding.moved = len(mesh.faces), report.get("moved", 0.0)
     finding.bound = report["deviation_bound"]
     deviation = measure_surface_to_mesh(build_sheets(case.surface), mesh.corners, 1000)
@@ -99,9 +100,9 @@ def _judge_mesh(finding: NearlyClosed, case: Case, options: MeshOptions) -> None
     if not is_narrow_opening and not case.accepts(report["watertight"]):
         finding.faults.append(f"watertight is {report['watertight']} at {case.weld_tolerance}")
     # The service splits borders of a multipatch in rounds, and joins points after each round;
-    # 4 rounds must be enough here. A round may move a point by the distance of near points, and by
-    # as much again if weights change; 1 % is for rounding. The distance is `weld_tolerance`
-    # diagonals, or as far as the rounding of knots moves points.
+    # 4 rounds must be enough here. A round may move a point by the largest distance at which points
+    # are joined, and by as much again if weights change; 0.5 % is for rounding. This distance is
+    # `weld_tolerance` diagonals, or as far as the rounding of knots moves points.
     rounds = 4 if isinstance(case.surface, MultipatchSurface) else 1
     reach = max(case.weld_tolerance, 2.0**-48 * find_knot_ratio(case.surface.lower()))
     if finding.moved > 2.01 * rounds * reach * diagonal:

@@ -122,7 +122,11 @@ def restore_content(content: bytes) -> None:
 
 
 def parse_headers(content: bytes) -> None:
-    """Parses the value of each header that the service reads."""
+    """Parses the bytes as the value of each of these headers.
+
+    If-None-Match, traceparent, Authorization, X-Forwarded-For, Accept, Accept-Encoding and
+    Content-Type.
+    """
     text = content.decode("latin-1")
     matches_all(content)
     parse_tags(content)

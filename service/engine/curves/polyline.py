@@ -14,7 +14,7 @@ class PolylineReport:
     `length` is that of the curve, not of the polyline. The last point of a `closed` curve repeats
     the first. `deviation_bound` bounds the distance of every point of the curve from the polyline
     through the stored points. `bounds_min` and `bounds_max` are the bounds of the stored points, in
-    model coordinates. `engine` is the version of the numbers (`ENGINE`).
+    model coordinates. `engine` is the version of the engine (`ENGINE`).
     """
 
     points: int

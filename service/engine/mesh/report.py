@@ -1,4 +1,4 @@
-"""The report on a mesh, and the version of the numbers in all results."""
+"""The report on a mesh, and the version of the engine."""
 
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -9,7 +9,7 @@ Ranges: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
 """(least, greatest) of Gaussian curvature, and of mean curvature."""
 
 ENGINE = 3
-"""The version of the numbers in all results: raised only if a request would give other numbers."""
+"""The version of the engine: raised only if a request would give other numbers than before."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,7 @@ class MeshReport:
         Model units. Control points that were equal up to rounding were made equal; no point of the
         surface moved further than this. Both deviation bounds include this movement.
     engine : int
-        The version of the numbers (`ENGINE`).
+        The version of the engine (`ENGINE`).
     """
 
     vertices: int
