@@ -30,7 +30,7 @@ class View:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Goal:
-    """The largest deviation and the largest angle of every triangle.
+    """The largest deviation of triangles, and the largest angle between normals at their vertices.
 
     Attributes
     ----------

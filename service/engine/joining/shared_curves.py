@@ -65,10 +65,12 @@ def find_cuts(seams: Seams, reach: float) -> Cuts:
     Parameters
     ----------
     reach : float
-        Model units. Points at most this far apart count as equal.
+        Model units. A corner at most this far from an edge lies on it. Two pieces are one curve if
+        the root mean square of the distances of their samples is at most this.
     """
     connectivity, arrays = seams.connectivity, []
-    # With 1 or 2 open edges, the only corners on edges are those of two loops, which stay uncut.
+    # Fewer than 3 open edges are not cut. In general, a corner can lie inside one of them only if
+    # there are 2, and both are closed curves.
     if connectivity.open_count < 3:
         return NO_CUTS
     for group in seams.curves:
@@ -123,9 +125,9 @@ def _is_beside_shared_piece(
         begin_parameter[:, None] + (end_parameter - begin_parameter)[:, None] * fractions,
     )
     values = np.empty((len(edge_of_ordered_piece), len(fractions), 3))
-    for group, rows, number in iterate_degrees(edges):
+    for group, rows, edge_numbers in iterate_degrees(edges):
         row_of_edge = np.full(len(edges.side), -1)
-        row_of_edge[number] = rows
+        row_of_edge[edge_numbers] = rows
         pieces = np.flatnonzero(row_of_edge[edge_of_ordered_piece] >= 0)
         for part in row_slices(len(pieces), 4 * len(fractions) * (degree + 1), CHUNK):
             piece_rows = pieces[part]
@@ -139,7 +141,8 @@ def _is_beside_shared_piece(
     _, first, pair = np.unique(
         low * len(edges.corners) + high, return_index=True, return_inverse=True
     )
-    # Root mean squares of the distances of samples are at most `reach`.
+    # Pieces are one curve if the root mean square of the distances of their samples is at most
+    # `reach`.
     distance = reach * len(fractions) ** 0.5
     leader = find_leaders(
         first[pair.ravel()], values.reshape(len(edge_of_ordered_piece), -1), distance

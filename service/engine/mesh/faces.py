@@ -51,6 +51,8 @@ def join_faces(
                 out[rows] = corner_numbers[run].reshape(-1, corners)
         faces.append(out)
     triangles, quads = faces
+    # A patch folds if two of its sides are one edge, and may fold if it has only one division. Then
+    # faces may have two vertices at one position.
     if welding is not None and layout.may_fold:
         triangles, quads, counts = _drop_slivers(triangles, quads, counts, welding.welds)
     return triangles, quads, _count_before(counts)

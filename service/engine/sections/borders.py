@@ -5,10 +5,11 @@ So each line that two nets may share has a number, and each place on a line has 
 coordinate. Each root on a line, and each sign at a place, is computed once for all nets that meet
 there.
 
-The lines are the distinct edges of the patches (`service.engine.mesh.connect`), and then the three
-medians of every triangle, from the middle of a side to the centroid. The medians are the borders
-between the three nets of a triangle (`service.engine.queries.nets`). Coordinates of lines run from
-0 to `LINE`, parameters of nets from 0 to `ONE`.
+The lines are the distinct edges of the patches (`service.engine.mesh.connect`), and then three
+lines for every patch, which are used only for triangles: the medians, from the middle of a side to
+the centroid. They are the borders between the three nets of a triangle
+(`service.engine.queries.nets`). Coordinates of lines run from 0 to `LINE`, parameters of nets from
+0 to `ONE`.
 
 A place has a name of two numbers: the line and the coordinate; at a corner of patches, −1 and the
 number of the corner; at the centroid of a triangle, `CENTROID` and the number of the patch.

@@ -16,11 +16,12 @@ and the length by which the second interval reaches beyond [0, |AB|]. λ and μ 
 chosen so that the linear terms in the parameters cancel; then both lengths are of the second order
 in the size of the rectangle.
 
-Rounding. Restriction takes 2 (p + q) steps of means, and sums of p + q + 2 products. So the errors
-of the coordinates of A, B and the control points of the rectangle are at most 8 (p + q) u, with u =
-2⁻⁵³. `SLACK` is this bound for p + q ≤ 64; for higher degrees it grows in proportion. The heights
-of A and B are not exactly 0, but at most this bound, and the bounds have h with the factors λ and
-μ. So `SLACK` is multiplied by 1 + |λ| + |μ|.
+Rounding. Coordinates of nets are about 1 (`service.engine.queries.nets`), so the bounds of errors
+are absolute. Restriction takes 2 (p + q) steps of means, and sums of p + q + 2 products. So the
+errors of the coordinates of A, B and the control points of the rectangle are at most 8 (p + q) u,
+with u = 2⁻⁵³. `SLACK` is this bound for p + q ≤ 64; for higher degrees it grows in proportion. The
+heights of A and B are not exactly 0, but at most this bound, and the bounds have h with the factors
+λ and μ. So `SLACK` is multiplied by 1 + |λ| + |μ|.
 """
 
 from dataclasses import dataclass
@@ -72,8 +73,9 @@ class Pieces:
 def piece_bounds(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
     """Bound the distances of pieces of nets of one group from their chords: shape (2, m).
 
-    The first row does not include rounding, and decreases by halving. The second row is the slack
-    for rounding, which is large where the surface is almost parallel to the plane.
+    The first row does not include rounding, and decreases when the rectangles are halved. The
+    second row is the slack for rounding; it is large where the surface is almost parallel to the
+    plane.
     """
     bounds = np.empty((2, len(pieces.net)))
     for rows in row_slices(len(pieces.net), group.nets[0].size, MAX_NUMBERS):

@@ -56,7 +56,7 @@ def list_triangulations(corners: int) -> Ints:
     """All triangulations of a convex polygon, (ways, n − 2), as columns of `list_triples`.
 
     Meshes have triangles in this order. Above seven corners it is the order of
-    `_choose_step_by_step`, which once cut these polygons: their files keep their bytes.
+    `_choose_step_by_step`, which formerly cut these polygons: so files of meshes keep their bytes.
     """
     number = {tuple(triple): row for row, triple in enumerate(list_triples(corners).T.tolist())}
 
@@ -108,7 +108,8 @@ def triangulate_polygons(
             for (_, rows), triples in zip(batch, corners, strict=True)
         ]
         all_triples = np.concatenate([triples.reshape(3, -1) for triples in corners], axis=1)
-        # The heights of chords (rows a, b, c) and the allowed deviation.
+        # Rows a, b, c: the height of a chord is a dx² + 2 b dx dy + c dy². Last row: the allowed
+        # deviation.
         own_form = form[3:].take(np.concatenate(owner), axis=1)
         costs = _find_costs(
             x[all_triples], y[all_triples], points.take(all_triples, axis=1), own_form
@@ -157,8 +158,8 @@ def _choose_step_by_step(costs: FloatArray, corners: int) -> Ints:
     It is built from smaller polygons to larger ones, as described at the top of this file.
     """
     many = costs.shape[1]
-    # Between corners i and k: the least cost c_ik, and the triple (i, j, k) of that cost, as a row
-    # of `list_triples`.
+    # Between corners i and k: the least cost c_ik, and the triple (i, j, k) of that cost, as the
+    # number of a column of `list_triples`.
     least = np.zeros((corners, corners, many))
     best = np.empty((corners, corners, many), dtype=np.intp)
     begin = 0

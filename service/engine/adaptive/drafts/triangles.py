@@ -112,8 +112,10 @@ def _triangulate_polygons(
 def _triangulate_strips(boundaries: CellBoundaries, rows: Ints) -> TriangleRows:
     """Triangles of strips over segments [a, b]: some at a, the base on all of [a, b], some at b.
 
-    The tip of the base is the last lifted corner in the first half of the segment. If one end of
-    the segment is a pole, all other triangles have the other end as a corner, because lifted
+    A lifted corner is a corner of a leaf, moved from the segment into the face (`cell_boundaries`).
+    The tip of the base is the last lifted corner in the first half of the segment, or the first of
+    all if this half has none. But if only one end of the segment is a pole, the tip is the lifted
+    corner nearest to it: all other triangles then have the other end as a corner, because lifted
     corners may be in line with a pole. `rows` are the rows of `boundaries.lifted` with the lifted
     corners of the strips. In the result, `base` has rows of the result, where the bases are first.
     """
@@ -137,8 +139,8 @@ def _triangulate_strips(boundaries: CellBoundaries, rows: Ints) -> TriangleRows:
     from_pole, to_pole = boundaries.is_polar[:, rows[start]]
     last = np.append(start[1:], count) - 1
     tip = np.where(to_pole & ~from_pole, last, np.where(from_pole & ~to_pole, start, tip))
-    # Each lifted corner that follows another one of its strip makes a triangle with that one: at a
-    # up to the tip, at b after it.
+    # Each lifted corner that follows another one of its strip makes a triangle with that one and
+    # with an end of the segment: with a up to the tip, with b after the tip.
     later = (~is_start).nonzero()[0]
     is_at_a = later <= tip[strip[later]]
     fans = np.stack(
@@ -191,10 +193,10 @@ def number_edges(vertex: Ints) -> Ints:
 
 
 def assign_references(corners: Ints, leaf: Ints, reference: Ints) -> None:
-    """Change `reference` (T,) where it is −1 to the reference triangle of a neighbour.
+    """Replace each −1 in `reference` (T,) by the reference triangle of a neighbour, if any has one.
 
-    The neighbour is in the same leaf if possible. (In a leaf at a corner of its face where both
-    sides are poles, no triangle is its own reference triangle.)
+    The neighbour is in the same leaf if possible. A neighbour in another leaf is needed at a corner
+    of a face where both sides are poles: there all triangles of a leaf may be flat.
     """
     forth, back = number_directed_edges(corners)
     waiting = (reference < 0).nonzero()[0]
@@ -229,7 +231,7 @@ def find_neighbours(vertex: Ints, has_area: Bools, face: Ints) -> tuple[Ints, In
         For each edge the opposite vertex of the triangle beyond the edge; −1 unless exactly two
         triangles with an area, of one face, have the edge.
     nonmanifold : ndarray of int
-        The edges that more than two triangles, of any faces, have: 3 · triangle + k.
+        The edges that more than two triangles with an area, of any faces, have: 3 · triangle + k.
     """
     # Memory is at its peak here: arrays are deleted as soon as possible.
     keys = number_edges(vertex)
@@ -264,7 +266,11 @@ def find_neighbours(vertex: Ints, has_area: Bools, face: Ints) -> tuple[Ints, In
 
 
 def find_crossed_edges(corners: Ints, nonmanifold: Ints) -> Ints:
-    """The edges of `nonmanifold` that are inside faces, as pairs (triangle, k): shape (X, 2)."""
+    """The edges of `nonmanifold` (3 · triangle + k) inside faces: pairs (triangle, k), (X, 2).
+
+    `corners` (T, 3) are samples. Inside a face, some triangle has the reverse of an edge, with the
+    same two samples; on the border of the face, no triangle has it.
+    """
     forth, back = number_directed_edges(corners)
     inside = nonmanifold[is_among(back[nonmanifold], forth)]
     return np.stack([inside // 3, inside % 3], axis=1)

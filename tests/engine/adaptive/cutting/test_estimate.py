@@ -24,6 +24,8 @@ def test_form_is_height_of_chords_over_a_quadratic_surface(bend: float) -> None:
     at = nine_points[..., np.newaxis]
     planes, normal, steps, _ = find_planes(at)
     _, signed, _ = measure_heights(at, planes, normal, two_sided=False)
+    # Rows 4 and 5 of `signed` are heights of the surface over chords along u and v; forms have
+    # heights of chords over the surface, so the sign changes. Rows 3 to 5 of forms are a, b and c.
     a, b, c = build_forms(steps, normal, -signed[4:], np.ones(1))[3:6, 0]
     for begin, end in (((0, 0), (1, 1)), ((1, 0), (0, 1)), ((0, 0), (1, 0.5))):
         du, dv = end[0] - begin[0], end[1] - begin[1]
