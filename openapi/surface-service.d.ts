@@ -530,7 +530,8 @@ export interface components {
          * @description One tensor-product Bézier patch of any degree, rational if weights are given.
          *
          *     S(u, v) = Σ B_i(u) B_j(v) w_ij P_ij / Σ B_i(u) B_j(v) w_ij for u and v from 0 to 1. A net of
-         *     r × c control points has degree (r − 1, c − 1); rows run along u, columns along v.
+         *     r × c control points has degree (r − 1, c − 1); rows follow each other along u, columns
+         *     along v.
          */
         BezierDefinition: {
             /**
@@ -542,7 +543,7 @@ export interface components {
             type?: "bezier";
             /**
              * Control Net
-             * @description Control points [x, y, z], row by row. Rows run along u and have equal lengths. At least 2 × 2 points; every coordinate is finite and within single precision.
+             * @description Control points [x, y, z], row by row. Rows follow each other along u, points in a row along v; rows have equal lengths. At least 2 × 2 points; every coordinate is finite and within single precision.
              * @example [
              *       [
              *         [
@@ -604,7 +605,7 @@ export interface components {
             weights?: number[][];
             /**
              * Colors
-             * @description Colours. sRGB, each number from 0 to 1: [r, g, b], or [r, g, b, a] with the opacity. Formats without colours omit them. glTF files contain linear RGB, as the specification of glTF requires. Rows along u as in the control net. The degree of this net may differ from that of the control net; degree 0 is one value.
+             * @description Colours. sRGB, each number from 0 to 1: [r, g, b], or [r, g, b, a] with the opacity. Formats without colours omit them. glTF files contain linear RGB, as the specification of glTF requires. Rows follow each other along u, as in the control net. The degree of this net may differ from that of the control net; degree 0 is one value.
              * @example [
              *       [
              *         [
@@ -635,7 +636,7 @@ export interface components {
             colors?: number[][][];
             /**
              * Uvs
-             * @description Texture coordinates [u, v], written without change. Vertices of the mesh then have texture coordinates also without the option `uvs`. Rows along u as in the control net. The degree of this net may differ from that of the control net; degree 0 is one value.
+             * @description Texture coordinates [u, v], written without change. Vertices of the mesh then have texture coordinates also without the option `uvs`. Rows follow each other along u, as in the control net. The degree of this net may differ from that of the control net; degree 0 is one value.
              * @example [
              *       [
              *         [
@@ -665,7 +666,7 @@ export interface components {
             ][][];
             /**
              * Attributes
-             * @description Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a list of 1 to 16 numbers. JSON has attributes by name. glTF has them as `_NAME`, split into pieces of four if there are more than four numbers. PLY has them as properties, sorted by name. Rows along u as in the control net. The degree of this net may differ from that of the control net; degree 0 is one value.
+             * @description Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a list of 1 to 16 numbers. JSON has attributes by name. glTF has them as `_NAME`, split into pieces of four if there are more than four numbers. PLY has them as properties, sorted by name. Rows follow each other along u, as in the control net. The degree of this net may differ from that of the control net; degree 0 is one value.
              * @example {
              *       "temperature": [
              *         [
@@ -862,7 +863,7 @@ export interface components {
             type: "bspline";
             /**
              * Control Net
-             * @description Control points [x, y, z], row by row. Rows run along u and have equal lengths. At least degree + 1 points in each direction (3 in a periodic direction); every coordinate is finite and within single precision.
+             * @description Control points [x, y, z], row by row. Rows follow each other along u, points in a row along v; rows have equal lengths. At least degree + 1 points in each direction (3 in a periodic direction); every coordinate is finite and within single precision.
              * @example [
              *       [
              *         [
@@ -977,7 +978,7 @@ export interface components {
             ];
             /**
              * Knots
-             * @description Knots along u and along v, each a list of numbers or a name; or one name for both. Numbers never decrease, and each occurs at most degree + 1 times. At a knot that occurs degree times the surface has a crease, and at one that occurs degree + 1 times it is discontinuous. With `clamped`, the default, the surface reaches its first and last control points; with `uniform` it does not; with `periodic` it closes smoothly, and its control points are not repeated. The intervals of named knots have length 1, and the first begins at 0. Knots that differ by less than 9e-13 of the length of the domain are made equal, unless more than degree of them (at an end of the domain, degree + 1) would be equal. The first and the last knot have no effect and may both be left out.
+             * @description Knots along u and along v, each a list of numbers or a name; or one name for both. Numbers never decrease, and each occurs at most degree + 1 times. At a knot that occurs degree times the surface has a crease, and at one that occurs degree + 1 times it is discontinuous. With `clamped`, the default, the surface reaches its first and last control points; with `uniform` it does not; with `periodic` it closes smoothly, and its control points are not repeated. The intervals of named knots have length 1, and the first begins at 0. Knots that differ by less than 9e-13 of the length of the domain are made equal, unless this would make more than degree knots equal (degree + 1 at an end of the domain). The first and the last knot have no effect and may both be left out.
              * @default [
              *       "clamped",
              *       "clamped"
@@ -1032,7 +1033,7 @@ export interface components {
             weights?: number[][];
             /**
              * Colors
-             * @description Colours. sRGB, each number from 0 to 1: [r, g, b], or [r, g, b, a] with the opacity. Formats without colours omit them. glTF files contain linear RGB, as the specification of glTF requires. Rows along u as in the control net. A net with as many rows and columns as the control net is a spline of the same degree and knots. Any other net is one Bézier net over the whole domain; its degree may differ from that of the surface, and degree 0 is one value.
+             * @description Colours. sRGB, each number from 0 to 1: [r, g, b], or [r, g, b, a] with the opacity. Formats without colours omit them. glTF files contain linear RGB, as the specification of glTF requires. Rows follow each other along u, as in the control net. A net with as many rows and columns as the control net is a spline of the same degree and knots. Any other net is one Bézier net over the whole domain; its degree may differ from that of the surface, and degree 0 is one value.
              * @example [
              *       [
              *         [
@@ -1063,7 +1064,7 @@ export interface components {
             colors?: number[][][];
             /**
              * Uvs
-             * @description Texture coordinates [u, v], written without change. Vertices of the mesh then have texture coordinates also without the option `uvs`. Rows along u as in the control net. A net with as many rows and columns as the control net is a spline of the same degree and knots. Any other net is one Bézier net over the whole domain; its degree may differ from that of the surface, and degree 0 is one value.
+             * @description Texture coordinates [u, v], written without change. Vertices of the mesh then have texture coordinates also without the option `uvs`. Rows follow each other along u, as in the control net. A net with as many rows and columns as the control net is a spline of the same degree and knots. Any other net is one Bézier net over the whole domain; its degree may differ from that of the surface, and degree 0 is one value.
              * @example [
              *       [
              *         [
@@ -1093,7 +1094,7 @@ export interface components {
             ][][];
             /**
              * Attributes
-             * @description Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a list of 1 to 16 numbers. JSON has attributes by name. glTF has them as `_NAME`, split into pieces of four if there are more than four numbers. PLY has them as properties, sorted by name. Rows along u as in the control net. A net with as many rows and columns as the control net is a spline of the same degree and knots. Any other net is one Bézier net over the whole domain; its degree may differ from that of the surface, and degree 0 is one value.
+             * @description Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a list of 1 to 16 numbers. JSON has attributes by name. glTF has them as `_NAME`, split into pieces of four if there are more than four numbers. PLY has them as properties, sorted by name. Rows follow each other along u, as in the control net. A net with as many rows and columns as the control net is a spline of the same degree and knots. Any other net is one Bézier net over the whole domain; its degree may differ from that of the surface, and degree 0 is one value.
              * @example {
              *       "temperature": [
              *         [
@@ -2656,7 +2657,7 @@ export interface components {
             weights?: number[];
             /**
              * Patches
-             * @description For each patch a grid of vertex numbers (from 0), rows along u: 4 × 4 numbers for a bicubic patch. Grids may have different shapes. May be left out if there are `triangles`.
+             * @description For each patch a grid of vertex numbers (from 0), whose rows follow each other along u: 4 × 4 numbers for a bicubic patch. Grids may have different shapes. May be left out if there are `triangles`.
              * @example [
              *       [
              *         [
@@ -3879,7 +3880,7 @@ export interface components {
             type: "triangle";
             /**
              * Control Net
-             * @description Control points [x, y, z], row by row. Each row has one point less than the row before. At least two rows; every coordinate is finite and within single precision. Seen from the side to which the normal points, rows run from left to right, and each row is above the row before.
+             * @description Control points [x, y, z], row by row. Each row has one point less than the row before. At least two rows; every coordinate is finite and within single precision. Seen from the side to which the normal points, each row goes from left to right, and is above the row before.
              * @example [
              *       [
              *         [

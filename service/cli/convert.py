@@ -1,4 +1,4 @@
-"""`surface convert`: writes a surface in another form with the same points."""
+"""`surface convert`: writes a surface, or a part of it, in another form with the same points."""
 
 import argparse
 from collections.abc import Mapping, Sequence
@@ -22,7 +22,7 @@ from service.errors import Issue
 
 def add(commands: Commands) -> None:
     """Adds the command and its flags."""
-    text = "write a surface in another form with the same points"
+    text = "write a surface, or a part of it, in another form with the same points"
     convert = add_command(commands, "convert", text)
     add_source(convert, "operations")
     add_output(convert, formats=False)

@@ -1,6 +1,6 @@
 """Checks before a mesh is computed: the options, the format, and the limits of size.
 
-Some checks need only the shapes of the surface; others need its patches.
+Some checks need only the sizes of the surface's arrays (`SurfaceSize`); others need its patches.
 """
 
 from collections.abc import Sequence
@@ -40,8 +40,8 @@ def check_surface(size: SurfaceSize, limits: Limits) -> None:
     message = "The surface has too many Bézier patches: one for every span of its knots."
     issue = Issue("too_many_patches", message, "/surface")
     check_count(size.patches, limits.max_patches, "patches", issue)
-    what, instead = "As patches the surface", "a smaller surface"
-    limits.check_memory(lowering_memory(size), what, "/surface", instead)
+    subject = "As patches the surface"  # `check_memory` adds "would take more memory than …"
+    limits.check_memory(lowering_memory(size), subject, "/surface", "a smaller surface")
 
 
 def check_options(
@@ -97,7 +97,7 @@ def _check_accuracy(options: MeshOptions, where: str, fmt: Format, encode: Encod
             "/method",
             where,
         )
-    # Only the format OOGL has an exact form, and reads `oogl`.
+    # Only the format OOGL has an exact form; only its encoder reads the option `oogl`.
     if encode.oogl is not None and encode.oogl != "off" and fmt.encode_exact is not None:
         message = (
             "The exact form needs no mesh."
@@ -207,8 +207,8 @@ def _check_names(model: PatchModel) -> None:
 def count_models(model: Model, options: MeshOptions) -> tuple[Counts, Counts]:
     """Upper bounds of the counts of a mesh, from the lowered surface.
 
-    They are closer than bounds from shapes, because the patches show which neighbours divide an
-    edge more finely, and how a curve bends.
+    They are closer than bounds from a `SurfaceSize`, because the patches show which
+    neighbours divide an edge more finely, and how a curve bends.
 
     Returns
     -------

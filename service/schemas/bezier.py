@@ -21,15 +21,17 @@ class BezierDefinition(StrictModel):
     """One tensor-product Bézier patch of any degree, rational if weights are given.
 
     S(u, v) = Σ B_i(u) B_j(v) w_ij P_ij / Σ B_i(u) B_j(v) w_ij for u and v from 0 to 1. A net of
-    r × c control points has degree (r − 1, c − 1); rows run along u, columns along v.
+    r × c control points has degree (r − 1, c − 1); rows follow each other along u, columns
+    along v.
     """
 
     type: Literal["bezier"] = Field(
         default="bezier", description="The kind of surface; `bezier` is the default."
     )
     control_net: Annotated[FloatArray, CONTROL_NET] = Field(
-        description="Control points [x, y, z], row by row. Rows run along u and have equal "
-        "lengths. At least 2 × 2 points; every coordinate is finite and within single precision.",
+        description="Control points [x, y, z], row by row. Rows follow each other along u, "
+        "points in a row along v; rows have equal lengths. At least 2 × 2 points; every "
+        "coordinate is finite and within single precision.",
         examples=[[[[0, 0, 0], [0, 1, 1], [0, 2, 0]], [[1, 0, 1], [1, 1, 2], [1, 2, 1]]]],
     )
     weights: NetWeights = Field(

@@ -52,7 +52,7 @@ def _degree_issue(degree: int, min_degree: int, max_degree: int) -> Issue:
     """The issue for a degree that is not from `min_degree` to `max_degree`."""
     code = "degree_too_high" if degree > max_degree else "out_of_range"
     needed = f"{min_degree} to {max_degree}"
-    return Issue(code, "No B-spline has such a degree.", "", f"degree {degree}", needed)
+    return Issue(code, "The degree of a B-spline is limited.", "", f"degree {degree}", needed)
 
 
 def _split_knot_vectors(value: object) -> object:
@@ -114,9 +114,10 @@ class BsplineDefinition(StrictModel):
 
     type: Literal["bspline"] = Field(description="The kind of surface.")
     control_net: Annotated[FloatArray, SPLINE_NET] = Field(
-        description="Control points [x, y, z], row by row. Rows run along u and have equal "
-        "lengths. At least degree + 1 points in each direction (3 in a periodic direction); every "
-        "coordinate is finite and within single precision.",
+        description="Control points [x, y, z], row by row. Rows follow each other along u, "
+        "points in a row along v; rows have equal lengths. At least degree + 1 points in each "
+        "direction (3 in a periodic direction); every coordinate is finite and within single "
+        "precision.",
         examples=[
             [
                 [[0, 0, 0], [0, 1, 1], [0, 2, 1], [0, 3, 0]],
@@ -141,8 +142,8 @@ class BsplineDefinition(StrictModel):
         "control points; with `uniform` it does not; with `periodic` it closes smoothly, and its "
         "control points are not repeated. The intervals of named knots have length 1, and the "
         "first begins at 0. Knots that differ by less than 9e-13 of the length of the domain are "
-        "made equal, unless more than degree of them (at an end of the domain, degree + 1) would "
-        "be equal. The first and the last knot have no effect and may both be left out.",
+        "made equal, unless this would make more than degree knots equal (degree + 1 at an end "
+        "of the domain). The first and the last knot have no effect and may both be left out.",
         examples=[["clamped", [0, 0, 0, 0.5, 1, 1, 1]]],
     )
     weights: SplineWeights = Field(

@@ -60,13 +60,14 @@ _ATTRIBUTES_TEXT = (
     "sorted by name."
 )
 _NET_TEXT = (
-    " Rows along u as in the control net. The degree of this net may differ from that of the "
-    "control net; degree 0 is one value."
+    " Rows follow each other along u, as in the control net. The degree of this net may differ "
+    "from that of the control net; degree 0 is one value."
 )
 _SPLINE_TEXT = (
-    " Rows along u as in the control net. A net with as many rows and columns as the control net "
-    "is a spline of the same degree and knots. Any other net is one Bézier net over the whole "
-    "domain; its degree may differ from that of the surface, and degree 0 is one value."
+    " Rows follow each other along u, as in the control net. A net with as many rows and "
+    "columns as the control net is a spline of the same degree and knots. Any other net is one "
+    "Bézier net over the whole domain; its degree may differ from that of the surface, and degree "
+    "0 is one value."
 )
 _TRIANGLE_TEXT = (
     " In rows as in the control net: each row has one value less than the row before. The degree "

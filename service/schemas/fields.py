@@ -41,7 +41,7 @@ class RequestModel(StrictModel):
     """The base of the models of whole requests."""
 
     def build(self) -> None:
-        """Build and store the surface or curve of the request; raises `InvalidRequest`.
+        """Build the surface or curve, and keep it in the model; raises `InvalidRequest`.
 
         Models of requests with a surface or a curve override this method, which does nothing.
         """
@@ -191,6 +191,7 @@ Overlays: TypeAlias = Annotated[
 ]
 
 Parts: TypeAlias = Annotated[
+    # `point_levels=1`: a part may list at most as many patches as the limit of control points.
     dict[Name, Annotated[Array, NumberGrid(("patch numbers",), integers=True, point_levels=1)]],
     # Stop at the first invalid list: each list may report many errors.
     Field(fail_fast=True),

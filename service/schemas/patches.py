@@ -76,9 +76,9 @@ class PatchesDefinition(StrictModel):
     )
     patches: Annotated[Any, PATCHES, WrapValidator(_parse_grids)] = Field(
         default_factory=lambda: NO_GRIDS,
-        description="For each patch a grid of vertex numbers (from 0), rows along u: 4 × 4 numbers "
-        "for a bicubic patch. Grids may have different shapes. May be left out if there are "
-        "`triangles`.",
+        description="For each patch a grid of vertex numbers (from 0), whose rows follow each "
+        "other along u: 4 × 4 numbers for a bicubic patch. Grids may have different shapes. May be "
+        "left out if there are `triangles`.",
         examples=[[[[0, 1], [2, 3]], [[2, 3], [4, 5]]]],
     )
     triangles: Annotated[NDArray[np.int64], TRIANGLES] = Field(

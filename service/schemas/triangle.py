@@ -42,7 +42,7 @@ class TriangleDefinition(StrictModel):
     control_net: Annotated[FloatArray, TRIANGLE_NET] = Field(
         description="Control points [x, y, z], row by row. Each row has one point less than the "
         "row before. At least two rows; every coordinate is finite and within single precision. "
-        "Seen from the side to which the normal points, rows run from left to right, and each row "
+        "Seen from the side to which the normal points, each row goes from left to right, and "
         "is above the row before.",
         examples=[[[[0, 0, 0], [1, 0, 1], [2, 0, 0]], [[0, 1, 1], [1, 1, 1]], [[0, 2, 0]]]],
     )

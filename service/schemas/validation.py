@@ -167,7 +167,7 @@ def invalid_request(error: ValidationError, model: type[BaseModel] = BaseModel) 
 def _is_consequence(detail: ErrorDetails) -> bool:
     """Whether the error only follows from others: pydantic does not count invalid items of a list.
 
-    So pydantic calls a list too short that has enough items, some of them invalid.
+    So if a list has enough items, but too few valid ones, pydantic also reports it as too short.
     """
     value = detail["input"]
     is_short = detail["type"] == "too_short" and isinstance(value, Sized)

@@ -32,7 +32,7 @@ def order_parts(
     Returns
     -------
     order : ndarray of int, shape (count,), or None
-        Patch numbers in the new order; None if the order does not change, since `parts` is empty.
+        Patch numbers in the new order; None if `parts` is empty: the order does not change.
     ranges : tuple of Part
         The range of each part in the new order; a part without patches is left out.
     """
@@ -72,7 +72,7 @@ def check_parts(parts: PartMembers, count: int) -> None:
                 issues.append(
                     Issue(
                         "index_out_of_range",
-                        "Parts list patches by number from 0.",
+                        "Parts list the numbers of patches, which begin at 0.",
                         where,
                         str(member),
                         f"0 to {count - 1}",

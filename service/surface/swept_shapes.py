@@ -27,6 +27,7 @@ def streamer() -> RibbonSurface:
     """A ribbon in waves that faces the direction +z, pointed at both ends."""
     polygon = [(0, 0, 0), (1, 2, 1), (3, -2, 1), (5, 2, -1), (7, -2, -1), (9, 1, 1), (10, 0, 0)]
     curve = BsplineCurve(np.array(polygon, dtype=np.float64), 3, "clamped")
+    # Bernstein coefficients along the curve.
     width = np.array([0.0, 0.9, 0.9, 0.9, 0.0])
     return RibbonSurface(curve, width, facing=np.array([0.0, 0.0, 1.0]), name="ribbon")
 
@@ -37,5 +38,6 @@ def curl() -> TubeSurface:
         (0.0, 0.0, 0.0), (0.0, 0.9, 0.0), (1.1, 1.6, 0.0), (1.6, 2.2, 1.5),
         (-1.4, 2.6, 2.0), (-1.6, 3.4, -1.6), (1.8, 3.0, -1.2), (1.2, 2.4, 0.6),
     ]  # fmt: skip
+    # Bernstein coefficients along the curve.
     radius = np.array([0.06, 0.06, 0.04, 0.0])
     return TubeSurface(BezierCurve(np.array(polygon)), radius, sides=8, name="hair")

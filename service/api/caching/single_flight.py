@@ -49,7 +49,8 @@ class SingleFlight:
         Parameters
         ----------
         callbacks : list of callables
-            The caller calls these when it no longer uses the result; `join` appends one.
+            `join` appends one. The caller calls them when it no longer uses the result that `join`
+            returned.
         """
         flight = self._flights.get(key)
         if flight is None:

@@ -1,4 +1,4 @@
-"""The outermost middleware: makes the request record; times, counts and logs each request.
+"""The outermost middleware: records, counts and logs each request, and measures its time.
 
 It also adds headers to every response: the request's id, and CORS.
 
