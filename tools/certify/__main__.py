@@ -1,4 +1,4 @@
-"""Judges meshes of a thousand random surfaces, models and groups: `make certify`.
+"""Judges meshes of over 1,000 random surfaces, models and groups: `make certify`.
 
 The program meshes every surface at four tolerances and one resolution, and every model and group
 (surfaces placed by matrices) at one tolerance. It reads the files, and compares them with samples

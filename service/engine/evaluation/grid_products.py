@@ -68,7 +68,8 @@ def plan_separable_products(
     nets = np.split(transposed, np.cumsum(count_vectors(degree))[:-1], axis=1)
     products: Products = []
     for net, (along_u, along_v), out in zip(nets, bases, results, strict=True):
-        # One matrix for each coordinate of each patch: its rows run along u, its columns along v.
+        # One matrix for each coordinate of each patch: rows follow each other along u, columns
+        # along v.
         matrices = net.reshape(-1, along_u.shape[1], len(along_v))
         curves = np.empty((len(matrices), ru + 1, len(along_v)), dtype)
         second = curves.reshape(-1, len(along_v)), along_v, out.reshape(-1, rv + 1)
