@@ -14,6 +14,7 @@ from service.surface.bezier import BezierSurface
 from service.surface.convert.elevate import elevate_nets, elevate_triangle_nets
 from service.surface.convert.nets import (
     SizeLimits,
+    add_batch_axis,
     apply_along,
     check_count,
     check_degree,
@@ -78,7 +79,7 @@ def restrict_patches(
 ) -> PatchSurface:
     """Restrict a surface of one patch to a piece of its domain."""
     patch = restrict_bezier(require_patch(surface), operation, allowed)
-    batch = Batch((patch.control_net, patch.weights), patch.channels).apply(_add_batch_axis)
+    batch = Batch((patch.control_net, patch.weights), patch.channels).apply(add_batch_axis)
     return share_vertices(batch, None, surface.parts, surface.up, surface.name)
 
 
@@ -171,12 +172,6 @@ def _cut_net(net: Net, cuts: tuple[float | None, float | None], degree: tuple[in
         if t is not None:
             nets = list(chain.from_iterable(_split_along(net, axis, t) for net in nets))
     return elevate_nets(_stack_nets(nets), degree, first_axis=1)
-
-
-def _add_batch_axis(net: Net) -> Net:
-    """A net as a batch of one."""
-    points, weights = net
-    return points[np.newaxis], None if weights is None else weights[np.newaxis]
 
 
 def _cut_triangle(net: Net, point: tuple[float, float, float], degree: int) -> Net:

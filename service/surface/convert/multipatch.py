@@ -8,11 +8,10 @@ from typing import Any, cast
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.bases.polynomials import Net
 from service.bases.triangle import degree_of
 from service.surface.bspline import BsplineSurface
 from service.surface.convert.elevate import elevate_nets, elevate_triangle_nets
-from service.surface.convert.nets import SizeLimits, check_count, map_channels
+from service.surface.convert.nets import SizeLimits, add_batch_axis, check_count, map_channels
 from service.surface.convert.operations import Operation, ToBezier
 from service.surface.convert.sharing import Batch, share_vertices
 from service.surface.convert.spline import bezier_of_spline
@@ -79,7 +78,7 @@ def _to_patches(single: Single, degree: int) -> PatchSurface:
     A triangle and its channels are elevated to `degree`; the nets of a four-sided patch are
     elevated to the highest degree among them.
     """
-    batch = Batch((single.control_net, single.weights), single.channels).apply(_add_batch_axis)
+    batch = Batch((single.control_net, single.weights), single.channels).apply(add_batch_axis)
     if isinstance(single, TriangleSurface):
         batch = batch.apply(partial(elevate_triangle_nets, degree=degree))
         return share_vertices(None, batch)
@@ -87,12 +86,6 @@ def _to_patches(single: Single, degree: int) -> PatchSurface:
     return share_vertices(
         batch.apply(partial(elevate_nets, degree=(rows - 1, columns - 1), first_axis=1))
     )
-
-
-def _add_batch_axis(net: Net) -> Net:
-    """The net as a batch of one net."""
-    points, weights = net
-    return points[np.newaxis], None if weights is None else weights[np.newaxis]
 
 
 def _join_surfaces(surface: MultipatchSurface, sources: Sequence[PatchSurface]) -> PatchSurface:

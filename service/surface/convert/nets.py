@@ -40,6 +40,12 @@ def move_axis(net: Net, target: int, axis: int) -> Net:
     )
 
 
+def add_batch_axis(net: Net) -> Net:
+    """The net as a batch of one net."""
+    points, weights = net
+    return points[np.newaxis], None if weights is None else weights[np.newaxis]
+
+
 def map_channels(channels: Channels, change: Callable[[FloatArray], FloatArray]) -> Channels:
     """The channels after `change` was applied to the net of each."""
     return Channels(
