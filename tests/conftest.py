@@ -28,7 +28,7 @@ hypothesis.settings.load_profile("surface")
 def server() -> Iterator[str]:
     """The URL of one service that runs until the last test of this process ends."""
     # The process that only distributes the tests calls no fixture, so it need not import FastAPI.
-    from tests.live import run_service  # noqa: PLC0415
+    from tools.live import run_service  # noqa: PLC0415
 
     with run_service() as url:
         yield url

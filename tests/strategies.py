@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from numpy.typing import NDArray
 
+from oracles import triangles
+from oracles.exact import split
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import Part, PatchModel
-from tests.examples import lower_patches
-from tests.oracles import triangles
-from tests.oracles.exact import split
+from tools.examples import lower_patches
 
 Array = NDArray[np.float64]
 

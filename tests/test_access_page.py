@@ -18,9 +18,9 @@ from service.api.guard.policy import Policy
 from service.api.guard.signatures import Signer
 from service.api.problems import PROBLEMS
 from service.settings.values import Settings
-from tests.live import run_service
-from tests.programs import find_program
 from tests.test_readme import SERVED_AT
+from tools.live import run_service
+from tools.programs import find_program
 
 ROOT = Path(__file__).parents[1]
 PAGE = (ROOT / "docs" / "access.md").read_text(encoding="utf-8")

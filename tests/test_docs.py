@@ -10,7 +10,7 @@ from service.engine.evaluation.forward_difference import MAX_DEGREE
 from service.engine.options import Method
 from service.pipeline.limits import Limits
 from service.schemas.options import MeshOptionFields
-from service.surface.examples import EXAMPLES
+from service.surface.examples.catalogue import EXAMPLES
 from tools.picture import write_examples_page
 
 DOCS = Path(__file__).parents[1] / "docs"

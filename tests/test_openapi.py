@@ -43,10 +43,10 @@ from service.schemas.surfaces import KINDS
 from service.schemas.validation import validate_document
 from service.settings.values import Settings
 from service.surface import Surface
-from service.surface.examples import find
-from tests.api.client import Client, start_client
-from tests.api.hostile import HOSTILE, HostileBody
-from tests.api.hostile_calls import QUERIES
+from service.surface.examples.catalogue import find
+from tools.client import Client, start_client
+from tools.hostile.calls import QUERIES
+from tools.hostile.requests import HOSTILE, HostileBody
 
 SERVICE = Path(__file__).parents[1] / "service"
 COMMITTED_FILE = SERVICE.parent / "openapi" / "openapi.json"

@@ -16,7 +16,7 @@ import pytest
 from service.cli.main import main
 from service.schemas.request import MeshRequest
 from service.schemas.surfaces import SurfaceDefinition
-from tests.programs import find_program
+from tools.programs import find_program
 
 ROOT = Path(__file__).parents[1]
 PAGES = ("README.md", "CONTRIBUTING.md", "docs/surfaces.md", "docs/questions.md")

@@ -15,7 +15,7 @@ from service.errors import InvalidSettings
 from service.settings.environment import apply_flags, describe_values, read_environment
 from service.settings.runtime import collect_rarely, half_of_memory, pause_collection, pin_blas
 from service.settings.values import Settings
-from tests.programs import run_python
+from tools.programs import run_python
 
 TEXTS = {
     "host": "::1",

@@ -14,9 +14,9 @@ from service.engine.extent import MAX_DISTANCE
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import plan_mesh
 from service.schemas.accuracy import ACCURACY_FIELDS
-from service.surface.examples import EXAMPLES
-from tests.programs import find_program
+from service.surface.examples.catalogue import EXAMPLES
 from tests.test_readme import SERVED_AT, run_shell
+from tools.programs import find_program
 
 PAGE = (Path(__file__).parents[1] / "docs" / "tolerance.md").read_text(encoding="utf-8")
 COMMANDS = re.findall(r"^```sh\n(.*?)^```$", PAGE, re.M | re.S)

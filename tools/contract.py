@@ -18,7 +18,7 @@ from service.encoders.curves.registry import CURVE_FORMATS
 from service.encoders.registry import FORMATS
 from service.settings.environment import variable
 from service.settings.values import Settings
-from service.surface.examples import EXAMPLES
+from service.surface.examples.catalogue import EXAMPLES
 from tools.processes import ROOT
 
 CONTRACT = ROOT / "tests" / "contract" / "names.txt"

@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from service.engine.closest.project import ProjectQuery, project_on_surface
 from service.engine.models import to_patches
-from service.engine.queries.project import ProjectQuery, project_on_surface
-from service.surface.examples import find
+from service.surface.examples.catalogue import find
 
 EXAMPLE = "nurbs-goblet"
 WIDTH, HEIGHT = 320, 240

@@ -27,7 +27,7 @@ from service.surface import Surface
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.channels import Channels
-from service.surface.examples import EXAMPLES, find
+from service.surface.examples.catalogue import EXAMPLES, find
 from service.surface.patches import PatchSurface
 from service.surface.triangle import TriangleSurface
 from tools.processes import peak_memory, reset_peak, resident_memory

@@ -29,7 +29,7 @@ from service.schemas.options import MeshOptionFields
 from service.schemas.surfaces import KINDS, SurfaceDefinition
 from service.settings.environment import describe_values, variable
 from service.settings.values import Settings, result_limits
-from service.surface.examples import find
+from service.surface.examples.catalogue import find
 from service.surface.sizes import SurfaceKind
 from tools.contract import CONTRACT, add_names, list_metrics
 from tools.processes import ROOT

@@ -19,9 +19,7 @@ from service.encoders.curves.registry import CURVES_BY_NAME
 from service.pipeline.curve import plan_curve
 from service.schemas.curves import CurveRequest
 from service.schemas.validation import validate_document
-from service.surface.examples import EXAMPLES, Example
-from tests.live import run_service
-from tests.programs import find_chromium
+from service.surface.examples.catalogue import EXAMPLES, Example
 from tests.web.browser import (
     FOLDER,
     open_browser,
@@ -31,6 +29,8 @@ from tests.web.browser import (
     serve_folder,
 )
 from tests.web.editor import select_point, show
+from tools.live import run_service
+from tools.programs import find_chromium
 
 WIRES = (
     "/v1/surfaces/utah-teapot/mesh.glb?resolution=12&faces=none&isocurves=4&wires=tubes"

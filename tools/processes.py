@@ -18,7 +18,7 @@ from typing import Self
 
 import httpx
 
-from tests.programs import find_program
+from tools.programs import find_program
 
 ROOT = Path(__file__).parents[1]
 HOST = "127.0.0.1"

@@ -18,7 +18,7 @@ from service.storage.canonical import (
 from service.storage.keys import is_id
 from service.storage.store import SurfaceStore
 from service.surface import Surface
-from service.surface.examples import EXAMPLES, find
+from service.surface.examples.catalogue import EXAMPLES, find
 
 _log = logging.getLogger(__name__)
 

@@ -23,7 +23,7 @@ def add(commands: Commands) -> None:
 
 
 def _examples(_: argparse.Namespace) -> int:
-    from service.surface.examples import EXAMPLES
+    from service.surface.examples.catalogue import EXAMPLES
 
     width = max(map(len, EXAMPLES))
     print_lines(f"{example.id:<{width}}  {example.title}" for example in EXAMPLES.values())

@@ -120,7 +120,7 @@ def _compute(
     from service.settings.runtime import pin_blas
     from service.settings.values import result_limits
     from service.surface import Surface
-    from service.surface.examples import find
+    from service.surface.examples.catalogue import find
 
     if isinstance(source, str):
         pin_blas()

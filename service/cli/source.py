@@ -122,7 +122,7 @@ def find_format(name: str, formats: Sequence[AnyFormat]) -> AnyFormat:
 
 def surface_source(arguments: argparse.Namespace) -> str | dict[str, Any] | NetFile:
     """The id of an example, the request in a JSON file, or a file of control points."""
-    from service.surface.examples import EXAMPLES
+    from service.surface.examples.catalogue import EXAMPLES
 
     source = arguments.source
     is_example = source in EXAMPLES and not Path(source).exists()
@@ -189,7 +189,7 @@ def surface_document(source: str | dict[str, Any] | NetFile) -> dict[str, Any]:
 
     from service.encoders.text import json_text
     from service.schemas.surfaces import definition
-    from service.surface.examples import find
+    from service.surface.examples.catalogue import find
 
     # By way of JSON, because a document has lists of numbers where a definition has arrays.
     return {"surface": orjson.loads(json_text(definition(find(source).surface())))}

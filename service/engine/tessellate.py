@@ -14,24 +14,24 @@ from service.bases import triangle
 from service.bases.arrays import FloatArray
 from service.cancellation import checkpoint
 from service.engine.bounds.mesh_deviation import bound_deviations, bound_parts, find_largest_bound
+from service.engine.connectivity.closure import OPEN, find_closure
+from service.engine.connectivity.connect import connect, connect_if_apart, may_be_cut
+from service.engine.connectivity.connectivity import hash_arrays
+from service.engine.connectivity.curve_patches import leave_out_curves
 from service.engine.curvatures.ranges import find_ranges
 from service.engine.curvatures.rows import layout_curvatures
 from service.engine.extent import AT_ZERO, choose_origin, find_stored_bounds
 from service.engine.joining.join import Allow, allow_any, join, join_further
 from service.engine.mesh.channels import match_values, split_by_kind
-from service.engine.mesh.closure import OPEN, find_closure
-from service.engine.mesh.connect import connect, connect_if_apart, may_be_cut
-from service.engine.mesh.connectivity import hash_arrays
-from service.engine.mesh.creases import Sharing, find_creases
-from service.engine.mesh.curve_patches import leave_out_curves
 from service.engine.mesh.filling import SampleRows, fill_vertices, sample_model
-from service.engine.mesh.layout import Layout
 from service.engine.mesh.mesh_value import Mesh, MeshPart, Overlay
 from service.engine.mesh.overlays import draw_overlays
-from service.engine.mesh.plans import FacePlan, plan_faces
 from service.engine.mesh.report import MeshReport
-from service.engine.mesh.weld import merge_samples
 from service.engine.options import MeshOptions
+from service.engine.plans.creases import Sharing, find_creases
+from service.engine.plans.layout import Layout
+from service.engine.plans.plan import FacePlan, plan_faces
+from service.engine.plans.weld import merge_samples
 from service.engine.scratch import Real
 from service.surface.batches import TrianglePatches
 from service.surface.lowered import PatchModel

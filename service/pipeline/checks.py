@@ -12,9 +12,9 @@ from service.encoders.compression import list_compressions
 from service.encoders.format import EncodeOptions, Format
 from service.engine.curvatures.ranges import NAMES
 from service.engine.evaluation import de_casteljau, forward_difference
-from service.engine.mesh.counts import Counts
 from service.engine.models import NOT_PATCHES, find_largest_coordinate, to_patches
 from service.engine.options import MeshOptions
+from service.engine.plans.counts import Counts
 from service.engine.sweeps import sweep
 from service.engine.sweeps.sweep import predict_sweep
 from service.engine.tessellate import predict_size

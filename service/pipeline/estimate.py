@@ -20,8 +20,8 @@ from service.engine.curvatures.limit_curvature import is_affordable
 from service.engine.curvatures.placement_scale import add_stretches
 from service.engine.joining.join import join
 from service.engine.joining.members import join_group
-from service.engine.mesh.counts import Counts, count_mesh
 from service.engine.options import MeshOptions
+from service.engine.plans.counts import Counts, count_mesh
 from service.engine.quantize import find_grid_error
 from service.errors import InvalidRequest, Issue, SurfaceError, TooLarge
 from service.pipeline.checks import check_surface, count_models, sum_counts

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from service.encoders.text import json_document
-from service.engine.queries.intersect import RayQuery, intersect_rays
+from service.engine.rays.intersect import RayQuery, intersect_rays
 from service.errors import Issue
 from service.measuring import Measured
 from service.pipeline.checks import check_surface

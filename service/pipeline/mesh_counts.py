@@ -5,8 +5,8 @@ from dataclasses import replace
 from service.bases import triangle
 from service.encoders.format import Format, MeshSize
 from service.engine.curvatures.ranges import NAMES as CURVATURES
-from service.engine.mesh.counts import Counts
 from service.engine.options import MeshOptions
+from service.engine.plans.counts import Counts
 from service.engine.wires.draw import NAME as WIRES
 from service.engine.wires.draw import bound_solid_counts
 from service.engine.wires.isocurves import bound_isocurves

@@ -6,8 +6,8 @@ import numpy as np
 
 from service.bases.arrays import Ints
 from service.encoders.text import FLOAT64_CHARS, json_document
+from service.engine.closest.project import ProjectQuery, project_on_curve, project_on_surface
 from service.engine.models import to_patches
-from service.engine.queries.project import ProjectQuery, project_on_curve, project_on_surface
 from service.errors import InvalidRequest, Issue
 from service.measuring import Measured
 from service.pipeline.checks import check_surface

@@ -5,7 +5,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from service.bases.arrays import FloatArray
-from service.engine.queries.intersect import RELATIVE_THICKNESS, RayQuery
+from service.engine.rays.intersect import RELATIVE_THICKNESS, RayQuery
 from service.engine.sections.planes import (
     MIN_RELATIVE_TOLERANCE,
     RELATIVE_TOLERANCE,

@@ -5,7 +5,7 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from service.bases.arrays import FloatArray
-from service.engine.queries.project import RELATIVE_TOLERANCE, ProjectQuery
+from service.engine.closest.project import RELATIVE_TOLERANCE, ProjectQuery
 from service.errors import InvalidRequest, Issue, count_nouns
 from service.schemas.arrays import NumberGrid
 from service.schemas.curves import CurveDefinition, build_curve

@@ -8,7 +8,7 @@ from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.accuracy import Accuracy
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
-from service.surface.examples import find
+from service.surface.examples.catalogue import find
 from tools.certify.crowded import build_crowded, build_mixed
 from tools.certify.nearly import build_noisy
 

@@ -5,9 +5,9 @@ import pytest
 from service.api.app import create_app
 from service.encoders.registry import FORMATS
 from service.settings.values import Settings
-from service.surface.examples import EXAMPLES
-from tests.api.client import Client, start_client
+from service.surface.examples.catalogue import EXAMPLES
 from tests.forms import PATCH
+from tools.client import Client, start_client
 
 
 def test_examples_are_listed_with_links_that_work(client: Client) -> None:

@@ -2,14 +2,14 @@
 
 import pytest
 
+from oracles.gltf import read_glb
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf import meshopt
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
-from service.surface.examples import find
-from tests.api.client import Client
-from tests.encoders.gltf.reader import read_glb
+from service.surface.examples.catalogue import find
+from tools.client import Client
 
 SADDLE = "/v1/surfaces/saddle/mesh"
 QUERY = "quantize=true&compression=meshopt"

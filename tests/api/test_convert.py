@@ -6,8 +6,8 @@ import pytest
 
 from service.api.app import create_app
 from service.settings.values import Settings
-from tests.api.client import Client, start_client
 from tests.forms import SURFACES
+from tools.client import Client, start_client
 
 NET = [[[0, 0, 0], [0, 1, 1], [0, 2, 0]], [[1, 0, 1], [1, 1, 2], [1, 2, 1]]]
 OPERATIONS: dict[str, list[tuple[str, Any]]] = {

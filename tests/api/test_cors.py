@@ -8,7 +8,7 @@ import pytest
 from service.api.app import create_app
 from service.api.cors import EXPOSED
 from service.settings.values import Settings
-from tests.api.client import Client, start_client
+from tools.client import Client, start_client
 
 MESH = "/v1/surfaces/saddle/mesh.glb?resolution=2"
 ALLOWED, OTHER = "https://example.com", "https://example.org"
@@ -93,7 +93,7 @@ def test_an_internal_error_is_readable_and_reveals_nothing(
     def fail(_example: object) -> None:
         raise RuntimeError("not for clients")
 
-    monkeypatch.setattr("service.surface.examples.Example.surface", fail)
+    monkeypatch.setattr("service.surface.examples.catalogue.Example.surface", fail)
     with start_client(create_app(Settings())) as client:
         response = client.get("/v1/surfaces/tveit/mesh.glb", build_origin_header(ALLOWED))
     assert (response.status_code, response.json()["code"]) == (500, "internal_error")

@@ -3,8 +3,8 @@
 import numpy as np
 
 from service.engine.curvatures.ranges import NAMES
-from tests.api.client import Client
 from tests.forms import SURFACES, TUBE
+from tools.client import Client
 
 NET = [[[i, j, 0.5 * i * i - 0.2 * j * j] for j in range(4)] for i in range(4)]
 SADDLE = {"control_net": NET}

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from oracles.gltf import read_glb
 from service.api.app import create_app
 from service.encoders.curves.format import CurveFormat, CurveSize
 from service.encoders.curves.registry import CURVE_FORMATS
@@ -16,10 +17,9 @@ from service.engine.curves.options import CurveOptions
 from service.pipeline.curve import plan_curve
 from service.settings.values import Settings
 from service.surface.curve import BezierCurve
-from tests.api.client import Client, start_client
 from tests.clients.gltf_validator import list_issues
-from tests.encoders.gltf.reader import read_glb
-from tests.programs import find_program
+from tools.client import Client, start_client
+from tools.programs import find_program
 
 QUARTER = {"control_points": [[1, 0], [1, 1], [0, 1]], "weights": [1, math.sqrt(0.5), 1]}
 LOOP = {

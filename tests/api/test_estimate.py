@@ -1,7 +1,7 @@
 """POST /v1/estimate: counts, bytes, and formats that refuse the mesh."""
 
 from service.encoders.registry import BY_NAME
-from tests.api.client import Client
+from tools.client import Client
 
 SURFACE = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]]}
 

@@ -13,11 +13,11 @@ from service.api.app import create_app
 from service.api.body import is_long_body
 from service.decoders.registry import BY_NAME
 from service.settings.values import Settings
-from service.surface.examples import find
+from service.surface.examples.catalogue import find
 from service.surface.patches import PatchSurface
-from tests.api.client import Client, start_client
-from tests.api.hostile_files import NPY, OOGL, TEAPOT, build_net, save_array
 from tests.decoders.test_npy import damaged_files
+from tools.client import Client, start_client
+from tools.hostile.files import NPY, OOGL, TEAPOT, build_net, save_array
 
 WAVE = np.stack(
     (*np.meshgrid(np.arange(12.0), np.arange(9.0), indexing="ij"), np.zeros((12, 9))), axis=-1

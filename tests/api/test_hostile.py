@@ -11,10 +11,10 @@ from service.api.app import create_app
 from service.api.guard.keys import format_entry
 from service.errors import MAX_ISSUES
 from service.settings.values import Settings
-from tests.api.client import Client, start_client
-from tests.api.hostile import HOSTILE, MIB, NOT_TO_REPEAT
-from tests.api.hostile_calls import CALLS
-from tests.api.hostile_files import FILES
+from tools.client import Client, start_client
+from tools.hostile.calls import CALLS
+from tools.hostile.files import FILES
+from tools.hostile.requests import HOSTILE, MIB, NOT_TO_REPEAT
 
 JSON = {"Content-Type": "application/json"}
 

@@ -8,8 +8,8 @@ import pytest
 from service.api.app import create_app
 from service.api.models.intersect import RayHits
 from service.settings.values import Settings
-from tests.api.client import Client, start_client
 from tests.api.test_project import NPY_HEADERS, save_npy
+from tools.client import Client, start_client
 
 NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]
 DOWN = {"origins": [[0.25, 0.5, 2], [3, 0.5, 2]], "directions": [[0, 0, -4]]}

@@ -15,7 +15,7 @@ from service.api.stored import Stored
 from service.pipeline.mesh import MeshFile, MeshWork
 from service.settings.values import Settings
 from service.storage.store import SurfaceStore
-from tests.api.client import Client, start_client
+from tools.client import Client, start_client
 
 COUNT = 4
 """Requests that are sent together."""

@@ -14,8 +14,8 @@ from service.pipeline.limits import Limits
 from service.pipeline.measure import plan_measure
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
-from service.surface.examples import EXAMPLES
-from tests.api.client import Client
+from service.surface.examples.catalogue import EXAMPLES
+from tools.client import Client
 
 NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]
 CORNERS = [[x, 2 * y, 3 * z] for z in (0, 1) for y in (0, 1) for x in (0, 1)]

@@ -13,8 +13,8 @@ from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.settings.values import Settings
 from service.surface.bezier import BezierSurface
-from service.surface.examples import find
-from tests.api.client import Client
+from service.surface.examples.catalogue import find
+from tools.client import Client
 
 NET = [[[0, 0, 0], [0, 1, 1], [0, 2, 0]], [[1, 0, 1], [1, 1, 2], [1, 2, 1]]]
 BEZIER = {"type": "bezier", "control_net": NET}

@@ -24,11 +24,11 @@ from service.errors import SurfaceError
 from service.pipeline.mesh import render, select_encode_options
 from service.schemas.query import canonical_query, parse_mesh_query
 from service.settings.values import Settings
-from service.surface.examples import find
-from tests.api.client import Client, start_client
+from service.surface.examples.catalogue import find
 from tests.api.digests import compute_digests
 from tests.decompression import decompress_gzip, decompress_zstd
-from tests.programs import run_python
+from tools.client import Client, start_client
+from tools.programs import run_python
 
 SADDLE = "/v1/surfaces/saddle/mesh.glb"
 PLAIN = {"Accept-Encoding": "identity"}

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 import service
-from tests.programs import run_python
+from tools.programs import run_python
 
 ALLOWED = tuple(
     str(Path(folder).resolve())

@@ -11,8 +11,8 @@ from service.api.app import create_app
 from service.api.routes import pages
 from service.decoders.registry import BY_SUFFIX
 from service.settings.values import Settings
-from service.surface.examples import EXAMPLES
-from tests.api.client import Client, start_client
+from service.surface.examples.catalogue import EXAMPLES
+from tools.client import Client, start_client
 
 MAIN = "page/main.js"
 FILES = pages.files(dict)

@@ -11,9 +11,9 @@ from service.encoders import json_points
 from service.engine.points.evaluate import COLUMNS
 from service.settings.values import Settings
 from service.surface.batches import TensorPatches
-from service.surface.examples import EXAMPLES, find
+from service.surface.examples.catalogue import EXAMPLES, find
 from service.surface.lowered import PatchModel
-from tests.api.client import Client, start_client
+from tools.client import Client, start_client
 
 NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]
 

@@ -14,7 +14,7 @@ from service.api.problems import PROBLEMS, problem_of
 from service.cancellation import OutOfTime
 from service.errors import DamagedObject, Issue, StoreFailed, StoreFull, SurfaceError
 from service.settings.values import Settings
-from tests.api.client import Client, start_client
+from tools.client import Client, start_client
 
 JSON = {"Content-Type": "application/json"}
 NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]

@@ -10,8 +10,8 @@ import pytest
 from service.api.app import create_app
 from service.api.models.project import ClosestPoints
 from service.settings.values import Settings
-from service.surface.examples import EXAMPLES
-from tests.api.client import Client, start_client
+from service.surface.examples.catalogue import EXAMPLES
+from tools.client import Client, start_client
 
 NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]
 QUARTER = {"control_points": [[1, 0], [1, 1], [0, 1]], "weights": [1, 0.5**0.5, 1]}

@@ -10,7 +10,7 @@ from service.api.models.sections import Sections
 from service.encoders.sections.registry import SECTION_FORMATS
 from service.pipeline.section import MAX_PLANES
 from service.settings.values import Settings
-from tests.api.client import Client, start_client
+from tools.client import Client, start_client
 
 NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]
 SQUARE = {"control_net": NET}

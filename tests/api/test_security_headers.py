@@ -4,7 +4,7 @@ import pytest
 
 from service.api.app import create_app
 from service.settings.values import Settings
-from tests.api.client import Client, start_client
+from tools.client import Client, start_client
 
 MESH = "/v1/surfaces/saddle/mesh.glb?resolution=2"
 PAGES = ("/", "/docs")

@@ -10,8 +10,8 @@ from starlette.responses import Response
 from service.api.app import create_app
 from service.api.static_files import StaticFile, StaticFiles
 from service.settings.values import Settings
-from tests.api.client import Client, start_client
 from tests.decompression import decompress_gzip, decompress_zstd
+from tools.client import Client, start_client
 
 SCRIPT = b"export const answer = 42;\n" * 1000
 

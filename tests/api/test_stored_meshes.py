@@ -12,7 +12,7 @@ from service.engine.mesh.report import ENGINE
 from service.pipeline.mesh import MeshFile, MeshWork
 from service.settings.values import Settings
 from service.storage.store import SurfaceStore
-from tests.api.client import Client, start_client
+from tools.client import Client, start_client
 
 NET = [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]
 SAIL = {"surface": {"control_net": NET, "name": "Main sail"}}

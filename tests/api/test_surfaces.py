@@ -13,9 +13,9 @@ from service.engine.mesh.report import ENGINE
 from service.errors import StoreFailed, StoreFull
 from service.settings.values import Settings
 from service.storage.canonical import canonical_content, surface_id
-from service.surface.examples import EXAMPLES, find
-from tests.api.client import Client, start_client
+from service.surface.examples.catalogue import EXAMPLES, find
 from tests.forms import PATCH, SURFACES
+from tools.client import Client, start_client
 
 JSON = {"Content-Type": "application/json"}
 FOR_EVER = "public, max-age=31536000, immutable"

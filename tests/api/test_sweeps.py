@@ -1,6 +1,6 @@
 """Meshes of tubes over HTTP: their options, and tubes that cost too much."""
 
-from tests.api.client import Client
+from tools.client import Client
 
 CURVE = {"control_points": [[0, 0, 0], [1, 2, 0], [3, 2, 1], [4, 0, 1]]}
 TUBE = {"type": "tube", "curve": CURVE, "radius": [0.2, 0.1], "sides": 6, "name": "wire"}

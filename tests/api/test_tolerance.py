@@ -10,7 +10,7 @@ from service.api.app import create_app
 from service.api.responses import BOUND_HEADER
 from service.schemas.accuracy import ACCURACY_FIELDS
 from service.settings.values import Settings
-from tests.api.client import Client, start_client
+from tools.client import Client, start_client
 
 NET = [[[i, j, 0.3 * (i % 2) * (j % 3)] for j in range(4)] for i in range(4)]
 WAVE = {"control_net": NET}

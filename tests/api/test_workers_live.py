@@ -17,7 +17,7 @@ from service.cancellation import checkpoint
 from service.errors import InvalidRequest, Issue
 from service.pipeline.mesh import MeshFile, MeshWork
 from service.settings.values import Settings
-from tests.live import run_service
+from tools.live import run_service
 
 NET = [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]
 RESOLUTION = 200

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from oracles import exact
 from service.bases.bernstein import (
     bernstein,
     multiply,
@@ -17,7 +18,6 @@ from service.bases.bernstein import (
     sample_parameters,
     sample_partials_basis,
 )
-from tests.oracles import exact
 from tests.strategies import Array, nets
 
 ULP = 2.0**-52

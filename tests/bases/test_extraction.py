@@ -12,12 +12,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from oracles.exact import curve_point
+from oracles.splines import spline_point, to_fractions
 from service.bases import extraction, knots
 from service.bases.blossoms import build_operators
 from service.bases.cache import MESH_PLANS
 from service.bases.extraction import extract_bezier_points, plan_extraction
-from tests.oracles.exact import curve_point
-from tests.oracles.splines import spline_point, to_fractions
 from tests.spline_strategies import KnotVector, knot_vectors, random_points, random_weights
 
 seeds = st.integers(0, 10**6)

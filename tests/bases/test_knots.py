@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from oracles.splines import basis_values, find_span, to_fractions
 from service.bases import knots as knot
-from tests.oracles.splines import basis_values, find_span, to_fractions
 from tests.spline_strategies import KnotVector, knot_vectors
 
 shares_of_the_domain = st.floats(0, 1)

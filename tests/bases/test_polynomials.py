@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
+from oracles.exact import Vector, curve_point
 from service.bases.affine_combination import combine
 from service.bases.polynomials import Net, elevate, restrict, split
-from tests.oracles.exact import Vector, curve_point
 
 Array = np.ndarray
 PARAMETERS = (Fraction(0), Fraction(1, 3), Fraction(5, 8), Fraction(1))

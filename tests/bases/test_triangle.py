@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from oracles import triangles
 from service.bases import triangle, triangle_basis, triangle_polynomials
 from service.bases.bernstein import bernstein, elevation_matrix
-from tests.oracles import triangles
 
 
 def compute_exact_basis(degree: int, place: tuple[Fraction, ...]) -> list[Fraction]:

@@ -11,7 +11,7 @@ from service.cli.operations import operations_from_text
 from service.pipeline.documents import plan_conversion
 from service.surface.convert.nets import SizeLimits
 from service.surface.convert.operations import Elevate, Reverse, Split, Transpose
-from service.surface.examples import find
+from service.surface.examples.catalogue import find
 
 SURFACE = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]], "name": "sail"}
 

@@ -11,8 +11,8 @@ import pytest
 from service.cli.main import main
 from service.settings.listening import find_address
 from service.settings.values import Settings
-from tests.live import run_service
-from tests.programs import run_python
+from tools.live import run_service
+from tools.programs import run_python
 
 
 @contextmanager

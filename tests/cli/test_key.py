@@ -7,7 +7,7 @@ import pytest
 from service.api.guard.keys import format_entry, make_key
 from service.cli.main import main
 from service.settings.values import Settings
-from tests.live import run_service
+from tools.live import run_service
 
 KEY = make_key()
 MESH = ["mesh", "saddle", "--resolution", "1", "-o", "-", "--format", "json"]

@@ -20,10 +20,10 @@ from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.schemas.options import MeshOptionFields
-from service.surface.examples import EXAMPLES, find
-from tests.live import serve
-from tests.programs import run_python
+from service.surface.examples.catalogue import EXAMPLES, find
+from tools.live import serve
 from tools.processes import service_server
+from tools.programs import run_python
 
 SURFACE = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]], "name": "sail"}
 

@@ -12,7 +12,7 @@ from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
-from service.surface.examples import find
+from service.surface.examples.catalogue import find
 
 TEAPOT = "2\n1,2,3,4\n3,4,5,6\n6\n0,0,0\n0,1,0\n1,0,1\n1,1,1\n2,0,0\n2,1,0\n"
 """A file of the format `teapot`: 2 patches of 2 × 2 points each, which share 2 of the 6 points."""

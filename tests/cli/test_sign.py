@@ -6,7 +6,7 @@ from pydantic import SecretStr
 from service.api.app import create_app
 from service.cli.main import main
 from service.settings.values import Settings
-from tests.api.client import start_client
+from tools.client import start_client
 
 SECRET = "0123456789abcdef" * 2
 MESH = "/v1/surfaces/saddle/mesh.json?resolution=1"

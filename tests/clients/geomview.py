@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.programs import find_program
+from tools.programs import find_program
 
 
 @dataclass(frozen=True)

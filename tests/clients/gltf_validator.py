@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from tests.programs import find_node_package, find_program
+from tools.programs import find_node_package, find_program
 
 SCRIPT = Path(__file__).with_suffix(".mjs")
 

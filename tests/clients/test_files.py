@@ -11,7 +11,7 @@ from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.surface.bspline import BsplineSurface
 from tests.clients.geomview import read_oogl
-from tests.programs import find_program
+from tools.programs import find_program
 
 GEOMVIEW = Path("/usr/share/geomview/geom")
 

@@ -21,10 +21,10 @@ from service.pipeline.mesh import render
 from service.schemas.request import MeshRequest
 from service.schemas.validation import validate_document
 from service.surface import Surface
-from service.surface.examples import find
+from service.surface.examples.catalogue import find
 from service.surface.lowered import PatchModel
 from tests.clients.geomview import read_oogl
-from tests.programs import find_program
+from tools.programs import find_program
 
 MAX_POINTS = 1_000_000
 """The limit of control points, for tests in which it does not matter."""

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from service.decoders import teapot
 from service.decoders.format import Tree
 from service.errors import SurfaceError
-from service.surface.examples import find
+from service.surface.examples.catalogue import find
 from service.surface.patches import PatchSurface
 
 MAX_POINTS = 1_000_000

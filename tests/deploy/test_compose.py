@@ -17,7 +17,7 @@ from tests.deploy.files import (
     read_variables,
     run_command,
 )
-from tests.programs import find_program
+from tools.programs import find_program
 
 FILE = DEPLOY / "compose.yaml"
 SERVICES: dict[str, dict[str, Any]] = load_yaml(FILE)["services"]

@@ -1,7 +1,7 @@
 """The Dockerfile passes a linter, and agrees with the files that run its image."""
 
 from tests.deploy.files import DEPLOY, ROOT, USER, load_yaml, run_command
-from tests.programs import find_program
+from tools.programs import find_program
 
 
 def test_the_linter_reports_no_issues() -> None:

@@ -22,7 +22,7 @@ from tests.deploy.files import (
     load_yaml,
     run_command,
 )
-from tests.programs import find_program
+from tools.programs import find_program
 
 KUBERNETES_VERSION = "1.37"
 """The version against whose schemas the manifests are validated."""

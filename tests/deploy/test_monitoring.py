@@ -14,9 +14,9 @@ from prometheus_client.parser import text_string_to_metric_families as families
 
 from service.api.app import create_app
 from service.settings.values import Settings
-from tests.api.client import start_client
 from tests.deploy.files import DEPLOY, ROOT, load_yaml, run_command
-from tests.programs import find_program
+from tools.client import start_client
+from tools.programs import find_program
 
 ALERTS = DEPLOY / "prometheus" / "alerts.yaml"
 CONFIG = DEPLOY / "prometheus" / "prometheus.yml"

@@ -14,7 +14,7 @@ from tests.deploy.files import (
     read_variables,
     run_command,
 )
-from tests.programs import find_program
+from tools.programs import find_program
 
 UNIT = DEPLOY / "systemd" / "surface-service.service"
 PROGRAM = "/opt/surface-service/bin/surface"

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from threadpoolctl import threadpool_info
 
-from tests.programs import run_python
+from tools.programs import run_python
 
 OLD_CORES = {"x86_64": ("Prescott", "Nehalem"), "aarch64": ("ARMV8", "NEOVERSEN1")}
 """Two processors whose code in OpenBLAS runs on all processors of the same architecture."""

@@ -12,7 +12,7 @@ from pathlib import Path
 from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
-from service.surface import examples
+from service.surface.examples import catalogue as examples
 
 NET = Path(examples.__file__).parent / "data" / "bourke-1111.json"
 SAMPLES = 50, 40

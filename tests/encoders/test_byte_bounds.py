@@ -16,14 +16,14 @@ from service.encoders.oogl import byte_bound
 from service.encoders.oogl_patches import HIGHEST_DEGREE, encode_patches
 from service.encoders.registry import FORMATS
 from service.encoders.text import FLOAT32_CHARS, FLOAT64_CHARS, json_array
+from service.engine.connectivity.closure import Closure
 from service.engine.grid import MIN_STEP
-from service.engine.mesh.closure import Closure
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.quantize import quantize_mesh
 from service.errors import UnsupportedByFormat
 from service.surface.batches import TensorPatches
 from service.surface.lowered import Part, PatchModel
-from tests.meshes import (
+from tools.meshes import (
     Faces,
     add_attributes,
     add_overlays,

@@ -23,7 +23,7 @@ from service.pipeline.mesh import keep_storable_channels, render
 from service.schemas.request import MeshRequest
 from service.schemas.validation import validate_document
 from service.surface.batches import TrianglePatches
-from service.surface.examples import EXAMPLES
+from service.surface.examples.catalogue import EXAMPLES
 from service.surface.lowered import GroupModel
 from service.surface.sweep_model import SweepModel
 from tests.clients.geomview import read_oogl

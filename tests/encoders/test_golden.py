@@ -10,7 +10,7 @@ import pytest
 
 from service.encoders.format import EncodeOptions, OoglForm
 from service.encoders.registry import BY_NAME
-from tests.meshes import add_attributes, add_overlays, build_silo, to_single
+from tools.meshes import add_attributes, add_overlays, build_silo, to_single
 
 FOLDER = Path(__file__).parents[1] / "golden"
 

@@ -9,7 +9,7 @@ import numpy as np
 from service.encoders import json_mesh
 from service.encoders.format import EncodeOptions
 from service.engine.mesh.mesh_value import Mesh
-from tests.meshes import add_attributes, add_overlays, build_sheet, build_silo, to_single
+from tools.meshes import add_attributes, add_overlays, build_sheet, build_silo, to_single
 
 
 def decode(mesh: Mesh) -> dict[str, Any]:

@@ -8,7 +8,7 @@ import pytest
 from service.encoders import obj
 from service.encoders.format import EncodeOptions
 from service.engine.mesh.mesh_value import Mesh
-from tests.meshes import build_silo
+from tools.meshes import build_silo
 
 
 def read_records(mesh: Mesh) -> list[list[str]]:

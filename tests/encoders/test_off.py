@@ -5,7 +5,7 @@ from pathlib import Path
 from service.encoders import off
 from service.encoders.format import EncodeOptions
 from tests.clients.geomview import read_oogl
-from tests.meshes import add_attributes, build_silo
+from tools.meshes import add_attributes, build_silo
 
 
 def test_geomview_reads_a_colour_for_each_vertex(tmp_path: Path) -> None:

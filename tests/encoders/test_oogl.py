@@ -11,7 +11,7 @@ from service.encoders.format import EncodeOptions, OoglForm
 from service.engine.mesh.mesh_value import Mesh
 from service.errors import UnsupportedByFormat
 from tests.clients.geomview import read_oogl
-from tests.meshes import add_attributes, add_overlays, build_sheet, build_silo, remove_faces
+from tools.meshes import add_attributes, add_overlays, build_sheet, build_silo, remove_faces
 
 
 def encode(mesh: Mesh, form: OoglForm | None = None) -> bytes:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from service.encoders import ply
 from service.encoders.format import EncodeOptions
-from tests.meshes import build_silo
+from tools.meshes import build_silo
 
 
 def test_missing_channels_have_no_properties() -> None:

@@ -15,8 +15,8 @@ from service.engine.options import MeshOptions
 from service.errors import UnsupportedByFormat
 from service.pipeline.mesh import render
 from service.surface.batches import ChannelKind
-from service.surface.examples import find
-from tests.meshes import add_attributes, add_overlays, build_silo, remove_faces
+from service.surface.examples.catalogue import find
+from tools.meshes import add_attributes, add_overlays, build_silo, remove_faces
 
 each_format = pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
 

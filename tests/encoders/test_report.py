@@ -8,11 +8,11 @@ from typing import Any
 import pytest
 import trimesh
 
+from oracles.gltf import read_glb
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
 from service.engine.mesh.mesh_value import Mesh
-from tests.encoders.gltf.reader import read_glb
-from tests.meshes import build_silo, to_single
+from tools.meshes import build_silo, to_single
 
 DEFAULTS = EncodeOptions()
 BOUND = 0.0012345678901234567

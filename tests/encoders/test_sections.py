@@ -7,12 +7,12 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pytest
 
+from oracles.gltf import read_glb
 from service.encoders.sections.format import SectionSize
 from service.encoders.sections.registry import SECTION_FORMATS, SECTIONS_BY_NAME
 from service.engine.sections.values import Sections
-from service.surface.examples import find
+from service.surface.examples.catalogue import find
 from tests.clients.gltf_validator import list_issues
-from tests.encoders.gltf.reader import read_glb
 from tests.engine.sections.test_sections import cut, lower_patches
 
 SVG = "{http://www.w3.org/2000/svg}"

@@ -18,7 +18,7 @@ from service.encoders.text import (
 )
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import build_mesh
-from service.surface.examples import find
+from service.surface.examples.catalogue import find
 
 RANDOM = np.random.default_rng(3)
 RANDOM_BITS = RANDOM.integers(0, 2**64, 20_000, dtype=np.uint64).view(np.float64)

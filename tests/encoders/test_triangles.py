@@ -5,15 +5,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from oracles import triangles
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
 from service.errors import UnsupportedByFormat
 from service.pipeline.mesh import plan_mesh
-from service.surface.examples import find
+from service.surface.examples.catalogue import find
 from service.surface.triangle import TriangleSurface
 from tests.clients.geomview import read_oogl
-from tests.oracles import triangles
 
 
 def test_points_of_geomview_are_on_the_sphere(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ import trimesh
 
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
-from tests.meshes import build_silo
+from tools.meshes import build_silo
 
 SIDES, ROWS = 12, 3
 AREA = SIDES / 2 * np.sin(2 * np.pi / SIDES)

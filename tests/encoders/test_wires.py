@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from oracles.gltf import read_glb
 from service.encoders.format import EncodeOptions, Format
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.options import MeshOptions, WireForm
@@ -11,8 +12,7 @@ from service.pipeline.limits import Limits
 from service.pipeline.mesh import plan_mesh, render
 from service.pipeline.mesh_counts import mesh_size
 from service.surface.bezier import BezierSurface
-from service.surface.examples import find
-from tests.encoders.gltf.reader import read_glb
+from service.surface.examples.catalogue import find
 
 TEAPOT = find("utah-teapot").surface()
 FORMS: tuple[WireForm, ...] = ("lines", "tubes", "ribbons")

@@ -4,12 +4,12 @@ from typing import Any
 
 import numpy as np
 
+from oracles.topology import Topology, count_topology, winding_agreement
 from service.engine.build import build
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
-from service.surface.examples import find
+from service.surface.examples.catalogue import find
 from service.surface.lowered import Model
-from tests.oracles.topology import Topology, count_topology, winding_agreement
 from tests.strategies import Array, build_model
 
 

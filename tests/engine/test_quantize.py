@@ -12,11 +12,11 @@ from service.engine.options import MeshOptions
 from service.engine.quantize import find_grid_error, find_grid_steps, quantize, quantize_mesh
 from service.engine.scenes.scene import Scene
 from service.surface.bezier import BezierSurface
-from service.surface.examples import EXAMPLES, find
+from service.surface.examples.catalogue import EXAMPLES, find
 from service.surface.group import GroupSurface, Member
 from service.surface.lowered import GroupModel
-from tests.meshes import add_overlays, build_silo, to_single
 from tests.strategies import Array
+from tools.meshes import add_overlays, build_silo, to_single
 
 COARSE = MeshOptions(resolution=(4, 4))
 WITH_LINES = MeshOptions(

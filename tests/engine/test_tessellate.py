@@ -7,9 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from oracles import exact
+from oracles.topology import count_topology, weld_by_position
 from service.engine.mesh.mesh_value import Mesh
 from service.surface.batches import TensorPatches
-from service.surface.examples import EXAMPLES
+from service.surface.examples.catalogue import EXAMPLES
 from service.surface.lowered import PatchModel
 from tests.engine.meshing import (
     build_mesh,
@@ -20,9 +22,6 @@ from tests.engine.meshing import (
     find_topology,
     list_faces,
 )
-from tests.examples import lower_patches
-from tests.oracles import exact
-from tests.oracles.topology import count_topology, weld_by_position
 from tests.strategies import (
     Array,
     build_model,
@@ -31,6 +30,7 @@ from tests.strategies import (
     resolutions,
     weighted_nets,
 )
+from tools.examples import lower_patches
 
 
 @pytest.mark.parametrize(

@@ -10,21 +10,21 @@ import trimesh
 from scipy.interpolate import NdBSpline
 from trimesh.proximity import closest_point_naive
 
-from service.surface.bspline import BsplineSurface
-from tests.oracles import exact, splines, triangles
-from tests.oracles.deviation import (
+from oracles import exact, splines, triangles
+from oracles.deviation import (
     measure_mesh_to_surface,
     measure_seen_deviation,
     measure_surface_to_mesh,
 )
-from tests.oracles.distance import Soup
-from tests.oracles.sheets import (
+from oracles.distance import Soup
+from oracles.sheets import (
     Array,
     PlacedSheet,
     build_bezier_sheet,
     build_sheets,
     build_triangle_sheet,
 )
+from service.surface.bspline import BsplineSurface
 from tools.certify.surfaces import FAMILIES, bicubic
 
 PLACES = [(0.0, 0.0), (1.0, 1.0), (1 / 3, 5 / 7), (0.125, 0.875)]

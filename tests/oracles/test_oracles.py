@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from tests.oracles import exact, limits, quadrics
-from tests.oracles.topology import count_topology, volume, weld_by_position, winding_agreement
+from oracles import exact, limits, quadrics
+from oracles.topology import count_topology, volume, weld_by_position, winding_agreement
 from tests.strategies import Array, build_cube, nets
 
 TETRAHEDRON = [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]

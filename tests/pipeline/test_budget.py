@@ -14,7 +14,7 @@ from service.errors import InvalidRequest
 from service.pipeline.adaptive import AdaptiveMesher, search_budget
 from service.pipeline.mesh import MeshFile, plan_mesh
 from service.surface.bezier import BezierSurface
-from service.surface.examples import EXAMPLES
+from service.surface.examples.catalogue import EXAMPLES
 
 FORMAT = {fmt.name: fmt for fmt in FORMATS}
 

@@ -9,6 +9,9 @@ import numpy as np
 import pytest
 import trimesh
 
+from oracles.deviation import measure_surface_to_mesh
+from oracles.distance import Soup
+from oracles.sheets import build_sheets
 from service.encoders.format import EncodeOptions, Format, OoglForm
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.accuracy import Accuracy, Camera
@@ -21,12 +24,9 @@ from service.pipeline.limits import Limits
 from service.pipeline.mesh import MeshWork, plan_mesh, render
 from service.surface import Surface
 from service.surface.bezier import BezierSurface
-from service.surface.examples import EXAMPLES, find
+from service.surface.examples.catalogue import EXAMPLES, find
 from service.surface.group import GroupSurface, Member
 from service.surface.triangle import TriangleSurface
-from tests.oracles.deviation import measure_surface_to_mesh
-from tests.oracles.distance import Soup
-from tests.oracles.sheets import build_sheets
 from tests.strategies import Array
 
 each_format = pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)

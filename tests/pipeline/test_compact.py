@@ -10,6 +10,9 @@ import numpy as np
 import pytest
 import trimesh
 
+from oracles.deviation import measure_surface_to_mesh
+from oracles.gltf import Gltf, read_glb
+from oracles.sheets import build_sheets
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf import meshopt
 from service.encoders.registry import BY_NAME, FORMATS
@@ -21,11 +24,8 @@ from service.pipeline.estimate import plan_estimate
 from service.pipeline.mesh import plan_mesh, render
 from service.pipeline.mesh_sizes import plan_sizes
 from service.surface.bezier import BezierSurface
-from service.surface.examples import find
+from service.surface.examples.catalogue import find
 from service.surface.patches import PatchSurface
-from tests.encoders.gltf.reader import Gltf, read_glb
-from tests.oracles.deviation import measure_surface_to_mesh
-from tests.oracles.sheets import build_sheets
 from tests.strategies import Array
 
 GLB = BY_NAME["glb"]

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from oracles.gltf import read_glb
 from service.encoders.format import EncodeOptions, Format
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.accuracy import Accuracy, Camera
@@ -17,9 +18,8 @@ from service.pipeline.limits import Limits
 from service.pipeline.mesh import PLAIN, render
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
-from service.surface.examples import EXAMPLES, find
+from service.surface.examples.catalogue import EXAMPLES, find
 from service.surface.group import GroupSurface, Member
-from tests.encoders.gltf.reader import read_glb
 from tools.certify.surfaces import FAMILIES
 
 COUNT_FIELDS = ("vertices", "triangles", "quads")

@@ -7,9 +7,9 @@ import pytest
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.accuracy import Accuracy
-from service.engine.mesh.connect import connect
-from service.engine.mesh.layout import Layout
+from service.engine.connectivity.connect import connect
 from service.engine.options import MeshOptions
+from service.engine.plans.layout import Layout
 from service.errors import TooLarge
 from service.pipeline.cost import MEMORY_SHARE, lowering_memory
 from service.pipeline.documents import plan_definition
@@ -18,7 +18,7 @@ from service.pipeline.mesh import plan_mesh
 from service.storage.canonical import plan_content
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
-from service.surface.examples import find
+from service.surface.examples.catalogue import find
 from service.surface.group import GroupSurface, Member
 from service.surface.sizes import SurfaceKind
 from tools.memory import measure_memory

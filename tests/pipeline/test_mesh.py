@@ -8,6 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from oracles.deviation import measure_surface_to_mesh
+from oracles.sheets import build_sheets
 from service.encoders.format import EncodeOptions, Format, OoglForm
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.options import MAX_RESOLUTION, Faces, MeshOptions
@@ -22,15 +24,13 @@ from service.pipeline.points import plan_points
 from service.surface.batches import ChannelKind
 from service.surface.bezier import BezierSurface
 from service.surface.curve import BezierCurve
-from service.surface.examples import find
+from service.surface.examples.catalogue import find
 from service.surface.group import GroupSurface, Member
 from service.surface.sizes import SurfaceSize
 from service.surface.sweeps import TubeSurface
 from service.surface.triangle import TriangleSurface
-from tests.examples import lower_patches
-from tests.oracles.deviation import measure_surface_to_mesh
-from tests.oracles.sheets import build_sheets
 from tests.strategies import Array, build_model, resolutions, split_models
+from tools.examples import lower_patches
 
 each_format = pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
 MEBIBYTE = 1 << 20

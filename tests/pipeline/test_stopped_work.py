@@ -8,7 +8,7 @@ from service.encoders.registry import BY_NAME
 from service.engine.accuracy import Accuracy
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import MeshWork, plan_mesh
-from service.surface.examples import find
+from service.surface.examples.catalogue import find
 
 WORKS = {
     "patches": ("utah-teapot", MeshOptions(resolution=(7, 7)), "glb"),

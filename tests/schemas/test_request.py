@@ -18,7 +18,7 @@ from service.schemas.request import MeshRequest
 from service.schemas.surfaces import definition
 from service.schemas.validation import validate_document
 from service.surface.bezier import BezierSurface
-from service.surface.examples import EXAMPLES
+from service.surface.examples.catalogue import EXAMPLES
 from service.surface.patches import PatchSurface
 
 LIMITS = DocumentLimits()

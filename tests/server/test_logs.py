@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 
 from service.api.observing.record import NO_ROUTE, RequestRecord, current_record
 from service.server.logs import MAX_MESSAGE, MAX_TEXT, Lines, RecordFormatter
-from tests.programs import run_python
+from tools.programs import run_python
 
 HOSTILE = "a\nERROR:    forged\r\x1b[31m\x9b31m\u2028\u202e\x00\ud800"
 

@@ -21,8 +21,8 @@ from service.settings.values import Settings
 from service.storage.address import open_store
 from service.storage.keys import key_of
 from service.storage.store import SurfaceStore
-from tests.live import run_service
 from tests.storage.backends import compute_id, set_account
+from tools.live import run_service
 from tools.processes import Server, free_port
 
 pytestmark = pytest.mark.anyio

@@ -28,7 +28,7 @@ from service.storage.canonical import canonical_content, restore_surface, surfac
 from service.surface import Surface
 from service.surface.bezier import BezierSurface
 from service.surface.curve import BezierCurve, BsplineCurve
-from service.surface.examples import EXAMPLES, find
+from service.surface.examples.catalogue import EXAMPLES, find
 from service.surface.group import GroupSurface, content_key
 from tests.forms import ARC, PATCH, SURFACES, TENT, WAVES, Json
 from tests.spellings import IDENTITY, spell_number, spell_surface

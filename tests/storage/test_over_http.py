@@ -6,8 +6,8 @@ import pytest
 
 from service.api.app import create_app
 from service.settings.values import Settings
-from tests.api.client import start_client
 from tests.storage.backends import list_files
+from tools.client import start_client
 
 NET = [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]
 PATCH = {"surface": {"control_net": NET}}

@@ -8,6 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from oracles.exact import to_exact_net
+from oracles.splines import spline_surface_point, to_fractions
 from service.bases import knots as knot
 from service.bases.bernstein import bernstein
 from service.engine.accuracy import Accuracy
@@ -18,8 +20,6 @@ from service.surface.bspline import BsplineSurface
 from service.surface.checks import MAX_WEIGHT_RATIO
 from service.surface.lowered import Part, PatchModel
 from tests.engine.meshing import build_mesh
-from tests.oracles.exact import to_exact_net
-from tests.oracles.splines import spline_surface_point, to_fractions
 from tests.spline_strategies import KnotVector, knot_vectors, random_points, random_weights
 
 Array = np.ndarray[Any, np.dtype[np.float64]]

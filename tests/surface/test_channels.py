@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from oracles.exact import surface_point, to_exact_net
 from service.engine.options import MeshOptions
 from service.engine.tessellate import tessellate
 from service.errors import InvalidRequest
@@ -18,7 +19,6 @@ from service.surface.channel_values import MAX_ATTRIBUTES
 from service.surface.channels import MAX_DIMENSION, MAX_NUMBERS, Channels, keep_channels
 from service.surface.checks import MAX_DEGREE
 from service.surface.patches import PatchSurface
-from tests.oracles.exact import surface_point, to_exact_net
 from tests.spline_strategies import KnotVector, knot_vectors, random_points, random_weights
 
 SQUARE = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]])

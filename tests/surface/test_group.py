@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 
 from service.surface.bezier import BezierSurface
-from service.surface.examples import find
+from service.surface.examples.catalogue import find
 from service.surface.group import GroupSurface, Member, content_key
 from service.surface.lowered import PatchModel
 from service.surface.placement import place_bounds, turn_upright

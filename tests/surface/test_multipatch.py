@@ -17,7 +17,7 @@ from service.surface.bspline import BsplineSurface
 from service.surface.channels import Channels
 from service.surface.convert.operations import Elevate, Reverse, Split, Transpose
 from service.surface.convert.table import convert
-from service.surface.examples import find
+from service.surface.examples.catalogue import find
 from service.surface.group import GroupSurface, Member
 from service.surface.multipatch import MAX_SURFACES, MultipatchSurface, Single
 from service.surface.patches import PatchSurface

@@ -16,7 +16,7 @@ from service.schemas.request import MeshRequest
 from service.schemas.surfaces import KINDS
 from service.surface import Surface
 from service.surface.batches import TrianglePatches
-from service.surface.examples import EXAMPLES, find
+from service.surface.examples.catalogue import EXAMPLES, find
 from service.surface.group import GroupSurface
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sizes import SurfaceKind

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from oracles.sheets import build_sheets
 from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.surface.bezier import BezierSurface
-from tests.oracles.sheets import build_sheets
 from tools.certify.judge import count_edges, count_reversed_triangles, find_flat_triangles
 from tools.certify.models import BODIES, build_complex
 from tools.certify.rounding import is_flattened_by_rounding

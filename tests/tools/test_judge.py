@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from oracles.distance import measure_distances
+from oracles.sheets import TensorSheet, build_sheets
 from service.api.app import create_app
 from service.settings.values import Settings
 from service.surface.bspline import BsplineSurface
-from tests.api.client import Client, start_client
-from tests.oracles.distance import measure_distances
-from tests.oracles.sheets import TensorSheet, build_sheets
 from tests.strategies import Array
 from tools.certify.surfaces import FAMILIES
+from tools.client import Client, start_client
 from tools.judge.__main__ import Case, Verdict, judge, judge_cases, list_cases, write_document
 from tools.judge.enclosures import enclose_least_distances
 from tools.judge.exact import Exact, list_nets, read_glb, to_fractions

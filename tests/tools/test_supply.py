@@ -12,7 +12,7 @@ import yaml
 
 from service import __version__
 from tests.deploy.files import run_command
-from tests.programs import find_program
+from tools.programs import find_program
 from tools.supply.licences import (
     PAGE,
     READ_LICENCES,

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from playwright.sync_api import Browser, ConsoleMessage, Page, sync_playwright
 
-from tests.live import serve
+from tools.live import serve
 
 FOLDER = Path(__file__).parent
 

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from playwright.sync_api import Browser
 
-from tests.live import serve
-from tests.programs import find_node_package
 from tests.web.browser import FOLDER, SLOW_FRAMES, WITHOUT_PIXELS, QuietHandler, Stage, open_page
+from tools.live import serve
+from tools.programs import find_node_package
 
 PAGE = Path(__file__).parents[2] / "docs" / "browser.md"
 READ_MESHES = FOLDER / "read_meshes.js"

@@ -4,7 +4,7 @@ import json
 import subprocess
 from pathlib import Path
 
-from tests.programs import find_node_package, find_program
+from tools.programs import find_node_package, find_program
 
 STRICT = {
     "strict": True,

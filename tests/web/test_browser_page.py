@@ -17,8 +17,6 @@ from service.api.cors import EXPOSED
 from service.api.openapi.document import build_full_settings
 from service.settings.environment import apply_flags
 from service.settings.values import Settings
-from tests.live import run_service
-from tests.programs import find_node_package, find_program
 from tests.test_readme import run_shell
 from tests.web.browser import FOLDER, Stage
 from tests.web.clients import (
@@ -31,6 +29,8 @@ from tests.web.clients import (
     visit,
 )
 from tests.web.compiler import compile_project, write_project
+from tools.live import run_service
+from tools.programs import find_node_package, find_program
 
 TYPES = FOLDER.parents[1] / "openapi" / "surface-service.d.ts"
 TEXT = PAGE.read_text(encoding="utf-8")

@@ -14,7 +14,6 @@ import pytest
 from numpy.typing import NDArray
 from playwright.sync_api import Browser
 
-from tests.programs import find_program
 from tests.test_readme import run_shell
 from tests.web.browser import Stage
 from tests.web.clients import (
@@ -31,6 +30,7 @@ from tests.web.clients import (
     turn_upright,
     visit,
 )
+from tools.programs import find_program
 
 RESOLUTION = 32
 

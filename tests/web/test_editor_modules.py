@@ -10,7 +10,7 @@ from service.encoders.text import json_text
 from service.engine.build import build
 from service.engine.options import MeshOptions
 from service.schemas.surfaces import definition
-from service.surface.examples import EXAMPLES, find
+from service.surface.examples.catalogue import EXAMPLES, find
 from tests.web.browser import Stage
 from tests.web.clients import visit
 

@@ -7,9 +7,9 @@ import pytest
 from playwright.sync_api import Page
 
 from service.encoders.registry import FORMATS
-from tests.programs import find_node_package
 from tests.web.browser import Stage
 from tests.web.editor import READY, WINDOW, read_value, reset_editor, select_point
+from tools.programs import find_node_package
 
 # Width and height of windows, in pixels.
 WIDE_WINDOW, PHONE_WINDOW = (1200, 800), (360, 740)

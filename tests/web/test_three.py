@@ -8,7 +8,7 @@ from service.engine.build import build_scene
 from service.engine.options import MeshOptions
 from service.engine.scenes.scene import place_points
 from service.pipeline.mesh import render
-from service.surface.examples import find
+from service.surface.examples.catalogue import find
 from service.surface.group import GroupSurface, Member
 from service.surface.lowered import GroupModel
 from tests.web.browser import Stage

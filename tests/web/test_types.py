@@ -3,8 +3,8 @@
 import json
 from pathlib import Path
 
-from tests.programs import find_node_package
 from tests.web.compiler import compile_project
+from tools.programs import find_node_package
 
 FOLDER = Path(__file__).parent
 PAGE = FOLDER.parents[1] / "service" / "api" / "page"

@@ -10,8 +10,6 @@ from itertools import cycle
 
 import numpy as np
 
-from tests.api.hostile import HOSTILE, NET, write_options
-from tests.api.hostile_files import FILES, NPY, OOGL, TEAPOT, save_array
 from tools.attack.wire import (
     BUSY,
     DONE,
@@ -24,6 +22,8 @@ from tools.attack.wire import (
     send_request,
     send_requests,
 )
+from tools.hostile.files import FILES, NPY, OOGL, TEAPOT, save_array
+from tools.hostile.requests import HOSTILE, NET, write_options
 
 PIECE_BYTES = 1 << 18
 TWO_TO_31 = 1 << 31

@@ -11,7 +11,6 @@ from itertools import cycle, product
 import numpy as np
 
 from service.encoders.registry import BY_SUFFIX
-from tests.api.hostile_files import NPY, save_array
 from tools.attack.wire import (
     BUSY,
     DONE,
@@ -22,6 +21,7 @@ from tools.attack.wire import (
     open_connection,
     send_requests,
 )
+from tools.hostile.files import NPY, save_array
 
 
 @cache

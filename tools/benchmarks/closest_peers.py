@@ -19,7 +19,7 @@ from typing import IO, Any, NamedTuple
 
 import numpy as np
 
-from service.engine.queries.project import ProjectQuery, project_on_surface
+from service.engine.closest.project import ProjectQuery, project_on_surface
 from service.surface.lowered import PatchModel
 
 ROUNDS, SERVICE_POINTS = 5, 20_000

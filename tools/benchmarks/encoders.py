@@ -14,9 +14,9 @@ from service.engine.quantize import quantize
 from service.pipeline.mesh import build_mesh
 from service.surface.bezier import BezierSurface
 from service.surface.lowered import PatchModel
-from tests.examples import lower_patches
 from tools.benchmarks.alternately import measure_alternately
 from tools.benchmarks.evaluation import build_hills
+from tools.examples import lower_patches
 
 GLB = BY_NAME["glb"]
 FORMS = {

@@ -14,9 +14,9 @@ from typing import NamedTuple
 
 from service.api.app import create_app
 from service.settings.values import Settings
-from tests.api.client import start_client
-from tests.api.hostile import HOSTILE, split_body
-from tests.api.hostile_files import FILES
+from tools.client import start_client
+from tools.hostile.files import FILES
+from tools.hostile.requests import HOSTILE, split_body
 from tools.processes import peak_memory, reset_peak, resident_memory
 
 MAX_SECONDS = 0.2

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from oracles import exact
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.evaluation.forward_difference import MAX_DEGREE
 from service.engine.options import Method
 from service.engine.scratch import Real
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
-from tests.oracles import exact
 from tests.strategies import lower_example
 from tools.benchmarks.alternately import measure_alternately
 

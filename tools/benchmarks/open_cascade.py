@@ -29,6 +29,9 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from oracles.deviation import measure_surface_to_mesh
+from oracles.distance import Soup
+from oracles.sheets import build_sheets
 from service.engine.accuracy import Accuracy
 from service.engine.bounds.second_derivatives import bound_second_derivatives, count_blocks
 from service.engine.build import build
@@ -38,11 +41,8 @@ from service.settings.runtime import pin_blas, share_heap
 from service.surface.batches import TensorPatches
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
-from service.surface.examples import find
+from service.surface.examples.catalogue import find
 from service.surface.lowered import Part, PatchModel
-from tests.oracles.deviation import measure_surface_to_mesh
-from tests.oracles.distance import Soup
-from tests.oracles.sheets import build_sheets
 from tools.certify.surfaces import (
     FAMILIES,
     MODERATE,
@@ -65,7 +65,7 @@ ROUNDS, MAX_REPEATED_SECONDS = 3, 2.0
 MAX_SHEETS = 4
 """A model with more sheets is sampled only once, not more finely where the deviation is largest.
 
-A sheet is one surface as `tests.oracles.sheets` evaluates it, without code of the service."""
+A sheet is one surface as `oracles.sheets` evaluates it, without code of the service."""
 
 MODELS = (
     "utah-teapot", "sphere", "torus", "cone", "cylinder", "bourke-1111", "nurbs-goblet",

@@ -7,15 +7,15 @@ from statistics import median
 import numpy as np
 
 from service.encoders.sections.registry import SECTIONS_BY_NAME
+from service.engine.closest.project import ProjectQuery, project_on_surface
 from service.engine.measures.measure import measure
 from service.engine.measures.values import MeasureQuery
 from service.engine.models import to_patches
-from service.engine.queries.intersect import RayQuery, intersect_rays
-from service.engine.queries.project import ProjectQuery, project_on_surface
+from service.engine.rays.intersect import RayQuery, intersect_rays
 from service.engine.sections.planes import Planes, SectionTolerance
 from service.pipeline.section import plan_sections
 from service.surface.bezier import BezierSurface
-from service.surface.examples import find
+from service.surface.examples.catalogue import find
 from service.surface.lowered import PatchModel
 from service.surface.sizes import SurfaceKind
 from tools.benchmarks.closest_peers import print_closest

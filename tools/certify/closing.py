@@ -11,15 +11,15 @@ from types import MappingProxyType
 
 import numpy as np
 
+from oracles.deviation import measure_surface_to_mesh
+from oracles.sheets import build_sheets
 from service.encoders.registry import BY_NAME
 from service.engine.accuracy import Accuracy
-from service.engine.mesh.equal_points import find_knot_ratio
+from service.engine.connectivity.equal_points import find_knot_ratio
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.surface.multipatch import MultipatchSurface
 from service.surface.patches import PatchSurface
-from tests.oracles.deviation import measure_surface_to_mesh
-from tests.oracles.sheets import build_sheets
 from tools.certify.crowded import build_crowded, build_mixed
 from tools.certify.nearly import Case, WeldedSurface, build_noisy, build_pieces, list_points
 from tools.certify.table import Finding

@@ -2,7 +2,7 @@
 
 Every group has three surfaces, one of them twice, with random affine matrices. It is meshed once by
 tolerance and once for a camera. The file is JSON, which stores the vertices of all copies in
-coordinates of the group. A sheet is a member as the oracles sample it (`tests.oracles.sheets`).
+coordinates of the group. A sheet is a member as the oracles sample it (`oracles.sheets`).
 """
 
 import time
@@ -10,13 +10,13 @@ from math import tan
 
 import numpy as np
 
+from oracles.deviation import measure_seen_deviation
+from oracles.sheets import PlacedSheet, Sheet, build_sheets
 from service.encoders.registry import BY_NAME
 from service.engine.accuracy import Accuracy, Camera
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.surface.group import GroupSurface, Member
-from tests.oracles.deviation import measure_seen_deviation
-from tests.oracles.sheets import PlacedSheet, Sheet, build_sheets
 from tools.certify.seams import SeamReport, check_deviation
 from tools.certify.surfaces import FAMILIES, Array, Random
 from tools.certify.written import Written, read_file

@@ -1,7 +1,7 @@
 """Makes the file of one mesh, reads the file, and checks the mesh for all kinds of faults.
 
 The mesh is compared with the sheets of the surface: tensor-product or triangular surfaces that
-`tests.oracles.sheets` samples.
+`oracles.sheets` samples.
 """
 
 import time
@@ -12,13 +12,13 @@ from typing import Any, Literal
 
 import numpy as np
 
+from oracles.deviation import measure_mesh_to_surface, measure_surface_to_mesh
+from oracles.exact import is_flat
+from oracles.sheets import build_sheets
 from service.encoders.registry import BY_NAME
 from service.engine.accuracy import Accuracy
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
-from tests.oracles.deviation import measure_mesh_to_surface, measure_surface_to_mesh
-from tests.oracles.exact import is_flat
-from tests.oracles.sheets import build_sheets
 from tools.certify.rounding import is_flattened_by_rounding
 from tools.certify.surfaces import FAMILIES
 from tools.certify.table import Finding

@@ -13,9 +13,9 @@ from typing import TypeAlias
 
 import numpy as np
 
+from oracles import triangles
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import Part, PatchModel
-from tests.oracles import triangles
 from tests.strategies import Array
 
 Loop: TypeAlias = tuple[int, ...]

@@ -5,14 +5,14 @@ all three corners are within the rounding error of these points, then rounding m
 If a corner is further away, or if the points themselves are collinear, the triangle has another
 fault.
 
-A sheet is a surface as the oracles sample it (`tests.oracles.sheets`): `at` returns points relative
+A sheet is a surface as the oracles sample it (`oracles.sheets`): `at` returns points relative
 to its `origin`.
 """
 
 import numpy as np
 
-from tests.oracles.exact import is_flat
-from tests.oracles.sheets import Sheet
+from oracles.exact import is_flat
+from oracles.sheets import Sheet
 from tools.certify.written import Array
 
 NOISE = 2.0**-46

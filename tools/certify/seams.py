@@ -2,7 +2,7 @@
 
 Each patch must have the same triangles in any order of the patches. If it is meshed alone, its
 edges must have the same vertices. A sheet is a patch as the oracles sample it
-(`tests.oracles.sheets`).
+(`oracles.sheets`).
 """
 
 import time
@@ -12,14 +12,14 @@ from itertools import pairwise
 
 import numpy as np
 
+from oracles.deviation import measure_each_sheet
+from oracles.sheets import Sheet, build_sheets
 from service.encoders.registry import BY_NAME
 from service.engine.accuracy import Accuracy
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.surface.lowered import PatchModel
 from service.surface.sizes import SurfaceKind, SurfaceSize
-from tests.oracles.deviation import measure_each_sheet
-from tests.oracles.sheets import Sheet, build_sheets
 from tools.certify.models import Complex, Loop, Pair, build_complex
 from tools.certify.table import Finding
 from tools.certify.written import Array, Rows, Written, list_edges, read_file

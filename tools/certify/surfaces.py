@@ -9,11 +9,11 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from oracles import triangles
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.knots import Knots
 from service.surface.triangle import TriangleSurface
-from tests.oracles import triangles
 
 Array: TypeAlias = NDArray[np.float64]
 Random: TypeAlias = np.random.Generator

@@ -10,9 +10,9 @@ from service.engine.options import MeshOptions
 from service.errors import SurfaceError
 from service.pipeline.mesh import render
 from service.storage.canonical import canonical_content
-from service.surface.examples import EXAMPLES, find
-from tests.api.hostile_calls import CALLS
-from tests.api.hostile_files import FILES, NPY, OOGL, TEAPOT, build_net, save_array
+from service.surface.examples.catalogue import EXAMPLES, find
+from tools.hostile.calls import CALLS
+from tools.hostile.files import FILES, NPY, OOGL, TEAPOT, build_net, save_array
 
 MAX_INPUT_BYTES = 1 << 16
 """The largest number of bytes of an input. Longer inputs are slower and find no other faults."""

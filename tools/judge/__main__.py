@@ -20,9 +20,9 @@ from service.settings.runtime import pin_blas
 from service.settings.values import Settings
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
-from service.surface.examples import EXAMPLES
-from tests.api.client import Client, start_client
+from service.surface.examples.catalogue import EXAMPLES
 from tools.certify.surfaces import FAMILIES, Surface
+from tools.client import Client, start_client
 from tools.judge.exact import list_nets, read_glb, read_stl
 from tools.judge.proof import Proof, prove
 

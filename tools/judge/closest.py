@@ -23,13 +23,13 @@ from multiprocessing import Pool, cpu_count
 
 import numpy as np
 
+from oracles.closest import find_nearest
+from oracles.sheets import Array, Sheet, build_sheets
+from service.engine.closest.project import ProjectQuery, project_on_surface
 from service.engine.models import to_patches
-from service.engine.queries.project import ProjectQuery, project_on_surface
 from service.settings.runtime import pin_blas
-from service.surface.examples import EXAMPLES as ALL_EXAMPLES
-from service.surface.examples import find
-from tests.oracles.closest import find_nearest
-from tests.oracles.sheets import Array, Sheet, build_sheets
+from service.surface.examples.catalogue import EXAMPLES as ALL_EXAMPLES
+from service.surface.examples.catalogue import find
 from tools.certify.surfaces import FAMILIES
 from tools.judge.__main__ import write_document
 from tools.judge.enclosures import enclose_least_distances

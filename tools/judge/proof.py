@@ -31,7 +31,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.oracles.distance import Soup, measure_distances
+from oracles.distance import Soup, measure_distances
 from tools.judge.exact import Array, Exact, to_fractions
 from tools.judge.hulls import cut_net, is_hull_near, measure_squared_distance
 

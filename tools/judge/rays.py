@@ -21,15 +21,15 @@ from typing import Any
 
 import numpy as np
 
+from oracles.quadrics import sphere, torus
+from oracles.rays import Ints, find_crossings
+from oracles.sheets import Array, build_sheets
 from service.bases.arrays import Bools
 from service.engine.models import to_patches
-from service.engine.queries.intersect import RayQuery, intersect_rays
+from service.engine.rays.intersect import RayQuery, intersect_rays
 from service.settings.runtime import pin_blas
-from service.surface.examples import find
+from service.surface.examples.catalogue import find
 from service.surface.lowered import PatchModel
-from tests.oracles.quadrics import sphere, torus
-from tests.oracles.rays import Ints, find_crossings
-from tests.oracles.sheets import Array, build_sheets
 from tools.certify.surfaces import FAMILIES
 from tools.judge.roots import find_sphere_roots, find_torus_roots
 

@@ -7,9 +7,9 @@ or four by its fourth root.
 
 import numpy as np
 
+from oracles.rays import sphere_roots, torus_roots
+from oracles.sheets import Array
 from service.bases.arrays import Ints
-from tests.oracles.rays import sphere_roots, torus_roots
-from tests.oracles.sheets import Array
 
 RADIUS, TUBE = 1.0, 0.4
 PAIR, GROUP = 4e-5, 0.02

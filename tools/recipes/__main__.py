@@ -18,8 +18,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType
 
-from tests.programs import NODE_MODULES, find_program
 from tools.processes import ROOT
+from tools.programs import NODE_MODULES, find_program
 from tools.recipes.call_toys import COMMAND, ENDPOINT
 from tools.recipes.steps import Recipe, Step
 from tools.recipes.toys import FORMAT, KIND, OPTION

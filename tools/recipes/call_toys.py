@@ -124,7 +124,7 @@ async def pack_surface(body: CrateRequest, context: ContextDep) -> Response:
         ),
         Step(
             "tests/api/test_crate.py",
-            """from tests.api.client import Client
+            """from tools.client import Client
 
 
 def test_a_square_has_a_flat_crate(client: Client) -> None:

@@ -54,7 +54,7 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
             "tests/encoders/test_xyz.py",
             """from service.encoders import xyz
 from service.encoders.format import EncodeOptions
-from tests.meshes import build_silo
+from tools.meshes import build_silo
 
 
 def test_a_line_for_every_vertex() -> None:
@@ -112,7 +112,7 @@ OPTION = Recipe(
 
 from service.engine.options import MeshOptions
 from service.engine.tessellate import tessellate
-from tests.examples import lower_patches
+from tools.examples import lower_patches
 
 
 def test_tessellate_reverses_faces() -> None:

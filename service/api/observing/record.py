@@ -21,7 +21,7 @@ from starlette.types import Scope
 
 from service.encoders.registry import BY_SUFFIX
 from service.storage.keys import is_id
-from service.surface.examples import EXAMPLES
+from service.surface.examples.catalogue import EXAMPLES
 
 SCOPE_ITEM = "surface.record"
 """Name of the record in an ASGI scope."""

@@ -20,7 +20,7 @@ from service.schemas.options import MeshOptionFields
 from service.schemas.query import LIST_NAMES, MeshQuery
 from service.schemas.surface_query import FIELDS
 from service.surface.checks import MAX_DEGREE
-from service.surface.examples import EXAMPLES
+from service.surface.examples.catalogue import EXAMPLES
 from service.surface.knots import NAMED
 
 Json: TypeAlias = dict[str, Any]

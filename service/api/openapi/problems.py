@@ -45,7 +45,7 @@ from service.storage.quota import quota_exceeded
 from service.surface.bezier import BezierSurface
 from service.surface.convert.nets import SizeLimits
 from service.surface.convert.operations import Split
-from service.surface.examples import find
+from service.surface.examples.catalogue import find
 
 FailingCall: TypeAlias = Callable[[], object]
 Example: TypeAlias = Problem | SurfaceError | FailingCall

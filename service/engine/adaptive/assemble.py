@@ -19,17 +19,17 @@ from service.engine.adaptive.triangulation import (
     drop_flat_triangles,
 )
 from service.engine.bounds.faces import Faces
+from service.engine.connectivity.closure import Closure
 from service.engine.curvatures.ranges import find_ranges
 from service.engine.evaluation.scattered import evaluate_scattered_normals
 from service.engine.extent import find_stored_bounds
-from service.engine.mesh.borders import count_borders
 from service.engine.mesh.channels import ChannelRows, match_values, split_by_kind
-from service.engine.mesh.closure import Closure
 from service.engine.mesh.mesh_value import Mesh, MeshPart, Overlay
 from service.engine.mesh.overlays import control_net
 from service.engine.mesh.report import MeshReport
-from service.engine.mesh.weld import Welding, count_positions, find_shared_positions, weld
 from service.engine.options import MeshOptions
+from service.engine.plans.borders import count_borders
+from service.engine.plans.weld import Welding, count_positions, find_shared_positions, weld
 from service.engine.vectors import find_largest_angle
 from service.surface.lowered import PatchModel
 

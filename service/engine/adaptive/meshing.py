@@ -27,13 +27,13 @@ from service.engine.adaptive.triangulation import Storage, bound_origin_error
 from service.engine.bounds.certificate_rounding import check_goal, find_least_tolerance
 from service.engine.bounds.faces import find_faces
 from service.engine.bounds.goal import Goal
-from service.engine.bounds.patch_nets import PatchNets
+from service.engine.connectivity.closure import find_closure
+from service.engine.connectivity.curve_patches import leave_out_curves
+from service.engine.connectivity.seams import find_seams
 from service.engine.joining.join import join
 from service.engine.joining.members import JoinedGroup, join_group
-from service.engine.mesh.closure import find_closure
-from service.engine.mesh.curve_patches import leave_out_curves
 from service.engine.mesh.mesh_value import Mesh
-from service.engine.mesh.seams import find_seams
+from service.engine.nets.patch_nets import PatchNets
 from service.engine.options import MeshOptions
 from service.engine.quantize import find_grid_steps
 from service.engine.scenes.apart import separate_members

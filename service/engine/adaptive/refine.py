@@ -51,7 +51,7 @@ from service.engine.bounds.certificate import certify
 from service.engine.bounds.clip import Parts
 from service.engine.bounds.faces import SPAN, Faces
 from service.engine.bounds.goal import Goal
-from service.engine.bounds.patch_nets import PatchNets
+from service.engine.nets.patch_nets import PatchNets
 
 CHUNK = 1 << 15
 """Triangles in one block of proofs, so that temporary arrays stay small."""

@@ -22,8 +22,8 @@ from service.bases.row_batches import row_slices
 from service.engine.adaptive.limits import MeshLimits
 from service.engine.bounds.goal import Goal
 from service.engine.bounds.second_derivatives import bound_second_derivatives
+from service.engine.connectivity.seams import Seams, find_seams
 from service.engine.evaluation.evaluate import evaluate
-from service.engine.mesh.seams import Seams, find_seams
 from service.engine.options import MeshOptions
 from service.engine.wires.draw import bound_solid_counts
 from service.engine.wires.goal_divisions import count_goal_divisions

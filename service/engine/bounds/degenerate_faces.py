@@ -19,15 +19,15 @@ from service.bases import triangle
 from service.bases.arrays import Bools, FloatArray, IndexArray, Ints, RealArray
 from service.bases.cache import PLANS
 from service.cancellation import checkpoint
-from service.engine.mesh.layout import Layout
-from service.engine.mesh.patterns import (
+from service.engine.options import Faces, MeshOptions
+from service.engine.plans.layout import Layout
+from service.engine.plans.patterns import (
     AnyShape,
     Shape,
     TriangleShape,
     build_faces,
     merge_collapsed,
 )
-from service.engine.options import Faces, MeshOptions
 
 NOT_COLLAPSED = (False, False, False, False)
 

@@ -22,7 +22,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import bernstein, elevation_matrix
 from service.bases.cache import PLANS
-from service.engine.bounds.blossoms import build_blossoms, build_box_nets
+from service.engine.nets.blossoms import build_blossoms, build_box_nets
 
 DIRECT = 8
 """Up to this degree p + q the nets of triangles are computed directly, without reduction."""

@@ -55,8 +55,8 @@ from math import comb
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.engine.bounds.blossoms import list_exponents
 from service.engine.bounds.reference_triangles import ReferenceTriangles
+from service.engine.nets.blossoms import list_exponents
 
 INSIDE = 2.0**-46
 """A projection counts as inside T if it is at least this far from every edge; that is more than

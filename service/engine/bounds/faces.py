@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, Ints
-from service.engine.mesh.seams import Seams
+from service.engine.connectivity.seams import Seams
 from service.surface.lowered import Domain, PatchModel
 from service.surface.sides import along_sides
 

@@ -30,11 +30,11 @@ from service.engine.bounds.vertex_rounding import (
     bound_vertex_error,
     measure_errors,
 )
+from service.engine.connectivity.seams import Seams
 from service.engine.mesh.filling import SampleRows
-from service.engine.mesh.layout import Layout
-from service.engine.mesh.runs import Block
-from service.engine.mesh.seams import Seams
 from service.engine.options import MeshOptions
+from service.engine.plans.layout import Layout
+from service.engine.plans.runs import Block
 from service.engine.scratch import Real
 from service.surface.batches import Patches, TrianglePatches
 from service.surface.lowered import PatchModel

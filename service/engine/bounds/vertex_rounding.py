@@ -23,13 +23,13 @@ from service.bases.bernstein import sample_basis
 from service.bases.homogeneous import to_homogeneous
 from service.bases.row_batches import row_slices
 from service.engine.bounds.certificate_rounding import UNIT
+from service.engine.connectivity.connectivity import SAME_WEIGHT
+from service.engine.connectivity.degree_matching import SAME_CURVE
+from service.engine.connectivity.edges import sample_edges
+from service.engine.connectivity.seams import Seams
 from service.engine.evaluation.evaluate import choose_formulation
-from service.engine.mesh.connectivity import SAME_WEIGHT
-from service.engine.mesh.degree_matching import SAME_CURVE
-from service.engine.mesh.edges import sample_edges
-from service.engine.mesh.layout import Layout
-from service.engine.mesh.seams import Seams
 from service.engine.options import Method
+from service.engine.plans.layout import Layout
 from service.engine.scratch import Real
 from service.surface.batches import Patches, TrianglePatches
 

@@ -18,8 +18,8 @@ from service.engine.curvatures.grids import Chunk, grid_partials, triangle_parti
 from service.engine.curvatures.limit_curvature import LimitCurvatures
 from service.engine.curvatures.ranges import NAMES
 from service.engine.mesh.channels import ChannelRows
-from service.engine.mesh.layout import Layout
-from service.engine.mesh.runs import Block
+from service.engine.plans.layout import Layout
+from service.engine.plans.runs import Block
 from service.engine.points.evaluate import find_near_poles
 from service.engine.scenes.scene import place_points
 from service.engine.scratch import Real

@@ -17,8 +17,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.engine.mesh.connectivity import hash_arrays
-from service.engine.mesh.edge_patterns import EdgePattern
+from service.engine.connectivity.connectivity import hash_arrays
+from service.engine.connectivity.edge_patterns import EdgePattern
 
 
 def find_scales(

@@ -14,9 +14,9 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import bernstein
 from service.bases.row_batches import row_slices
 from service.cancellation import checkpoint
+from service.engine.connectivity.edges import EdgeCurves
 from service.engine.joining.near_points import run_starts
 from service.engine.joining.open_edges import OpenBorder, OpenEdges, iterate_degrees
-from service.engine.mesh.edges import EdgeCurves
 
 STEPS = 12
 """Gauss–Newton steps for each corner; near the solution, each step doubles the correct digits."""

@@ -11,12 +11,12 @@ from dataclasses import replace
 from typing import TypeAlias
 
 from service.cancellation import checkpoint
+from service.engine.connectivity.connect import connect, connect_if_apart, may_be_cut
+from service.engine.connectivity.equal_points import find_weld_distance
+from service.engine.connectivity.seams import Seams
 from service.engine.joining.cutting import cut, find_lines
 from service.engine.joining.shared_curves import find_cuts
 from service.engine.joining.snap import snap
-from service.engine.mesh.connect import connect, connect_if_apart, may_be_cut
-from service.engine.mesh.equal_points import find_weld_distance
-from service.engine.mesh.seams import Seams
 from service.surface.lowered import GroupModel, PatchModel
 
 ROUNDS = 64

@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from service.bases.arrays import Ints
+from service.engine.connectivity.seams import Seams
 from service.engine.joining.composing import compose
 from service.engine.joining.join import Allow, allow_any, join, join_each
 from service.engine.joining.neighbours import find_neighbours
-from service.engine.mesh.seams import Seams
 from service.engine.options import MeshOptions
 from service.surface.lowered import GroupModel, Part, PatchModel, PlacedModel
 from service.surface.sweep_model import SweepModel

@@ -12,7 +12,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.unique_rows import unique_rows
-from service.engine.mesh.equal_points import find_possible_neighbours
+from service.engine.connectivity.equal_points import find_possible_neighbours
 
 MAX_ROUNDS = 8
 """The most rounds of separating points by gaps along x, y and z. Few models need more than one."""

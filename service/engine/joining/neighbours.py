@@ -9,11 +9,11 @@ from functools import partial
 
 import numpy as np
 
+from service.engine.connectivity.equal_points import compute_weld_distance, find_knot_ratio
+from service.engine.connectivity.seams import Seams
 from service.engine.joining.corners_on_edges import find_corners_on_edges
 from service.engine.joining.near_points import group_near_points
 from service.engine.joining.open_edges import OpenBorder, find_open_border
-from service.engine.mesh.equal_points import compute_weld_distance, find_knot_ratio
-from service.engine.mesh.seams import Seams
 from service.engine.options import MAX_WELD_TOLERANCE
 from service.engine.scenes.scene import place_points
 from service.surface.lowered import GroupModel, PatchModel

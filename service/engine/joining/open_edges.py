@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.engine.mesh.edges import EdgeCurves
-from service.engine.mesh.seams import Seams
+from service.engine.connectivity.edges import EdgeCurves
+from service.engine.connectivity.seams import Seams
 from service.surface.sides import BEGINS, ENDS
 
 

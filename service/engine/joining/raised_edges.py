@@ -1,8 +1,8 @@
 """Makes edges equal that are nearly the same curve in different degrees.
 
-`service.engine.mesh.degree_matching` joins edges whose nets are equal after both are raised to the
-same degree, up to the rounding errors of raising. Nets from other systems may differ by more. Then
-this module replaces the net of the higher degree by the raised net of the lower degree.
+`service.engine.connectivity.degree_matching` joins edges whose nets are equal after both are raised
+to the same degree, up to the rounding errors of raising. Nets from other systems may differ by
+more. Then this module replaces the net of the higher degree by the raised net of the lower degree.
 """
 
 from dataclasses import dataclass
@@ -13,8 +13,8 @@ import numpy as np
 from service.bases.arrays import FloatArray
 from service.bases.polynomials import elevate
 from service.engine.clustering import find_leaders
-from service.engine.mesh.degree_matching import find_candidates
-from service.engine.mesh.edge_patterns import EdgePattern
+from service.engine.connectivity.degree_matching import find_candidates
+from service.engine.connectivity.edge_patterns import EdgePattern
 from service.surface.sides import BEGINS, ENDS
 
 

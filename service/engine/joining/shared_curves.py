@@ -20,6 +20,8 @@ from service.bases.cache import Cache
 from service.bases.row_batches import row_slices
 from service.cancellation import checkpoint
 from service.engine.clustering import find_leaders
+from service.engine.connectivity.connectivity import hash_arrays
+from service.engine.connectivity.seams import Seams
 from service.engine.joining.corners_on_edges import (
     CHUNK,
     MAX_PAIRS,
@@ -28,8 +30,6 @@ from service.engine.joining.corners_on_edges import (
     place_corners,
 )
 from service.engine.joining.open_edges import OpenEdges, find_open_edges, iterate_degrees
-from service.engine.mesh.connectivity import hash_arrays
-from service.engine.mesh.seams import Seams
 
 
 @dataclass(frozen=True, eq=False, slots=True)

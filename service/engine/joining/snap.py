@@ -2,7 +2,7 @@
 
 In files of other systems, the first and the last row of a closed surface, or the sides of two
 neighbours, may differ by rounding. Connectivity compares points bit for bit
-(`service.engine.mesh.connectivity`), so such points are made equal before meshing:
+(`service.engine.connectivity.connectivity`), so such points are made equal before meshing:
 
 - near points on the borders of patches form groups (`near_points`);
 - two sides are one edge if the points of both, in equal or opposite order, are in the same groups;
@@ -35,20 +35,20 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.cancellation import checkpoint
-from service.engine.joining.common_factors import find_scales
-from service.engine.joining.near_points import group_near_points, run_starts
-from service.engine.joining.raised_edges import BorderWeights, replace_by_raised_nets
-from service.engine.joining.thin_patches import collapse_thin_patches
-from service.engine.mesh.connectivity import EQUAL_WEIGHT
-from service.engine.mesh.edge_patterns import (
+from service.engine.connectivity.connectivity import EQUAL_WEIGHT
+from service.engine.connectivity.edge_patterns import (
     EdgePattern,
     border_points,
     border_weights,
     find_pattern,
     replace_border,
 )
-from service.engine.mesh.edges import orient_edges
-from service.engine.mesh.equal_points import find_weight_tolerance, find_weld_distance
+from service.engine.connectivity.edges import orient_edges
+from service.engine.connectivity.equal_points import find_weight_tolerance, find_weld_distance
+from service.engine.joining.common_factors import find_scales
+from service.engine.joining.near_points import group_near_points, run_starts
+from service.engine.joining.raised_edges import BorderWeights, replace_by_raised_nets
+from service.engine.joining.thin_patches import collapse_thin_patches
 from service.surface.lowered import PatchModel
 
 EQUAL_SCALED_LOGS = 2.0**-47
@@ -67,7 +67,7 @@ def snap(model: PatchModel, tolerance: float) -> PatchModel:
     tolerance : float
         Points are near if their distance is at most this share of the diagonal of the box about the
         control points, or at most as large as rounding errors may be
-        (`service.engine.mesh.equal_points.find_weld_distance`).
+        (`service.engine.connectivity.equal_points.find_weld_distance`).
     """
     checkpoint()
     runs = [border_points(batch) for batch in model.batches]

@@ -4,7 +4,7 @@ A knot span about as short as this distance lowers to thin patches. Narrow trian
 After near points were made equal (`service.engine.joining.snap`), the control points of the two
 long sides are equal in pairs: both sides are one edge, where the two neighbours of the patch meet.
 So on each line of control points from side to side, all control points and weights become those of
-one side. Meshes omit these patches (`service.engine.mesh.curve_patches`).
+one side. Meshes omit these patches (`service.engine.connectivity.curve_patches`).
 
 If each control point moves by at most d, and the changes of all logarithms of weights lie in an
 interval of length h, no point of the patch is further from the curve than d + (e^h − 1) D / 2,
@@ -17,8 +17,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from service.engine.mesh.connectivity import Connectivity
-from service.engine.mesh.curve_patches import find_thin, flatten_nets
+from service.engine.connectivity.connectivity import Connectivity
+from service.engine.connectivity.curve_patches import find_thin, flatten_nets
 from service.surface.batches import Patches
 
 WIDTH = 2.0

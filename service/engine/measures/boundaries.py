@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from service.engine.mesh.orientation import LEFT, OrientedSides
-from service.engine.mesh.seams import Seams
+from service.engine.connectivity.orientation import LEFT, OrientedSides
+from service.engine.connectivity.seams import Seams
 from service.surface.sides import BEGINS, ENDS
 
 

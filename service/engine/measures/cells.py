@@ -9,7 +9,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.measures.tables import halves
-from service.engine.queries.nets import QueryNets
+from service.engine.nets.query_nets import QueryNets
 
 
 @dataclass(frozen=True, eq=False, slots=True)

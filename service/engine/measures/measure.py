@@ -11,6 +11,7 @@ import numpy as np
 
 from service.bases.arrays import Ints
 from service.bases.homogeneous import to_homogeneous
+from service.engine.connectivity.orientation import OrientedSides, orient_sides
 from service.engine.joining.join import Allow, allow_any
 from service.engine.measures.boundaries import join_open_sides
 from service.engine.measures.cells import Cells, cells_of, group_cells
@@ -27,8 +28,7 @@ from service.engine.measures.values import (
     Measures,
     PartMeasures,
 )
-from service.engine.mesh.orientation import OrientedSides, orient_sides
-from service.engine.queries.nets import frame, surface_nets
+from service.engine.nets.query_nets import frame, surface_nets
 from service.surface.lowered import Model
 
 

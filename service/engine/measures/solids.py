@@ -27,7 +27,7 @@ from service.engine.measures.local_nets import UPWARDS
 from service.engine.measures.precision import REMAINDER_SHARE, Precision
 from service.engine.measures.sources import Source
 from service.engine.measures.values import Interval
-from service.engine.queries.nets import QueryNets, surface_nets
+from service.engine.nets.query_nets import QueryNets, surface_nets
 
 Solid: TypeAlias = tuple[Interval | None, tuple[Interval, ...] | None]
 """Volume and centroid; (None, None) for an open surface."""

@@ -10,15 +10,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.engine.bounds.patch_nets import bound_lowering_error
+from service.engine.closest.project import in_domains
+from service.engine.connectivity.connect import connect
+from service.engine.connectivity.connectivity import triangular_patches
+from service.engine.connectivity.seams import Seams
 from service.engine.joining.join import Allow, join
 from service.engine.joining.members import join_members
 from service.engine.measures.tables import UNIT
-from service.engine.mesh.connect import connect
-from service.engine.mesh.connectivity import triangular_patches
-from service.engine.mesh.seams import Seams
 from service.engine.models import to_patches
-from service.engine.queries.project import in_domains
+from service.engine.nets.patch_nets import bound_lowering_error
 from service.surface.lowered import GroupModel, Model, PatchModel, PlacedModel
 from service.surface.sides import BEGINS, ENDS
 

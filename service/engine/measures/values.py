@@ -108,7 +108,7 @@ class FaultyEdge:
     """A side whose edge is open or not balanced.
 
     An edge is balanced if as many sides pass along it in one direction as in the other
-    (`service.engine.mesh.orientation`).
+    (`service.engine.connectivity.orientation`).
 
     A surface with such sides has no volume.
     """
@@ -127,7 +127,7 @@ class Measures:
         The measures of all patches together; volume and centroid are None if the surface is not
         closed.
     closed : bool
-        Whether every edge is balanced (`service.engine.mesh.orientation`).
+        Whether every edge is balanced (`service.engine.connectivity.orientation`).
     boundary_length : Interval
         Of all open borders.
     boundary_count : int

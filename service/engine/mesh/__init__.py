@@ -1,1 +1,1 @@
-"""Meshes at a given resolution: connectivity, plans that are made once, and filling them."""
+"""Filling meshes at a given resolution, and the value that is their result."""

@@ -20,8 +20,8 @@ from service.bases.triangle import row_starts
 from service.bases.triangle_basis import evaluate_triangles
 from service.engine.clustering import find_leaders
 from service.engine.extent import find_extent
-from service.engine.mesh.layout import Layout
-from service.engine.mesh.runs import Block
+from service.engine.plans.layout import Layout
+from service.engine.plans.runs import Block
 from service.engine.scratch import Real
 from service.surface.batches import Channel, ChannelKind
 from service.surface.lowered import Domain, PatchModel

@@ -10,16 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.bases.arrays import Bools, FloatArray, RealArray
+from service.engine.connectivity.edges import sample_edges
+from service.engine.connectivity.seams import Seams
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.evaluation.normals import unit_normals
 from service.engine.extent import is_moved
 from service.engine.mesh.channels import ChannelRows, sample_channels
-from service.engine.mesh.creases import mean_normals
-from service.engine.mesh.edges import sample_edges
-from service.engine.mesh.layout import Layout
-from service.engine.mesh.plans import FacePlan
-from service.engine.mesh.seams import Seams
 from service.engine.options import MeshOptions, Method
+from service.engine.plans.creases import mean_normals
+from service.engine.plans.layout import Layout
+from service.engine.plans.plan import FacePlan
 from service.engine.scratch import Real
 from service.surface.batches import TensorPatches
 from service.surface.lowered import PatchModel

@@ -4,11 +4,11 @@ import numpy as np
 
 from service.bases import triangle
 from service.bases.arrays import FloatArray, IndexArray, Ints
-from service.engine.mesh.edges import sample_edges
-from service.engine.mesh.layout import Layout
+from service.engine.connectivity.edges import sample_edges
+from service.engine.connectivity.seams import find_seams
 from service.engine.mesh.mesh_value import Overlay
-from service.engine.mesh.seams import find_seams
 from service.engine.options import MeshOptions
+from service.engine.plans.layout import Layout
 from service.engine.scratch import Real
 from service.surface.batches import TensorPatches, TrianglePatches
 from service.surface.lowered import PatchModel

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from service.engine.mesh.closure import Closure
+from service.engine.connectivity.closure import Closure
 
 Ranges: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
 """(least, greatest) of Gaussian curvature, and of mean curvature."""

@@ -5,11 +5,11 @@ So each line that two nets may share has a number, and each place on a line has 
 coordinate. Each root on a line, and each sign at a place, is computed once for all nets that meet
 there.
 
-The lines are the distinct edges of the patches (`service.engine.mesh.connect`), and then three
-lines for every patch, which are used only for triangles: the medians, from the middle of a side to
-the centroid. They are the borders between the three nets of a triangle
-(`service.engine.queries.nets`). Coordinates of lines run from 0 to `LINE`, parameters of nets from
-0 to `ONE`.
+The lines are the distinct edges of the patches (`service.engine.connectivity.connect`), and then
+three lines for every patch, which are used only for triangles: the medians, from the middle of a
+side to the centroid. They are the borders between the three nets of a triangle
+(`service.engine.nets.query_nets`). Coordinates of lines run from 0 to `LINE`, parameters of nets
+from 0 to `ONE`.
 
 A place has a name of two numbers: the line and the coordinate; at a corner of patches, −1 and the
 number of the corner; at the centroid of a triangle, `CENTROID` and the number of the patch.
@@ -20,8 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, Ints
-from service.engine.mesh.seams import Seams
-from service.engine.queries.nets import QueryNets
+from service.engine.connectivity.seams import Seams
+from service.engine.nets.query_nets import QueryNets
 from service.surface.sides import BEGINS, ENDS
 
 MAX_HALVINGS = 30

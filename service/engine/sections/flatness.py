@@ -16,12 +16,12 @@ and the length by which the second interval reaches beyond [0, |AB|]. λ and μ 
 chosen so that the linear terms in the parameters cancel; then both lengths are of the second order
 in the size of the rectangle.
 
-Rounding. Coordinates of nets are about 1 (`service.engine.queries.nets`), so the bounds of errors
-are absolute. Restriction takes 2 (p + q) steps of means, and sums of p + q + 2 products. So the
-errors of the coordinates of A, B and the control points of the rectangle are at most 8 (p + q) u,
-with u = 2⁻⁵³. `SLACK` is this bound for p + q ≤ 64; for higher degrees it grows in proportion. The
-heights of A and B are not exactly 0, but at most this bound, and the bounds have h with the factors
-λ and μ. So `SLACK` is multiplied by 1 + |λ| + |μ|.
+Rounding. Coordinates of nets are about 1 (`service.engine.nets.query_nets`), so the bounds of
+errors are absolute. Restriction takes 2 (p + q) steps of means, and sums of p + q + 2 products. So
+the errors of the coordinates of A, B and the control points of the rectangle are at most 8 (p + q)
+u, with u = 2⁻⁵³. `SLACK` is this bound for p + q ≤ 64; for higher degrees it grows in proportion.
+The heights of A and B are not exactly 0, but at most this bound, and the bounds have h with the
+factors λ and μ. So `SLACK` is multiplied by 1 + |λ| + |μ|.
 """
 
 from dataclasses import dataclass
@@ -33,7 +33,7 @@ from service.bases.bernstein import bernstein
 from service.bases.row_batches import row_slices
 from service.cancellation import checkpoint
 from service.engine.bounds.chords import bound_chord_deviations
-from service.engine.queries.nets import NetGroup
+from service.engine.nets.query_nets import NetGroup
 from service.engine.sections.heights import LocalPlanes, points_of, restrict
 from service.engine.vectors import cross, dot
 

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.queries.nets import NetGroup, QueryNets
+from service.engine.nets.query_nets import NetGroup, QueryNets
 from service.engine.sections.planes import Planes
 
 THICKNESS = 2.0**-40

@@ -19,7 +19,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import row_slices
 from service.cancellation import checkpoint
-from service.engine.queries.nets import NetGroup
+from service.engine.nets.query_nets import NetGroup
 from service.engine.sections.borders import ONE
 from service.engine.sections.cells import (
     COPLANAR,

@@ -12,10 +12,10 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints
 from service.bases.row_batches import row_runs
 from service.cancellation import checkpoint
-from service.engine.mesh.connectivity import triangular_patches
-from service.engine.mesh.seams import Seams
-from service.engine.queries.net_partials import net_partials
-from service.engine.queries.nets import QueryNets, surface_nets
+from service.engine.connectivity.connectivity import triangular_patches
+from service.engine.connectivity.seams import Seams
+from service.engine.nets.partials import net_partials
+from service.engine.nets.query_nets import QueryNets, surface_nets
 from service.engine.sections.arcs import Arcs, find_arcs
 from service.engine.sections.borders import ONE, Borders, find_border_lines
 from service.engine.sections.cells import Cells

@@ -5,11 +5,11 @@ import numpy as np
 from service.bases.arrays import FloatArray, IndexArray, RealArray
 from service.cancellation import checkpoint
 from service.engine.extent import choose_origin, find_extent
-from service.engine.mesh.borders import count_borders
 from service.engine.mesh.mesh_value import Mesh, MeshPart, Overlay
 from service.engine.mesh.report import MeshReport
-from service.engine.mesh.weld import Welding, weld
 from service.engine.options import MeshOptions
+from service.engine.plans.borders import count_borders
+from service.engine.plans.weld import Welding, weld
 from service.engine.sweeps.rows import SweptGrids
 from service.surface.checks import Up
 

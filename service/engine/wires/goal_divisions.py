@@ -21,8 +21,8 @@ from service.engine.bounds.second_derivatives import (
     bound_triangle_deviations,
     count_blocks,
 )
-from service.engine.mesh.edges import EdgeCurves
-from service.engine.mesh.seams import Seams
+from service.engine.connectivity.edges import EdgeCurves
+from service.engine.connectivity.seams import Seams
 from service.engine.options import MAX_RESOLUTION
 from service.engine.wires.isocurves import Divisions
 from service.surface.batches import Patches, TensorPatches, TrianglePatches

@@ -13,10 +13,10 @@ from typing import TypeVar
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.connectivity.edges import sample_edges
+from service.engine.connectivity.seams import Seams, find_seams
 from service.engine.evaluation.evaluate import evaluate
-from service.engine.mesh.edges import sample_edges
-from service.engine.mesh.layout import Layout
-from service.engine.mesh.seams import Seams, find_seams
+from service.engine.plans.layout import Layout
 from service.engine.points.triangle_differential import evaluate_triangle_jets
 from service.surface.batches import TensorPatches, TrianglePatches
 from service.surface.lowered import PatchModel

@@ -14,7 +14,7 @@ from service.api.observing.middleware import RequestMiddleware
 from service.api.observing.record import record_of
 from service.errors import InvalidSettings
 from service.settings.values import Settings
-from tests.api.client import Client, start_client
+from tools.client import Client, start_client
 
 KEY, UNKNOWN_KEY = "sfk_" + "a1" * 32, "sfk_" + "b2" * 32
 SETTINGS = Settings(api_keys=(format_entry("bob", "sfk_" + "c3" * 32), format_entry("alice", KEY)))

@@ -13,7 +13,7 @@ from service.api.guard.keys import (
     parse_bearer,
     parse_entries,
 )
-from tests.programs import run_python
+from tools.programs import run_python
 
 OLD, NEW = make_key(), make_key()
 ENTRIES = parse_entries(

@@ -11,7 +11,7 @@ from service.api.app import create_app
 from service.api.guard.keys import format_entry, make_key
 from service.api.guard.signatures import Signer
 from service.settings.values import Settings
-from tests.api.client import Client, start_client
+from tools.client import Client, start_client
 
 KEY, SECRET = make_key(), "0123456789abcdef" * 2
 KEY_HEADER = {"Authorization": f"Bearer {KEY}"}

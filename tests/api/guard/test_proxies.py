@@ -11,7 +11,7 @@ from service.api.app import create_app
 from service.api.guard.proxies import InvalidProxies, Proxies, parse_address
 from service.errors import InvalidSettings
 from service.settings.values import Settings
-from tests.api.client import start_client
+from tools.client import start_client
 
 PROXY, EDGE, CLIENT = "10.0.0.1", "10.1.2.3", "203.0.113.7"
 TRUSTED = ("10.0.0.0/8", "fd00::/8")

@@ -12,7 +12,7 @@ from service.api.guard import rates
 from service.api.guard.keys import format_entry, make_key
 from service.api.guard.rates import Rates, caller_name
 from service.settings.values import Settings
-from tests.api.client import start_client
+from tools.client import start_client
 
 KEY = make_key()
 MESH = "/v1/surfaces/saddle/mesh.glb?resolution=2"

@@ -17,7 +17,7 @@ from service.engine.mesh.report import ENGINE
 from service.engine.scratch import Workspaces
 from service.settings.values import Settings
 from service.storage import store as store_module
-from tests.api.client import Client, start_client
+from tools.client import Client, start_client
 
 pytestmark = pytest.mark.anyio
 

@@ -14,7 +14,7 @@ from service.api.observing.metrics import RequestCounters
 from service.api.observing.middleware import AccessLog, RequestMiddleware
 from service.api.observing.record import RouteLabels, record_of
 from service.settings.values import Settings
-from tests.api.client import Client, start_client
+from tools.client import Client, start_client
 
 TRACE, SPAN = "0af7651916cd43dd8448eb211c80319c", "b7ad6b7169203331"
 PARENT = f"00-{TRACE}-{SPAN}-01"

@@ -21,9 +21,9 @@ from service.api.observing.middleware import RequestMiddleware
 from service.api.observing.tracing import Tracing, build_exporting_provider
 from service.errors import InvalidSettings
 from service.settings.values import Settings
-from tests.api.client import Client, start_client
 from tests.api.observing.test_middleware import PARENT, SPAN, TRACE, send_request
-from tests.live import serve
+from tools.client import Client, start_client
+from tools.live import serve
 
 MESH = "/v1/surfaces/saddle/mesh.glb"
 NET = [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]]

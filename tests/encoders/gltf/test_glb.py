@@ -12,7 +12,7 @@ from service.encoders.split_content import SplitContent
 from service.engine.build import build
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
-from service.surface.examples import EXAMPLES
+from service.surface.examples.catalogue import EXAMPLES
 
 OPTIONS = EncodeOptions()
 

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from oracles.gltf import ELEMENT_ARRAY_BUFFER, Gltf, read_glb
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf.buffer import BufferBuilder
 from service.encoders.gltf.glb import encode_glb
 from service.engine.mesh.mesh_value import Mesh
-from tests.encoders.gltf.reader import ELEMENT_ARRAY_BUFFER, Gltf, read_glb
-from tests.meshes import add_attributes, add_overlays, build_silo, to_single
+from tools.meshes import add_attributes, add_overlays, build_silo, to_single
 
 OPTIONS = EncodeOptions()
 ARRAY_BUFFER = 34962

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from oracles.gltf import CORNERS, Gltf, read_glb, read_gltf
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf import meshopt
 from service.encoders.registry import BY_NAME
@@ -15,10 +16,9 @@ from service.engine.build import build
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
 from service.engine.quantize import quantize_mesh
-from service.surface.examples import find
+from service.surface.examples.catalogue import find
 from tests.clients.gltf_validator import list_issues
-from tests.encoders.gltf.reader import CORNERS, Gltf, read_glb, read_gltf
-from tests.meshes import (
+from tools.meshes import (
     add_attributes,
     add_overlays,
     build_sheet,

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from oracles.gltf import Gltf, read_glb
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
 from service.engine.mesh.mesh_value import Mesh
@@ -15,9 +16,9 @@ from service.pipeline.mesh import plan_mesh, render
 from service.surface.bezier import BezierSurface
 from service.surface.group import GroupSurface, Member
 from tests.clients.gltf_validator import list_issues
-from tests.encoders.gltf.reader import Gltf, read_glb
 from tests.encoders.gltf.test_scene import find_copies
-from tests.meshes import (
+from tests.strategies import Array
+from tools.meshes import (
     add_attributes,
     add_overlays,
     build_sheet,
@@ -25,7 +26,6 @@ from tests.meshes import (
     remove_faces,
     to_single,
 )
-from tests.strategies import Array
 
 STEP = 2.0**-14
 QUANTIZED = EncodeOptions(quantize=True)

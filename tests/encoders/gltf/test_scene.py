@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
+from oracles.gltf import Gltf, read_glb, read_gltf
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf.scene import quaternion, split_matrix
 from service.encoders.registry import BY_NAME
@@ -14,10 +15,9 @@ from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.pipeline.mesh_counts import mesh_size
 from service.surface.bezier import BezierSurface
-from service.surface.examples import EXAMPLES, find
+from service.surface.examples.catalogue import EXAMPLES, find
 from service.surface.group import GroupSurface, Member
 from tests.clients.gltf_validator import list_issues
-from tests.encoders.gltf.reader import Gltf, read_glb, read_gltf
 from tests.strategies import Array, placements
 
 MIRROR = np.diag([1.0, 1.0, -1.0, 1.0])

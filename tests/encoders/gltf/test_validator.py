@@ -9,7 +9,7 @@ from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
 from service.engine.mesh.mesh_value import Mesh
 from tests.clients.gltf_validator import list_issues, validate
-from tests.meshes import (
+from tools.meshes import (
     add_attributes,
     add_overlays,
     build_sheet,

@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from oracles.exact import curve_point, to_exact_net
 from service.engine.adaptive.borders.border import Border, divide_border
 from service.engine.bounds.faces import SPAN, Faces, find_faces
 from service.engine.bounds.goal import Goal
-from service.engine.mesh.seams import Seams, find_seams
+from service.engine.connectivity.seams import Seams, find_seams
 from service.surface.lowered import PatchModel
-from tests.oracles.exact import curve_point, to_exact_net
 from tests.strategies import Array, build_model
 
 MOST = 1_000_000

@@ -7,8 +7,8 @@ import numpy as np
 from service.engine.adaptive.borders.border import Border
 from service.engine.adaptive.triangulation import Triangulation
 from service.engine.bounds.faces import SPAN, Faces, find_faces
-from service.engine.bounds.patch_nets import PatchNets
-from service.engine.mesh.seams import find_seams
+from service.engine.connectivity.seams import find_seams
+from service.engine.nets.patch_nets import PatchNets
 from service.surface.lowered import PatchModel
 
 SAME = 1e-9

@@ -12,7 +12,7 @@ from service.engine.adaptive.refine import triangulate
 from service.engine.adaptive.triangulation import Triangulation
 from service.engine.bounds.faces import SPAN, Faces
 from service.engine.bounds.goal import Goal
-from service.engine.bounds.patch_nets import PatchNets
+from service.engine.nets.patch_nets import PatchNets
 from service.surface.lowered import PatchModel
 from tests.engine.adaptive.bordering import build_border
 from tests.strategies import Array

@@ -19,8 +19,8 @@ from service.surface.bezier import BezierSurface
 from service.surface.group import GroupSurface, Member
 from service.surface.lowered import GroupModel, PatchModel
 from tests.engine.meshing import check_sound
-from tests.examples import lower_patches
 from tools.certify.models import build_complex
+from tools.examples import lower_patches
 
 MOST, WORK = 30_000, 5e8
 """Limits of one request, in triangles and in multiplications: some seconds at most."""

@@ -13,7 +13,7 @@ from service.engine.adaptive.assemble import assemble, draw_overlays
 from service.engine.adaptive.samples import find_samples
 from service.engine.adaptive.triangulation import Storage
 from service.engine.bounds.faces import SPAN
-from service.engine.mesh.closure import find_closure
+from service.engine.connectivity.closure import find_closure
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
 from service.surface.batches import TrianglePatches
@@ -22,8 +22,8 @@ from service.surface.bspline import BsplineSurface
 from service.surface.lowered import PatchModel
 from tests.engine.adaptive.grids import build_regular
 from tests.engine.meshing import build_mesh, check_sound, find_topology
-from tests.examples import lower_patches
 from tests.strategies import Array
+from tools.examples import lower_patches
 
 EXAMPLES = [
     "utah-teapot", "tveit", "bourke-1111-colors", "heated-panel", "cylinder", "sphere", "torus",

@@ -10,7 +10,7 @@ from service.engine.adaptive.limits import MeshLimits
 from service.engine.adaptive.refine import replace_failing
 from service.engine.bounds.faces import SPAN
 from service.engine.bounds.goal import Goal
-from service.engine.bounds.patch_nets import PatchNets
+from service.engine.nets.patch_nets import PatchNets
 from tests.engine.adaptive.bordering import build_border
 from tests.engine.adaptive.refining import build_refined, check_refined
 from tests.strategies import Array, build_model

@@ -15,12 +15,11 @@ from service.engine.adaptive.limits import Effort
 from service.engine.adaptive.refine import triangulate
 from service.engine.bounds.faces import SPAN
 from service.engine.bounds.goal import Goal, View
-from service.engine.bounds.patch_nets import PatchNets
+from service.engine.nets.patch_nets import PatchNets
 from service.errors import InvalidRequest, TooLarge
 from service.surface.bspline import BsplineSurface
 from tests.engine.adaptive.bordering import build_border
 from tests.engine.adaptive.refining import build_refined, check_refined
-from tests.examples import lower_patches
 from tests.strategies import (
     Array,
     build_model,
@@ -29,6 +28,7 @@ from tests.strategies import (
     translate,
     weighted_nets,
 )
+from tools.examples import lower_patches
 
 tolerances = st.sampled_from([4.0, 1.0, 0.2])
 

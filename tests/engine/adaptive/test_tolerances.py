@@ -23,8 +23,8 @@ from service.errors import InvalidRequest
 from service.surface.bezier import BezierSurface
 from service.surface.group import GroupSurface, Member
 from service.surface.lowered import GroupModel
-from tests.examples import lower_patches
 from tests.strategies import Array, placements
+from tools.examples import lower_patches
 
 NET = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]])
 

@@ -7,12 +7,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from oracles.distance import measure_distances
 from service.engine.bounds.certificate import PartBounds, certify
 from service.engine.bounds.clip import Parts
 from service.engine.bounds.faces import SPAN, Faces
 from service.engine.bounds.goal import Goal
-from service.engine.bounds.patch_nets import PatchNets
-from tests.oracles.distance import measure_distances
+from service.engine.nets.patch_nets import PatchNets
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

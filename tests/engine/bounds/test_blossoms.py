@@ -6,8 +6,8 @@ from itertools import permutations
 import numpy as np
 import pytest
 
-from service.engine.bounds.blossoms import build_blossoms, build_box_nets, build_triangle_nets
-from tests.oracles import exact, triangles
+from oracles import exact, triangles
+from service.engine.nets.blossoms import build_blossoms, build_box_nets, build_triangle_nets
 
 Array = np.ndarray
 DEGREES = [(1, 1), (1, 4), (3, 3), (2, 3), (5, 2)]

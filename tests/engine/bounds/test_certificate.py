@@ -10,7 +10,7 @@ from service.engine.bounds.certificate import PartBounds, PieceMeasure, certify,
 from service.engine.bounds.clip import clip_parts
 from service.engine.bounds.faces import SPAN
 from service.engine.bounds.goal import Goal, View
-from service.engine.bounds.patch_nets import PatchNets
+from service.engine.nets.patch_nets import PatchNets
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from tests.engine.bounds.divided_faces import (

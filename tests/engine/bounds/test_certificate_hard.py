@@ -9,7 +9,7 @@ from hypothesis.extra import numpy as arrays
 from service.engine.bounds.certificate import certify
 from service.engine.bounds.faces import SPAN
 from service.engine.bounds.goal import Goal, View
-from service.engine.bounds.patch_nets import PatchNets
+from service.engine.nets.patch_nets import PatchNets
 from service.surface.bezier import BezierSurface
 from tests import strategies
 from tests.engine.bounds.divided_faces import (

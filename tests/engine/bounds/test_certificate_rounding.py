@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from service.engine.bounds.blossoms import build_triangle_nets
+from oracles import exact, triangles
 from service.engine.bounds.certificate import certify
 from service.engine.bounds.certificate_rounding import (
     UNIT,
@@ -18,7 +18,8 @@ from service.engine.bounds.certificate_rounding import (
 )
 from service.engine.bounds.distance import maximize_quadratics
 from service.engine.bounds.goal import Goal, View
-from service.engine.bounds.patch_nets import PatchNets
+from service.engine.nets.blossoms import build_triangle_nets
+from service.engine.nets.patch_nets import PatchNets
 from service.errors import InvalidRequest
 from service.surface.batches import TensorPatches, TrianglePatches
 from service.surface.bezier import BezierSurface
@@ -29,8 +30,7 @@ from tests.engine.bounds.divided_faces import (
     divide_face,
     evaluate_places,
 )
-from tests.engine.bounds.test_patch_nets import build_model
-from tests.oracles import exact, triangles
+from tests.engine.nets.test_patch_nets import build_model
 
 Array = NDArray[np.float64]
 

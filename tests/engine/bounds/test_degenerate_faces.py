@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from service.engine.bounds.degenerate_faces import has_missing_triangles
-from service.engine.mesh.connect import connect
-from service.engine.mesh.layout import FINE, Layout
-from service.engine.mesh.patterns import Shape, TriangleShape
+from service.engine.connectivity.connect import connect
 from service.engine.options import Faces
+from service.engine.plans.layout import FINE, Layout
+from service.engine.plans.patterns import Shape, TriangleShape
 from tests.engine.bounds.test_mesh_deviation import check_deviation_bound
 from tests.engine.meshing import build_mesh
 from tests.strategies import Array, build_model

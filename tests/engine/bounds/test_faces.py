@@ -6,7 +6,7 @@ from math import pi
 import numpy as np
 
 from service.engine.bounds.faces import Faces, find_faces
-from service.engine.mesh.seams import find_seams
+from service.engine.connectivity.seams import find_seams
 from service.surface.bspline import BsplineSurface
 from service.surface.lowered import PatchModel
 from tests.strategies import Array, translate

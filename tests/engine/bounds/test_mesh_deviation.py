@@ -6,17 +6,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+from oracles.deviation import measure_surface_to_mesh
+from oracles.sheets import build_sheets
 from service.engine.bounds.mesh_deviation import find_largest_bound
 from service.engine.build import build
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
 from service.surface.lowered import Part
 from tests.engine.meshing import build_mesh
-from tests.examples import lower_patches
-from tests.oracles.deviation import measure_surface_to_mesh
-from tests.oracles.sheets import build_sheets
 from tests.strategies import Array, apply_symmetry, build_mixed_model, build_model, translate
 from tools.certify.surfaces import FAMILIES
+from tools.examples import lower_patches
 
 DIAGONALS = (((0, 1, 3), (1, 2, 3)), ((0, 1, 2), (0, 2, 3)))
 """The two diagonals along which a quad can be split."""

@@ -5,27 +5,27 @@ import pytest
 
 from service.engine.accuracy import Accuracy
 from service.engine.build import build
+from service.engine.connectivity.connect import connect
 from service.engine.curvatures import limit_curvature
 from service.engine.curvatures.ranges import NAMES
 from service.engine.curvatures.rows import find_parameters, layout_curvatures
-from service.engine.mesh.connect import connect
-from service.engine.mesh.layout import Layout
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
+from service.engine.plans.layout import Layout
 from service.engine.points.differential import evaluate_jets
 from service.engine.points.evaluate import evaluate_points
 from service.engine.points.places import PointsQuery, locate
 from service.engine.points.triangle_differential import evaluate_triangle_jets
 from service.errors import TooLarge
-from service.surface import quadrics
 from service.surface.batches import TensorPatches, TrianglePatches
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
+from service.surface.examples import quadrics
 from service.surface.lowered import Part, PatchModel
 from service.surface.triangle import TriangleSurface
-from tests.examples import lower_patches
 from tests.strategies import Array
 from tools.certify.surfaces import FAMILIES
+from tools.examples import lower_patches
 
 FINE = Accuracy(tolerance=0.02)
 

@@ -10,7 +10,7 @@ from service.engine.curvatures.ranges import NAMES
 from service.engine.models import to_patches
 from service.engine.options import MeshOptions
 from service.engine.scenes.scene import place_points
-from service.surface.examples import find
+from service.surface.examples.catalogue import find
 from service.surface.group import GroupSurface, Member
 from service.surface.lowered import GroupModel
 from tests.strategies import Array

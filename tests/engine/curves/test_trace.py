@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
+from oracles.curves import bezier_length, bezier_point, bezier_tangent, bspline_point
 from service.bases.arrays import FloatArray
 from service.engine.curves.arc_length import arc_lengths
 from service.engine.curves.evaluation import CurveSamples, evaluate_positions, evaluate_tangents
@@ -18,7 +19,6 @@ from service.engine.curves.trace import choose_samples, trace_curve
 from service.errors import InvalidRequest, TooLarge
 from service.surface.curve import BezierCurve, BsplineCurve, Curve
 from service.surface.curve_pieces import CurvePieces
-from tests.oracles.curves import bezier_length, bezier_point, bezier_tangent, bspline_point
 
 ROOT = math.sqrt(0.5)
 QUARTER = BezierCurve(np.array([[1.0, 0], [1, 1], [0, 1]]), np.array([1, ROOT, 1]))

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 
+from oracles import exact
 from service.engine.evaluation.evaluate import Formulation, choose_formulation, evaluate
 from service.engine.evaluation.evaluation_state import PatchSamples
 from service.surface.batches import TensorPatches
 from service.surface.checks import MAX_WEIGHT_RATIO
-from tests.oracles import exact
 from tests.strategies import Array, lower_example, resolutions, weighted_nets
 
 Degree: TypeAlias = tuple[int, int]

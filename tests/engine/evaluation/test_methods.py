@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from oracles import exact, quadrics, triangles
 from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.evaluation.forward_difference import find_starting_differences
@@ -18,7 +19,6 @@ from service.engine.options import Method
 from service.engine.scratch import Real
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from tests.engine.meshing import build_mesh
-from tests.oracles import exact, quadrics, triangles
 from tests.strategies import (
     Array,
     build_cube,

@@ -9,12 +9,11 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from oracles import exact
+from oracles.limits import find_limit_normal
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.evaluation.normals import unit_normals
 from service.surface.batches import TensorPatches
-from tests.examples import lower_patches
-from tests.oracles import exact
-from tests.oracles.limits import find_limit_normal
 from tests.strategies import (
     Array,
     apply_symmetry,
@@ -25,6 +24,7 @@ from tests.strategies import (
     weighted_nets,
     weights_like,
 )
+from tools.examples import lower_patches
 
 ONE = Fraction(1)
 ZERO = Fraction(0)

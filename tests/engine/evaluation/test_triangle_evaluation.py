@@ -8,12 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from oracles import exact, triangles
 from service.bases import triangle, triangle_basis
 from service.engine.evaluation import triangle_evaluation
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.scratch import Real
 from service.surface.batches import TrianglePatches
-from tests.oracles import exact, triangles
 from tests.strategies import Array, triangle_nets, weights_like
 
 few_divisions = st.integers(1, 4)

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
+from oracles.deviation import measure_surface_to_mesh
+from oracles.sheets import build_sheets
 from service.bases.polynomials import split
 from service.encoders.registry import BY_NAME
 from service.engine.accuracy import Accuracy
@@ -19,13 +21,11 @@ from service.pipeline.limits import DEFAULT_LIMITS
 from service.pipeline.mesh import plan_mesh
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
-from service.surface.examples import find
+from service.surface.examples.catalogue import find
 from service.surface.lowered import PatchModel
 from service.surface.multipatch import MultipatchSurface
 from service.surface.patches import PatchSurface
 from tests.engine.meshing import build_mesh, check_sound, check_values, check_winding, find_topology
-from tests.oracles.deviation import measure_surface_to_mesh
-from tests.oracles.sheets import build_sheets
 from tests.strategies import Array, translate
 from tools.certify.closing import NEARLY_CLOSED, RESOLUTION
 

@@ -6,6 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from oracles.deviation import measure_surface_to_mesh
+from oracles.sheets import PlacedSheet, Sheet, build_sheets
+from oracles.topology import count_topology, weld_by_position
 from service.bases.polynomials import split
 from service.encoders.registry import BY_NAME
 from service.engine.accuracy import Accuracy
@@ -18,9 +21,6 @@ from service.surface.bspline import BsplineSurface
 from service.surface.group import GroupSurface, Member
 from service.surface.multipatch import MultipatchSurface
 from service.surface.triangle import TriangleSurface
-from tests.oracles.deviation import measure_surface_to_mesh
-from tests.oracles.sheets import PlacedSheet, Sheet, build_sheets
-from tests.oracles.topology import count_topology, weld_by_position
 from tools.certify.closing import NEARLY_CLOSED, RESOLUTION
 
 OPTIONS = [{"resolution": RESOLUTION}, {"accuracy": Accuracy(relative_tolerance=1e-2)}]

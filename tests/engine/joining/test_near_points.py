@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial.distance import cdist
 
+from service.engine.connectivity.equal_points import has_near_points
 from service.engine.joining.near_points import (
     MAX_CROWD,
     MAX_SEARCHES,
     REACH_FACTOR,
     group_near_points,
 )
-from service.engine.mesh.equal_points import has_near_points
 
 Array = np.ndarray
 

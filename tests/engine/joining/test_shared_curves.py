@@ -3,8 +3,8 @@
 import numpy as np
 
 from service.bases.polynomials import split
+from service.engine.connectivity.seams import find_seams
 from service.engine.joining.shared_curves import find_cuts
-from service.engine.mesh.seams import find_seams
 from service.surface.batches import TensorPatches
 
 ARC = np.array([[0.0, 0, 0], [1, 1, 0], [2, 0, 0]])

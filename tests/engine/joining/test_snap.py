@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from oracles.deviation import measure_surface_to_mesh
+from oracles.sheets import build_sheets
 from service.bases.polynomials import elevate
 from service.encoders.registry import BY_NAME
 from service.engine.accuracy import Accuracy
@@ -15,8 +17,6 @@ from service.pipeline.mesh import plan_mesh
 from service.surface.bezier import BezierSurface
 from service.surface.multipatch import MultipatchSurface
 from tests.engine.meshing import build_mesh, check_sound, find_topology
-from tests.oracles.deviation import measure_surface_to_mesh
-from tests.oracles.sheets import build_sheets
 from tests.strategies import Array, build_cube, build_model
 from tools.certify.closing import NEARLY_CLOSED, RESOLUTION
 from tools.certify.nearly import build_closed_spline, separate_patches

@@ -9,20 +9,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from oracles import measures as oracle
+from oracles.exact import to_exact_net
+from oracles.sheets import build_sheets
 from service.engine.measures.cells import cells_of
 from service.engine.measures.integrals import refine
 from service.engine.measures.measure import measure
 from service.engine.measures.values import Interval, MeasureQuery, Measures
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
-from service.surface.examples import find
+from service.surface.examples.catalogue import find
 from service.surface.group import GroupSurface, Member
 from service.surface.multipatch import MultipatchSurface
 from service.surface.patches import PatchSurface
 from service.surface.sizes import SurfaceKind
-from tests.oracles import measures as oracle
-from tests.oracles.exact import to_exact_net
-from tests.oracles.sheets import build_sheets
 from tools.certify.surfaces import FAMILIES
 
 RNG = np.random.default_rng

@@ -4,6 +4,7 @@ import mpmath
 import numpy as np
 import pytest
 
+from oracles.sheets import bernstein
 from service.engine.measures.cells import Cells, cells_of
 from service.engine.measures.local_nets import CellNets
 from service.engine.measures.remainders import Kind, remainders
@@ -17,7 +18,6 @@ from service.engine.measures.tables import (
     gauss,
     weights_at_nodes,
 )
-from tests.oracles.sheets import bernstein
 
 
 @pytest.mark.parametrize("count", [2, 5, 10, 33])

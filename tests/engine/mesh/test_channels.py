@@ -9,6 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
+from oracles import exact
+from oracles.triangles import places as triangle_places
+from oracles.triangles import to_exact_triangle, value
 from service.bases import triangle
 from service.bases.arrays import RealArray
 from service.engine.mesh.channels import ChannelRows, match_values
@@ -20,9 +23,6 @@ from service.surface.lowered import Part, PatchModel
 from service.surface.patches import PatchSurface
 from service.surface.triangle import TriangleSurface
 from tests.engine.meshing import build_mesh, check_sound, find_topology
-from tests.oracles import exact
-from tests.oracles.triangles import places as triangle_places
-from tests.oracles.triangles import to_exact_triangle, value
 from tests.strategies import (
     ROTATIONS,
     Array,

@@ -7,12 +7,12 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from oracles import exact
 from service.engine.points.curvature import Curvatures
 from service.engine.points.differential import evaluate_jets
-from service.surface import quadrics
 from service.surface.batches import TensorPatches
+from service.surface.examples import quadrics
 from service.surface.patches import PatchSurface
-from tests.oracles import exact
 from tests.strategies import Array, height_nets, nets, weighted_nets, weights_like
 
 ROOT_HALF = np.sqrt(0.5)

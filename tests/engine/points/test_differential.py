@@ -6,9 +6,9 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
+from oracles import exact
 from service.engine.points.differential import evaluate_jets
 from service.surface.batches import TensorPatches
-from tests.oracles import exact
 from tests.strategies import Array, lower_example, nets, translate, weighted_nets
 
 LIMITS = (1e-12, 1e-9, 1e-9, 1e-7, 1e-7, 1e-7)

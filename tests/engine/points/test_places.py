@@ -5,13 +5,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from oracles.exact import split
 from service.engine.points.evaluate import evaluate_points
 from service.engine.points.places import PointsQuery, locate
 from service.errors import InvalidRequest
 from service.surface.batches import TensorPatches
 from service.surface.lowered import Domain, Part, PatchModel
 from service.surface.patches import PatchSurface
-from tests.oracles.exact import split
 from tests.strategies import Array, build_cube, build_mixed_model, build_model
 
 KNOTS_U, KNOTS_V = np.array([-1.0, 0.5, 4.0]), np.array([2.0, 3.0])

@@ -8,11 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
+from oracles import exact, triangles
 from service.engine.evaluation import triangle_normals
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.points.triangle_differential import evaluate_triangle_jets
 from service.surface.batches import TrianglePatches
-from tests.oracles import exact, triangles
 from tests.strategies import Array
 
 LIMITS = (1e-12, 1e-9, 1e-9, 1e-7, 1e-7, 1e-7)

@@ -12,8 +12,8 @@ from service.engine.mesh.mesh_value import Mesh
 from service.engine.scenes.placing import bound_placing_error, bound_single_error
 from service.engine.scenes.scene import arrange, flatten, place_points, round_to_single, scene_parts
 from service.surface.lowered import GroupModel, PlacedModel
-from tests.meshes import build_silo
 from tests.strategies import Array, placements
+from tools.meshes import build_silo
 
 # A quarter turn about z, scaled by 2.
 TURN = np.array([[0.0, -2, 0, 5], [2, 0, 0, 0], [0, 0, 2, 1], [0, 0, 0, 1]])

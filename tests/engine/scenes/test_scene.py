@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from oracles.topology import volume
 from service.engine.build import build, build_scene
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.mesh.mesh_value import Mesh
@@ -16,12 +17,11 @@ from service.engine.options import MeshOptions
 from service.surface.batches import ChannelKind
 from service.surface.bezier import BezierSurface
 from service.surface.channels import Channels
-from service.surface.examples import find
+from service.surface.examples.catalogue import find
 from service.surface.group import GroupSurface, Member
 from service.surface.lowered import GroupModel
 from service.surface.patches import PatchSurface
 from tests.engine.meshing import build_mesh, check_sound, find_first_vertices, to_triangles
-from tests.oracles.topology import volume
 from tests.strategies import Array, placements
 
 RED = (1.0, 0.0, 0.0)

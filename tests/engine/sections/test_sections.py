@@ -5,18 +5,18 @@ from math import asin, cos, sin
 import numpy as np
 import pytest
 
-from service.engine.mesh.connect import connect
+from oracles.sections import find_crossings, measure_distances
+from oracles.sheets import Array, build_sheets
+from service.engine.connectivity.connect import connect
 from service.engine.models import to_patches
 from service.engine.sections.planes import Planes
 from service.engine.sections.section import cut_surface
 from service.engine.sections.values import Section, Sections
 from service.surface.bspline import BsplineSurface
-from service.surface.examples import find
+from service.surface.examples.catalogue import find
+from service.surface.examples.quadrics import cone, cylinder, sphere, torus
 from service.surface.lowered import PatchModel
-from service.surface.quadrics import cone, cylinder, sphere, torus
 from service.surface.sizes import SurfaceKind
-from tests.oracles.sections import find_crossings, measure_distances
-from tests.oracles.sheets import Array, build_sheets
 from tests.strategies import build_cube, build_model
 from tools.certify.surfaces import FAMILIES
 

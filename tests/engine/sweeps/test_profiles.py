@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
+from oracles.topology import count_topology, volume, winding_agreement
 from service.bases.arrays import FloatArray
 from service.engine.options import Faces, MeshOptions
 from service.engine.sweeps.paths import Paths, bound_station_count, build_path
@@ -14,7 +15,6 @@ from service.engine.sweeps.rows import SweptGrids
 from service.engine.sweeps.swept_mesh import build_swept_mesh
 from service.surface.curve import BezierCurve
 from service.surface.curve_pieces import CurvePieces
-from tests.oracles.topology import count_topology, volume, winding_agreement
 
 ARCH = [[0, 0, 0], [1, 1, 0], [0, 1, 1], [1, 0, 3]]
 CUSP = [[0, 0, 0], [1, 1, 0], [0, 1, 0], [1, 0, 0]]

@@ -15,8 +15,8 @@ from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import Faces, MeshOptions
 from service.engine.sweeps.sweep import predict_sweep
 from service.surface.curve import BezierCurve, BsplineCurve, Curve
+from service.surface.examples.swept_shapes import curl, streamer, trefoil
 from service.surface.sweeps import RibbonSurface, TubeSurface
-from service.surface.swept_shapes import curl, streamer, trefoil
 
 
 def build_spline(curve: BsplineCurve) -> BSpline:

@@ -13,11 +13,11 @@ from service.engine.wires.draw import COLOR, NAME, find_width
 from service.engine.wires.isocurves import sample_isocurves
 from service.engine.wires.paths import build_wire_paths
 from service.pipeline.mesh_counts import mesh_size
-from service.surface.examples import find
+from service.surface.examples.catalogue import find
 from service.surface.lowered import PatchModel
 from tests.engine.meshing import build_mesh, check_sound, check_winding
-from tests.examples import lower_patches
 from tests.strategies import Array, build_cube, build_model, split_models
+from tools.examples import lower_patches
 
 SHAPES = ["utah-teapot", "cone", "tveit", "torus", "octahedral-sphere", "bspline-hills"]
 """Examples with poles, an apex, a border, closed circles, triangles, and a B-spline."""

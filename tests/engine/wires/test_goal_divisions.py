@@ -10,8 +10,8 @@ from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
 from service.engine.accuracy import Accuracy, Camera
 from service.engine.bounds.goal import Goal, View
+from service.engine.connectivity.seams import find_seams
 from service.engine.mesh.mesh_value import Mesh
-from service.engine.mesh.seams import find_seams
 from service.engine.options import MeshOptions
 from service.engine.wires.draw import NAME
 from service.engine.wires.goal_divisions import count_goal_divisions
@@ -20,7 +20,7 @@ from service.errors import TooLarge
 from service.pipeline.limits import Limits
 from service.pipeline.mesh import plan_mesh
 from service.surface.batches import TrianglePatches
-from service.surface.examples import find
+from service.surface.examples.catalogue import find
 from service.surface.group import GroupSurface
 from service.surface.lowered import Part, PatchModel
 from tests.engine.meshing import build_mesh

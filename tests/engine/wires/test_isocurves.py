@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 
+from oracles import exact, triangles
 from service.engine.wires.isocurves import IsoCurves, bound_isocurves, sample_isocurves
 from service.surface.batches import TrianglePatches
 from service.surface.lowered import Part, PatchModel
 from tests.engine.meshing import build_mesh
-from tests.examples import lower_patches
-from tests.oracles import exact, triangles
 from tests.strategies import (
     Array,
     build_cube,
@@ -23,6 +22,7 @@ from tests.strategies import (
     triangle_nets,
     weighted_nets,
 )
+from tools.examples import lower_patches
 
 
 def sample_curves(

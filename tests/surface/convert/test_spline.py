@@ -10,6 +10,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from oracles.exact import Net, surface_point, to_exact_net
+from oracles.splines import spline_surface_point, to_fractions
 from service.bases import knots as knot
 from service.errors import SurfaceError
 from service.surface.bspline import BsplineSurface
@@ -30,8 +32,6 @@ from service.surface.group import GroupSurface
 from service.surface.knots import Knots
 from service.surface.patches import PatchSurface
 from tests.engine.meshing import build_mesh
-from tests.oracles.exact import Net, surface_point, to_exact_net
-from tests.oracles.splines import spline_surface_point, to_fractions
 from tests.spline_strategies import knot_vectors
 from tests.surface.convert.exact import build_patch_evaluator, convert_to
 

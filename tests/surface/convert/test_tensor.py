@@ -25,10 +25,9 @@ from service.surface.convert.operations import (
     Transpose,
 )
 from service.surface.convert.table import CONVERSIONS, convert
-from service.surface.examples import EXAMPLES, find
+from service.surface.examples.catalogue import EXAMPLES, find
 from service.surface.patches import PatchSurface
 from tests.engine.meshing import build_mesh
-from tests.examples import lower_patches
 from tests.surface.convert.exact import (
     assert_same,
     build_bezier_evaluator,
@@ -37,6 +36,7 @@ from tests.surface.convert.exact import (
     random_bezier,
     random_patches,
 )
+from tools.examples import lower_patches
 
 degrees = st.tuples(st.integers(1, 4), st.integers(1, 4))
 seeds = st.integers(0, 10**6)

@@ -9,6 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from oracles.exact import Vector
+from oracles.triangles import to_exact_triangle, value
 from service.bases.triangle import count_points
 from service.errors import SurfaceError
 from service.surface.bezier import BezierSurface
@@ -29,8 +31,6 @@ from service.surface.convert.table import convert
 from service.surface.patches import PatchSurface
 from service.surface.triangle import TriangleSurface
 from tests.engine.meshing import build_mesh
-from tests.oracles.exact import Vector
-from tests.oracles.triangles import to_exact_triangle, value
 from tests.surface.convert.exact import (
     assert_same,
     build_bezier_evaluator,

@@ -16,7 +16,7 @@ from service.engine.adaptive.borders.curves import SideNormals
 from service.engine.adaptive.borders.division import divide_chains
 from service.engine.bounds.faces import SPAN, Faces
 from service.engine.bounds.goal import Goal
-from service.engine.mesh.seams import Seams
+from service.engine.connectivity.seams import Seams
 from service.surface.sides import BEGINS
 
 

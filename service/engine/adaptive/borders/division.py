@@ -38,7 +38,7 @@ from service.engine.adaptive.limits import SidePieces
 from service.engine.bounds.chords import project_nets
 from service.engine.bounds.faces import SPAN
 from service.engine.bounds.goal import Goal
-from service.engine.mesh.seams import Seams
+from service.engine.connectivity.seams import Seams
 
 CHUNK = 1 << 18
 """Coordinates of the nets in one block."""

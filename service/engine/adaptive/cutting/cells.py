@@ -13,11 +13,11 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.limits import MeshLimits, build_depth_error
-from service.engine.bounds.blossoms import build_blossoms, build_box_nets
 from service.engine.bounds.faces import SPAN, Faces
 from service.engine.bounds.goal import Goal
-from service.engine.bounds.patch_nets import Nets, PatchNets
 from service.engine.bounds.vectors import Columns, Vectors
+from service.engine.nets.blossoms import build_blossoms, build_box_nets
+from service.engine.nets.patch_nets import Nets, PatchNets
 
 SHORTEST = 16
 """Least side of a cell, in units of places. It leaves room for corners that are moved into the face

@@ -28,7 +28,7 @@ from service.engine.adaptive.cutting.span_estimate import estimate_span_cells
 from service.engine.adaptive.cutting.span_pieces import BLOCK as SPAN_BLOCK
 from service.engine.adaptive.cutting.span_pieces import NinePoints, count_spans
 from service.engine.bounds.faces import SPAN
-from service.engine.bounds.patch_nets import Nets
+from service.engine.nets.patch_nets import Nets
 
 BLOCK = 1 << 18
 """Numbers in the nets of one block, approximately; it limits memory."""

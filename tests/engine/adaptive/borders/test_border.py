@@ -13,7 +13,6 @@ from service.errors import InvalidRequest, TooLarge
 from service.surface.bspline import BsplineSurface
 from service.surface.knots import Knots
 from tests.engine.adaptive.bordering import build_border, check_border
-from tests.examples import lower_patches
 from tests.strategies import (
     Array,
     apply_symmetry,
@@ -25,6 +24,7 @@ from tests.strategies import (
     translate,
     weighted_nets,
 )
+from tools.examples import lower_patches
 
 tolerances = st.sampled_from([1.0, 0.1, 1e-2])
 

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from service.engine.adaptive.borders.chains import Chains, find_chains
 from service.engine.bounds.faces import find_faces
-from service.engine.mesh.seams import Seams, find_seams
+from service.engine.connectivity.seams import Seams, find_seams
 from service.surface.bspline import BsplineSurface
 from service.surface.lowered import PatchModel
 from tests.strategies import Array, apply_symmetry, symmetries

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from oracles.exact import surface_point, to_exact_net
 from service.engine.adaptive.cutting.cells import (
     Cells,
     Leaves,
@@ -22,11 +23,10 @@ from service.engine.adaptive.cutting.subdivision import divide_cells
 from service.engine.adaptive.limits import MeshLimits
 from service.engine.bounds.faces import SPAN, find_faces
 from service.engine.bounds.goal import Goal
-from service.engine.bounds.patch_nets import Nets, PatchNets
-from service.engine.mesh.seams import find_seams
+from service.engine.connectivity.seams import find_seams
+from service.engine.nets.patch_nets import Nets, PatchNets
 from service.surface.bspline import BsplineSurface
 from service.surface.lowered import PatchModel
-from tests.oracles.exact import surface_point, to_exact_net
 from tests.strategies import Array, build_model, nets, weighted_nets
 
 

@@ -9,7 +9,7 @@ from service.engine.adaptive.drafts.draft import Draft
 from service.engine.adaptive.drafts.draft_triangles import DraftTriangles
 from service.engine.adaptive.limits import MeshLimits
 from service.engine.bounds.goal import Goal
-from service.engine.bounds.patch_nets import PatchNets
+from service.engine.nets.patch_nets import PatchNets
 from tests.engine.adaptive.bordering import build_border
 from tests.strategies import Array, build_model, translate
 

@@ -1,0 +1,84 @@
+"""The models of cells for winding numbers: two triangles, and the areas between sides and chords.
+
+A model has three things: a ball that contains the control points of the cell; the corners of the
+cell; and the sum, over its four sides, of a bound A of the area between the side and its chord. For
+a side of degree n, A = ω³ n h Σ_i δ_i / (n + 1). Here δ_i are the distances of the n + 1 control
+points from the chord, h is the longest distance from one to the next, and ω is the ratio of the
+greatest weight to the least. With these, the theorem of `winding` bounds the error of the solid
+angle of the two triangles over the corners. If two sides that are one edge may differ by a gap g, A
+grows by ω³ n h g.
+"""
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, Ints
+from service.engine.cells import models as model_rows
+from service.engine.cells.tree import Table
+
+SIZE_A, SIZE_B, AREA, GAP_FACTOR, CORNERS, ROW_COUNT = 5, 6, 7, 8, 9, 21
+"""The rows of a model, after ball and error: the lengths along a and b, Σ A without g, the factor
+of g, and the corners in the order of the border; and the number of rows."""
+
+
+def chord_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
+    """The models (ROW_COUNT, K) of cells with nets (K, p+1, q+1, 3 or 4).
+
+    `depth` (K,) is the number of halvings of each cell, and no control point is further than
+    `largest` from the origin.
+    """
+    p, q = nets.shape[1] - 1, nets.shape[2] - 1
+    points = nets[..., :3] / nets[..., 3:] if nets.shape[3] == 4 else nets
+    table = np.empty((ROW_COUNT, len(nets)))
+    # A bound of the errors of control points: `cell_models` has the proof. Below it is taken twice,
+    # for the two cells beside an edge.
+    error = 4 * model_rows.UNIT * largest * (depth + 2) * (p + q + 2)
+    corners = np.stack([points[:, 0, 0], points[:, -1, 0], points[:, -1, -1], points[:, 0, -1]])
+    center = (corners[0] + corners[1] + corners[2] + corners[3]) / 4
+    difference = points - center[:, np.newaxis, np.newaxis]
+    table[:3] = center.T
+    table[3] = np.sqrt(_dot(difference, difference).max(axis=(1, 2))) + 2 * error
+    table[model_rows.ERROR] = error
+    table[CORNERS:] = corners.transpose(0, 2, 1).reshape(12, -1)
+    # The first two sides run along b, the other two along a.
+    sides = (np.s_[:, 0], np.s_[:, -1], np.s_[:, :, 0], np.s_[:, :, -1])
+    areas_and_lengths = []
+    for side in sides:
+        weights = nets[side][..., 3] if nets.shape[3] == 4 else None
+        areas_and_lengths.append(_chord_areas(points[side], weights, 2 * error))
+    areas, lengths = np.array(areas_and_lengths).transpose(1, 0, 2)
+    table[AREA], table[GAP_FACTOR] = areas.sum(axis=0), lengths.sum(axis=0)
+    table[SIZE_B], table[SIZE_A] = np.maximum(lengths[0], lengths[1]), np.maximum(*lengths[2:])
+    return table
+
+
+CHORDS = Table(chord_models, ROW_COUNT, (SIZE_A, SIZE_B))
+"""The table of the models for winding numbers."""
+
+
+def _chord_areas(
+    polygons: FloatArray, weights: FloatArray | None, point_error: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """A without g, and the factor ω³ n h of g, of sides with control points (K, n+1, 3).
+
+    The factor also serves as the length of a side. `point_error` (K,) bounds the rounding errors of
+    the control points.
+    """
+    from_begin = polygons - polygons[:, :1]
+    steps = np.diff(from_begin, axis=1)
+    longest = np.sqrt(_dot(steps, steps)).max(axis=1)
+    chord = from_begin[:, -1:]
+    squared_length = _dot(chord, chord)
+    # The parameter of the nearest point of the chord's line: from 0 to 1 on the chord.
+    along_chord = _dot(from_begin, chord) / np.where(squared_length > 0, squared_length, 1.0)
+    from_chord = from_begin - np.clip(along_chord, 0.0, 1.0)[..., np.newaxis] * chord
+    mean_distance = np.sqrt(_dot(from_chord, from_chord)).mean(axis=1)
+    # The last factor is larger than all rounding in this function.
+    lengths = steps.shape[1] * (longest + 2 * point_error) * (1 + 2.0**-40)
+    if weights is not None:
+        lengths *= (weights.max(axis=1) / weights.min(axis=1)) ** 3
+    return lengths * (mean_distance + point_error), lengths
+
+
+def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Dot products over the last axis, of length 3; terms are added in a fixed order."""
+    return np.asarray(a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2])

@@ -1,0 +1,274 @@
+"""A tree of cells: rectangles of the parameters of nets, which are halved when a query needs it.
+
+Cell k is column k of several arrays: its model (`cell_models`), its rectangle of parameters, its
+net and its children. The tree begins with the whole nets. A cell is halved along the direction in
+which it is longer; or along both directions, if neither length is twice the other. So cells become
+about square on the surface, also at poles. All cells that one step of a query needs are halved
+together. The data of a cell depend only on its net and its rectangle, not on the order in which
+cells are halved.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.cells import models as model_rows
+from service.engine.cells.halving import Cells, NetSpace
+from service.engine.cells.models import cell_models
+from service.engine.nets.query_nets import QueryNets
+
+MAX_HALVINGS = 96
+"""The most halvings of a cell, along both directions together. If 48 of them are along each
+direction, the parameters of its sides are multiples of 2^−48, which float64 stores exactly."""
+
+COARSE_HALVINGS = 6
+"""A cell that was halved fewer times than this counts as coarse if it is not nearly flat."""
+
+MAX_BYTES = 96 << 20
+"""The most bytes of all cells and their nets, without the cells that are never dropped."""
+
+MAX_ADDITIONS = 600_000_000
+"""The most additions of numbers for halving cells in a request; each takes 6 to 40 ns, so all take
+at most 24 s. At degree 32 halving a cell takes a millisecond. At low degrees, queries first reach
+their limits of pairs of a point or ray and a cell."""
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Which numbers the model of a cell has, and the function that computes them.
+
+    Attributes
+    ----------
+    models : callable
+        Computes models (row_count, K) from the nets of K cells, their numbers of halvings, and a
+        bound of the distances of control points from the origin.
+    row_count : int
+        How many numbers a model has.
+    sizes : (int, int)
+        The rows of a model with the lengths of a cell along a and along b.
+    """
+
+    models: Callable[[FloatArray, Ints, float], FloatArray]
+    row_count: int
+    sizes: tuple[int, int]
+
+
+FULL = Table(cell_models, model_rows.ROW_COUNT, (model_rows.SIZE_A, model_rows.SIZE_B))
+"""The table of models of second order."""
+
+
+class CellTree:
+    """The cells of some nets.
+
+    Attributes
+    ----------
+    nets : QueryNets
+    first : ndarray of int
+        The cells at which queries begin; together they cover all nets.
+    count : int
+        The number of cells.
+    roots : int
+        The number of cells that are never dropped: `first`, and the cells of which these are
+        halves.
+    largest : float
+        No control point is further than this from the origin.
+    models : ndarray of float64, shape (row_count, N)
+        Here and below N is at least `count`; later columns are spare.
+    rectangle : ndarray of float64, shape (4, N)
+        The rectangle [u₀, u₁] × [v₀, v₁] of each cell, in the parameters of its net.
+    net : ndarray of int, shape (N,)
+        Number of the net of each cell.
+    errors : ndarray of float64, shape (nets,)
+        Bound of the rounding error of a point that is computed from each net.
+    point_sides : ndarray of bool, shape (4, N)
+        Whether each of the sides u₀, u₁, v₀, v₁ of a cell lies on a side of its net that is one
+        point.
+    """
+
+    def __init__(self, nets: QueryNets, table: Table = FULL) -> None:
+        self.nets, self._table = nets, table
+        self.largest = max(
+            float(np.abs(_points(g.nets)).max(initial=0.0)) * 3**0.5 for g in nets.groups
+        )
+        # Twice the bound that the docstring of `net_partials` states, with `largest` for M.
+        self.errors = np.repeat(
+            [8 * model_rows.UNIT * self.largest * (sum(g.degree) + 2) for g in nets.groups],
+            [len(g.nets) for g in nets.groups],
+        )
+        self._spaces = [NetSpace(g.nets[:0]) for g in nets.groups]
+        self.count = self.additions = 0
+        total = len(nets.patch)
+        self.models = np.empty((table.row_count, total))
+        self.rectangle = np.empty((4, total))
+        self.net = np.empty(total, np.intp)
+        self.point_sides = np.zeros((4, total), bool)
+        # The group of the net of each cell, its row in the space of this group, and its halvings.
+        self._group = np.empty(total, np.intp)
+        self._row = np.empty(total, np.intp)
+        self._depth = np.empty(total, np.intp)
+        # The children are the cells from `_first_child` on; −1 for cells that were not halved.
+        self._first_child = np.empty(total, np.intp)
+        self._child_count = np.empty(total, np.intp)
+        for number, group in enumerate(nets.groups):
+            k = len(group.nets)
+            run = self._append(number, group.nets, np.zeros(k, np.intp))
+            self.rectangle[:, run] = np.array([[0.0], [1.0], [0.0], [1.0]])
+            self.net[run] = np.arange(group.first, group.first + k)
+            self.point_sides[:, run] = self._find_point_sides(group.nets)
+        self.roots = self.count
+        self.first = np.arange(self.count)
+        self._root_counts = [len(g.nets) for g in nets.groups]
+
+    @property
+    def nbytes(self) -> int:
+        """Approximate bytes of the cells that are not among the `roots`."""
+        # The other arrays have about 10 numbers for each cell.
+        per_cell = 8 * (len(self.models) + 10) + max(g.nets[0].nbytes for g in self.nets.groups)
+        return int((self.count - self.roots) * per_cell)
+
+    @cached_property
+    def box(self) -> tuple[FloatArray, FloatArray]:
+        """Least and greatest coordinates (3,) of all control points."""
+        points = [_points(group.nets).reshape(-1, 3) for group in self.nets.groups]
+        return (
+            np.min([group_points.min(axis=0) for group_points in points], axis=0),
+            np.max([group_points.max(axis=0) for group_points in points], axis=0),
+        )
+
+    def drop_if_large(self) -> None:
+        """Drop all cells but the `roots`, if they take more than half of `MAX_BYTES`."""
+        if self.nbytes <= MAX_BYTES // 2:
+            return
+        self.count = self.roots
+        for space, count in zip(self._spaces, self._root_counts, strict=True):
+            space.count = count
+        self._first_child[self.first] = -1
+
+    def halve_first(self, max_first: int, row: int, limit: float) -> None:
+        """Halve the first cells while the number in a row of their models is above a limit.
+
+        The halves replace these cells among the first cells, of which there may be at most
+        `max_first`.
+        """
+        while True:
+            is_above = self.models[row, self.first] > limit
+            # Each of these cells may be replaced by 4, which are 3 more.
+            if not is_above.any() or len(self.first) + 3 * np.count_nonzero(is_above) > max_first:
+                break
+            children, _ = self.children(self.first[is_above])
+            self.first = np.concatenate([self.first[~is_above], children])
+        self.roots, self._root_counts = self.count, [space.count for space in self._spaces]
+
+    @property
+    def is_full(self) -> bool:
+        """Whether the cells take more than `MAX_BYTES`, so that no more cells can be halved."""
+        return self.nbytes > MAX_BYTES
+
+    def is_coarse(self, cells: Ints, strain: float) -> Bools:
+        """Which cells have a `STRAIN` above `strain`, and fewer than `COARSE_HALVINGS` halvings."""
+        has_strain = self.models[model_rows.STRAIN].take(cells) > strain
+        return np.asarray(has_strain & (self._depth.take(cells) < COARSE_HALVINGS))
+
+    def can_halve(self, cells: Ints) -> Bools:
+        """Which cells have children or can be halved."""
+        if self.is_full or self.additions > MAX_ADDITIONS:
+            return np.asarray(self._first_child[cells] >= 0)
+        return np.asarray(self._depth[cells] < MAX_HALVINGS)
+
+    def children(self, cells: Ints) -> tuple[Ints, Ints]:
+        """The children of cells (n,); cells without children are halved first.
+
+        Returns the children of all cells, and for each child the position of its parent in `cells`.
+        """
+        missing = cells[self._first_child[cells] < 0]
+        if len(missing):
+            self._halve(np.unique(missing))
+        counts = self._child_count[cells]
+        parents = np.repeat(np.arange(len(cells)), counts)
+        # For each child, its number among the children of its parent: 0, 1, …
+        ends = np.cumsum(counts)
+        offset = np.arange(len(parents)) - np.repeat(ends - counts, counts)
+        return self._first_child[cells][parents] + offset, parents
+
+    def _find_point_sides(self, nets: FloatArray) -> Bools:
+        """Which sides of nets are one point, up to the rounding of weights: shape (4, K).
+
+        All false for the nets of curves.
+        """
+        if nets.shape[2] == 1:
+            return np.zeros((4, len(nets)), bool)
+        points = _points(nets)
+        sides = points[:, 0], points[:, -1], points[:, :, 0], points[:, :, -1]
+        tolerance = 4 * model_rows.UNIT * self.largest
+        return np.stack([(np.abs(s - s[:, :1]) <= tolerance).all(axis=(1, 2)) for s in sides])
+
+    def _halve(self, cells: Ints) -> None:
+        """Halve cells that have no children; cells of one group are halved together."""
+        a, b = (self.models[size, cells] for size in self._table.sizes)
+        is_halved_along_a, is_halved_along_b = 2 * a >= b, (2 * b > a) & (b > 0)
+        self._child_count[cells] = np.where(is_halved_along_a & is_halved_along_b, 4, 2)
+        for group in range(len(self._spaces)):
+            is_in_group = self._group[cells] == group
+            parts = []
+            for axes in ((0,), (1,), (0, 1)):
+                chosen = cells[
+                    is_in_group
+                    & (is_halved_along_a == (0 in axes))
+                    & (is_halved_along_b == (1 in axes))
+                ]
+                if len(chosen):
+                    nets = self._spaces[group].nets[self._row[chosen]]
+                    rectangle, sides = self.rectangle[:, chosen], self.point_sides[:, chosen]
+                    parts.append(Cells(nets, rectangle, sides, chosen).halve(axes))
+            if parts:
+                self._add_children(group, Cells.join(parts))
+
+    def _add_children(self, group: int, halves: Cells) -> None:
+        """Add the children of cells of one group; the children of one cell are consecutive."""
+        parent = halves.parent
+        # 2 children are 1 halving, 4 children are 2.
+        depth = self._depth[parent] + self._child_count[parent] // 2
+        run = self._append(group, halves.nets, depth)
+        self.rectangle[:, run], self.point_sides[:, run] = halves.rectangle, halves.point_sides
+        self.net[run] = self.net[parent]
+        is_first = np.diff(parent, prepend=-1) != 0
+        self._first_child[parent[is_first]] = run.start + np.flatnonzero(is_first)
+        self.additions += sum(self.nets.groups[group].degree) * halves.nets.size
+
+    def _append(self, group: int, nets: FloatArray, depth: Ints) -> slice:
+        """Add cells with these nets; fills the arrays that follow from the nets alone."""
+        begin, end = self.count, self.count + len(nets)
+        if end > len(self.net):
+            self._grow(max(end, 2 * len(self.net)))
+        run = slice(begin, end)
+        self.models[:, run] = self._table.models(nets, depth, self.largest)
+        self._group[run], self._depth[run], self._first_child[run] = group, depth, -1
+        self._row[run] = self._spaces[group].append(nets)
+        self.count = end
+        return run
+
+    def _grow(self, size: int) -> None:
+        """Enlarge all arrays of cells to `size` columns."""
+        for name in (
+            "models",
+            "rectangle",
+            "net",
+            "point_sides",
+            "_group",
+            "_row",
+            "_depth",
+            "_first_child",
+            "_child_count",
+        ):
+            old = getattr(self, name)
+            new = np.empty((*old.shape[:-1], size), old.dtype)
+            new[..., : self.count] = old[..., : self.count]
+            setattr(self, name, new)
+
+
+def _points(nets: FloatArray) -> FloatArray:
+    """The control points (…, 3) of nets, without weights."""
+    return nets if nets.shape[3] == 3 else nets[..., :3] / nets[..., 3:]

@@ -1,0 +1,1 @@
+"""Closest points of a surface to points, with proved intervals."""

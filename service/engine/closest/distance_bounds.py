@@ -1,0 +1,263 @@
+r"""Bounds of the distance of a cell to a point, proved from the model of the cell.
+
+The model of a cell (`cell_models`) has its centre c, the partials A, B and Q_ij there, the unit
+normal n, and the bounds whose names are in capitals. For a point x let y = x − c, d = |y| and f = ½
+|x − S|² on the cell, in its own parameters s = (a, b) in [−1, 1]². Then
+
+    f_a = −(x − S) · S_a,  at the centre −y · A,
+    f_aa = S_a · S_a − (x − S) · S_aa,  over the cell A · A − y · Q_aa ± E_aa,
+    E_ij = |S_i · S_j + (S − c) · S_ij − A_i · A_j| + |y · (S_ij − Q_ij)|
+         ≤ SPREAD_ij + |y · n| LIFT_ij + √(d² − (y · n)²) BEND_ij
+
+and the same for f_b, f_ab and f_bb. So over the cell f_aa ≥ l_a = A · A − y · Q_aa − E_aa, f_bb ≥
+l_b with the same form, and |f_ab| ≤ k = |A · B − y · Q_ab| + E_ab.
+
+**Theorem 1 (no minimum).** If f_a > 0 over the closed cell, and its side a = −1 is not a side of
+the patch, then no minimum of f over the patch lies in the cell. The same is true for f_a < 0 and a
+= 1, and for b. *Proof.* At every point of the cell the distance decreases in the direction −a, and
+this direction leads into the patch. f_a has one sign over the cell if |f_a| at the centre is
+greater than |A · A − y · Q_aa| + E_aa + k, an upper bound of |f_aa| + |f_ab| over the cell. ∎
+
+**Theorem 2 (lower bound).** For s₀ and s₀ + δ in the cell, with the gradient g at s₀, f(s₀ + δ) ≥
+f(s₀) + Σ (g_i δ_i + ½ μ_i δ_i²). Here μ_i = ω l_i with ω = 1 − k / √(l_a l_b) if l_a, l_b > 0, and
+μ_i = l_i − k otherwise. Each term is a parabola in one variable; its minimum over an interval has a
+closed form. *Proof.* Taylor's theorem with the Hessian at a point between, and 2 k |δ_a δ_b| ≤ k (t
+δ_a² + δ_b² / t) for every t > 0: take t = √(l_a / l_b), or t = 1. ∎
+
+**Theorem 3 (a side).** If f_a > 0 over the cell, the minimum of the cell lies on its side a = −1.
+On this side f ≥ f(s₀) + g_b δ_b + ½ l_b δ_b² for s₀ on the side. If the side is one point, the
+minimum is the distance of this point. If f_b has one sign, too, the minimum is the distance of a
+corner. *Proof.* As for Theorem 1, but within the cell; and Taylor's theorem along the side. ∎
+
+A cell is *settled* if one of these theorems gives its minimum. This is so if μ_a, μ_b ≥ 0; or if
+they are so little below 0 (for example where a patch is a line) that the loss of 2 |μ_i| in f,
+because |δ_i| ≤ 2, is far below the tolerance; or if f_a has one sign and, in addition, l_b > 0, or
+the side is a point, or f_b has one sign, too.
+
+**Rounding.** The errors of y, d and the dot products are at most 8 u times the products of lengths,
+and the errors of c and of the partials add to them. So the error of f_a at the centre is at most
+TANGENT_ERROR_a d + CENTER_ERROR_a, where TANGENT_ERROR_a ≥ 8 u |A| includes the first of these.
+Each bound is moved by such errors to the safe side.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.cells import models as model_rows
+from service.engine.cells.models import UNIT
+from service.engine.column_vectors import dot
+
+SAFE = 1 + 64 * UNIT
+"""A factor that is larger than all rounding of a few products."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Minima:
+    """Bounds of the minima of N pairs of a point and a settled cell.
+
+    Attributes
+    ----------
+    low : ndarray of float64, shape (N,)
+        Squared lower bound of the distance from the point to the cell.
+    estimate : ndarray of float64, shape (N,)
+        Approximate squared distance at `start`.
+    start : ndarray of float64, shape (2, N)
+        Approximate parameters of the minimum, by the model of the cell.
+    sides : ndarray of float64, shape (2, N)
+        For a and for b: −1 or 1 if the minimum lies on this side of the cell, else 0.
+    convexity : ndarray of float64, shape (2, N)
+        μ_a and μ_b. If the minimum lies on a side a = ±1: 0 and l_b; on a side b = ±1: l_a and 0.
+    loss : ndarray of float64, shape (N,)
+        Must be subtracted from squared lower bounds, because μ may be a little below 0.
+    """
+
+    low: FloatArray
+    estimate: FloatArray
+    start: FloatArray
+    sides: FloatArray
+    convexity: FloatArray
+    loss: FloatArray
+
+    def take(self, rows: Ints) -> "Minima":
+        """The bounds of the pairs with these rows."""
+        return Minima(*(getattr(self, name).take(rows, axis=-1) for name in Minima.__slots__))
+
+    @staticmethod
+    def join(minima: Sequence["Minima"]) -> "Minima":
+        """The bounds of all parts, one after another."""
+        return Minima(
+            *(
+                np.concatenate([getattr(part, name) for part in minima], axis=-1)
+                for name in Minima.__slots__
+            )
+        )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class CellBounds:
+    """The bounds of N pairs of a point and a cell.
+
+    Attributes
+    ----------
+    low : ndarray of float64, shape (N,)
+        Squared lower bound of the distance from the point to the cell.
+    is_empty, is_settled : ndarray of bool, shape (N,)
+        Whether the cell has no minimum of its patch; and whether the cell is settled.
+    squared : ndarray of float64, shape (N,)
+        |y|², less a bound of rounding errors.
+    gradient, forms : ndarray of float64, shapes (2, N) and (3, N)
+        f_a and f_b, and f_aa, f_ab and f_bb, at the centre.
+    side : ndarray of float64, shape (2, N)
+        For f_a and for f_b: if it has one sign, the side toward which the distance decreases, −1 or
+        1; else 0.
+    least_second, convexity : ndarray of float64, shape (2, N)
+        l_a and l_b; μ_a and μ_b.
+    """
+
+    low: FloatArray
+    is_empty: Bools
+    is_settled: Bools
+    squared: FloatArray
+    gradient: FloatArray
+    forms: FloatArray
+    side: FloatArray
+    least_second: FloatArray
+    convexity: FloatArray
+
+    @np.errstate(all="ignore")
+    def minima(self, rows: Ints) -> Minima:
+        """The bounds of the minima of the settled pairs `rows`."""
+        gradient, forms, side, least_second, convexity = (
+            values.take(rows, axis=1)
+            for values in (self.gradient, self.forms, self.side, self.least_second, self.convexity)
+        )
+        is_on_side = side != 0
+        # The loss is 2 |μ_i| in f, and twice this in the squared distance 2 f.
+        loss = np.where(is_on_side.any(axis=0), 0.0, -4 * np.minimum(convexity, 0.0).sum(axis=0))
+        # If b is on a side, only a varies, and the reverse: so l replaces μ (Theorem 3).
+        convexity = np.where(is_on_side[::-1], least_second, convexity)
+        convexity = np.where(is_on_side, 0.0, np.maximum(convexity, 0.0))
+        start = _model_minimum(gradient, forms, side)
+        a, b = start
+        # f changes by g · s + ½ s · (H s), and the squared distance by twice this.
+        slopes = np.stack([forms[0] * a + forms[1] * b, forms[1] * a + forms[2] * b])
+        change = ((2 * gradient + slopes) * start).sum(axis=0)
+        estimate = self.squared[rows] + change
+        return Minima(self.low[rows], estimate, start, side, convexity, loss)
+
+
+@np.errstate(all="ignore")
+def cell_bounds(
+    model: FloatArray, rectangle: FloatArray, point_sides: Bools, x: FloatArray, flattest: float
+) -> CellBounds:
+    """Compute bounds of the distance for N pairs of a point and a cell.
+
+    Parameters
+    ----------
+    model : ndarray of float64, shape (ROW_COUNT, N)
+        The models of the cells.
+    rectangle : ndarray of float64, shape (4, N)
+        The rectangle of the cell. A side at 0 or 1 is a side of the patch.
+    point_sides : ndarray of bool, shape (4, N)
+        Which sides of the cell are one point.
+    x : ndarray of float64, shape (3, N)
+        The points.
+    flattest : float
+        A cell may be settled if μ_a and μ_b, where negative, add up to at least −`flattest` d.
+    """
+    m = model_rows
+    y = x - model[:3]
+    squared = dot(y, y)
+    d = np.sqrt(squared) * SAFE
+    ya, yb, yaa, yab, ybb, height = (dot(y, model[first : first + 3]) for first in m.VECTORS)
+    gradient = -np.stack([ya, yb])
+    forms = model[m.FORM_AA : m.FORM_BB + 1] - [yaa, yab, ybb]
+    # `height` is y · n; the other length is that of the rest of y. `spread` becomes E_aa, E_ab and
+    # E_bb.
+    tangential_distance = np.sqrt(np.maximum(squared - height * height, 0.0) + 32 * UNIT * squared)
+    spread = model[m.LIFT_AA : m.LIFT_BB + 1] * (np.abs(height) * SAFE)
+    spread += model[m.BEND_AA : m.BEND_BB + 1] * tangential_distance
+    spread += model[m.SPREAD_AA : m.SPREAD_BB + 1]
+    spread *= 1 + 16 * UNIT
+    # The rounding of `forms`: |A · B| ≤ ½ (A · A + B · B).
+    form_aa, form_bb = model[m.FORM_AA], model[m.FORM_BB]
+    spread += 16 * UNIT * np.stack([form_aa, 0.5 * (form_aa + form_bb), form_bb])
+    # Rows 0 and 2 of `forms` and `spread` are aa and bb, row 1 is ab: l_a and l_b, and k.
+    least_second = forms[::2] - spread[::2]
+    max_mixed = np.abs(forms[1]) * SAFE + spread[1]
+    gradient_error = model[m.TANGENT_ERROR_A : m.TANGENT_ERROR_B + 1] * d
+    gradient_error += model[m.CENTER_ERROR_A : m.CENTER_ERROR_B + 1]
+    # Theorem 1.
+    max_change = (np.abs(forms[::2]) + spread[::2] + max_mixed) * SAFE + gradient_error
+    # Whether the distance decreases over the whole cell towards −1 (down), or towards 1 (up).
+    is_down, is_up = gradient > max_change, gradient < -max_change
+    # Rows 0 and 2 of `rectangle` are the lower ends u₀ and v₀; rows 1 and 3 are the upper ends.
+    is_empty = ((is_down & (rectangle[::2] > 0)) | (is_up & (rectangle[1::2] < 1))).any(axis=0)
+    # Theorem 2.
+    are_both_convex = (least_second > 0).all(axis=0)
+    omega = np.where(
+        are_both_convex, 1 - SAFE * max_mixed / np.sqrt(least_second).prod(axis=0), 1.0
+    )
+    convexity = omega * least_second - np.where(are_both_convex, 0.0, max_mixed)
+    slope = np.abs(gradient)
+    # Less the rounding errors of |y|² and of the bound below, and the error of c: 2 ε in y.
+    squared -= 16 * UNIT * (squared + slope.sum(axis=0)) + 4 * d * model[m.ERROR]
+    # Twice the bound of f.
+    low = squared + 2 * _least(slope + gradient_error, convexity, 1.0).sum(axis=0)
+    is_settled = -np.minimum(convexity, 0.0).sum(axis=0) <= flattest * d
+    # Theorem 3.
+    has_one_sign = is_down | is_up
+    is_settled |= (has_one_sign & (least_second[::-1] > 0)).any(axis=0) | has_one_sign.all(axis=0)
+    is_settled |= ((is_down & point_sides[::2]) | (is_up & point_sides[1::2])).any(axis=0)
+    is_settled &= ~is_empty
+    side = is_up.astype(np.float64) - is_down
+    return CellBounds(
+        low, is_empty, is_settled, squared, gradient, forms, side, least_second, convexity
+    )
+
+
+def _model_minimum(gradient: FloatArray, forms: FloatArray, sides: FloatArray) -> FloatArray:
+    """Approximate parameters (2, N) of the minima of quadratic models in [−1, 1]².
+
+    If `sides` is −1 or 1 for a or b, the minimum is on this side.
+    """
+    (fa, fb), (faa, fab, fbb) = gradient, forms
+    determinant = faa * fbb - fab * fab
+    start = np.stack([fab * fb - fbb * fa, fab * fa - faa * fb]) / determinant
+    a, b = sides
+    start_along_axis = np.stack([-(fa + fab * b) / faa, -(fb + fab * a) / fbb])
+    start = np.where(sides != 0, sides, np.where(sides[::-1] != 0, start_along_axis, start))
+    # Replace a minimum outside the square by the minimum on the nearest side.
+    a, b = np.clip(start, -1.0, 1.0)
+    is_outside = np.abs(start) > 1
+    start_along_axis = np.clip(np.stack([-(fa + fab * b) / faa, -(fb + fab * a) / fbb]), -1.0, 1.0)
+    start = np.where(is_outside[::-1] & ~is_outside & (sides == 0), start_along_axis, start)
+    return np.where(np.isfinite(start), np.clip(start, -1.0, 1.0), 0.0)
+
+
+def _least(slope: FloatArray, mu: FloatArray, reach: FloatArray | float) -> FloatArray:
+    """Lower bound of g t + ½ μ t² for |t| ≤ reach and |g| ≤ slope."""
+    inside = slope < mu * reach
+    at_end = (0.5 * reach * mu - slope) * reach
+    return np.where(inside, -0.5 * slope * slope / np.where(inside, mu, 1.0), at_end)
+
+
+def least_change(gradient: FloatArray, mu: FloatArray, parameters: FloatArray) -> FloatArray:
+    """Lower bound of Σ (g_i δ_i + ½ μ_i δ_i²) from one point of [−1, 1]² to all others.
+
+    Parameters
+    ----------
+    gradient, mu, parameters : ndarray of float64, shape (2, N)
+        g, μ ≥ 0, and the parameters (a, b) of the point.
+
+    Returns
+    -------
+    ndarray of float64, shape (N,)
+        At most 0. An error e of g lowers the bound by at most 2 Σ e_i; rounding acts like an error
+        of 4 u |g|.
+    """
+    reach = np.where(gradient > 0, 1.0 + parameters, 1.0 - parameters)
+    return np.asarray(_least(np.abs(gradient), mu, reach).sum(axis=0))

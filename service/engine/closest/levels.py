@@ -1,0 +1,291 @@
+"""The search for the closest points to some points, level by level.
+
+`closest` describes its result.
+
+A pair of a point and a cell is open until one of these is proved: the cell is farther than a point
+of the surface that is already known; the distance has no minimum over the patch in the cell; or the
+cell is settled: the distance is nearly convex over it, or is least on a known side. Newton's method
+then computes the minima of settled cells, the nearest first. These minima usually show that most
+other cells are farther. Here `low` has squared lower bounds of distances, but in `SurfacePoints`
+they are not squared.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.row_batches import row_slices
+from service.cancellation import checkpoint
+from service.engine.cells import models as model_rows
+from service.engine.cells.bounding_spheres import PatchTree, sphere_bounds
+from service.engine.cells.models import UNIT
+from service.engine.cells.shares import Share
+from service.engine.closest.distance_bounds import Minima, cell_bounds, least_change
+from service.engine.closest.nearest import ClosestPoints, Nearest
+from service.engine.closest.newton import measure_surface_points
+
+CHUNK_PAIRS = 1 << 13
+"""How many pairs of a point and a cell are computed at once; this limits the memory."""
+
+MAX_PAIRS_OF_POINT, MAX_OPEN_PAIRS = 1000, 1 << 18
+"""The most cells that may be open on one level: for one point, and for all points together."""
+
+MIN_RELATIVE_WIDTH, MIN_WIDTH = 48 * 2.0**-53, 2.0**-36
+"""Intervals at most as wide as one of these are narrow enough at any tolerance. The first is
+relative to the distance: rounding alone makes intervals 14 to 40 units of 2⁻⁵³ wide. The second is
+in the coordinates of the nets: rounding keeps some cells with narrower intervals from being
+settled."""
+
+MAX_STRAIN = 0.2
+"""A cell that was halved only a few times (`COARSE_HALVINGS`) and has more strain (the remainder of
+its model, divided by its size) is halved without computing bounds, which would be too wide."""
+
+MAX_STEPS = 8
+"""The most steps of Newton's method in a cell; after these, the cell is halved."""
+
+WIDTH_SHARE = 1 / 2
+"""A cell is no longer halved for a point if the interval of the point would then be at most this
+wide, in units of the tolerance."""
+
+MAX_DISTANCE_TO_MINIMUM = 2.0**-40
+"""Newton's method ends at this distance from the minimum, in the coordinates of the nets."""
+
+
+NO_PAIRS = np.zeros(0, np.intp), np.zeros(0, np.intp)
+"""An empty list of pairs (point, cell)."""
+
+
+class ClosestLevels:
+    """The search for the closest points to some points.
+
+    Parameters
+    ----------
+    patches : PatchTree
+    points : ndarray of float64, shape (m, 3)
+    share : Share
+        The pairs whose bounds may be computed.
+    tolerance : float
+        The largest width of intervals, in the coordinates of the nets.
+    max_pairs : int
+        The most pairs that one point may have in the tree of patches.
+    can_split : bool
+        Whether the search may stop if too many pairs are open, so that the caller searches again
+        with fewer points at a time. (The tree of patches may always stop in this case.)
+
+    Attributes
+    ----------
+    is_crowded : bool
+        Whether the search stopped because too many pairs were open; its result is then useless.
+    most_open : int
+        The most pairs that were open on one level.
+    in_tree : ndarray of int, shape (m,)
+        How many pairs of each point the tree of patches could not exclude.
+    """
+
+    def __init__(
+        self,
+        patches: PatchTree,
+        points: FloatArray,
+        share: Share,
+        tolerance: float,
+        max_pairs: int,
+        *,
+        can_split: bool,
+    ) -> None:
+        self.can_split, self.is_crowded, self.most_open = can_split, False, 0
+        self.max_pairs, self.in_tree = max_pairs, np.zeros(len(points), np.intp)
+        self.share, self.cells, self.patches = share, patches.cells, patches
+        self.min_width = max(WIDTH_SHARE * tolerance, MIN_WIDTH)
+        self.x = np.ascontiguousarray(points.T)  # (3, m)
+        self.nearest = Nearest(self.cells, self.x, tolerance)
+        self.settled_pairs: list[tuple[Ints, Ints, Minima]] = []
+        self.waiting_pairs = NO_PAIRS
+
+    def search(self) -> ClosestPoints | None:
+        """Search all levels until no pair is open; None if the tree of patches has too many."""
+        candidates = self.patches.candidates(self.x, self.max_pairs)
+        if candidates is None:
+            return None
+        for ended_point, ended_cell, low, upper in candidates.ended:
+            self.nearest.add_centers(ended_point, ended_cell, upper)
+            self.nearest.end_open_cells(ended_point, ended_cell, low)
+        point_lists = [candidates.point, *(ended[0] for ended in candidates.ended)]
+        self.in_tree = np.bincount(np.concatenate(point_lists), minlength=self.x.shape[1])
+        self.most_open = candidates.max_pairs
+        point, cell = candidates.point, candidates.cell
+        while len(point):
+            checkpoint()
+            open_point, open_cell = self.step(point, cell)
+            next_pairs = [(open_point, open_cell)]
+            settled_count = sum(len(settled_point) for settled_point, _, _ in self.settled_pairs)
+            if settled_count >= len(open_point):
+                # Compute minima before the next level, as they exclude most open cells.
+                next_pairs.append(self.find_minima())
+            next_pairs.append(self.waiting_pairs)
+            self.waiting_pairs = NO_PAIRS
+            point, cell = _join_pairs(next_pairs)
+        return self.nearest.answer()
+
+    def step(self, point: Ints, cell: Ints) -> tuple[Ints, Ints]:
+        """Examine one level of pairs; returns the pairs of the next level.
+
+        Pairs that are settled on this level are stored for `find_minima`.
+        """
+        low = np.empty(len(point))
+        for chunk in row_slices(len(point), 1, CHUNK_PAIRS):
+            # Centre, radius and rounding error.
+            model = self.cells.models[:5].take(cell[chunk], axis=1)
+            low[chunk], upper = sphere_bounds(model, self.x.take(point[chunk], axis=1))
+            self.nearest.add_centers(point[chunk], cell[chunk], upper)
+        near_rows = self.allot_pairs(
+            np.flatnonzero(low <= self.nearest.limit(point)), point, cell, low
+        )
+        # For each of `near_rows`: coarse cells stay open without bounds.
+        is_open = self.cells.is_coarse(cell[near_rows], MAX_STRAIN)
+        examined = np.flatnonzero(~is_open)
+        for chunk in row_slices(len(examined), 1, CHUNK_PAIRS):
+            chosen = examined[chunk]
+            rows = near_rows[chosen]
+            is_open[chosen], low[rows] = self.bound_pairs(point[rows], cell[rows], low[rows])
+        rows = near_rows[is_open]
+        return self.halve(point[rows], cell[rows], low[rows])
+
+    def allot_pairs(self, near_rows: Ints, point: Ints, cell: Ints, low: FloatArray) -> Ints:
+        """Allot pairs to points; returns the rows of `near_rows` whose points may continue.
+
+        The pairs of other points wait for a later level, or end now.
+        """
+        is_served, is_ended = self.share.allot(
+            np.bincount(point[near_rows], minlength=self.x.shape[1])
+        )
+        if is_served.all():
+            return near_rows
+        rows = near_rows[is_ended[point[near_rows]]]
+        self.nearest.end_open_cells(point[rows], cell[rows], low[rows])
+        rows = near_rows[~(is_served | is_ended)[point[near_rows]]]
+        self.waiting_pairs = point[rows], cell[rows]
+        return near_rows[is_served[point[near_rows]]]
+
+    def bound_pairs(self, point: Ints, cell: Ints, low: FloatArray) -> tuple[Bools, FloatArray]:
+        """Compute bounds of pairs; returns which pairs stay open, and squared lower bounds."""
+        # With `flattest` = `min_width` / 8, a cell at the distance d may be settled if its μ
+        # (`distance_bounds`) is at least −`flattest` d. This costs 4 |μ| in squared distances,
+        # which is at most about 2 `flattest` = `min_width` / 4 in distances.
+        bounds = cell_bounds(
+            self.cells.models.take(cell, axis=1),
+            self.cells.rectangle.take(cell, axis=1),
+            self.cells.point_sides.take(cell, axis=1),
+            self.x.take(point, axis=1),
+            self.min_width / 8,
+        )
+        low = np.maximum(bounds.low, low)
+        is_near = low <= self.nearest.limit(point)
+        rows = np.flatnonzero(is_near & bounds.is_settled)
+        if len(rows):
+            self.settled_pairs.append((point[rows], cell[rows], bounds.minima(rows)))
+        return is_near & ~(bounds.is_empty | bounds.is_settled), low
+
+    def halve(self, point: Ints, cell: Ints, low: FloatArray) -> tuple[Ints, Ints]:
+        """Halve the cells of open pairs; returns the pairs with the halves.
+
+        Pairs end here if their intervals are narrow enough, if their point has too many pairs, or
+        if their cells can no longer be halved.
+        """
+        best = np.sqrt(self.nearest.best)
+        is_ended = best[point] - np.sqrt(np.maximum(low, 0.0)) <= self.allowed_width(best[point])
+        is_ended |= np.bincount(point, minlength=len(best))[point] > MAX_PAIRS_OF_POINT
+        is_ended |= ~self.cells.can_halve(cell)
+        if is_ended.any():
+            self.nearest.end_open_cells(point[is_ended], cell[is_ended], low[is_ended])
+            point, cell = point[~is_ended], cell[~is_ended]
+        self.most_open = max(self.most_open, len(point))
+        if len(point) > MAX_OPEN_PAIRS and self.can_split:
+            self.is_crowded = True
+            point, cell = point[:0], cell[:0]
+        if not len(point):
+            return point, cell
+        children, parents = self.cells.children(cell)
+        return point[parents], children
+
+    def allowed_width(self, distance: FloatArray) -> FloatArray:
+        """The widths at which intervals are narrow enough, for these distances."""
+        return np.maximum(self.min_width, MIN_RELATIVE_WIDTH * distance)
+
+    def find_minima(self) -> tuple[Ints, Ints]:
+        """Apply Newton's method in settled cells, the nearest first.
+
+        Returns the pairs of the next level, with the halves of cells whose minimum was not found.
+        """
+        if not self.settled_pairs:
+            return NO_PAIRS
+        point = np.concatenate([point for point, _, _ in self.settled_pairs])
+        cell = np.concatenate([cell for _, cell, _ in self.settled_pairs])
+        bounds = Minima.join([bounds for _, _, bounds in self.settled_pairs])
+        self.settled_pairs = []
+        order = np.lexsort((cell, bounds.estimate, point))
+        is_first = np.diff(point[order], prepend=-1) > 0
+        open_rows = []
+        # First the nearest cell of each point: its minimum may exclude the point's other cells.
+        for chosen in (order[is_first], order[~is_first]):
+            rows = chosen[bounds.low[chosen] <= self.nearest.limit(point[chosen])]
+            if len(rows):
+                open_rows.append(rows[~self.descend(point[rows], cell[rows], bounds.take(rows))])
+        rows = np.concatenate(open_rows) if open_rows else np.zeros(0, np.intp)
+        rows = rows[np.lexsort((cell[rows], point[rows]))]
+        return self.halve(point[rows], cell[rows], bounds.low[rows])
+
+    def descend(self, point: Ints, cell: Ints, minima: Minima) -> Bools:
+        """Compute the minima of settled pairs by Newton's method; returns which pairs ended."""
+        is_ended = np.zeros(len(point), bool)
+        rows, net, cell_parameters = np.arange(len(point)), self.cells.net[cell], minima.start
+        rectangle = self.cells.rectangle.take(cell, axis=1)
+        # Rows 0 and 1 are the errors of A and B, rows 2 and 3 those from the error of the centre.
+        error_rows = slice(model_rows.TANGENT_ERROR_A, model_rows.CENTER_ERROR_B + 1)
+        errors = self.cells.models[error_rows].take(cell, axis=1)
+        x = self.x.take(point, axis=1)
+        for remaining in range(MAX_STEPS, 0, -1):
+            found = measure_surface_points(self.cells, net, rectangle, cell_parameters, x)
+            gradient_error = (
+                errors[:2] * found.distance + errors[2:] + 4 * UNIT * np.abs(found.gradient)
+            )
+            # The squared distance changes by twice the change of f = ½ |x − S|²; an error e of the
+            # gradient of f changes this by at most 4 e.
+            change = 2 * least_change(found.gradient, minima.convexity, cell_parameters)
+            low = found.low * found.low + change - 4 * gradient_error.sum(axis=0) - minima.loss
+            is_far = low > self.nearest.limit(point)
+            is_narrow = found.high - np.sqrt(np.maximum(low, 0.0)) <= self.allowed_width(found.high)
+            if remaining > 1:
+                # Near a minimum the distance is exact before the parameters: take one more step.
+                is_narrow &= change >= -(MAX_DISTANCE_TO_MINIMUM**2)
+            is_narrow &= ~is_far
+            is_done = np.flatnonzero(is_narrow | (remaining == 1))
+            self.nearest.add_found(point[is_done], net[is_done], found.take(is_done))
+            self.nearest.end_cells(point[is_narrow], low[is_narrow])
+            ends_now = is_narrow | is_far
+            is_ended[rows[ends_now]] = True
+            remaining_rows = np.flatnonzero(~ends_now)
+            if remaining == 1 or not len(remaining_rows):
+                break
+            cell_parameters = found.next(cell_parameters, minima.sides).take(remaining_rows, axis=1)
+            rows, net, point, minima = (
+                rows[remaining_rows],
+                net[remaining_rows],
+                point[remaining_rows],
+                minima.take(remaining_rows),
+            )
+            rectangle, errors, x = (
+                columns_of_pairs.take(remaining_rows, axis=1)
+                for columns_of_pairs in (rectangle, errors, x)
+            )
+        return is_ended
+
+
+def _join_pairs(pairs: Sequence[tuple[Ints, Ints]]) -> tuple[Ints, Ints]:
+    """Join lists of pairs of a point and a cell to one list, in the order of points."""
+    filled = [pair_list for pair_list in pairs if len(pair_list[0])]
+    if len(filled) < 2:
+        return filled[0] if filled else NO_PAIRS
+    point, cell = (np.concatenate(pair_list) for pair_list in zip(*filled, strict=True))
+    order = np.argsort(point, kind="stable")
+    return point[order], cell[order]

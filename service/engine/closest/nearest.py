@@ -1,0 +1,189 @@
+"""The state of a search for closest points: the nearest points so far, and proved lower bounds."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.cells.tree import CellTree
+from service.engine.closest.newton import SurfacePoints, measure_surface_points
+from service.engine.column_vectors import dot
+
+TIE_WIDTH = 1 / 16
+"""Two points of the surface count as equally near if their distances differ by at most this, in
+units of the tolerance."""
+
+MIN_SEPARATION = 1e-3
+"""Two equally near points of the surface count as different if they are farther apart than this, in
+the coordinates of the nets. (Near one minimum there are many almost equally near points.)"""
+
+STEPS = 7
+"""The number of steps of Newton's method if no minimum was proved."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ClosestPoints:
+    """The closest points to m points, in the coordinates of the nets.
+
+    Attributes
+    ----------
+    net : ndarray of int, shape (m,)
+        The number of the net on which the closest point lies.
+    parameters : ndarray of float64, shape (m, 2)
+        The parameters (u, v) of the closest point in its net.
+    position : ndarray of float64, shape (m, 3)
+    distance, low, high : ndarray of float64, shape (m,)
+        The distance of the position, and an interval that contains the least distance.
+    is_tied : ndarray of bool, shape (m,)
+        Whether another point of the surface may be equally near.
+    """
+
+    net: Ints
+    parameters: FloatArray
+    position: FloatArray
+    distance: FloatArray
+    low: FloatArray
+    high: FloatArray
+    is_tied: Bools
+
+
+class Nearest:
+    """The points of a surface nearest to points x (3, m) that a search has found so far.
+
+    Attributes
+    ----------
+    best : ndarray of float64, shape (m,)
+        Squared upper bounds of the least distances.
+    """
+
+    def __init__(self, cells: CellTree, x: FloatArray, tolerance: float) -> None:
+        m = x.shape[1]
+        self._cells, self._x, self._tolerance = cells, x, tolerance
+        self.best = np.full(m, np.inf)
+        # For each point, the squared distance of the nearest centre of a cell, and that cell.
+        self._center_best, self._center_cell = np.full(m, np.inf), np.zeros(m, np.intp)
+        # For each point, the least squared lower bound of the distances of its cells.
+        self._low = np.full(m, np.inf)
+        # Results of `add_found` and `end_open_cells`.
+        self._found: list[tuple[Ints, Ints, SurfacePoints]] = []
+        self._open_cells: list[tuple[Ints, Ints, FloatArray]] = []
+
+    def limit(self, point: Ints) -> FloatArray:
+        """Squared distances beyond which a cell has neither a closest nor an equally near point."""
+        reach = np.sqrt(self.best.take(point))
+        reach += TIE_WIDTH * self._tolerance
+        reach *= reach
+        return np.asarray(reach)
+
+    def add_centers(self, point: Ints, cell: Ints, upper: FloatArray) -> None:
+        """Update the nearest centres of cells by some pairs, which are in the order of points.
+
+        `upper` has squared upper bounds of the distances of the centres.
+        """
+        if not len(point):
+            return
+        # The first row of each point, and the least bound among its rows.
+        starts = np.flatnonzero(np.diff(point, prepend=-1))
+        min_upper = np.minimum.reduceat(upper, starts)
+        points = point[starts]
+        is_better = min_upper < self.best[points]
+        if is_better.any():
+            # For each point, the first of the rows with its least bound.
+            nearest_rows = np.flatnonzero(
+                upper == np.repeat(min_upper, np.diff(starts, append=len(point)))
+            )
+            nearest_rows = nearest_rows[np.diff(point[nearest_rows], prepend=-1) > 0]
+            points, nearest_rows = points[is_better], nearest_rows[is_better]
+            self.best[points] = self._center_best[points] = upper[nearest_rows]
+            self._center_cell[points] = cell[nearest_rows]
+
+    def add_found(self, point: Ints, net: Ints, found: SurfacePoints) -> None:
+        """Record points of the surface, one for each of `point`, on the nets `net`."""
+        np.minimum.at(self.best, point, found.high * found.high)
+        self._found.append((point, net, found))
+
+    def end_cells(self, point: Ints, low: FloatArray) -> None:
+        """Record squared lower bounds of cells whose minima are recorded by `add_found`."""
+        np.minimum.at(self._low, point, low)
+
+    def end_open_cells(self, point: Ints, cell: Ints, low: FloatArray) -> None:
+        """Record squared lower bounds of cells that the search leaves open."""
+        self.end_cells(point, low)
+        self._open_cells.append((point, cell, low))
+
+    def answer(self) -> ClosestPoints:
+        """The result of the search: the closest points, with intervals of their distances."""
+        self._descend()
+        point = np.concatenate([point for point, _, _ in self._found])
+        net = np.concatenate([net for _, net, _ in self._found])
+        found = SurfacePoints.join([found for _, _, found in self._found])
+        chosen = self._choose(point, net, found)
+        position, distance = found.position[:, chosen], found.distance[chosen]
+        high = np.full(len(distance), np.inf)
+        np.minimum.at(high, point, found.high)
+        high = np.maximum(high, distance)
+        low = np.minimum(np.sqrt(np.maximum(self._low, 0.0)), high)
+        is_tied = self._find_ties(point, found, position, distance)
+        parameters = found.parameters[:, chosen].T
+        return ClosestPoints(net[chosen], parameters, position.T, distance, low, high, is_tied)
+
+    def _descend(self) -> None:
+        """Find a surface point for each x that has none nearer than the nearest centre of a cell.
+
+        Newton's method begins at this centre; it proves nothing.
+        """
+        found_distance = np.full(len(self.best), np.inf)
+        for point, _, found in self._found:
+            np.minimum.at(found_distance, point, found.high)
+        rows = np.flatnonzero(
+            np.isinf(found_distance) | (found_distance * found_distance > self._center_best)
+        )
+        cell = self._center_cell[rows]
+        net, rectangle = self._cells.net[cell], self._cells.rectangle[:, cell]
+        if not len(rows):
+            return
+        # The search begins at the centres, and no side is proved to contain the minimum.
+        center = no_sides = np.zeros((2, len(rows)))
+        cell_parameters = center
+        nearest = found = measure_surface_points(
+            self._cells, net, rectangle, center, self._x[:, rows]
+        )
+        for _ in range(STEPS):
+            cell_parameters = found.next(cell_parameters, no_sides)
+            found = measure_surface_points(
+                self._cells, net, rectangle, cell_parameters, self._x[:, rows]
+            )
+            nearest = nearest.replace_where(found, found.high <= nearest.high)
+        self.add_found(rows, net, nearest)
+
+    def _choose(self, point: Ints, net: Ints, found: SurfacePoints) -> Ints:
+        """The row of the nearest point of the surface for each x, shape (m,).
+
+        Of several that are equally near, the first in the order of nets, u and v is chosen.
+        """
+        min_distance = np.full(len(self.best), np.inf)
+        np.minimum.at(min_distance, point, found.distance)
+        # `high` exceeds `distance` by a bound of its rounding error. Four times this bounds the
+        # errors of both distances, with a margin.
+        max_distance = min_distance[point] + 4 * (found.high - found.distance)
+        rows = np.flatnonzero(found.distance <= max_distance)
+        u, v = found.parameters[:, rows]
+        rows = rows[np.lexsort((v, u, net[rows], point[rows]))]
+        return rows[np.diff(point[rows], prepend=-1) > 0]
+
+    def _find_ties(
+        self, point: Ints, found: SurfacePoints, position: FloatArray, distance: FloatArray
+    ) -> Bools:
+        """Which points x (m,) have an equally near second point, or an open cell that may."""
+        is_tied = np.zeros(len(distance), bool)
+        difference = found.position - position[:, point]
+        is_near = found.distance <= distance[point] + TIE_WIDTH * self._tolerance
+        is_near &= dot(difference, difference) > MIN_SEPARATION**2
+        is_tied[point[is_near]] = True
+        for points, cell, low in self._open_cells:
+            center, radius = self._cells.models[:3, cell], self._cells.models[3, cell]
+            difference = center - position[:, points]
+            is_near = low <= self.limit(points)
+            is_near &= np.sqrt(dot(difference, difference)) > MIN_SEPARATION + radius
+            is_tied[points[is_near]] = True
+        return is_tied

@@ -1,0 +1,1 @@
+"""Connectivity: which sides of patches are one edge, and which points are one corner."""

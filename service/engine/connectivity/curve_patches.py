@@ -1,0 +1,142 @@
+"""Leaves out patches that are curves: they have no area, so a mesh omits them.
+
+Beside a side that is one point, a patch has two *long* sides. The patch is a curve if, on each line
+of control points from one long side to the other, all control points and weights are equal. (A knot
+span of width 0 lowers to patches like this.) The two long sides are then one edge. Triangles
+between them would have no area, and more than two triangles would use the edge.
+
+The mesh omits the patch if another patch of the same part has this edge; or, for a patch that is
+one point, this corner. Then every point of the patch is also a point of the other patch, which the
+bound of the deviation covers. If all patches of a part are curves on patches of other parts, the
+mesh omits them, too; the part then has no triangles, and no bound.
+"""
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.triangle_polynomials import exponents, find_index
+from service.engine.connectivity.connectivity import Connectivity
+from service.surface.batches import Patches, TensorPatches
+from service.surface.lowered import Domain, PatchModel
+from service.surface.repatched import rebuild, surfaces_of
+
+
+def leave_out_curves(model: PatchModel, connectivity: Connectivity) -> PatchModel:
+    """The model without the patches that a mesh omits."""
+    first_patches = np.cumsum([0, *(batch.count for batch in model.batches)])
+    curve_numbers = []
+    for batch_number, rows, line in find_thin(model.batches, connectivity):
+        points, weights = flatten_nets(model.batches[batch_number], rows)
+        is_curve = (points == points[:, line]).all(axis=(1, 2))
+        if weights is not None:
+            is_curve &= (weights == weights[:, line]).all(axis=1)
+        curve_numbers.append(first_patches[batch_number] + rows[is_curve])
+    curves = np.concatenate(curve_numbers)
+    # Sides 0 and 1 are u = 0 and u = 1; sides 2 and 3 are v = 0 and v = 1. If the side that is one
+    # point is side 2, side 0 is a long side, else side 2 is.
+    long_side = np.where(connectivity.thin_sides[curves] == 2, 0, 2)
+    edge = connectivity.edge[curves, long_side]
+    # A patch that is one point may be a corner of other patches.
+    is_point = connectivity.collapsed[curves, long_side]
+    # A key is the number of an edge, from 0, or −1 minus the number of a corner, below 0.
+    keys = np.where(is_point, -1 - connectivity.corner[curves, 0], edge)
+    is_kept = np.ones(model.patch_count, dtype=bool)
+    is_kept[curves] = False
+    part = model.part_numbers
+    # The keys of all edges and corners of each patch, (P, 8).
+    keys_of_patches = np.concatenate([connectivity.edge, -1 - connectivity.corner], axis=1)
+    # First, a curve is omitted if any patch that is no curve has its key.
+    is_kept[curves] = ~np.isin(keys, keys_of_patches[is_kept])
+    # But if its part keeps any patch, one of the kept patches of this part must have its key.
+    has_kept_patch = np.bincount(part[is_kept], minlength=len(model.parts)) > 0
+    # Adding `key_count` times the number of the part makes equal keys of different parts differ.
+    key_count = int(np.ptp(keys_of_patches)) + 1
+    is_on_own_part = np.isin(
+        keys + key_count * part[curves],
+        (keys_of_patches + key_count * part[:, np.newaxis])[is_kept],
+    )
+    is_kept[curves] |= has_kept_patch[part[curves]] & ~is_on_own_part
+    return model if is_kept.all() else _take_patches(model, is_kept)
+
+
+def find_thin(
+    batches: Sequence[Patches], connectivity: Connectivity
+) -> Iterator[tuple[int, Ints, Ints]]:
+    """Yields the patches that may be curves, grouped by batch and by the side that is a point.
+
+    Yields
+    ------
+    batch : int
+    rows : ndarray of int
+        The patches, numbered within the batch.
+    line : ndarray of int, shape (n,)
+        For each control point of a net, a control point on a long side: both are on one line of
+        control points across the patch.
+    """
+    first = 0
+    for batch_number, batch in enumerate(batches):
+        sides = connectivity.thin_sides[first : first + batch.count]
+        first += batch.count
+        for side in np.unique(sides[sides >= 0]).tolist():
+            yield batch_number, np.flatnonzero(sides == side), _find_lines(batch, side)
+
+
+def flatten_nets(batch: Patches, rows: Ints) -> tuple[FloatArray, FloatArray | None]:
+    """Control points (m, n, 3) and weights (m, n) of some patches; a net has n points."""
+    weights = None if batch.weights is None else batch.weights[rows].reshape(len(rows), -1)
+    return batch.points[rows].reshape(len(rows), -1, 3), weights
+
+
+def _find_lines(batch: Patches, side: int) -> Ints:
+    """The result `line` of `find_thin`; the lines are parallel to the side that is a point."""
+    if isinstance(batch, TensorPatches):
+        p, q = batch.degree
+        number = np.arange((p + 1) * (q + 1)).reshape(p + 1, q + 1)
+        first_on_line = number[:1] if side == 2 else number[:, :1]
+        return np.broadcast_to(first_on_line, number.shape).ravel()
+    n = batch.side_degrees[0]
+    i, j, k = exponents(n)
+    # The exponents (j, k) of the first control point of each line. If the point is side 2, 0 or 1,
+    # then k, j or i is constant on a line, which begins on the side s = 0 or on the side t = 0.
+    first_exponents = {2: (0 * j, k), 0: (j, 0 * k), 1: (n - i, 0 * k)}[side]
+    return find_index(n, *first_exponents)
+
+
+def _take_patches(model: PatchModel, is_kept: Bools) -> PatchModel:
+    """The model with the patches for which `is_kept` (P,); surfaces become one or more grids."""
+    domains: list[Domain] = []
+    numbers: list[Ints] = []
+    count = 0
+    for surface in surfaces_of(model):
+        rows, columns = len(surface.u) - 1, len(surface.v) - 1
+        grid = surface.first + np.arange(rows * columns).reshape(rows, columns)
+        for (row_begin, row_end), (column_begin, column_end) in _rectangles(is_kept[grid]):
+            block = grid[row_begin:row_end, column_begin:column_end].ravel()
+            u, v = surface.u[row_begin : row_end + 1], surface.v[column_begin : column_end + 1]
+            domains.append(Domain(u, v, count))
+            numbers.append(block)
+            count += len(block)
+    old_numbers = np.concatenate(numbers)
+    ends = np.cumsum([0, *(batch.count for batch in model.batches)])
+    kept_batches: list[list[Patches]] = []
+    for batch, (begin, end) in zip(model.batches, pairwise(ends.tolist()), strict=True):
+        kept_rows = old_numbers[(old_numbers >= begin) & (old_numbers < end)] - begin
+        kept_batches.append([batch.take(kept_rows)] if len(kept_rows) else [])
+    return rebuild(model, kept_batches, old_numbers, tuple(domains))
+
+
+def _rectangles(cells: Bools) -> Iterator[tuple[tuple[int, int], tuple[int, int]]]:
+    """Yields rows and columns (begin, end) of rectangles that cover each true cell (m, n) once."""
+    for row_begin, row_end in _runs((cells[1:] != cells[:-1]).any(axis=1)):
+        row = cells[row_begin]
+        for column_begin, column_end in _runs(row[1:] != row[:-1]):
+            if row[column_begin]:
+                yield (row_begin, row_end), (column_begin, column_end)
+
+
+def _runs(changes: Bools) -> Iterator[tuple[int, int]]:
+    """Yields runs (begin, end) of equal lines; `changes` says which lines differ from the next."""
+    return pairwise([0, *(np.flatnonzero(changes) + 1).tolist(), len(changes) + 1])

@@ -1,0 +1,239 @@
+"""The connectivity that follows from a pattern of equal control points.
+
+A pattern has a number for each control point on the borders of patches; equal points have equal
+numbers. The pattern determines which sides are one edge, and which border points belong to each
+edge and corner. So for other coordinates with the same pattern, only these points are read.
+
+Rational sides are one edge only if their weights are also equal, up to a common factor. The pattern
+is sufficient if, after division by the largest weight of each side, the weights of equal sides are
+equal bit for bit. If not, `service.engine.connectivity.seams` compares all coordinates.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from service.bases import triangle
+from service.bases.arrays import FloatArray, Ints
+from service.bases.unique_rows import find_first_rows
+from service.engine.connectivity.connectivity import SAME_WEIGHT, Connectivity, triangular_patches
+from service.engine.connectivity.degree_matching import find_candidates
+from service.engine.connectivity.edges import EdgeCurves, orient_edges
+from service.engine.connectivity.equal_points import EqualPoints
+from service.engine.connectivity.seams import Seams
+from service.surface.batches import Patches, TrianglePatches
+from service.surface.sides import BEGINS, ENDS
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class EdgePattern:
+    """A connectivity, and the numbers of the border points at its corners and on its edges.
+
+    Attributes
+    ----------
+    connectivity : Connectivity
+    corners : ndarray of int, shape (C,)
+        The border point at each corner.
+    ids : tuple of ndarray of int, shape (E_n,)
+        For each degree n, the numbers of its edges.
+    edges : tuple of ndarray of int, shape (E_n, n+1)
+        For each degree n, the border points of the first side of each edge.
+    sides : tuple of (ndarray of int, shape (S_n, n+1), ndarray of int, shape (S_n,))
+        For each degree n, the border points of all sides, in the directions of their edges, and the
+        row of `edges` for each side.
+    is_certain : bool
+        False if edges of several degrees may be one curve.
+    equal : EqualPoints
+        Which border points are equal.
+    """
+
+    connectivity: Connectivity
+    corners: Ints
+    ids: tuple[Ints, ...]
+    edges: tuple[Ints, ...]
+    sides: tuple[tuple[Ints, Ints], ...]
+    is_certain: bool
+    equal: EqualPoints
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of all arrays."""
+        arrays = [
+            self.corners,
+            *self.ids,
+            *self.edges,
+            *(array for pair in self.sides for array in pair),
+        ]
+        arrays += [self.equal.number, self.equal.leaders]
+        return sum(array.nbytes for array in arrays) + self.connectivity.nbytes
+
+    def build_seams(self, border: FloatArray, weights: FloatArray | None) -> Seams | None:
+        """The seams of border points (B, 3) and their weights (B,).
+
+        The result is None if two sides of an edge have different weights.
+        """
+        curves = []
+        for ids, rows, (sides, number) in zip(self.ids, self.edges, self.sides, strict=True):
+            side_weights = None
+            if weights is not None:
+                # A common factor of weights does not change a curve.
+                side_weights = weights[sides]
+                side_weights /= side_weights.max(axis=1, keepdims=True)
+                first_weights = np.empty((len(rows), sides.shape[1]))
+                # In reverse order, the first side of each edge is written last, and stays.
+                first_weights[number[::-1]] = side_weights[::-1]
+                if not np.array_equal(side_weights, first_weights[number]):
+                    return None
+                side_weights = first_weights
+            curves.append(EdgeCurves(ids, border.take(rows, axis=0), side_weights))
+        return Seams(self.connectivity, border.take(self.corners, axis=0), tuple(curves))
+
+    def has_near_weights(self, weights: FloatArray, tolerance: float) -> bool:
+        """Whether two sides of an edge may have near weights that do not differ by rounding alone.
+
+        Weights (B,) are near if their logarithms differ by at most the tolerance. The factors 1/8
+        and 4 are margins: in case of doubt, the result is True.
+        """
+        for sides, number in self.sides:
+            side_weights = weights[sides]
+            side_weights /= side_weights.max(axis=1, keepdims=True)
+            first_weights = side_weights[np.unique(number, return_index=True)[1]]
+            differences = np.abs(side_weights - first_weights[number]).max(axis=1)
+            if ((differences > SAME_WEIGHT / 8) & (differences <= 4 * tolerance)).any():
+                return True
+        return False
+
+
+def border_points(batch: Patches) -> FloatArray:
+    """The control points on the borders of all patches, (P b, 3): b points for each patch."""
+    border, _, _ = _border_rows(*_form(batch))
+    points: FloatArray = batch.points.reshape(batch.count, -1, 3).take(border, axis=1)
+    return points.reshape(-1, 3)
+
+
+def border_weights(batch: Patches) -> FloatArray:
+    """Weights of the control points on the borders, (P b,); 1 for polynomial patches."""
+    border, _, _ = _border_rows(*_form(batch))
+    if batch.weights is None:
+        return np.ones(batch.count * len(border))
+    weights: FloatArray = batch.weights.reshape(batch.count, -1).take(border, axis=1)
+    return weights.ravel()
+
+
+def replace_border(batch: Patches, points: FloatArray, weights: FloatArray | None) -> Patches:
+    """The batch with other points (P b, 3) and weights (P b,) on the borders of its patches."""
+    border, _, _ = _border_rows(*_form(batch))
+    nets = batch.points.copy()
+    nets.reshape(batch.count, -1, 3)[:, border] = points.reshape(batch.count, -1, 3)
+    if batch.weights is None or weights is None:
+        return replace(batch, points=nets)
+    patch_weights = batch.weights.copy()
+    patch_weights.reshape(batch.count, -1)[:, border] = weights.reshape(batch.count, -1)
+    return replace(batch, points=nets, weights=patch_weights)
+
+
+@lru_cache(maxsize=256)
+def _border_rows(is_triangle: bool, p: int, q: int) -> tuple[Ints, tuple[Ints, ...], Ints]:
+    """The control points of a net on its border, (b,), and which of these are on sides and corners.
+
+    The second result has the border points on each of the four sides; the third result has those at
+    the four corners.
+    """
+    if is_triangle:
+        sides = [*triangle.side_rows(p), np.array([triangle.count_points(p) - 1])]
+    else:
+        number = np.arange((p + 1) * (q + 1)).reshape(p + 1, q + 1)
+        sides = [number[0], number[-1], number[:, 0], number[:, -1]]
+    border = np.unique(np.concatenate(sides))
+    corners = [sides[0][0], sides[0][-1], sides[1][0], sides[1][-1]]
+    if is_triangle:
+        corners[1] = corners[3] = sides[3][0]  # the fourth side is one point
+    rows = tuple(np.searchsorted(border, side) for side in sides)
+    return border, rows, np.searchsorted(border, corners)
+
+
+def _form(batch: Patches) -> tuple[bool, int, int]:
+    """Whether the patches are triangles, and their degrees along u and v."""
+    if isinstance(batch, TrianglePatches):
+        return True, batch.degree, batch.degree
+    return False, *batch.degree
+
+
+def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
+    """Finds the pattern from a number for each border point, (B,), equal for equal points."""
+    numbers_of_sides: dict[int, list[Ints]] = {}  # patch · 4 + side, for each degree
+    rows: dict[int, list[Ints]] = {}  # the border points of these sides
+    corners: list[Ints] = []
+    begin = patch_count = 0
+    for batch in batches:
+        border, sides, corner_points_of_net = _border_rows(*_form(batch))
+        first_points = begin + len(border) * np.arange(batch.count)[:, None]
+        corners.append(first_points + corner_points_of_net)
+        for k, side in enumerate(sides):
+            degree = len(side) - 1
+            patches = patch_count + np.arange(batch.count)
+            numbers_of_sides.setdefault(degree, []).append(4 * patches + k)
+            rows.setdefault(degree, []).append(first_points + side)
+        # `begin` counts the border points of the batches so far.
+        begin, patch_count = begin + len(border) * batch.count, patch_count + batch.count
+    edge, backward = np.empty(4 * patch_count, np.intp), np.empty(4 * patch_count, np.bool_)
+    collapsed = np.empty(4 * patch_count, np.bool_)
+    ids: list[Ints] = []
+    edges: list[Ints] = []
+    sides_by_degree: list[tuple[Ints, Ints]] = []
+    for degree in sorted(rows):
+        side_numbers = np.concatenate(numbers_of_sides[degree])
+        side_rows = np.concatenate(rows[degree])
+        order = np.argsort(side_numbers)
+        side_numbers, side_rows = side_numbers[order], side_rows[order]
+        points = numbers[side_rows]
+        collapsed[side_numbers] = (points == points[:, :1]).all(axis=1)
+        # Sides are compared by the numbers of their points, as if these were points on a line.
+        oriented, _, is_reversed = orient_edges(points[..., None].astype(np.float64), None)
+        leader, number = find_first_rows(oriented[..., 0])
+        first = sum(map(len, edges))
+        ids.append(np.arange(first, first + len(leader)))
+        edge[side_numbers] = first + number
+        backward[side_numbers] = is_reversed ^ is_reversed[leader[number]]
+        edges.append(side_rows[leader])
+        sides_by_degree.append(
+            (np.where(backward[side_numbers, None], side_rows[:, ::-1], side_rows), number)
+        )
+    corner_points = np.concatenate(corners)
+    first_at_corner, corner = find_first_rows(
+        numbers[corner_points].reshape(-1, 1).astype(np.float64)
+    )
+    connectivity = Connectivity(
+        counts=tuple(batch.count for batch in batches),
+        is_triangle=triangular_patches(batches),
+        edge=edge.reshape(-1, 4),
+        backward=backward.reshape(-1, 4),
+        collapsed=collapsed.reshape(-1, 4),
+        corner=corner.reshape(-1, 4),
+        users=np.bincount(edge),
+        corner_count=len(first_at_corner),
+    )
+    is_certain = not _may_be_raised(connectivity, edges)
+    return EdgePattern(
+        connectivity,
+        corner_points.ravel()[first_at_corner],
+        tuple(ids),
+        tuple(edges),
+        tuple(sides_by_degree),
+        is_certain,
+        EqualPoints.from_number(numbers),
+    )
+
+
+def _may_be_raised(connectivity: Connectivity, edges: Sequence[Ints]) -> bool:
+    """Whether lines of different degrees join the same two corners: they may be one curve."""
+    # The only edges of degree 0 are fourth sides of triangles, which are points.
+    if np.count_nonzero([rows.shape[1] > 1 for rows in edges]) < 2:
+        return False
+    _, side = np.unique(connectivity.edge, return_index=True)  # the first side of each edge
+    begin, end = (connectivity.corner[:, corners].ravel()[side] for corners in (BEGINS, ENDS))
+    degree = np.concatenate([np.full(len(rows), rows.shape[1] - 1) for rows in edges])
+    is_line = ~connectivity.collapsed.ravel()[side]
+    return len(find_candidates(is_line, degree, begin, end)[0]) > 0

@@ -1,0 +1,1 @@
+"""Bézier nets of a model: halving, restriction, blossoms, hulls and partials."""

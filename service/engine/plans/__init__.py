@@ -1,0 +1,1 @@
+"""Plans: what follows from connectivity and resolution, made once and cached."""

@@ -1,0 +1,113 @@
+"""Joins the faces of all patches: index patterns in which samples are replaced by vertices."""
+
+from itertools import pairwise
+
+import numpy as np
+
+from service.bases.arrays import IndexArray, Ints
+from service.engine.options import Faces
+from service.engine.plans.layout import Layout
+from service.engine.plans.patterns import build_faces
+from service.engine.plans.weld import Welding
+
+
+def join_faces(
+    layout: Layout, welding: Welding | None, kind: Faces, sequence: Ints | None
+) -> tuple[IndexArray, IndexArray, Ints]:
+    """Triangles (T, 3) and quads (Q, 4) of all patches, in the order `sequence`.
+
+    Without a welding, sample k is vertex k. The third result, (2, P + 1), counts the triangles and
+    the quads before each patch; the last column has the totals.
+    """
+    groups = layout.shapes
+    patterns = [build_faces(shape, kind) for shape, _ in groups]
+    total = len(layout.base)
+    counts = np.zeros((2, total), dtype=np.intp)
+    for (_, patches), pattern in zip(groups, patterns, strict=True):
+        counts[0, patches], counts[1, patches] = len(pattern[0]), len(pattern[1])
+    if welding is None and total == 1:
+        return (*patterns[0], _count_before(counts))
+    # The position of each patch in the mesh. From here on, `counts` is in the order of the mesh.
+    position = np.arange(total)
+    if sequence is not None:
+        position[sequence] = position.copy()
+        counts = counts[:, sequence]
+    faces: list[IndexArray] = []
+    for kind_of_face, corners in enumerate((3, 4)):
+        ends = counts[kind_of_face].cumsum()
+        out = np.empty((ends[-1], corners), dtype=np.uint32)
+        for (shape, patches), pattern in zip(groups, patterns, strict=True):
+            pattern_faces = pattern[kind_of_face]
+            if not len(pattern_faces):
+                continue
+            samples = layout.patch_samples(patches, shape)
+            vertices = samples if welding is None else welding.vertex[samples]
+            # One array operation finds the vertices of all patches of this shape.
+            corner_numbers = np.take(vertices.astype(np.uint32), pattern_faces, axis=1)
+            # The faces of patches that follow each other in the mesh are written together.
+            for run in _find_runs(position[patches]):
+                first = ends[position[patches[run.start]]] - len(pattern_faces)
+                rows = slice(first, first + (run.stop - run.start) * len(pattern_faces))
+                out[rows] = corner_numbers[run].reshape(-1, corners)
+        faces.append(out)
+    triangles, quads = faces
+    # A patch folds if two of its sides are one edge, and may fold if it has only one division. Then
+    # faces may have two vertices at one position.
+    if welding is not None and layout.may_fold:
+        triangles, quads, counts = _drop_slivers(triangles, quads, counts, welding.welds)
+    return triangles, quads, _count_before(counts)
+
+
+def _find_runs(numbers: Ints) -> list[slice]:
+    """Runs of rows in which each number is one more than the number before."""
+    breaks = np.flatnonzero(np.diff(numbers) != 1) + 1
+    ends = [0, *breaks.tolist(), len(numbers)]
+    return [slice(begin, end) for begin, end in pairwise(ends)]
+
+
+def _count_before(counts: Ints) -> Ints:
+    """The number of faces before each patch, and the totals, (2, P + 1), from counts (2, P)."""
+    return np.concatenate([np.zeros((2, 1), dtype=np.intp), counts.cumsum(axis=1)], axis=1)
+
+
+def _drop_slivers(
+    triangles: IndexArray, quads: IndexArray, counts: Ints, welds: Ints
+) -> tuple[IndexArray, IndexArray, Ints]:
+    """Drops faces with two vertices at one position.
+
+    But a quad becomes a triangle if one pair of neighbouring vertices is at one position.
+
+    Patterns already handle sides that are one point. But if two sides that meet are one edge, the
+    diagonal of the cell between them is a point, too. With one division, a side that returns to its
+    beginning is a point, and a patch that closes is a line.
+
+    `counts` (2, P) are the numbers of triangles and quads of each patch, `welds` (V,) is the first
+    vertex at the position of each vertex. Returns the new triangles, quads and counts.
+    """
+    total = counts.shape[1]
+    patch_of_triangle, patch_of_quad = (np.repeat(np.arange(total), n) for n in counts)
+    first_vertices = welds[quads]
+    is_repeated = first_vertices == np.roll(first_vertices, -1, axis=1)
+    is_quad = (
+        ~is_repeated.any(axis=1)
+        & (first_vertices[:, 0] != first_vertices[:, 2])
+        & (first_vertices[:, 1] != first_vertices[:, 3])
+    )
+    quads_to_halve = np.flatnonzero(is_repeated.sum(axis=1) == 1)
+    # If corner k and the next corner coincide, the triangle has the corners other than k.
+    other_corners = np.array([[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]])
+    triangles_of_quads = np.take_along_axis(
+        quads[quads_to_halve], other_corners[is_repeated[quads_to_halve].argmax(axis=1)], axis=1
+    )
+    triangles = np.concatenate([triangles, triangles_of_quads])
+    patch_of_triangle = np.concatenate([patch_of_triangle, patch_of_quad[quads_to_halve]])
+    first_vertices = welds[triangles]
+    is_proper = (first_vertices != np.roll(first_vertices, -1, axis=1)).all(axis=1)
+    order = np.flatnonzero(is_proper)[np.argsort(patch_of_triangle[is_proper], kind="stable")]
+    new_counts = np.stack(
+        [
+            np.bincount(patch_of_triangle[order], minlength=total),
+            np.bincount(patch_of_quad[is_quad], minlength=total),
+        ]
+    )
+    return triangles[order], quads[is_quad], new_counts

@@ -1,0 +1,1 @@
+"""Hits of rays on a surface, with a proof that none is missed."""

@@ -1,0 +1,255 @@
+r"""Bounds of the points of a cell on a ray, proved from the model of the cell.
+
+A ray is o + t d, |d| = 1; it begins at t = near. A cell has the model (`cell_models`), in its own
+parameters s = (a, b) in [−1, 1]²,
+
+    S = c + A a + B b + ½ (Q_aa a² + 2 Q_ab a b + Q_bb b²) + rest,   g = c − o
+
+Names in capitals are numbers of the model: |rest| ≤ REST, the partials of the rest add up to at
+most 3 REST, and all points of the cell are within RADIUS of c.
+
+With X = B × d, Y = d × A and D = X · A = Y · B = d · (A × B), the functions
+
+    G = (X · (S − o), Y · (S − o)) / D = (X · g, Y · g) / D + s + (terms of second order, rest)
+
+vanish where S is on the line of the ray, because X and Y are perpendicular to d. The terms of
+second order and the rest are together at most k_X / |D| and k_Y / |D|, with k_X = ½ |X · Q_aa| + |X
+· Q_ab| + ½ |X · Q_bb| + |X| REST; k_Y has the same form.
+
+**Theorem 1 (no hit).** If |X · g| > |D| + k_X, or |Y · g| > |D| + k_Y, or |g × d| > RADIUS, then
+the cell does not meet the line of the ray. If g · d + RADIUS < near, the cell is behind the origin
+of the ray. *Proof.* |X · (S − o)| ≥ |X · g| − |D| − k_X > 0, and alike for Y; the other two
+statements follow from RADIUS. ∎
+
+**Theorem 2 (at most one).** The matrix of the partials of G over the cell is I + N. The sum of the
+absolute values in the first row of N is at most n_X = (|X · Q_aa| + 2 |X · Q_ab| + |X · Q_bb| + 3
+|X| REST) / |D|, and that in the second row at most n_Y. If ν = max(n_X, n_Y) < 1, the cell meets
+the line at most once, and d · (S_a × S_b) ≠ 0 has one sign in the cell. If it meets the line, at
+the root s* of G, each s₀ in the cell has |s* − s₀| ≤ |G(s₀)| / (1 − ν) and |s* − (s₀ − G(s₀))| ≤ ν
+|s* − s₀|, where |·| is the largest component. *Proof.* By the mean value theorem, applied to each
+row, G(s*) − G(s₀) = (I + N') (s* − s₀), where N' has the same bounds as N; so I + N' is regular. ∎
+
+**Theorem 3 (exactly one).** Let ν < 1. If the square about s₀ with half side |G(s₀)| / (1 − ν) is
+within the cell, or if |X · g| + k_X < |D| and |Y · g| + k_Y < |D|, then the cell meets the line.
+*Proof.* s − G(s) maps the square, or the cell, continuously into itself (Brouwer). ∎
+
+A cell is *settled* if ν ≤ `MAX_CONTRACTION`.
+
+**Rounding.** X, Y and D are the exact products of the floating-point numbers A, B and d, so X and Y
+are exactly perpendicular to d. The error of each computed product is at most 8 u times the lengths
+of its factors, with the unit roundoff u. For X, |B| ROUND covers the products with Q_ij and A, and
+|B| `slack` covers the products with g, including the errors of o and d; for Y, |A| replaces |B|.
+The origin o of a ray is moved along the ray, by some t, to the point nearest to the middle of the
+surface, which is the point (0, 0, 0) of the nets. The new ray is at most 4 u (|o| + |t|) from the
+old ray, which the slack includes.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.cells import models as model_rows
+from service.engine.cells.models import UNIT
+from service.engine.column_vectors import cross, dot, length
+from service.engine.nets.query_nets import QueryNets
+
+MAX_CONTRACTION = 0.5
+"""The largest ν of settled cells: Newton's method then finds their roots in few steps."""
+
+SAFE = 1 + 64 * UNIT
+"""A factor that is larger than all rounding of a few products."""
+
+MIN_THICKNESS = 2.0**6
+"""The thickness of a ray is at least this factor times its slack. So the radius of a cell that does
+not count as a point is more than 8 times the slack (`ray_levels`)."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Rays:
+    """m rays, in the coordinates of the nets.
+
+    Attributes
+    ----------
+    origin, direction : ndarray of float64, shape (3, m)
+        The origin o, moved along the ray to the nets; and the direction d, of length 1.
+    near : ndarray of float64, shape (m,)
+        The t at which the ray begins: its origin in the request, which is not o.
+    slack : ndarray of float64, shape (m,)
+        A bound of the rounding errors of differences c − o.
+    thickness : ndarray of float64, shape (m,)
+        A point of the surface that is nearer than this to the ray may count as a hit.
+    """
+
+    origin: FloatArray
+    direction: FloatArray
+    near: FloatArray
+    slack: FloatArray
+    thickness: FloatArray
+
+    def take(self, rays: Ints | slice) -> "Rays":
+        """The rays with these numbers."""
+        return Rays(*(getattr(self, name)[..., rays] for name in Rays.__slots__))
+
+
+@np.errstate(all="ignore")
+def local_rays(
+    nets: QueryNets, origins: FloatArray, directions: FloatArray, thickness: float
+) -> Rays:
+    """Convert rays (m, 3) from model coordinates to the coordinates of the nets.
+
+    `thickness` already is in the coordinates of the nets.
+    """
+    d = directions.T / np.abs(directions).max(axis=1)
+    d = np.ascontiguousarray(d / np.sqrt(dot(d, d)))
+    local_origins = np.ascontiguousarray(nets.local(origins).T)
+    begins = dot(local_origins, d)
+    o = local_origins - begins * d
+    # Points of nets are nearer to the origin than 4.
+    slack = 4 * UNIT * (length(local_origins) + np.abs(begins)) + 16 * UNIT * (length(o) + 4)
+    slack = np.where(np.isfinite(slack), slack, np.inf)
+    return Rays(o, d, begins, slack, np.maximum(thickness, MIN_THICKNESS * slack))
+
+
+def sphere_misses(
+    spheres: FloatArray, rays: Rays, ray: Ints, farthest: FloatArray
+) -> tuple[Bools, FloatArray]:
+    """For N pairs of a sphere and a ray: which do not meet, and lower bounds of t in the spheres.
+
+    Parameters
+    ----------
+    spheres : ndarray of float64, shape (at least 4, N)
+        Centres and radii.
+    ray : ndarray of int, shape (N,)
+    farthest : ndarray of float64, shape (N,) or ()
+        The largest t of interest.
+    """
+    g = spheres[:3] - rays.origin.take(ray, axis=1)
+    d = rays.direction.take(ray, axis=1)
+    radius = spheres[3] + rays.slack[ray]
+    across = cross(g, d)
+    along = dot(g, d)
+    misses = dot(across, across) > radius * radius * SAFE
+    low = along - radius
+    misses |= low > farthest
+    misses |= along + radius < rays.near[ray]
+    return misses, low
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class RootBounds:
+    """The bounds of the roots of N settled pairs of a ray and a cell.
+
+    Attributes
+    ----------
+    first, second : ndarray of float64, shape (3, N)
+        −B and A, so that X · y = first · (y × d) and Y · y = second · (y × d) for every y.
+    lengths : ndarray of float64, shape (2, N)
+        |B| and |A|.
+    determinant : ndarray of float64, shape (N,)
+        D.
+    contraction : ndarray of float64, shape (N,)
+        ν.
+    start : ndarray of float64, shape (2, N)
+        The parameters (a, b) at which the model meets the line of the ray, approximately.
+    exists : ndarray of bool, shape (N,)
+        Whether a root is proved by the second condition of Theorem 3.
+    """
+
+    first: FloatArray
+    second: FloatArray
+    lengths: FloatArray
+    determinant: FloatArray
+    contraction: FloatArray
+    start: FloatArray
+    exists: Bools
+
+    def take(self, rows: Ints | Bools) -> "RootBounds":
+        """The bounds of the pairs with these rows."""
+        return RootBounds(*(getattr(self, name)[..., rows] for name in RootBounds.__slots__))
+
+    @staticmethod
+    def join(bounds: Sequence["RootBounds"]) -> "RootBounds":
+        """The bounds of all parts, one after another."""
+        names = RootBounds.__slots__
+        return RootBounds(
+            *(np.concatenate([getattr(part, name) for part in bounds], axis=-1) for name in names)
+        )
+
+
+@np.errstate(all="ignore")
+def root_bounds(
+    model: FloatArray, o: FloatArray, d: FloatArray, slack: FloatArray
+) -> tuple[Bools, Bools, RootBounds]:
+    """Apply the theorems to N pairs of a ray and a cell.
+
+    Parameters
+    ----------
+    model : ndarray of float64, shape (at least ROUND + 1, N)
+        The models of the cells.
+    o, d : ndarray of float64, shape (3, N)
+        Origins and directions of the rays.
+    slack : ndarray of float64, shape (N,)
+
+    Returns
+    -------
+    is_empty, is_settled : ndarray of bool, shape (N,)
+        Which pairs have no hit by the bounds of X · g and Y · g in Theorem 1 (`sphere_misses` tests
+        the others), and which of the other pairs are settled.
+    bounds : RootBounds
+        The bounds of the settled pairs.
+    """
+    m = model_rows
+    a, b = model[m.TANGENT_A : m.TANGENT_A + 3], model[m.TANGENT_B : m.TANGENT_B + 3]
+    seconds = [model[k : k + 3] for k in (m.SECOND_AA, m.SECOND_AB, m.SECOND_BB)]
+    q = cross(model[:3] - o, d)  # X · g = −B · q and Y · g = A · q
+    x, y = cross(b, d), cross(d, a)
+    lengths = np.sqrt(model[[m.FORM_BB, m.FORM_AA]])  # |B| and |A|
+    size = np.abs(determinant := dot(x, a))  # |D|
+    error = (model[m.ROUND] + slack) * lengths
+    # For X and for Y: X · g; the products of X with Q_aa, Q_ab and Q_bb; k_X; and n_X |D|.
+    values, curvature_terms, bounds_k, bounds_n = [], [], [], []
+    for k, (row, tangent) in enumerate(((x, -b), (y, a))):
+        value = dot(tangent, q)
+        aa, ab, bb = (dot(row, second) for second in seconds)
+        row_length = length(row) * SAFE
+        second_order = np.abs(aa) + 2 * np.abs(ab) + np.abs(bb)
+        bounds_k.append((0.5 * second_order + row_length * model[m.REST]) * SAFE + error[k])
+        bounds_n.append((second_order + 3 * row_length * model[m.REST]) * SAFE + error[k])
+        values.append(value)
+        curvature_terms.append((aa, ab, bb))
+    is_empty = np.abs(values[0]) > size + bounds_k[0]
+    is_empty |= np.abs(values[1]) > size + bounds_k[1]
+    max_n = np.maximum(bounds_n[0], bounds_n[1])
+    is_settled = (max_n <= MAX_CONTRACTION * size) & ~is_empty
+    rows = np.flatnonzero(is_settled)
+    size, determinant = size[rows], determinant[rows]
+    exists = np.abs(values[0][rows]) + bounds_k[0][rows] < size
+    exists &= np.abs(values[1][rows]) + bounds_k[1][rows] < size
+    values = [-value[rows] / determinant for value in values]
+    curvature_terms = [
+        (aa[rows] / determinant, ab[rows] / determinant, bb[rows] / determinant)
+        for aa, ab, bb in curvature_terms
+    ]
+    # The root (a, b) of the model, approximately, by fixed-point iteration.
+    root_a = root_b = np.zeros(len(rows))
+    for _ in range(3):
+        root_a, root_b = (
+            np.clip(
+                value - 0.5 * (aa * root_a * root_a + bb * root_b * root_b) - ab * root_a * root_b,
+                -1.0,
+                1.0,
+            )
+            for value, (aa, ab, bb) in zip(values, curvature_terms, strict=True)
+        )
+    bounds = RootBounds(
+        -b[:, rows],
+        a[:, rows],
+        lengths[:, rows],
+        determinant,
+        max_n[rows] / size,
+        np.stack([root_a, root_b]),
+        exists,
+    )
+    return is_empty, is_settled, bounds

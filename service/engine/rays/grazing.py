@@ -1,0 +1,172 @@
+r"""Bounds for cells that a ray is almost tangent to: it may touch the cell, or lie within it.
+
+If the direction d of a ray o + t d is almost tangent to a cell, the ray may meet the cell twice, or
+all along the ray, so the theorems of `ray_bounds` do not apply. The model of the cell
+(`cell_models`) has the centre c, the partials A, B and the unit normal n there, and bounds REST of
+its remainder and REST_LIFT of the component of this remainder along n. Let w = d × n / |d × n| and
+z = d × w. Both are perpendicular to the ray; w is tangent to the cell, and z is almost ±n. Then P =
+w · (S − o) and H = z · (S − o) vanish where the cell meets the ray, and there t = T = d · (S − o).
+The partials of P at the centre are P_a = w · A and P_b = w · B. Let x be the parameter, a or b,
+with the larger partial, and y the other parameter.
+
+**Theorem 1 (no hit).** On the curve P = 0, x = x₀ + x₁ y + e with x₀ = −P(0, 0) / P_x, x₁ = −P_y /
+P_x and |e| ≤ ε = (½ |P_aa| + |P_ab| + ½ |P_bb| + REST) / |P_x|. So the cell has no hit if |x₀| > 1
++ |x₁| + ε. With this x the model of H becomes
+
+    H = h₀ + h₁ y + h₂ y² ± δ,   h₀ = H(0, 0) + H_x x₀ + ½ H_xx x₀²,
+    h₁ = H_x x₁ + H_y + H_xx x₀ x₁ + H_xy x₀,   h₂ = ½ H_xx x₁² + H_xy x₁ + ½ H_yy,
+    δ = ε (|H_x| + |H_xx| (|x₀| + |x₁| + ½ ε) + |H_xy|) + REST_z
+
+and the cell has no hit if |h₀| > |h₁| + |h₂| + δ. Here REST_z = REST_LIFT + |d · n| REST bounds the
+component of the remainder along z, because z lies in the plane of d and n and is perpendicular to
+d. ∎
+
+**Theorem 2 (a strip).** Let M be the matrix of the partials of (T, P) at the centre, and let the
+partials of M⁻¹ (T, P) over the cell be I + N with |N| ≤ ν ≤ ⅓ (as in `ray_bounds`). Take two points
+of the cell with P = 0 and y' > y. Then d · S' − d · S has the sign of m_y, where m = M⁻¹ (1, 0). So
+all hits of the cell lie between the two points of the curve P = 0 at y = −1 and y = 1, if these are
+in the cell. The curve between them is the *strip* of the cell. *Proof.* Let ΔT = d · S' − d · S,
+and let Δ be the difference of the parameters. (I + N') Δ = M⁻¹ (ΔT, 0), where N' has the same bound
+as N, gives |Δ − m ΔT| ≤ ν / (1 − ν) |m ΔT| ≤ ½ |m_y ΔT|, because m is perpendicular to (P_a, P_b),
+so that m_y is its larger component. ∎ If a point of the cell has |P| ≤ τ in place of P = 0, this
+moves T by at most 2 |m'| / |m_y| τ with m' = M⁻¹ (0, 1); `spread` is twice this factor, 4 |m'| /
+|m_y|.
+
+If |x₁| = |m_x / m_y| ≥ ½, x is monotone along the curve, too, and a strip may end at a side x = ±1
+in place of y = ±1.
+
+A cell is *thin* for a thickness τ if ν ≤ ⅓ and |h₀| + |h₁| + |h₂| + δ ≤ τ / 2. Then the whole curve
+P = 0 in the cell is within τ / 2 of the ray. However, a cell is not thin if |h₁| > |h₀| + |h₂| + δ
+or |h₁| > 2 (|h₂| + δ), because H changes its sign in this cell, or may do so in a cell beside it.
+Smaller cells will then be settled by `ray_bounds`, or have no hit.
+
+**Rounding** is covered as in `ray_bounds`.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.cells import models as model_rows
+from service.engine.cells.models import UNIT
+from service.engine.column_vectors import cross, dot
+from service.engine.rays.bounds import SAFE
+
+_VECTORS = (
+    model_rows.TANGENT_A,
+    model_rows.TANGENT_B,
+    model_rows.SECOND_AA,
+    model_rows.SECOND_AB,
+    model_rows.SECOND_BB,
+)
+
+MAX_SLOPE = 0.25
+"""The largest |d · n| at the centre of a cell that counts as almost tangent to the ray."""
+
+MAX_CONTRACTION = 1 / 3
+"""The largest ν of thin cells (Theorem 2)."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Strips:
+    """The strips of N pairs of a ray and a thin cell.
+
+    Attributes
+    ----------
+    across : ndarray of float64, shape (3, N)
+        The vectors w.
+    is_along_b : ndarray of bool, shape (N,)
+        Whether y is b; if not, y is a.
+    line : ndarray of float64, shape (2, N)
+        x₀ and x₁.
+    spread : ndarray of float64, shape (N,)
+        The factor of Theorem 2, by which an error of P changes t.
+    """
+
+    across: FloatArray
+    is_along_b: Bools
+    line: FloatArray
+    spread: FloatArray
+
+    def take(self, rows: Ints | Bools) -> "Strips":
+        """The strips with these rows."""
+        return Strips(*(getattr(self, name)[..., rows] for name in Strips.__slots__))
+
+
+@np.errstate(all="ignore")
+def find_grazed_strips(
+    model: FloatArray, o: FloatArray, d: FloatArray, slack: FloatArray, thickness: FloatArray
+) -> tuple[Bools, Bools, Strips]:
+    """Apply the theorems to N pairs of a ray and a cell.
+
+    Parameters
+    ----------
+    model : ndarray of float64, shape (ROW_COUNT, N)
+        The models of the cells.
+    o, d : ndarray of float64, shape (3, N)
+        Origins and directions of the rays.
+    slack, thickness : ndarray of float64, shape (N,)
+        As in `Rays`: a bound of the rounding errors of c − o; and the distance from the ray at
+        which a point may count as a hit.
+
+    Returns
+    -------
+    is_empty, is_thin : ndarray of bool, shape (N,)
+        Which pairs have no hit, and which pairs are thin.
+    strips : Strips
+        The strips of the thin pairs.
+    """
+    m = model_rows
+    normal = model[m.NORMAL : m.NORMAL + 3]
+    slope_to_ray = np.abs(dot(d, normal))
+    w = cross(d, normal)
+    w = w / np.sqrt(dot(w, w))
+    z = cross(d, w)
+    to_center = model[:3] - o
+    vectors = [model[k : k + 3] for k in _VECTORS]
+    ta, tb, taa, tab, tbb = (dot(d, vector) for vector in vectors)
+    pa, pb, paa, pab, pbb = (dot(w, vector) for vector in vectors)
+    ha, hb, haa, hab, hbb = (dot(z, vector) for vector in vectors)
+    rounding = model[m.ROUND] + slack
+    rest = model[m.REST] + rounding
+    # REST_z; 2⁻⁴⁰ is larger than the rounding errors of z and n.
+    height_error = model[m.REST_LIFT] + (slope_to_ray + 2.0**-40) * model[m.REST] + rounding
+    # Theorem 1: `error` is ε, `delta` is δ.
+    is_along_b = np.abs(pa) >= np.abs(pb)
+    px, py = np.where(is_along_b, pa, pb), np.where(is_along_b, pb, pa)
+    hx, hy = np.where(is_along_b, ha, hb), np.where(is_along_b, hb, ha)
+    hxx, hyy = np.where(is_along_b, haa, hbb), np.where(is_along_b, hbb, haa)
+    x0, x1 = -dot(w, to_center) / px, -py / px
+    error = (0.5 * np.abs(paa) + np.abs(pab) + 0.5 * np.abs(pbb) + rest) / np.abs(px) * SAFE
+    reach = np.abs(x0) + np.abs(x1)
+    is_empty = np.abs(x0) > (1 + np.abs(x1) + error) * SAFE
+    h0 = dot(z, to_center) + hx * x0 + 0.5 * hxx * x0 * x0
+    h1 = hx * x1 + hy + hxx * x0 * x1 + hab * x0
+    h2 = 0.5 * hxx * x1 * x1 + hab * x1 + 0.5 * hyy
+    delta = error * (np.abs(hx) + np.abs(hxx) * (reach + 0.5 * error) + np.abs(hab)) + height_error
+    delta += 16 * UNIT * (1 + reach) * (np.abs(hx) + np.abs(hab) + np.abs(hxx) * (1 + reach))
+    max_variation = (np.abs(h1) + np.abs(h2) + delta) * SAFE
+    is_empty |= np.abs(h0) > max_variation
+    is_thin = np.abs(h0) + max_variation <= thickness / 2
+    is_thin &= np.abs(h1) <= np.minimum(np.abs(h0), np.abs(h2) + delta) + np.abs(h2) + delta
+    # Theorem 2: `determinant` is |det M|, and `max_change` becomes ν |det M|. The rows of M⁻¹ are
+    # (P_b, −T_b) / det M and (−P_a, T_a) / det M.
+    determinant = np.abs(ta * pb - tb * pa)
+    max_change = np.zeros(len(determinant))
+    for t, p in ((tb, pb), (ta, pa)):
+        second_order = np.abs(p * taa - t * paa) + 2 * np.abs(p * tab - t * pab)
+        second_order += np.abs(p * tbb - t * pbb)
+        sum_of_partials = np.abs(p) + np.abs(t)
+        max_change = np.maximum(
+            max_change,
+            second_order * SAFE + sum_of_partials * (3 * model[m.REST] + model[m.ROUND]),
+        )
+    is_thin &= (
+        (max_change <= MAX_CONTRACTION * determinant) & ~is_empty & (slope_to_ray <= MAX_SLOPE)
+    )
+    rows = np.flatnonzero(is_thin)
+    # m' = (−T_b, T_a) / det M, of which |·| is the larger component, and |m_y| = |P_x / det M|.
+    spread = 4 * np.maximum(np.abs(ta[rows]), np.abs(tb[rows])) / np.abs(px[rows])
+    strips = Strips(w[:, rows], is_along_b[rows], np.stack([x0[rows], x1[rows]]), spread)
+    return is_empty, is_thin, strips

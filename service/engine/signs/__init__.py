@@ -1,0 +1,1 @@
+"""Which points are inside a closed surface: winding numbers, with a proof."""
