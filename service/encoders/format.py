@@ -22,8 +22,8 @@ class EncodeOptions:
     """Form of an OOGL file; None means `cquad` for a mesh made of grids, else `off`."""
 
     quantize: bool = False
-    """Whether positions are quantized (`service.engine.grid`), and all numbers stored in fewer
-    bits. Only for formats that are `compact`."""
+    """Whether positions are quantized (`service.engine.stored_positions`), and all numbers stored
+    in fewer bits. Only for formats that are `compact`."""
 
     compression: Compression = "none"
     """Compression of the arrays. Only for formats that are `compact`."""

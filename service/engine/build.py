@@ -2,7 +2,6 @@
 
 from service.engine.adaptive.meshing import build_mesher
 from service.engine.adaptive.tolerances import build_goal
-from service.engine.adaptive.triangulation import Storage
 from service.engine.joining.join import Allow, allow_any, join
 from service.engine.joining.members import join_group
 from service.engine.mesh.mesh_value import Mesh, Overlay
@@ -10,6 +9,7 @@ from service.engine.options import MeshOptions
 from service.engine.quantize import quantize
 from service.engine.scenes.apart import separate_members
 from service.engine.scenes.scene import Scene, arrange, flatten, round_to_single
+from service.engine.stored_positions import Storage
 from service.engine.sweeps.sweep import sweep
 from service.engine.tessellate import draw_overlays_alone, tessellate
 from service.engine.wires.draw import add_wires, draw_without_faces, line_overlay

@@ -16,14 +16,19 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, RealArray
 from service.bases.unique_rows import unique_rows
-from service.engine.adaptive.triangulation import Storage, bound_origin_error
 from service.engine.bounds.mesh_deviation import round_up
 from service.engine.extent import find_extent
-from service.engine.grid import MAX_ROUNDING, find_step, round_to_grid
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
 from service.engine.scenes.placing import scalings
 from service.engine.scenes.scene import Scene, arrange, find_shown_points, replace_bounds
+from service.engine.stored_positions import (
+    MAX_ROUNDING,
+    Storage,
+    bound_origin_error,
+    find_step,
+    round_to_grid,
+)
 from service.engine.wires.draw import find_width
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sweep_model import SweepModel

@@ -11,11 +11,11 @@ from service.engine.accuracy import Accuracy
 from service.engine.adaptive.limits import Effort
 from service.engine.adaptive.meshing import build_mesher
 from service.engine.adaptive.tolerances import build_goal
-from service.engine.adaptive.triangulation import Storage
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.models import NOT_PATCHES
 from service.engine.options import MeshOptions
 from service.engine.scenes.scene import Scene
+from service.engine.stored_positions import Storage
 from service.errors import InvalidRequest, Issue, TooLarge, count_nouns
 from service.measuring import Measured
 from service.pipeline.budget_search import Attempt, search_tolerances

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from service.engine.build import build, build_scene
-from service.engine.grid import MAX_NUMBER, MAX_ROUNDING
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
 from service.engine.quantize import find_grid_error, find_grid_steps, quantize, quantize_mesh
 from service.engine.scenes.scene import Scene
+from service.engine.stored_positions import MAX_NUMBER, MAX_ROUNDING
 from service.surface.bezier import BezierSurface
 from service.surface.examples.catalogue import EXAMPLES, find
 from service.surface.group import GroupSurface, Member

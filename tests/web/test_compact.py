@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from service.engine.grid import MAX_STEPS
+from service.engine.stored_positions import MAX_STEPS
 from tests.web.browser import FILL_PIXELS_SCRIPT, Stage
 from tests.web.clients import TESTED_LIBRARIES, serve_site, visit, write_client
 from tests.web.pictures import compare_pictures

@@ -1,8 +1,9 @@
 """Stores vertices as integers: KHR_mesh_quantization.
 
-Positions of a quantized mesh (`service.engine.grid`) are integer multiples of a step s, so they are
-stored without rounding: position = t + s k, where k are unsigned 16-bit integers, and the node has
-the translation t and the scaling s. All parts and lines of a mesh have the same t and s.
+Positions of a quantized mesh (`service.engine.stored_positions`) are integer multiples of a step s,
+so they are stored without rounding: position = t + s k, where k are unsigned 16-bit integers, and
+the node has the translation t and the scaling s. All parts and lines of a mesh have the same t and
+s.
 
 Normals are signed 16-bit integers, which readers divide by 32767; their error is at most 0.0015°.
 Signed bytes would save 4 bytes for each vertex, but their error would be up to 0.35°, a third of

@@ -12,12 +12,7 @@ from service.engine.adaptive.samples import (
     evaluate_curvatures,
     find_samples,
 )
-from service.engine.adaptive.triangulation import (
-    Storage,
-    Triangulation,
-    bound_origin_error,
-    drop_flat_triangles,
-)
+from service.engine.adaptive.triangulation import Triangulation, drop_flat_triangles
 from service.engine.bounds.faces import Faces
 from service.engine.connectivity.closure import Closure
 from service.engine.curvatures.ranges import find_ranges
@@ -30,6 +25,7 @@ from service.engine.mesh.report import MeshReport
 from service.engine.options import MeshOptions
 from service.engine.plans.borders import count_borders
 from service.engine.plans.weld import Welding, count_positions, find_shared_positions, weld
+from service.engine.stored_positions import Storage, bound_origin_error
 from service.engine.vectors import find_largest_angle
 from service.surface.lowered import PatchModel
 

@@ -23,7 +23,6 @@ from service.engine.adaptive.tolerances import (
     separate_copies,
     tighten_for_border,
 )
-from service.engine.adaptive.triangulation import Storage, bound_origin_error
 from service.engine.bounds.certificate_rounding import check_goal, find_least_tolerance
 from service.engine.bounds.faces import find_faces
 from service.engine.bounds.goal import Goal
@@ -38,6 +37,7 @@ from service.engine.options import MeshOptions
 from service.engine.quantize import find_grid_steps
 from service.engine.scenes.apart import separate_members
 from service.engine.scenes.scene import Scene, arrange, flatten, round_to_single
+from service.engine.stored_positions import Storage, bound_origin_error
 from service.engine.wires.draw import add_wires, build_line_mesh
 from service.surface.lowered import GroupModel, PatchModel
 

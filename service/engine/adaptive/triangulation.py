@@ -1,4 +1,4 @@
-"""The result of refinement: vertices, triangles and bounds; and how formats store positions.
+"""The result of refinement: vertices, triangles and bounds.
 
 **Flat triangles** are omitted: triangles of which two corners have equal positions in the file. A
 side that is nearly a point, for example, has vertices that differ in float64 but not in float32. If
@@ -13,80 +13,10 @@ which takes over the bound if it is larger.
 """
 
 from dataclasses import dataclass, replace
-from math import hypot
 
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints, RealArray
-from service.engine.extent import choose_origin
-from service.engine.grid import MAX_ROUNDING, round_to_grid
-from service.engine.scenes.placing import EPS, bound_single_error
-from service.engine.scratch import Real
-
-
-@dataclass(frozen=True, slots=True)
-class Storage:
-    """Precision and origin of the positions in a file.
-
-    Attributes
-    ----------
-    is_float32 : bool
-        Whether positions are float32 instead of float64.
-    has_local_origin : bool
-        Whether the format can store positions relative to an origin, which keeps models far from
-        zero exact in float32.
-    step : float
-        Positions and origin are multiples of `step` (`service.engine.grid`); 0 without a grid.
-    """
-
-    is_float32: bool = False
-    has_local_origin: bool = False
-    step: float = 0.0
-
-    @property
-    def dtype(self) -> Real:
-        """The type of the numbers."""
-        return np.float32 if self.is_float32 else np.float64
-
-    def choose_origin(self, low: FloatArray, high: FloatArray) -> FloatArray:
-        """The origin of positions between these bounds."""
-        origin = (
-            choose_origin(low, high) if self.is_float32 and self.has_local_origin else np.zeros(3)
-        )
-        return round_to_grid(origin, self.step) if self.step else origin
-
-    def bound_storage_rounding(
-        self, origin: FloatArray, low: FloatArray, high: FloatArray
-    ) -> float:
-        """Bound of the distance by which storing moves a vertex between these bounds."""
-        moved = MAX_ROUNDING * self.step
-        return moved + bound_single_error(low, high, origin) if self.is_float32 else moved
-
-    def store_positions(self, positions: FloatArray, origin: FloatArray) -> RealArray:
-        """Stored positions (N, 3), relative to the origin, from positions in model coordinates."""
-        if self.step:
-            positions = round_to_grid(positions, self.step)
-        if self.is_float32:
-            return (positions - origin).astype(np.float32)
-        # Adding 0.0 turns -0.0 into 0.0, which is easier to read in text formats.
-        return positions + 0.0
-
-    def restore_positions(self, positions: FloatArray, origin: FloatArray) -> FloatArray:
-        """Store positions (N, 3) in model coordinates, and read them back in model coordinates.
-
-        The results are float64. Adding the origin may round them; `bound_origin_error` bounds this.
-        """
-        if not (self.is_float32 or self.step):
-            return positions
-        read: FloatArray = self.store_positions(positions, origin).astype(np.float64) + origin
-        return read
-
-
-def bound_origin_error(origin: FloatArray, low: FloatArray, high: FloatArray) -> float:
-    """Bound of the rounding of adding the origin: half a unit in the last place of coordinates."""
-    if not origin.any():
-        return 0.0
-    return EPS * hypot(*np.maximum(np.abs(low), np.abs(high)).tolist())
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -17,12 +17,8 @@ this service multiplies the vertices, the error of L x is at most 2^-50 |L| |x|.
 file has a rotation and scalings, the error is some 1e-12, because columns count as perpendicular,
 and scalings as 1, up to 1e-12."""
 
-EPS = float(np.finfo(np.float64).eps)
-
 TRANSLATION_ERROR = 2.0**-50
 """Bound of the rounding error of adding the translation, as a share of its length."""
-
-FLOAT32 = np.finfo(np.float32)
 
 
 def scalings(matrix: FloatArray | None) -> tuple[float, float]:
@@ -41,18 +37,3 @@ def bound_placing_error(matrix: FloatArray | None, low: FloatArray, high: FloatA
     distance = hypot(*np.maximum(np.abs(low), np.abs(high)).tolist())
     shift = hypot(*matrix[:3, 3].tolist())
     return COPY_ERROR * scalings(matrix)[1] * distance + TRANSLATION_ERROR * shift
-
-
-def bound_single_error(low: FloatArray, high: FloatArray, origin: FloatArray) -> float:
-    """Bound of the rounding error of a point within these bounds, in float32 about an origin.
-
-    The error is half a unit in the last place of each coordinate, |x| 2^-24. The subtraction and
-    the addition of the origin are in float64, with errors of at most |x| 2^-53 each.
-    """
-    largest_offset = np.maximum(np.abs(low - origin), np.abs(high - origin))
-    coordinate_errors = largest_offset * float(FLOAT32.eps) / 2 + float(FLOAT32.smallest_subnormal)
-    if origin.any():
-        coordinate_errors = (
-            coordinate_errors + (np.maximum(np.abs(low), np.abs(high)) + np.abs(origin)) * 2.0**-52
-        )
-    return hypot(*coordinate_errors.tolist()) * (1 + 2.0**-40)

@@ -16,7 +16,8 @@ from service.engine.mesh.mesh_value import Mesh, MeshPart
 from service.engine.mesh.report import MeshReport
 from service.engine.scenes.colors import tint
 from service.engine.scenes.merge import add_reports, merge_meshes
-from service.engine.scenes.placing import bound_placing_error, bound_single_error, scalings
+from service.engine.scenes.placing import bound_placing_error, scalings
+from service.engine.stored_positions import bound_single_error
 from service.engine.vectors import find_largest_angle
 from service.surface.checks import Up
 from service.surface.lowered import GroupModel, PlacedModel

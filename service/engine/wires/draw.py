@@ -7,13 +7,13 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, IndexArray, Ints, RealArray
 from service.engine.extent import choose_origin, find_extent
-from service.engine.grid import round_to_grid
 from service.engine.mesh.mesh_value import Mesh, Overlay
 from service.engine.mesh.report import MeshReport
 from service.engine.options import MeshOptions
 from service.engine.scenes.merge import merge_meshes
 from service.engine.scenes.scene import replace_bounds, round_to_single
 from service.engine.scratch import Real
+from service.engine.stored_positions import round_to_grid
 from service.engine.sweeps.profiles import build_ribbons, build_tubes
 from service.engine.sweeps.rows import SweptGrids
 from service.engine.sweeps.swept_mesh import build_swept_mesh

@@ -10,10 +10,10 @@ from service.engine.adaptive.limits import Effort
 from service.engine.adaptive.meshing import build_mesher
 from service.engine.adaptive.size_bound import estimate_least_triangles
 from service.engine.adaptive.tolerances import build_goal
-from service.engine.adaptive.triangulation import Storage
 from service.engine.build import build_scene
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
+from service.engine.stored_positions import Storage
 from service.errors import TooLarge
 from service.surface.bezier import BezierSurface
 from service.surface.group import GroupSurface, Member

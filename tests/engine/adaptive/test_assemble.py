@@ -11,11 +11,11 @@ from service.bases.arrays import RealArray
 from service.engine.accuracy import Accuracy
 from service.engine.adaptive.assemble import assemble, draw_overlays
 from service.engine.adaptive.samples import find_samples
-from service.engine.adaptive.triangulation import Storage
 from service.engine.bounds.faces import SPAN
 from service.engine.connectivity.closure import find_closure
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
+from service.engine.stored_positions import Storage
 from service.surface.batches import TrianglePatches
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface

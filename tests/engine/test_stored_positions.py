@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from service.engine.grid import (
+from service.engine.stored_positions import (
     FLOAT32_MAX,
     MAX_NUMBER,
     MAX_ROUNDING,
