@@ -56,7 +56,7 @@ def test_an_empty_environment_gives_the_defaults() -> None:
     """Except for `store`: without the variable it is the data folder of the user."""
     settings = read_environment()
     assert settings.model_copy(update={"store": Settings().store}) == Settings()
-    assert settings.workers >= 1  # `threads` is 0: one for each processor
+    assert settings.thread_count >= 1  # `threads` is 0: one for each processor
 
 
 def test_settings_read_the_environment_only_on_demand(
@@ -96,7 +96,7 @@ def test_every_setting_has_a_variable(monkeypatch: pytest.MonkeyPatch) -> None:
     assert unchanged == []
     assert settings.cors_origins == ("https://a", "https://b")
     assert [key.get_secret_value() for key in settings.signing_keys] == [TEXTS["signing_keys"]]
-    assert settings.max_body_bytes == settings.threads == settings.workers == 1024
+    assert settings.max_body_bytes == settings.threads == settings.thread_count == 1024
 
 
 def test_an_empty_list_of_origins_is_valid(monkeypatch: pytest.MonkeyPatch) -> None:

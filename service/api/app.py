@@ -35,7 +35,7 @@ from service.api.routes import (
 )
 from service.api.services import JobMiddleware, Services
 from service.api.static_files import StaticFiles
-from service.api.workers import Workers
+from service.api.threads import Threads
 from service.errors import InvalidSettings
 from service.settings.environment import read_environment
 from service.settings.runtime import collect_rarely, limit_plans, pin_blas, share_heap
@@ -109,15 +109,15 @@ class Application(FastAPI):
 
 def _build_services(app: FastAPI, settings: Settings) -> Services:
     cache = ResponseCache(settings.cache_bytes)
-    workers = Workers(settings, cache)
+    threads = Threads(settings, cache)
     return Services(
         settings=settings,
         document_limits=document_limits(settings),
         limits=result_limits(settings),
         store=_open_store(settings),
-        workers=workers,
+        threads=threads,
         cache=cache,
-        flights=SingleFlight(workers),
+        flights=SingleFlight(threads),
         origins=Origins(settings.cors_origins),
         signer=build_signer(settings),
         static_files=StaticFiles(pages.files(app.openapi)),
@@ -153,7 +153,7 @@ def _select_routers(settings: Settings) -> list[APIRouter]:
 
 def _add_middleware(app: "Application", services: Services, log: Write | None) -> None:
     """Puts middleware in front of FastAPI: telemetry, guard, cache, jobs."""
-    inner = JobMiddleware(partial(FastAPI.__call__, app), services.workers)
+    inner = JobMiddleware(partial(FastAPI.__call__, app), services.threads)
     guard = build_guard(CacheMiddleware(inner, services.cache, services.origins), services.settings)
     app.outermost = add_telemetry(app, guard, log)
 

@@ -1,7 +1,7 @@
 """A job: the memory and the threads of one request, its deadline and its cancellation.
 
 Short work runs on the event loop; if it takes longer than expected, it begins again in a thread.
-Other work runs in a thread as soon as `Workers` grants one. A request ends at its deadline, or when
+Other work runs in a thread as soon as `Threads` grants one. A request ends at its deadline, or when
 its client disconnects; its work in a thread then stops at the next checkpoint.
 """
 
@@ -18,9 +18,9 @@ from starlette.requests import ClientDisconnect
 from starlette.types import Receive
 
 from service.api.observing.record import Timing
-from service.api.workers import Workers
+from service.api.threads import Threads
 from service.cancellation import Cancellation, Cancelled, OutOfTime, cancelled_by
-from service.errors import Issue, TooLarge
+from service.errors import Busy, Issue, TooLarge
 from service.pipeline.cost import Cost
 
 INLINE_SECONDS = 0.0075
@@ -66,8 +66,8 @@ class Job:
         none, because it ends with its last user.
     """
 
-    def __init__(self, workers: Workers, receive: Receive | None = None) -> None:
-        self.workers = workers
+    def __init__(self, threads: Threads, receive: Receive | None = None) -> None:
+        self.threads = threads
         self.cancellation = Cancellation()
         self.on_ready: Callbacks = []
         self.on_end: Callbacks = []
@@ -90,21 +90,21 @@ class Job:
         Busy
             Other requests hold the memory now.
         """
-        growth, workers = size - self._body, self.workers
-        if size > workers.max_body * 9 // 10:
+        growth, threads = size - self._body, self.threads
+        if size > threads.max_body * 9 // 10:
             message = "The body would take more memory than this service has for one body."
-            needed = f"at most {workers.max_body * 9 // 10} bytes; a smaller surface"
+            needed = f"at most {threads.max_body * 9 // 10} bytes; a smaller surface"
             raise TooLarge(Issue("too_much_memory", message, "", f"at least {size} bytes", needed))
         # Large bodies leave 1/10 of the memory to small ones.
-        room = workers.max_body * (10 if size <= SMALL_BODY else 9) // 10
+        room = threads.max_body * (10 if size <= SMALL_BODY else 9) // 10
         if growth > 0 and not (
-            workers.body_bytes + growth <= room and workers.has_room(growth, is_small=True)
+            threads.body_bytes + growth <= room and threads.has_room(growth, is_small=True)
         ):
-            raise workers.refuse()
+            raise Busy
         self._peak = max(self._peak, size)
         self._body = size
-        workers.body_bytes += growth
-        workers.hold(growth)
+        threads.body_bytes += growth
+        threads.hold(growth)
 
     def shrink_body(self, size: int) -> None:
         """Gives memory back once the body is parsed and takes at most `size` bytes.
@@ -117,15 +117,15 @@ class Job:
     async def parse(self, call: Callable[[], Result], *, is_long: bool) -> Result:
         """Returns the result of `call()`: run on the event loop, or for long bodies in a thread."""
         if not is_long:
-            await self.workers.take_turn()
+            await self.threads.take_turn()
             self._ran_inline = True
             with self.timing.step("parse"):
                 return call()
         async with self.until_deadline():
             with self.timing.step("wait"):
-                await self.workers.parse_lock.acquire()
+                await self.threads.parse_lock.acquire()
             with self.timing.step("parse"):
-                return await self._in_thread(call, self.workers.parse_lock.release)
+                return await self._in_thread(call, self.threads.parse_lock.release)
 
     async def run(self, work: Work[Result], name: str) -> Result:
         """Returns the result of `work`: short work runs on the event loop, other work in a thread.
@@ -140,27 +140,27 @@ class Job:
         Busy, OutOfTime, ClientDisconnect
             Or the error of the work.
         """
-        cost, workers = work.cost, self.workers
-        if cost.seconds <= INLINE_SECONDS and workers.has_room(cost.memory, is_small=True):
+        cost, threads = work.cost, self.threads
+        if cost.seconds <= INLINE_SECONDS and threads.has_room(cost.memory, is_small=True):
             self._memory += cost.memory
-            workers.hold(cost.memory)
+            threads.hold(cost.memory)
             if not self._ran_inline:  # one turn is enough for parsing and work of one request
-                await workers.take_turn()
+                await threads.take_turn()
                 self._ran_inline = True
             time_limit = Cancellation(time.monotonic() + MAX_INLINE_SECONDS)
             with self.timing.step(name), suppress(OutOfTime), cancelled_by(time_limit):
                 return work.run()
             # It took longer than `MAX_INLINE_SECONDS`: begin again in a thread.
             self._memory -= cost.memory
-            workers.hold(-cost.memory)
+            threads.hold(-cost.memory)
         # The cost is an upper bound; `acquire` could never grant more than `max_memory`.
-        amount = min(cost.memory, workers.max_memory)
+        amount = min(cost.memory, threads.max_memory)
         async with self.until_deadline():
             with self.timing.step("wait"):
-                start = await workers.acquire(amount)
+                start = await threads.acquire(amount)
             self._memory += amount
             with self.timing.step(name):
-                return await self._in_thread(work.run, lambda: workers.release_thread(start))
+                return await self._in_thread(work.run, lambda: threads.release_thread(start))
 
     def finish_work(self, size: int) -> None:
         """Gives all memory back except the `size` bytes of the response, which is ready.
@@ -171,10 +171,10 @@ class Job:
             self.on_ready.pop()()
         total, response_memory = self._body + self._memory, min(size, self._memory)
         self._peak = max(self._peak, total)
-        self.workers.body_bytes -= self._body
+        self.threads.body_bytes -= self._body
         self._body, self._memory = 0, response_memory
         if total > response_memory:
-            self.workers.hold(response_memory - total)
+            self.threads.hold(response_memory - total)
 
     def close(self) -> None:
         """Ends the job, and cancels its work in threads."""
@@ -198,8 +198,8 @@ class Job:
             yield
             return
         if self._deadline == math.inf:
-            self._deadline = current_time() + self.workers.request_timeout
-            self.cancellation.deadline = time.monotonic() + self.workers.request_timeout
+            self._deadline = current_time() + self.threads.request_timeout
+            self.cancellation.deadline = time.monotonic() + self.threads.request_timeout
         has_disconnected = False
 
         async def watch() -> None:
@@ -223,7 +223,7 @@ class Job:
 
     async def _in_thread(self, call: Callable[[], Result], release: Callable[[], None]) -> Result:
         """Returns the result of `call()`, run in a thread; calls `release` at the thread's end."""
-        run = to_thread.run_sync(_run_catching, call, limiter=self.workers.limiter)
+        run = to_thread.run_sync(_run_catching, call, limiter=self.threads.limiter)
         # The task inherits this context and hands it to the thread.
         with cancelled_by(self.cancellation):
             task = asyncio.create_task(run)
@@ -251,7 +251,7 @@ class Job:
             if self._body or self._memory:
                 self.finish_work(0)
             if self._peak >= TRIM_BYTES:
-                self.workers.trim()
+                self.threads.trim()
 
 
 def _run_catching(call: Callable[[], Result]) -> tuple[Result | None, Exception | None]:

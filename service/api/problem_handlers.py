@@ -69,7 +69,7 @@ async def _on_surface_error(request: Request, error: Exception) -> Response:
             location = "file"
     headers = {}
     if isinstance(error, Busy | OutOfTime):
-        headers["Retry-After"] = str(request.app.state.services.workers.retry_after())
+        headers["Retry-After"] = str(request.app.state.services.threads.retry_after())
     return problem_response(problem, error.issues, location, headers)
 
 

@@ -13,7 +13,7 @@ from service.api.cors import Origins
 from service.api.guard.signatures import Signer
 from service.api.job import Job
 from service.api.static_files import StaticFiles
-from service.api.workers import Workers
+from service.api.threads import Threads
 from service.pipeline.limits import Limits
 from service.schemas.document import DocumentLimits
 from service.settings.values import Settings
@@ -28,7 +28,7 @@ class Services:
     document_limits: DocumentLimits
     limits: Limits
     store: SurfaceStore
-    workers: Workers
+    threads: Threads
     cache: ResponseCache
     flights: SingleFlight
     origins: Origins
@@ -39,7 +39,7 @@ class Services:
 class Context(NamedTuple):
     """The arguments of a route's function: the application's parts, the request and its job.
 
-    `job` holds the request's share of the workers; `format` is the response's format where the
+    `job` holds the request's share of the threads; `format` is the response's format where the
     route's class chooses it (`service.api.body`).
     """
 
@@ -65,7 +65,7 @@ class JobMiddleware:
     """
 
     app: ASGIApp
-    workers: Workers
+    threads: Threads
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Handles one request."""
@@ -74,7 +74,7 @@ class JobMiddleware:
             return
         if scope["method"] == "HEAD":
             scope, send = {**scope, "method": "GET"}, partial(_send_head, send)
-        job = scope.setdefault("state", {})["job"] = Job(self.workers, receive)
+        job = scope.setdefault("state", {})["job"] = Job(self.threads, receive)
         try:
             await self.app(scope, receive, send)
         finally:

@@ -17,7 +17,7 @@ from service.surface.checks import MAX_DEGREE
 
 REQUEST_SHARE = 11 / 16
 """The part of the memory that one request may work in, beside its body. All bodies have 4/16, and
-the event loop has 1/16 (`service.api.workers`)."""
+the event loop has 1/16 (`service.api.threads`)."""
 
 
 def _split_list(value: object) -> object:
@@ -250,7 +250,7 @@ class Settings(BaseModel):
     )
 
     @property
-    def workers(self) -> int:
+    def thread_count(self) -> int:
         """The setting `threads`; if it is 0, the number of processors."""
         return self.threads or os.cpu_count() or 1
 

@@ -20,7 +20,7 @@ from tools.client import Client, start_client
 COUNT = 4
 """Requests that are sent together."""
 SIDE = 115
-"""Control points per side: too many for the event loop, so worker threads read the surface."""
+"""Control points per side: too many for the event loop, so threads read the surface."""
 NET = [[[i, j, (i * j) % 7 / 7] for j in range(SIDE)] for i in range(SIDE)]
 LARGE = {"surface": {"type": "bspline", "degree": 1, "control_net": NET}}
 
@@ -111,7 +111,7 @@ def test_deleted_surfaces_are_not_shared(client: Client, app: FastAPI) -> None:
     services: Services = app.state.services
     url = client.post("/v1/surfaces", LARGE).json()["links"]["self"]
     id = url.rpartition("/")[2]
-    job = Job(services.workers)  # does not end, so it keeps the surface
+    job = Job(services.threads)  # does not end, so it keeps the surface
     surface = client.call(stored.surface_of, services, job, id)
     assert client.get(url).status_code == 200
     assert client.request("DELETE", url).status_code == 204

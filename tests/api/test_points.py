@@ -63,7 +63,7 @@ def test_zeros_are_written_without_a_sign(client: Client) -> None:
 
 
 def test_results_of_many_points_are_in_order(client: Client) -> None:
-    """A worker thread computes 3,000 points, because they take too long for the event loop."""
+    """A thread computes 3,000 points, because they take too long for the event loop."""
     uv = np.random.default_rng(2).random((3000, 2))
     result = evaluate(client, uv=uv.tolist(), derivatives=2)
     np.testing.assert_allclose(

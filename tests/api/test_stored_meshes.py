@@ -112,7 +112,7 @@ def test_a_mesh_is_not_cached_if_its_surface_is_deleted_during_the_computation(
         return run(work)
 
     monkeypatch.setattr(MeshWork, "run", run_until_allowed)
-    # At this resolution a worker thread computes, so that the service can delete meanwhile.
+    # At this resolution a thread computes, so that the service can delete meanwhile.
     url = store_surface(client)["glb"] + "&resolution=200"
     statuses: list[int] = []
     thread = threading.Thread(target=lambda: statuses.append(client.get(url).status_code))

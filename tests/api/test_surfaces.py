@@ -208,7 +208,7 @@ def test_errors_of_the_store_have_statuses(
 
 
 def test_a_large_surface_is_stored_and_returned(client: Client) -> None:
-    """A worker thread computes its content, because that takes too long for the event loop."""
+    """A thread computes its content, because that takes too long for the event loop."""
     net = [[[i / 7, j / 7, (i * j) % 5] for j in range(120)] for i in range(120)]
     surface = {"type": "bspline", "control_net": net}
     url = store_surface(client, surface)

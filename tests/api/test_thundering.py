@@ -15,7 +15,7 @@ from service.pipeline.mesh import MeshFile, MeshWork
 from service.settings.values import Settings
 
 TEAPOT = "/v1/surfaces/utah-teapot/mesh.glb"
-"""With 32 divisions per patch, a worker thread computes the mesh, not the event loop."""
+"""With 32 divisions per patch, a thread computes the mesh, not the event loop."""
 
 
 async def request_at_once(

@@ -2,7 +2,6 @@
 
 from collections import OrderedDict
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from service.api.caching.cached_response import VARIANT_BYTES, CachedResponse, Variant
 from service.api.caching.codings import Coding
@@ -22,15 +21,6 @@ ALIAS_BYTES = 400
 """Bytes of memory that Python needs for a spelling, beside its characters."""
 
 
-@dataclass(slots=True)
-class Counts:
-    """Hits, misses and evictions since the start."""
-
-    hits: int = 0
-    misses: int = 0
-    evictions: int = 0
-
-
 class ResponseCache:
     """Entries by their canonical URLs, and by other spellings of these URLs.
 
@@ -43,6 +33,8 @@ class ResponseCache:
         The present bound in bytes: below `max_bytes` while requests need the memory.
     on_sent : Callable
         Called when an entry is no longer being sent, so that the cache can drop it.
+    hits, misses, evictions : int
+        Responses sent from the cache, computed for it, and dropped to make room, since the start.
     """
 
     def __init__(self, max_bytes: int) -> None:
@@ -50,7 +42,7 @@ class ResponseCache:
         self.allowed = max_bytes
         self.bytes = 0
         self.on_sent: Callable[[], None] = lambda: None
-        self.counts = Counts()
+        self.hits = self.misses = self.evictions = 0
         self.generation = 0
         """Number of calls of `forget`. The cache does not keep a response whose computation began
         before the last call."""
@@ -173,7 +165,7 @@ class ResponseCache:
             oldest = next(droppable, None)
             if oldest is None:
                 return False
-            self.counts.evictions += 1
+            self.evictions += 1
             self._drop(oldest.subject.url)
         return True
 

@@ -44,7 +44,7 @@ class CacheMiddleware:
                 accepted = parse_accepted_codings(codings)
                 choice = _choose_variant(entry, accepted, condition)
                 if choice is not None:
-                    self.cache.counts.hits += 1
+                    self.cache.hits += 1
                     record_of(scope).cache = "hit"
                     variant, is_unchanged = choice
                     heads = variant.heads_304 if is_unchanged else variant.heads_200

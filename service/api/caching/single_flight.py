@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any, TypeVar
 
 from service.api.job import Callbacks, Job
-from service.api.workers import Workers
+from service.api.threads import Threads
 
 Result = TypeVar("Result")
 
@@ -34,8 +34,8 @@ class SingleFlight:
     share it. So the number of flights is at most the number of requests.
     """
 
-    def __init__(self, workers: Workers) -> None:
-        self._workers = workers
+    def __init__(self, threads: Threads) -> None:
+        self._threads = threads
         self._flights: dict[Hashable, _Flight] = {}
 
     def __len__(self) -> int:
@@ -54,7 +54,7 @@ class SingleFlight:
         """
         flight = self._flights.get(key)
         if flight is None:
-            flight = self._flights[key] = _Flight(key, Job(self._workers))
+            flight = self._flights[key] = _Flight(key, Job(self._threads))
             flight.task = asyncio.create_task(_run(work, flight.job))
             flight.task.add_done_callback(partial(self._end_if_failed, flight))
         flight.users += 1

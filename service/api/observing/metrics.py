@@ -35,7 +35,7 @@ from service.api.negotiation import refuse_parameters
 from service.api.observing.health import is_ready
 from service.api.observing.record import RequestRecord
 from service.api.responses import HEADERS, ChunkedResponse
-from service.api.workers import Workers
+from service.api.threads import Threads
 from service.bases.cache import MESH_PLANS
 from service.engine.mesh.report import ENGINE, MeshReport
 from service.storage.store import SurfaceStore
@@ -146,7 +146,6 @@ class StateCollector(Collector):
     def collect(self) -> Iterator[Metric]:
         """All metric families."""
         state, responses = self._state, self._state.services.cache
-        counts = responses.counts
         is_service_ready, max_connections = is_ready(state), state.settings.max_connections
         requests: RequestCounters = state.counters
         about = "Whether the service was ready at the last check."
@@ -164,29 +163,29 @@ class StateCollector(Collector):
         yield _counter("refused", "Error responses.", requests.refusals, "code")
         yield _counter("vertices", "Vertices of computed meshes.", requests.vertices)
         yield _counter("triangles", "Triangles of computed meshes.", requests.triangles)
-        yield _counter("cache_hits", "Responses sent from the cache.", counts.hits)
-        yield _counter("cache_misses", "Responses computed for the cache.", counts.misses)
-        yield _counter("cache_evictions", "Responses removed to free memory.", counts.evictions)
+        yield _counter("cache_hits", "Responses sent from the cache.", responses.hits)
+        yield _counter("cache_misses", "Responses computed for the cache.", responses.misses)
+        yield _counter("cache_evictions", "Responses removed to free memory.", responses.evictions)
         yield _gauge("cache_bytes", "Memory of cached responses.", responses.bytes)
         yield _gauge("cache_limit_bytes", "Most memory of cached responses.", responses.max_bytes)
         yield _gauge("cache_entries", "Number of cached responses.", len(responses))
         yield _counter("plan_hits", "Mesh plans found in the cache.", MESH_PLANS.hits)
         yield _counter("plan_misses", "Mesh plans that were not in the cache.", MESH_PLANS.misses)
         yield _gauge("plan_bytes", "Memory of mesh plans.", MESH_PLANS.nbytes)
-        yield from _collect_workers(state.services.workers)
+        yield from _collect_threads(state.services.threads)
         yield from _collect_store(state.store)
 
 
-def _collect_workers(workers: Workers) -> Iterator[Metric]:
-    busy_threads = {"work": workers.busy_threads, "parsing": workers.parse_lock.locked()}
-    threads = {"work": workers.threads, "parsing": 1}
-    used_bytes = {"work": workers.used_bytes - workers.body_bytes, "bodies": workers.body_bytes}
-    limits = {"work": workers.capacity - workers.max_body, "bodies": workers.max_body}
+def _collect_threads(threads: Threads) -> Iterator[Metric]:
+    counts = {"work": threads.count, "parsing": 1}
+    busy_counts = {"work": threads.busy_count, "parsing": threads.parse_lock.locked()}
+    used_bytes = {"work": threads.used_bytes - threads.body_bytes, "bodies": threads.body_bytes}
+    limits = {"work": threads.capacity - threads.max_body, "bodies": threads.max_body}
     about = "Requests that wait for a thread or for memory."
-    yield _gauge("queue_length", about, {"work": workers.queue_length}, "lane")
-    yield _gauge("threads_busy", "Threads that compute.", busy_threads, "lane")
-    yield _gauge("threads", "Threads that may compute at the same time.", threads, "lane")
-    about, seconds = "Waiting time of all requests together.", {"work": workers.seconds_waited}
+    yield _gauge("queue_length", about, {"work": threads.queue_length}, "lane")
+    yield _gauge("threads_busy", "Threads that compute.", busy_counts, "lane")
+    yield _gauge("threads", "Threads that may compute at the same time.", counts, "lane")
+    about, seconds = "Waiting time of all requests together.", {"work": threads.seconds_waited}
     yield _counter("queue_wait_seconds", about, seconds, "lane")
     yield _gauge("memory_bytes", "Predicted memory of running requests.", used_bytes, "pool")
     yield _gauge("memory_limit_bytes", "Most memory that requests may hold.", limits, "pool")

@@ -145,7 +145,8 @@ def add_telemetry(app: FastAPI, inner: ASGIApp, write: Write | None) -> "Request
                 "SURFACE_TRACING: got 'true', needed the extra `telemetry` to be installed: "
                 f"the module {error.name} is missing."
             ) from None
-        tracing: Tracing = module.Tracing(inner, module.build_exporting_provider())
+        provider = module.build_exporting_provider()
+        tracing: Tracing = module.Tracing(inner, provider, respond_to_failure)
         state.tracing = inner = tracing
     labels = RouteLabels(route.path or "" for route in iter_route_contexts(app.routes))
     log = AccessLog(state.settings, write)

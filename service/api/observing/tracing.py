@@ -8,6 +8,7 @@ no influence on them.
 import asyncio
 import os
 import time
+from collections.abc import Awaitable, Callable
 from threading import Thread
 
 from opentelemetry.exporter.otlp.proto.http.trace_exporter import OTLPSpanExporter
@@ -30,7 +31,6 @@ from opentelemetry.trace import (
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service import __version__
-from service.api.observing.middleware import respond_to_failure
 from service.api.observing.record import UNMATCHED, RequestRecord, record_of
 
 SHUTDOWN_TIMEOUT = 3.0
@@ -54,13 +54,24 @@ class Tracing:
 
     The library gets a scope in which the path is the record's label, the query is missing, and only
     the headers of Trace Context are left: no other text of a client gets into a span.
+
+    Parameters
+    ----------
+    respond_to_failure : callable
+        Responds to an exception of `app`, inside the span.
     """
 
-    def __init__(self, app: ASGIApp, provider: TracerProvider) -> None:
+    def __init__(
+        self,
+        app: ASGIApp,
+        provider: TracerProvider,
+        respond_to_failure: Callable[[Exception, Scope, Receive, Send], Awaitable[None]],
+    ) -> None:
         # Otherwise attributes have the names of OpenTelemetry's semantic conventions before 1.23.
         os.environ.setdefault("OTEL_SEMCONV_STABILITY_OPT_IN", "http")
         self.app = app
         self._provider = provider
+        self._respond_to_failure = respond_to_failure
         self._tracer = provider.get_tracer("service", __version__)
         self._middleware = OpenTelemetryMiddleware(
             self._call_app,
@@ -98,7 +109,7 @@ class Tracing:
         try:
             await self.app(scope, receive, send)
         except Exception as error:
-            await respond_to_failure(error, scope, receive, send)
+            await self._respond_to_failure(error, scope, receive, send)
         if span.is_recording():  # the response is not complete
             _describe(span, scope)
         self._add_steps(span, record)

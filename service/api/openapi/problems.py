@@ -20,7 +20,7 @@ from service.api.openapi.responses import header
 from service.api.problems import MEDIA_TYPE, LocationKind, Problem, problem_document, problem_of
 from service.api.routes.meshes_by_url import check_engine
 from service.api.stored import content_id
-from service.api.workers import MAX_RETRY_AFTER
+from service.api.threads import MAX_RETRY_AFTER
 from service.cancellation import OutOfTime
 from service.decoders import teapot
 from service.decoders.registry import DECODERS

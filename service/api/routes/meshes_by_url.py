@@ -139,14 +139,14 @@ async def get_surface_mesh(
                 b"", subject.build_304_headers(unchanged_coding, has_engine=has_engine), 304
             )
         if entry is not None:
-            cache.counts.hits += 1
+            cache.hits += 1
             record.cache = "hit"
             timing = Timing("cache;desc=hit")
             # Until the response is sent, the cache keeps the memory of the entry.
             cache.begin(entry)
             job.on_end.append(partial(cache.end, entry))
         else:
-            cache.counts.misses += 1
+            cache.misses += 1
             record.cache = "miss"
             counters: RequestCounters = request.app.state.counters
             compute = partial(_compute, services, counters, MeshTarget(subject, fmt, query))
@@ -217,7 +217,7 @@ async def _choose_variant(
     not keep it, or compression would have to wait for memory. While this request waited, it would
     hold memory that other requests wait for.
     """
-    cache, workers = services.cache, services.workers
+    cache, threads = services.cache, services.threads
     coding = accepted.order[0]
     # The variant for a coding may be the uncompressed body, if compression saves too little.
     variant = entry.variants.get(coding)
@@ -225,7 +225,7 @@ async def _choose_variant(
         return variant
     work = Compression(entry.plain, coding, is_forced=not accepted.accepts_plain)
     has_room = (
-        cache.holds(entry) and not workers.queue_length and workers.has_room(work.cost.memory)
+        cache.holds(entry) and not threads.queue_length and threads.has_room(work.cost.memory)
     )
     if accepted.accepts_plain and not has_room:
         return entry.variants["identity"]

@@ -46,14 +46,14 @@ def test_the_least_recently_used_response_is_dropped_first() -> None:
     cache.get(entries[0].subject.url)
     cache.alias(entries[1], "/1", b"", has_engine=False)
     next_entry = 3
-    while not cache.counts.evictions:
+    while not cache.evictions:
         assert cache.find("/1", b"") == (entries[1], False)
         cache.get(entries[0].subject.url)
         cache.put(entries[next_entry], cache.generation)
         next_entry += 1
     dropped_entries = [each for each in entries[:next_entry] if not cache.holds(each)]
     assert dropped_entries == [entries[2]]
-    assert cache.counts.evictions == 1
+    assert cache.evictions == 1
 
 
 def test_responses_that_are_too_large_are_not_cached() -> None:

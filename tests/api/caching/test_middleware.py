@@ -55,7 +55,7 @@ def send_request(
         await middleware({**request, "headers": list(headers), **(scope or {})}, receive, send)
 
     asyncio.run(call_middleware())
-    assert cache.counts.hits == bool(messages) == (record.cache == "hit")
+    assert cache.hits == bool(messages) == (record.cache == "hit")
     return messages, len(passed_scopes)
 
 

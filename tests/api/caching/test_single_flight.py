@@ -13,7 +13,7 @@ import pytest
 from service.api.caching.cache import ResponseCache
 from service.api.caching.single_flight import SingleFlight
 from service.api.job import Job
-from service.api.workers import Workers
+from service.api.threads import Threads
 from service.cancellation import Cancelled, checkpoint
 from service.pipeline.cost import Cost
 from service.settings.values import Settings
@@ -25,12 +25,12 @@ class Flights(SingleFlight):
     """`SingleFlight` with a method that waits for a result as a request does."""
 
     def __init__(self) -> None:
-        self.workers = Workers(Settings(threads=2, memory_bytes=1 << 24), ResponseCache(0))
-        super().__init__(self.workers)
+        self.threads = Threads(Settings(threads=2, memory_bytes=1 << 24), ResponseCache(0))
+        super().__init__(self.threads)
 
     async def send_request(self, key: str, work: Callable[[Job], Awaitable[object]]) -> object:
         """The result of one request, which ends when it has the result."""
-        with closing(Job(self.workers)) as job:
+        with closing(Job(self.threads)) as job:
             return await self.join(key, work, job.on_ready)
 
 
@@ -107,7 +107,7 @@ async def test_a_result_is_shared_as_long_as_a_request_uses_it() -> None:
     """`finish_work` of a job calls its `on_ready`, and `close` its `on_end`."""
     flights, work = Flights(), Work()
     work.may_end.set()
-    first, second = Job(flights.workers), Job(flights.workers)
+    first, second = Job(flights.threads), Job(flights.threads)
     await flights.join("key", work, first.on_ready)
     first.finish_work(0)
     assert len(flights) == 0, "the request needs the result no longer"
@@ -142,20 +142,20 @@ async def test_a_thread_without_requests_is_cancelled_and_keeps_its_memory_until
         await job.run(LongWork(), "x")
 
     flights = Flights()
-    workers = flights.workers
+    threads = flights.threads
     tasks = [asyncio.create_task(flights.send_request("key", work)) for _ in range(2)]
-    while not workers.busy_threads:
+    while not threads.busy_count:
         await asyncio.sleep(0.001)
     for task in tasks:
         task.cancel()
     await asyncio.wait(tasks)
     assert len(flights) == 0
-    assert (workers.used_bytes, workers.busy_threads) == (1000, 1)
+    assert (threads.used_bytes, threads.busy_count) == (1000, 1)
     may_end.set()
-    while workers.used_bytes:
+    while threads.used_bytes:
         await asyncio.sleep(0.001)
     assert is_cancelled.is_set()
-    assert workers.busy_threads == 0
+    assert threads.busy_count == 0
 
 
 async def test_all_waiting_requests_get_the_error_which_is_not_kept() -> None:

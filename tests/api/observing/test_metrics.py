@@ -164,7 +164,7 @@ def test_metrics_report_the_store_and_queues_and_threads_and_memory(fresh_client
     assert read_sample(fresh_client, "surface_store_quota_bytes") == Settings().store_quota
     assert 0 < read_sample(fresh_client, "surface_store_bytes") < 10_000
     assert read_sample(fresh_client, "surface_queue_length", lane="work") == 0
-    assert read_sample(fresh_client, "surface_threads", lane="work") == Settings().workers
+    assert read_sample(fresh_client, "surface_threads", lane="work") == Settings().thread_count
     assert read_sample(fresh_client, "surface_threads", lane="parsing") == 1
     assert read_sample(fresh_client, "surface_threads_busy", lane="parsing") == 0
     pools = ("work", "bodies")

@@ -17,7 +17,7 @@ from opentelemetry.trace import SpanKind, StatusCode
 
 from service.api.app import create_app
 from service.api.observing import tracing as tracing_module
-from service.api.observing.middleware import RequestMiddleware
+from service.api.observing.middleware import RequestMiddleware, respond_to_failure
 from service.api.observing.tracing import Tracing, build_exporting_provider
 from service.errors import InvalidSettings
 from service.settings.values import Settings
@@ -41,7 +41,7 @@ def client(spans: InMemorySpanExporter) -> Iterator[Client]:
     provider.add_span_processor(SimpleSpanProcessor(spans))
     app = create_app(Settings())
     assert isinstance(app.outermost, RequestMiddleware)
-    app.outermost.app = Tracing(app.outermost.app, provider)
+    app.outermost.app = Tracing(app.outermost.app, provider, respond_to_failure)
     with start_client(app) as client:
         yield client
 
@@ -79,7 +79,9 @@ def test_a_request_has_a_span_with_its_attributes(
 def test_the_request_id_of_the_response_is_the_trace_id(spans: InMemorySpanExporter) -> None:
     provider = TracerProvider(shutdown_on_exit=False)
     provider.add_span_processor(SimpleSpanProcessor(spans))
-    (start, *_), _, _ = send_request([], tracing=lambda app: Tracing(app, provider))
+    (start, *_), _, _ = send_request(
+        [], tracing=lambda app: Tracing(app, provider, respond_to_failure)
+    )
     context = find_server_span(spans).context
     assert context is not None
     assert dict(start["headers"])[b"x-request-id"].decode() == f"{context.trace_id:032x}"
@@ -153,7 +155,7 @@ def test_spans_do_not_contain_the_text_of_an_exception(
         [],
         error=error,
         starts_response=starts_response,
-        tracing=lambda app: Tracing(app, provider),
+        tracing=lambda app: Tracing(app, provider, respond_to_failure),
     )
     span = find_server_span(spans)
     assert span.attributes is not None
@@ -214,7 +216,11 @@ def test_a_collector_that_does_not_respond_does_not_delay_the_shutdown(
     processor, provider = BlockingProcessor(), TracerProvider(shutdown_on_exit=False)
     provider.add_span_processor(processor)
     try:
-        asyncio.run(asyncio.wait_for(Tracing(create_app(Settings()), provider).close(), 5))
+        asyncio.run(
+            asyncio.wait_for(
+                Tracing(create_app(Settings()), provider, respond_to_failure).close(), 5
+            )
+        )
         (thread,) = [each for each in threading.enumerate() if each.name == "last spans"]
         assert thread.daemon
     finally:

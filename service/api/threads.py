@@ -39,7 +39,7 @@ MAX_RETRY_AFTER = 60
 """The most seconds that `Retry-After` names."""
 
 
-class Workers:
+class Threads:
     """The threads and the memory that all requests share.
 
     Short work takes turns on the event loop (`take_turn`). One thread parses long bodies: a second
@@ -51,7 +51,7 @@ class Workers:
         Bytes for all requests; bytes that they hold now; bytes of these that bodies hold.
     max_body, max_memory : int
         Most bytes for all bodies together; most bytes in which one request may work.
-    threads, busy_threads : int
+    count, busy_count : int
         Threads for long work; the number of them that compute now.
     parse_lock : Lock
         Held while the thread for long bodies parses one.
@@ -59,19 +59,19 @@ class Workers:
         Limits all these threads and the one of `trim`; so large that no work waits for it.
     request_timeout : float
         Seconds from a request's first block of `Job.until_deadline` to its deadline.
-    refusal_count, seconds_waited : int, float
-        Since the start: the number of refused requests, and the waiting time of all requests.
+    seconds_waited : float
+        The waiting time of all requests since the start.
     """
 
     def __init__(self, settings: Settings, cache: ResponseCache) -> None:
         self.capacity = settings.memory_bytes
         self.max_body, self.max_memory = self.capacity // 4, self.capacity * 11 // 16
-        self.threads = settings.workers
+        self.count = settings.thread_count
         self.request_timeout = settings.request_timeout
-        self.used_bytes = self.body_bytes = self.busy_threads = self.refusal_count = 0
+        self.used_bytes = self.body_bytes = self.busy_count = 0
         self.seconds_waited = 0.0
         self.parse_lock = asyncio.Lock()
-        self.limiter = CapacityLimiter(2 * self.threads + 2)
+        self.limiter = CapacityLimiter(2 * self.count + 2)
         self._max_queue = settings.max_queue
         self._queue: deque[tuple[int, asyncio.Future[float]]] = deque()
         self._last_start = -math.inf
@@ -88,12 +88,7 @@ class Workers:
 
     def retry_after(self) -> int:
         """Seconds until a client may try again: 1, and 1 for each round of waiting requests."""
-        return min(1 + math.ceil(self.queue_length / self.threads), MAX_RETRY_AFTER)
-
-    def refuse(self) -> Busy:
-        """Counts a refused request and returns its error."""
-        self.refusal_count += 1
-        return Busy()
+        return min(1 + math.ceil(self.queue_length / self.count), MAX_RETRY_AFTER)
 
     def has_room(self, amount: int, *, is_small: bool = False) -> bool:
         """Whether `amount` bytes are free; only small work may use the last 1/16 of the memory."""
@@ -118,7 +113,7 @@ class Workers:
         if not self._queue and (start := self._try_start(amount)) is not None:
             return start
         if len(self._queue) >= self._max_queue:
-            raise self.refuse()
+            raise Busy
         grant: asyncio.Future[float] = asyncio.get_running_loop().create_future()
         self._queue.append(entry := (amount, grant))
         wait_start = time.monotonic()
@@ -138,7 +133,7 @@ class Workers:
 
     def release_thread(self, start: float) -> None:
         """Gives back the thread that began at `start`."""
-        self.busy_threads -= 1
+        self.busy_count -= 1
         if start == self._last_start:
             self._last_start = -math.inf
         self.start_queued()
@@ -175,10 +170,10 @@ class Workers:
         """Takes a thread and the memory if both are free; returns the start time, else None."""
         now = time.monotonic()
         has_just_begun = now < self._last_start + ALONE_SECONDS
-        if has_just_begun or self.busy_threads >= self.threads or not self.has_room(amount):
+        if has_just_begun or self.busy_count >= self.count or not self.has_room(amount):
             return None
         self._last_start = now
-        self.busy_threads += 1
+        self.busy_count += 1
         self.hold(amount)
         asyncio.get_running_loop().call_later(ALONE_SECONDS, self.start_queued)
         return now

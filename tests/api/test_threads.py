@@ -1,4 +1,4 @@
-"""Workers lend threads and memory in order and within limits; jobs always release them.
+"""Threads and memory are lent in order and within limits; jobs always release them.
 
 `acquire(amount)` takes a thread and `amount` bytes, and returns the time at which the thread
 begins. `release_thread(start)` gives back the thread that began then, `hold(-amount)` the bytes.
@@ -20,11 +20,11 @@ from hypothesis import strategies as st
 from starlette.requests import ClientDisconnect
 
 from service.api import job as job_module
-from service.api import workers as workers_module
+from service.api import threads as threads_module
 from service.api.caching.cache import ResponseCache
 from service.api.caching.cached_response import CachedResponse, Subject
 from service.api.job import INLINE_SECONDS, SMALL_BODY, TRIM_BYTES, Job
-from service.api.workers import ALONE_SECONDS, ROUND_SECONDS, Workers
+from service.api.threads import ALONE_SECONDS, ROUND_SECONDS, Threads
 from service.cancellation import OutOfTime, checkpoint
 from service.errors import Busy, TooLarge
 from service.pipeline.cost import Cost
@@ -36,10 +36,10 @@ CAPACITY = 1 << 24  # bytes
 LARGEST = CAPACITY * 11 // 16  # bytes that the largest work may take; bodies may take 4/16
 
 
-def build_workers(cache_bytes: int = 0, **settings: Any) -> Workers:
-    """Workers with these settings; by default with one thread and `CAPACITY` bytes."""
+def build_threads(cache_bytes: int = 0, **settings: Any) -> Threads:
+    """Threads with these settings; by default with one thread and `CAPACITY` bytes."""
     defaults = {"threads": 1, "memory_bytes": CAPACITY}
-    return Workers(Settings(**(defaults | settings)), ResponseCache(cache_bytes))
+    return Threads(Settings(**(defaults | settings)), ResponseCache(cache_bytes))
 
 
 class Work:
@@ -63,19 +63,19 @@ async def run_tasks() -> None:
 
 
 @asynccontextmanager
-async def lend_workers(**settings: Any) -> AsyncIterator[Workers]:
-    """Workers with these settings; at the end of the block, all must be released."""
-    workers = build_workers(**settings)
-    yield workers
+async def lend_threads(**settings: Any) -> AsyncIterator[Threads]:
+    """Threads with these settings; at the end of the block, all must be released."""
+    threads = build_threads(**settings)
+    yield threads
     await run_tasks()
-    assert (workers.used_bytes, workers.body_bytes, workers.busy_threads, workers.queue_length) == (
+    assert (threads.used_bytes, threads.body_bytes, threads.busy_count, threads.queue_length) == (
         0,
     ) * 4
 
 
 async def test_short_work_runs_on_the_event_loop_and_long_work_in_a_thread() -> None:
-    async with lend_workers() as workers:
-        job = Job(workers)
+    async with lend_threads() as threads:
+        job = Job(threads)
         in_thread = []
         for is_long in (False, True):
             work = Work(
@@ -84,9 +84,9 @@ async def test_short_work_runs_on_the_event_loop_and_long_work_in_a_thread() -> 
                 is_long=is_long,
             )
             in_thread.append(await job.run(work, "mesh"))
-            assert workers.used_bytes == 1000
+            assert threads.used_bytes == 1000
             job.finish_work(10)  # the response, of 10 bytes, is ready
-            assert workers.used_bytes == 10
+            assert threads.used_bytes == 10
             job.finish_work(0)
         assert in_thread == [False, True]
         assert "mesh;dur=" in str(job.timing)
@@ -106,8 +106,8 @@ async def test_work_that_takes_longer_than_estimated_moves_to_a_thread(
         checkpoint()
         return "done"
 
-    async with lend_workers() as workers:
-        job = Job(workers)
+    async with lend_threads() as threads:
+        job = Job(threads)
         assert await job.run(Work(call=call, is_long=False), "mesh") == "done"
         # The checkpoint on the event loop stops the work, which begins again in a thread.
         assert [thread is threading.main_thread() for thread in callers] == [True, False]
@@ -116,7 +116,7 @@ async def test_work_that_takes_longer_than_estimated_moves_to_a_thread(
 
 async def test_other_tasks_run_between_short_pieces_of_work() -> None:
     """Short work runs in rounds of `ROUND_SECONDS`; after a round, other tasks have a turn."""
-    async with lend_workers() as workers:
+    async with lend_threads() as threads:
         turns_before: list[int] = []
         turns = 0
 
@@ -126,7 +126,7 @@ async def test_other_tasks_run_between_short_pieces_of_work() -> None:
                 turns += 1
                 await asyncio.sleep(0)
 
-        jobs = [Job(workers) for _ in range(5)]
+        jobs = [Job(threads) for _ in range(5)]
 
         def compute() -> None:
             time.sleep(1.5 * ROUND_SECONDS)  # so each of these runs is a round
@@ -141,56 +141,55 @@ async def test_other_tasks_run_between_short_pieces_of_work() -> None:
 
 
 async def test_requests_are_served_in_order_of_arrival() -> None:
-    async with lend_workers(threads=3) as workers:
+    async with lend_threads(threads=3) as threads:
         order: list[str] = []
 
         async def use_thread(name: str, amount: int) -> None:
-            start = await workers.acquire(amount)
+            start = await threads.acquire(amount)
             order.append(name)
             await asyncio.sleep(0)
-            workers.release_thread(start)
-            workers.hold(-amount)
+            threads.release_thread(start)
+            threads.hold(-amount)
 
         sizes = {"first": LARGEST, "large": LARGEST, "small": 10, "last": 10}
         await asyncio.gather(*(use_thread(name, size) for name, size in sizes.items()))
         assert order == list(sizes)
-        assert workers.seconds_waited > 0
+        assert threads.seconds_waited > 0
 
 
 async def test_a_full_queue_refuses_requests_and_says_when_to_try_again() -> None:
-    async with lend_workers(max_queue=4) as workers:
-        assert workers.retry_after() == 1
-        start = await workers.acquire(10)
-        waiting_tasks = [asyncio.create_task(workers.acquire(10)) for _ in range(4)]
+    async with lend_threads(max_queue=4) as threads:
+        assert threads.retry_after() == 1
+        start = await threads.acquire(10)
+        waiting_tasks = [asyncio.create_task(threads.acquire(10)) for _ in range(4)]
         await run_tasks()
         # 1 s, and 1 s for each request in the queue.
-        assert (workers.queue_length, workers.retry_after()) == (4, 5)
+        assert (threads.queue_length, threads.retry_after()) == (4, 5)
         with pytest.raises(Busy):
-            await workers.acquire(10)
-        assert workers.refusal_count == 1
+            await threads.acquire(10)
         for task in waiting_tasks:
-            workers.release_thread(start)
-            workers.hold(-10)
+            threads.release_thread(start)
+            threads.hold(-10)
             start = await task
-        workers.release_thread(start)
-        workers.hold(-10)
+        threads.release_thread(start)
+        threads.hold(-10)
 
 
 async def test_a_thread_that_starts_computes_alone_for_a_while() -> None:
-    async with lend_workers(threads=3) as workers:
-        first_start = await workers.acquire(10)
-        second_task = asyncio.create_task(workers.acquire(10))
+    async with lend_threads(threads=3) as threads:
+        first_start = await threads.acquire(10)
+        second_task = asyncio.create_task(threads.acquire(10))
         await run_tasks()
         assert not second_task.done()
         assert await second_task - first_start >= ALONE_SECONDS
-        third_task = asyncio.create_task(workers.acquire(10))
+        third_task = asyncio.create_task(threads.acquire(10))
         await run_tasks()
-        workers.release_thread(second_task.result())
+        threads.release_thread(second_task.result())
         # The first thread still computes, but it started long ago, so the third need not wait.
         assert (await third_task) - second_task.result() < ALONE_SECONDS
         for start in (first_start, third_task.result()):
-            workers.release_thread(start)
-        workers.hold(-30)
+            threads.release_thread(start)
+        threads.hold(-30)
 
 
 @given(st.lists(st.tuples(st.integers(0, LARGEST), st.integers(0, 3)), max_size=12))
@@ -201,15 +200,15 @@ def test_cancelled_requests_release_threads_and_memory(requests: list[tuple[int,
     """
 
     async def send_and_cancel() -> None:
-        async with lend_workers(threads=2) as workers:
+        async with lend_threads(threads=2) as threads:
 
             async def use_thread(amount: int) -> None:
-                start = await workers.acquire(amount)
+                start = await threads.acquire(amount)
                 try:
                     await asyncio.sleep(0)
                 finally:
-                    workers.release_thread(start)
-                    workers.hold(-amount)
+                    threads.release_thread(start)
+                    threads.hold(-amount)
 
             tasks = [asyncio.create_task(use_thread(amount)) for amount, _ in requests]
             for current_round in range(4):
@@ -223,26 +222,26 @@ def test_cancelled_requests_release_threads_and_memory(requests: list[tuple[int,
 
 
 async def test_bodies_have_a_memory_budget_of_their_own_and_never_wait() -> None:
-    async with lend_workers() as workers:
-        large_job, small_job, third_job = Job(workers), Job(workers), Job(workers)
-        large_size = workers.max_body * 9 // 10  # the rest is for small bodies
+    async with lend_threads() as threads:
+        large_job, small_job, third_job = Job(threads), Job(threads), Job(threads)
+        large_size = threads.max_body * 9 // 10  # the rest is for small bodies
         with pytest.raises(TooLarge) as error:
             large_job.hold_body(large_size + 1)
         assert error.value.issues[0].code == "too_much_memory"
         large_job.hold_body(large_size)
         with pytest.raises(Busy):
             third_job.hold_body(SMALL_BODY + 1)
-        small_job.hold_body(workers.max_body - large_size)
+        small_job.hold_body(threads.max_body - large_size)
         with pytest.raises(Busy):
             third_job.hold_body(1)
         # The largest work has memory besides the bodies, and short work besides the largest work.
-        start = await workers.acquire(workers.max_memory)
+        start = await threads.acquire(threads.max_memory)
         assert await third_job.run(Work(1000, is_long=False), "x") == "done"
-        workers.release_thread(start)
-        workers.hold(-workers.max_memory)
+        threads.release_thread(start)
+        threads.hold(-threads.max_memory)
         large_job.shrink_body(10)
         large_job.shrink_body(20)  # no effect, because the body takes less
-        assert workers.body_bytes == 10 + workers.max_body - large_size
+        assert threads.body_bytes == 10 + threads.max_body - large_size
         for job in (large_job, small_job, third_job):
             job.close()
 
@@ -256,33 +255,33 @@ async def test_work_that_needs_memory_drops_cached_responses_that_are_not_being_
 
     The first work takes 11/16, the second 3/16, and each response a little more than 2/16.
     """
-    async with lend_workers(cache_bytes=CAPACITY, threads=2) as workers:
-        cache: ResponseCache = workers._cache
+    async with lend_threads(cache_bytes=CAPACITY, threads=2) as threads:
+        cache: ResponseCache = threads._cache
         sent_entry, *idle_entries = (build_entry(name, CAPACITY // 8) for name in "abc")
         for each in (sent_entry, *idle_entries):
             assert cache.put(each, cache.generation)
         cache.begin(sent_entry)
-        first_task = asyncio.create_task(workers.acquire(workers.max_memory))
-        second_task = asyncio.create_task(workers.acquire(CAPACITY * 3 // 16))
+        first_task = asyncio.create_task(threads.acquire(threads.max_memory))
+        second_task = asyncio.create_task(threads.acquire(CAPACITY * 3 // 16))
         await run_tasks()
         assert first_task.done()
         assert not second_task.done()
         assert cache.holds(sent_entry)
         assert not all(cache.holds(each) for each in idle_entries)
-        workers.release_thread(first_task.result())
+        threads.release_thread(first_task.result())
         await run_tasks()
         assert not second_task.done(), "a thread is free, but memory is not"
         cache.end(sent_entry)
         await second_task
         assert not cache.holds(sent_entry)
-        workers.release_thread(second_task.result())
-        workers.hold(-workers.max_memory - CAPACITY * 3 // 16)
+        threads.release_thread(second_task.result())
+        threads.hold(-threads.max_memory - CAPACITY * 3 // 16)
 
 
 @pytest.mark.parametrize("client_leaves", [True, False])
 async def test_a_cancelled_thread_keeps_its_memory_until_it_ends(client_leaves: bool) -> None:
     """The client disconnects, or the deadline passes; the thread ends at its next checkpoint."""
-    async with lend_workers(request_timeout=0.2) as workers:
+    async with lend_threads(request_timeout=0.2) as threads:
         has_left = asyncio.Event()
 
         async def receive() -> dict[str, str]:
@@ -294,17 +293,17 @@ async def test_a_cancelled_thread_keeps_its_memory_until_it_ends(client_leaves: 
                 time.sleep(0.001)
                 checkpoint()
 
-        job = Job(workers, receive)
+        job = Job(threads, receive)
         task = asyncio.create_task(job.run(Work(1000, compute), "x"))
-        while not workers.busy_threads:
+        while not threads.busy_count:
             await asyncio.sleep(0.001)
         if client_leaves:
             has_left.set()
         with pytest.raises(ClientDisconnect if client_leaves else OutOfTime):
             await task
         job.close()
-        while workers.busy_threads:
-            assert workers.used_bytes == 1000
+        while threads.busy_count:
+            assert threads.used_bytes == 1000
             await asyncio.sleep(0.001)
 
 
@@ -312,17 +311,17 @@ async def test_large_requests_that_end_together_trim_the_heap_once(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     calls: list[int] = []
-    monkeypatch.setattr(workers_module, "trim_heap", lambda: calls.append(1))
-    monkeypatch.setattr(workers_module, "TRIM_PAUSE", 0.01)
+    monkeypatch.setattr(threads_module, "trim_heap", lambda: calls.append(1))
+    monkeypatch.setattr(threads_module, "TRIM_PAUSE", 0.01)
     counts = []
-    async with lend_workers() as workers:
+    async with lend_threads() as threads:
         for sizes in ((TRIM_BYTES - 1,), (TRIM_BYTES, TRIM_BYTES), (TRIM_BYTES,)):
-            jobs = [Job(workers) for _ in sizes]
+            jobs = [Job(threads) for _ in sizes]
             for job, size in zip(jobs, sizes, strict=True):
                 await job.run(Work(size, is_long=False), "x")
             for job in jobs:  # all end before the event loop continues
                 job.close()
-            if trimming := workers._trimming:
+            if trimming := threads._trimming:
                 await trimming
             counts.append(len(calls))
     assert counts == [0, 1, 2]
@@ -352,8 +351,8 @@ def test_the_error_of_failed_work_does_not_keep_its_local_variables() -> None:
             raise ArithmeticError from None
 
     async def run_work() -> None:
-        async with lend_workers() as workers:
-            job = Job(workers)
+        async with lend_threads() as threads:
+            job = Job(threads)
             with pytest.raises(ArithmeticError) as error:
                 await job.run(Work(1000, work), "x")
             assert extract_tb(error.value.__traceback__)[-1].name == "work"

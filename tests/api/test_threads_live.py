@@ -12,7 +12,7 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from service.api.workers import Workers
+from service.api.threads import Threads
 from service.cancellation import checkpoint
 from service.errors import InvalidRequest, Issue
 from service.pipeline.mesh import MeshFile, MeshWork
@@ -21,7 +21,7 @@ from tools.live import run_service
 
 NET = [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]
 RESOLUTION = 200
-"""Divisions of a mesh that is too large for the event loop: a worker thread computes it."""
+"""Divisions of a mesh that is too large for the event loop: a thread computes it."""
 
 LONG = {"surface": {"control_net": NET}, "resolution": RESOLUTION}
 SHORT = {"surface": {"control_net": NET}, "resolution": 4}
@@ -66,10 +66,10 @@ def slow_meshes(monkeypatch: pytest.MonkeyPatch) -> Iterator[SlowMeshes]:
 class Service:
     """A running service with one thread; its methods start clients."""
 
-    def __init__(self, url: str, workers: Workers, clients: ExitStack) -> None:
+    def __init__(self, url: str, threads: Threads, clients: ExitStack) -> None:
         parts = urlsplit(url)
         self.address = (str(parts.hostname), int(parts.port or 0))
-        self.workers = workers
+        self.threads = threads
         self._clients = clients
 
     def connect(self) -> "Client":
@@ -90,7 +90,7 @@ class Service:
 
     def is_idle(self) -> bool:
         """True if all threads and all memory are released."""
-        return self.workers.used_bytes == self.workers.busy_threads == 0
+        return self.threads.used_bytes == self.threads.busy_count == 0
 
 
 class Client:
@@ -137,7 +137,7 @@ def start_service(**changes: Any) -> Iterator[Service]:
 
     settings = Settings(**{"threads": 1, "memory_bytes": MEMORY, "cache_bytes": 0, **changes})
     with run_service(settings, record) as url, ExitStack() as clients:
-        yield Service(url, apps[0].state.services.workers, clients)
+        yield Service(url, apps[0].state.services.threads, clients)
 
 
 def wait_until(condition: Callable[[], bool]) -> None:
@@ -153,9 +153,9 @@ def test_a_client_that_disconnects_is_removed_from_the_queue(slow_meshes: SlowMe
         computing_client = service.post(LONG)
         wait_until(lambda: slow_meshes.started == 1)
         leaving_client, staying_client = service.post(LONG), service.post(LONG)
-        wait_until(lambda: service.workers.queue_length == 2)
+        wait_until(lambda: service.threads.queue_length == 2)
         leaving_client.leave()
-        wait_until(lambda: service.workers.queue_length == 1)
+        wait_until(lambda: service.threads.queue_length == 1)
         slow_meshes.may_end.set()
         assert [client.read_response()[0] for client in (computing_client, staying_client)] == [
             200,
@@ -171,7 +171,7 @@ def test_the_work_is_cancelled_when_the_last_of_its_clients_disconnects(
     with start_service() as service:
         first_client, second_client = service.get(SADDLE), service.get(SADDLE)
         stl_client = service.get(SADDLE.replace("glb", "stl"))
-        wait_until(lambda: slow_meshes.started == 1 and service.workers.queue_length == 1)
+        wait_until(lambda: slow_meshes.started == 1 and service.threads.queue_length == 1)
         first_client.leave()
         # When the service has answered another client, it has noticed that the first has left.
         assert service.get("/health/live").read_response()[0] == 200
@@ -200,7 +200,7 @@ def test_small_requests_do_not_wait_for_large_requests(slow_meshes: SlowMeshes) 
         computing_client = service.post(LONG)
         wait_until(lambda: slow_meshes.started == 1)
         waiting_client = service.post(LONG)
-        wait_until(lambda: service.workers.queue_length == 1)
+        wait_until(lambda: service.threads.queue_length == 1)
         assert service.post(SHORT).read_response()[0] == 200
         assert service.post(SHORT, "/v1/estimate").read_response()[0] == 200
         for url in ("/v1/surfaces/saddle/mesh.glb?resolution=4", "/v1/surfaces/saddle"):
@@ -220,8 +220,8 @@ def test_a_client_that_reads_slowly_keeps_only_the_memory_of_its_response() -> N
     with start_service() as service:
         for client_leaves in (False, True):
             client = service.post(request, "/v1/mesh?format=stl")
-            wait_until(lambda: service.workers.busy_threads == 0 < service.workers.used_bytes)
-            wait_until(lambda: service.workers.used_bytes == length)
+            wait_until(lambda: service.threads.busy_count == 0 < service.threads.used_bytes)
+            wait_until(lambda: service.threads.used_bytes == length)
             if client_leaves:
                 client.leave()
             else:
@@ -250,7 +250,7 @@ def test_bodies_above_the_memory_budget_are_refused_and_small_ones_accepted() ->
         first_part = b'{"surface": {"control_net": [[[0, 0, 0' + b", 0" * 100_000
         first_client, second_client = service.connect(), service.connect()
         first_client.post(first_part, "/v1/mesh", length=10**7)
-        wait_until(lambda: service.workers.used_bytes > 10_000_000)
+        wait_until(lambda: service.threads.used_bytes > 10_000_000)
         second_client.post(first_part, "/v1/mesh", length=10**7)
         assert second_client.read_refusal() == (429, "busy", 1)
         assert service.post(SHORT).read_response()[0] == 200
