@@ -14,6 +14,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints
 from service.engine.cells import models as model_rows
 from service.engine.cells.tree import Table
+from service.engine.nets.third_partials import inner, largest_length
 
 SIZE_A, SIZE_B, AREA, GAP_FACTOR, CORNERS, ROW_COUNT = 5, 6, 7, 8, 9, 21
 """The rows of a model, after ball and error: the lengths along a and b, Σ A without g, the factor
@@ -21,30 +22,31 @@ of g, and the corners in the order of the border; and the number of rows."""
 
 
 def chord_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
-    """The models (ROW_COUNT, K) of cells with nets (K, p+1, q+1, 3 or 4).
+    """The models (ROW_COUNT, K) of cells with nets (p+1, q+1, 3 or 4, K).
 
     `depth` (K,) is the number of halvings of each cell, and no control point is further than
     `largest` from the origin.
     """
-    p, q = nets.shape[1] - 1, nets.shape[2] - 1
-    points = nets[..., :3] / nets[..., 3:] if nets.shape[3] == 4 else nets
-    table = np.empty((ROW_COUNT, len(nets)))
+    p, q = nets.shape[0] - 1, nets.shape[1] - 1
+    points, weights = nets, None
+    if nets.shape[2] == 4:
+        weights = nets[:, :, 3]
+        points = nets[:, :, :3] / nets[:, :, 3:]
+    table = np.empty((ROW_COUNT, nets.shape[3]))
     # A bound of the errors of control points: `cell_models` has the proof. Below it is taken twice,
     # for the two cells beside an edge.
     error = 4 * model_rows.UNIT * largest * (depth + 2) * (p + q + 2)
-    corners = np.stack([points[:, 0, 0], points[:, -1, 0], points[:, -1, -1], points[:, 0, -1]])
+    corners = points[0, 0], points[-1, 0], points[-1, -1], points[0, -1]
     center = (corners[0] + corners[1] + corners[2] + corners[3]) / 4
-    difference = points - center[:, np.newaxis, np.newaxis]
-    table[:3] = center.T
-    table[3] = np.sqrt(_dot(difference, difference).max(axis=(1, 2))) + 2 * error
+    table[:3] = center
+    table[3] = largest_length(points - center) + 2 * error
     table[model_rows.ERROR] = error
-    table[CORNERS:] = corners.transpose(0, 2, 1).reshape(12, -1)
+    table[CORNERS:] = np.concatenate(corners)
     # The first two sides run along b, the other two along a.
-    sides = (np.s_[:, 0], np.s_[:, -1], np.s_[:, :, 0], np.s_[:, :, -1])
-    areas_and_lengths = []
-    for side in sides:
-        weights = nets[side][..., 3] if nets.shape[3] == 4 else None
-        areas_and_lengths.append(_chord_areas(points[side], weights, 2 * error))
+    areas_and_lengths = [
+        _chord_areas(points[side], None if weights is None else weights[side], 2 * error)
+        for side in (np.s_[0], np.s_[-1], np.s_[:, 0], np.s_[:, -1])
+    ]
     areas, lengths = np.array(areas_and_lengths).transpose(1, 0, 2)
     table[AREA], table[GAP_FACTOR] = areas.sum(axis=0), lengths.sum(axis=0)
     table[SIZE_B], table[SIZE_A] = np.maximum(lengths[0], lengths[1]), np.maximum(*lengths[2:])
@@ -58,27 +60,22 @@ CHORDS = Table(chord_models, ROW_COUNT, (SIZE_A, SIZE_B))
 def _chord_areas(
     polygons: FloatArray, weights: FloatArray | None, point_error: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """A without g, and the factor ω³ n h of g, of sides with control points (K, n+1, 3).
+    """A without g, and the factor ω³ n h of g, of sides with control points (n+1, 3, K).
 
     The factor also serves as the length of a side. `point_error` (K,) bounds the rounding errors of
     the control points.
     """
-    from_begin = polygons - polygons[:, :1]
-    steps = np.diff(from_begin, axis=1)
-    longest = np.sqrt(_dot(steps, steps)).max(axis=1)
-    chord = from_begin[:, -1:]
-    squared_length = _dot(chord, chord)
+    from_begin = polygons - polygons[0]
+    steps = np.diff(from_begin, axis=0)
+    longest = np.sqrt(inner(steps, steps)).max(axis=0)
+    chord = from_begin[-1]
+    squared_length = inner(chord, chord)
     # The parameter of the nearest point of the chord's line: from 0 to 1 on the chord.
-    along_chord = _dot(from_begin, chord) / np.where(squared_length > 0, squared_length, 1.0)
-    from_chord = from_begin - np.clip(along_chord, 0.0, 1.0)[..., np.newaxis] * chord
-    mean_distance = np.sqrt(_dot(from_chord, from_chord)).mean(axis=1)
+    along_chord = inner(from_begin, chord) / np.where(squared_length > 0, squared_length, 1.0)
+    from_chord = from_begin - np.clip(along_chord, 0.0, 1.0)[:, np.newaxis] * chord
+    mean_distance = np.sqrt(inner(from_chord, from_chord)).mean(axis=0)
     # The last factor is larger than all rounding in this function.
-    lengths = steps.shape[1] * (longest + 2 * point_error) * (1 + 2.0**-40)
+    lengths = len(steps) * (longest + 2 * point_error) * (1 + 2.0**-40)
     if weights is not None:
-        lengths *= (weights.max(axis=1) / weights.min(axis=1)) ** 3
+        lengths *= (weights.max(axis=0) / weights.min(axis=0)) ** 3
     return lengths * (mean_distance + point_error), lengths
-
-
-def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Dot products over the last axis, of length 3; terms are added in a fixed order."""
-    return np.asarray(a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2])

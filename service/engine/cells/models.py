@@ -104,20 +104,14 @@ def cell_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
 
     Parameters
     ----------
-    nets : ndarray of float64, shape (K, p+1, q+1, 3 or 4)
+    nets : ndarray of float64, shape (p+1, q+1, 3 or 4, K)
         The nets over the cells.
     depth : ndarray of int, shape (K,)
         The number of halvings of each cell.
     largest : float
         M: no control point is further than this from the origin.
-
-    Notes
-    -----
-    Inside this function the cells are the last axis, because operations on many short rows would
-    take three times as long.
     """
-    (p, q), is_rational = (nets.shape[1] - 1, nets.shape[2] - 1), nets.shape[3] == 4
-    nets = np.ascontiguousarray(nets.transpose(1, 2, 3, 0))
+    (p, q), is_rational = (nets.shape[0] - 1, nets.shape[1] - 1), nets.shape[2] == 4
     error = 4 * UNIT * largest * (depth + 2) * (p + q + 2)
     center, partials = partials_at_center(nets)
     ratio = np.ones(())

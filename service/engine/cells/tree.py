@@ -16,7 +16,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.cells import models as model_rows
-from service.engine.cells.halving import Cells, NetSpace
+from service.engine.cells.cells import NetCells
 from service.engine.cells.models import cell_models
 from service.engine.nets.query_nets import QueryNets
 
@@ -60,6 +60,24 @@ FULL = Table(cell_models, model_rows.ROW_COUNT, (model_rows.SIZE_A, model_rows.S
 """The table of models of second order."""
 
 
+class NetSpace:
+    """The nets (p+1, q+1, D, N) of cells of one degree, in an array with spare columns."""
+
+    def __init__(self, nets: FloatArray) -> None:
+        self.nets, self.count = nets, nets.shape[-1]
+
+    def append(self, nets: FloatArray) -> Ints:
+        """Add nets; returns their columns in the array."""
+        begin, end = self.count, self.count + nets.shape[-1]
+        if end > self.nets.shape[-1]:
+            larger = np.empty((*nets.shape[:-1], max(end, 2 * self.nets.shape[-1])))
+            larger[..., :begin] = self.nets[..., :begin]
+            self.nets = larger
+        self.nets[..., begin:end] = nets
+        self.count = end
+        return np.arange(begin, end)
+
+
 class CellTree:
     """The cells of some nets.
 
@@ -83,9 +101,8 @@ class CellTree:
         Number of the net of each cell.
     errors : ndarray of float64, shape (nets,)
         Bound of the rounding error of a point that is computed from each net.
-    point_sides : ndarray of bool, shape (4, N)
-        Whether each of the sides u₀, u₁, v₀, v₁ of a cell lies on a side of its net that is one
-        point.
+    point_sides : ndarray of bool, shape (4, nets)
+        Whether each of the sides u = 0, u = 1, v = 0, v = 1 of a net is one point.
     """
 
     def __init__(self, nets: QueryNets, table: Table = FULL) -> None:
@@ -98,26 +115,26 @@ class CellTree:
             [8 * model_rows.UNIT * self.largest * (sum(g.degree) + 2) for g in nets.groups],
             [len(g.nets) for g in nets.groups],
         )
-        self._spaces = [NetSpace(g.nets[:0]) for g in nets.groups]
+        self.point_sides = np.hstack([self._find_point_sides(g.nets) for g in nets.groups])
         self.count = self.additions = 0
         total = len(nets.patch)
         self.models = np.empty((table.row_count, total))
         self.rectangle = np.empty((4, total))
         self.net = np.empty(total, np.intp)
-        self.point_sides = np.zeros((4, total), bool)
-        # The group of the net of each cell, its row in the space of this group, and its halvings.
+        # The group of the net of each cell, its column in the space of the group, and its halvings.
         self._group = np.empty(total, np.intp)
-        self._row = np.empty(total, np.intp)
+        self._column = np.empty(total, np.intp)
         self._depth = np.empty(total, np.intp)
         # The children are the cells from `_first_child` on; −1 for cells that were not halved.
         self._first_child = np.empty(total, np.intp)
         self._child_count = np.empty(total, np.intp)
+        self._spaces: list[NetSpace] = []
         for number, group in enumerate(nets.groups):
-            k = len(group.nets)
-            run = self._append(number, group.nets, np.zeros(k, np.intp))
-            self.rectangle[:, run] = np.array([[0.0], [1.0], [0.0], [1.0]])
-            self.net[run] = np.arange(group.first, group.first + k)
-            self.point_sides[:, run] = self._find_point_sides(group.nets)
+            whole = np.ascontiguousarray(group.nets.transpose(1, 2, 3, 0))
+            numbers = np.arange(group.first, group.first + len(group.nets))
+            rectangle = np.repeat([[0.0], [1.0], [0.0], [1.0]], len(numbers), axis=1)
+            self._spaces.append(NetSpace(whole[..., :0]))
+            self._append(number, NetCells(rectangle, whole), numbers, np.zeros_like(numbers))
         self.roots = self.count
         self.first = np.arange(self.count)
         self._root_counts = [len(g.nets) for g in nets.groups]
@@ -210,9 +227,9 @@ class CellTree:
         a, b = (self.models[size, cells] for size in self._table.sizes)
         is_halved_along_a, is_halved_along_b = 2 * a >= b, (2 * b > a) & (b > 0)
         self._child_count[cells] = np.where(is_halved_along_a & is_halved_along_b, 4, 2)
-        for group in range(len(self._spaces)):
+        for group, space in enumerate(self._spaces):
             is_in_group = self._group[cells] == group
-            parts = []
+            parents, parts = [], []
             for axes in ((0,), (1,), (0, 1)):
                 chosen = cells[
                     is_in_group
@@ -220,35 +237,33 @@ class CellTree:
                     & (is_halved_along_b == (1 in axes))
                 ]
                 if len(chosen):
-                    nets = self._spaces[group].nets[self._row[chosen]]
-                    rectangle, sides = self.rectangle[:, chosen], self.point_sides[:, chosen]
-                    parts.append(Cells(nets, rectangle, sides, chosen).halve(axes))
+                    nets = space.nets.take(self._column[chosen], axis=-1)
+                    parents.append(chosen)
+                    parts.append(NetCells(self.rectangle[:, chosen], nets).halve_along(axes))
             if parts:
-                self._add_children(group, Cells.join(parts))
+                self._add_children(group, np.concatenate(parents), NetCells.concatenate(parts))
 
-    def _add_children(self, group: int, halves: Cells) -> None:
-        """Add the children of cells of one group; the children of one cell are consecutive."""
-        parent = halves.parent
+    def _add_children(self, group: int, parents: Ints, children: NetCells) -> None:
+        """Add the children of cells of one group; the children of a cell follow each other."""
+        counts = self._child_count[parents]
+        self._first_child[parents] = self.count + np.cumsum(counts) - counts
+        parent = parents.repeat(counts)
         # 2 children are 1 halving, 4 children are 2.
         depth = self._depth[parent] + self._child_count[parent] // 2
-        run = self._append(group, halves.nets, depth)
-        self.rectangle[:, run], self.point_sides[:, run] = halves.rectangle, halves.point_sides
-        self.net[run] = self.net[parent]
-        is_first = np.diff(parent, prepend=-1) != 0
-        self._first_child[parent[is_first]] = run.start + np.flatnonzero(is_first)
-        self.additions += sum(self.nets.groups[group].degree) * halves.nets.size
+        self._append(group, children, self.net[parent], depth)
+        self.additions += sum(self.nets.groups[group].degree) * children.nets.size
 
-    def _append(self, group: int, nets: FloatArray, depth: Ints) -> slice:
-        """Add cells with these nets; fills the arrays that follow from the nets alone."""
-        begin, end = self.count, self.count + len(nets)
+    def _append(self, group: int, cells: NetCells, net: Ints, depth: Ints) -> None:
+        """Add cells of a group, and compute their models."""
+        begin, end = self.count, self.count + len(cells)
         if end > len(self.net):
             self._grow(max(end, 2 * len(self.net)))
         run = slice(begin, end)
-        self.models[:, run] = self._table.models(nets, depth, self.largest)
+        self.models[:, run] = self._table.models(cells.nets, depth, self.largest)
+        self.rectangle[:, run], self.net[run] = cells.rectangle, net
         self._group[run], self._depth[run], self._first_child[run] = group, depth, -1
-        self._row[run] = self._spaces[group].append(nets)
+        self._column[run] = self._spaces[group].append(cells.nets)
         self.count = end
-        return run
 
     def _grow(self, size: int) -> None:
         """Enlarge all arrays of cells to `size` columns."""
@@ -256,9 +271,8 @@ class CellTree:
             "models",
             "rectangle",
             "net",
-            "point_sides",
             "_group",
-            "_row",
+            "_column",
             "_depth",
             "_first_child",
             "_child_count",

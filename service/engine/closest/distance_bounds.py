@@ -162,7 +162,7 @@ def cell_bounds(
     rectangle : ndarray of float64, shape (4, N)
         The rectangle of the cell. A side at 0 or 1 is a side of the patch.
     point_sides : ndarray of bool, shape (4, N)
-        Which sides of the cell are one point.
+        Which sides of the patch are one point.
     x : ndarray of float64, shape (3, N)
         The points.
     flattest : float
@@ -211,6 +211,7 @@ def cell_bounds(
     # Theorem 3.
     has_one_sign = is_down | is_up
     is_settled |= (has_one_sign & (least_second[::-1] > 0)).any(axis=0) | has_one_sign.all(axis=0)
+    # A cell that is not at such a side of the patch is empty.
     is_settled |= ((is_down & point_sides[::2]) | (is_up & point_sides[1::2])).any(axis=0)
     is_settled &= ~is_empty
     side = is_up.astype(np.float64) - is_down

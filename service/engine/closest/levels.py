@@ -175,7 +175,7 @@ class ClosestLevels:
         bounds = cell_bounds(
             self.cells.models.take(cell, axis=1),
             self.cells.rectangle.take(cell, axis=1),
-            self.cells.point_sides.take(cell, axis=1),
+            self.cells.point_sides.take(self.cells.net.take(cell), axis=1),
             self.x.take(point, axis=1),
             self.min_width / 8,
         )

@@ -28,7 +28,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.cancellation import checkpoint
-from service.engine.cells.halving import halve
+from service.engine.nets.halving import halve
 from service.surface.sides import take_side
 
 OVER_U, OVER_V, BELOW, ABOVE, SINGULAR, COPLANAR = range(6)
@@ -139,11 +139,12 @@ class OpenCells:
         """The lower halves and the upper halves of all cells along one axis."""
         halves = []
         middle = (self.place[2 * axis] + self.place[2 * axis + 1]) // 2
-        # `halve` takes nets of points: f is their only coordinate.
-        for end, nets in enumerate(halve(self.nets[..., np.newaxis], axis + 1)):
+        nets = np.empty((*self.nets.shape[1:], 2, len(self)))
+        halve(self.nets.transpose(1, 2, 0), axis, nets)
+        for end in range(2):
             place = self.place.copy()
             place[2 * axis + 1 - end] = middle
-            halves.append(replace(self, place=place, nets=nets[..., 0]))
+            halves.append(replace(self, place=place, nets=nets[:, :, end].transpose(2, 0, 1)))
         return halves[0], halves[1]
 
 

@@ -10,7 +10,7 @@ from oracles.sheets import Array, bernstein
 from service.engine.build import build
 from service.engine.cells import chord_models
 from service.engine.cells import tree as cells
-from service.engine.cells.halving import halve
+from service.engine.cells.cells import NetCells
 from service.engine.closest.project import Columns, ProjectQuery, project_on_surface
 from service.engine.models import to_patches
 from service.engine.nets.query_nets import surface_nets
@@ -138,10 +138,11 @@ def test_bounds_of_solid_angles_hold() -> None:
     """
     surface = FAMILIES["rational"].surface(seed=4)
     (group,) = surface_nets(to_patches(surface.lower()).batches).groups
-    nets = [half for whole in halve(group.nets, 1) for half in halve(whole, 2)]
-    for k, net in enumerate(np.concatenate(nets)):
+    rectangle = np.repeat([[0.0], [1.0], [0.0], [1.0]], len(group.nets), axis=1)
+    cells = NetCells(rectangle, group.nets.transpose(1, 2, 3, 0)).halve_along((0, 1))
+    for k, net in enumerate(np.moveaxis(cells.nets, -1, 0)):
         # Each cell comes from two halvings; control points are at most 1 from the origin.
-        model = chord_models.chord_models(net[np.newaxis], np.array([2]), 1.0)[:, 0]
+        model = chord_models.chord_models(net[..., np.newaxis], np.array([2]), 1.0)[:, 0]
         center, radius = model[:3], model[3]
         a, b, c, d = model[chord_models.CORNERS :].reshape(4, 3)
         coarse = np.array([[a, b, c], [a, c, d]])

@@ -16,10 +16,10 @@ from service.bases.row_batches import expand_runs
 from service.bases.unique_rows import unique_rows
 from service.engine.adaptive.borders.chains import Chains
 from service.engine.adaptive.borders.curve_shapes import bound_net_rounding
-from service.engine.adaptive.cutting.cells import halve
 from service.engine.bounds.faces import SPAN
 from service.engine.connectivity.seams import Seams
 from service.engine.evaluation.scattered import evaluate_scattered_normals
+from service.engine.nets.halving import halve
 from service.surface.batches import Patches
 
 

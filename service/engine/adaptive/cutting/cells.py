@@ -161,28 +161,6 @@ def build_whole_cells(faces: Faces) -> Cells:
     return Cells(np.arange(len(faces.first)), np.array([zero, high[:, 0], zero, high[:, 1]]))
 
 
-def halve(nets: FloatArray, axis: int, halves: FloatArray) -> None:
-    """Write nets over both halves of every cell, divided along u (axis 0) or v (axis 1).
-
-    This is de Casteljau's algorithm at ½: means of neighbours, means of those means, and so on. The
-    first mean of each row is a point of the first half, the last mean a point of the second half.
-    Sums are multiplied by a power of two at the end, which is exact.
-
-    Parameters
-    ----------
-    nets : ndarray of float64, shape (p+1, q+1, D, m)
-    halves : ndarray of float64, shape (p+1, q+1, D, 2, m)
-        The array for the result.
-    """
-    rest, both = nets.swapaxes(0, axis), halves.swapaxes(0, axis)
-    first, second, share = both[..., 0, :], both[::-1, ..., 1, :], 1.0
-    first[0], second[0] = rest[0], rest[-1]
-    for k in range(1, len(rest)):
-        rest, share = rest[:-1] + rest[1:], share / 2
-        np.multiply(rest[0], share, out=first[k])
-        np.multiply(rest[-1], share, out=second[k])
-
-
 def elevate(nets: FloatArray) -> FloatArray:
     """Nets elevated to degrees of at least 2: P*_i = i/(n+1) P_{i−1} + (1 − i/(n+1)) P_i."""
     for axis in (0, 1):

@@ -19,7 +19,6 @@ from service.engine.adaptive.cutting.cells import (
     Cells,
     Leaves,
     Task,
-    halve,
     restrict,
 )
 from service.engine.adaptive.cutting.estimate import estimate_cells
@@ -28,6 +27,7 @@ from service.engine.adaptive.cutting.span_estimate import estimate_span_cells
 from service.engine.adaptive.cutting.span_pieces import BLOCK as SPAN_BLOCK
 from service.engine.adaptive.cutting.span_pieces import NinePoints, count_spans
 from service.engine.bounds.faces import SPAN
+from service.engine.nets.halving import halve
 from service.engine.nets.patch_nets import Nets
 
 BLOCK = 1 << 18

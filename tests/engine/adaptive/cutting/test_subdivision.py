@@ -16,7 +16,6 @@ from service.engine.adaptive.cutting.cells import (
     build_whole_cells,
     elevate,
     evaluate_nine_points,
-    halve,
     restrict,
 )
 from service.engine.adaptive.cutting.subdivision import divide_cells
@@ -24,6 +23,7 @@ from service.engine.adaptive.limits import MeshLimits
 from service.engine.bounds.faces import SPAN, find_faces
 from service.engine.bounds.goal import Goal
 from service.engine.connectivity.seams import find_seams
+from service.engine.nets.halving import halve
 from service.engine.nets.patch_nets import Nets, PatchNets
 from service.surface.bspline import BsplineSurface
 from service.surface.lowered import PatchModel
