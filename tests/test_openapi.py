@@ -35,15 +35,15 @@ from service.pipeline.mesh import render
 from service.pipeline.points import plan_points
 from service.schemas.convert import OPERATIONS, ConvertRequest
 from service.schemas.fields import RequestModel
+from service.schemas.kinds import KINDS
 from service.schemas.options import MeshOptionFields
 from service.schemas.points import PointsRequest
 from service.schemas.request import MeshRequest
 from service.schemas.surface_query import FIELDS, document_from_query
-from service.schemas.surfaces import KINDS
 from service.schemas.validation import validate_document
 from service.settings.values import Settings
-from service.surface import Surface
 from service.surface.examples.catalogue import find
+from service.surface.kinds import Surface
 from tools.client import Client, start_client
 from tools.hostile.calls import QUERIES
 from tools.hostile.requests import HOSTILE, HostileBody

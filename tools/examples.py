@@ -1,7 +1,7 @@
 """Lowers surfaces for tests that need their patches."""
 
-from service.surface import Surface
 from service.surface.examples.catalogue import find
+from service.surface.kinds import Surface
 from service.surface.lowered import PatchModel
 
 

@@ -25,8 +25,9 @@ from service.engine.options import MeshOptions
 from service.errors import TooLarge
 from service.pipeline.mesh import plan_mesh
 from service.schemas.accuracy import ACCURACY_FIELDS
+from service.schemas.kinds import KINDS
 from service.schemas.options import MeshOptionFields
-from service.schemas.surfaces import KINDS, SurfaceDefinition
+from service.schemas.surfaces import SurfaceDefinition
 from service.settings.environment import describe_values, variable
 from service.settings.values import Settings, result_limits
 from service.surface.examples.catalogue import find

@@ -17,8 +17,8 @@ from service.storage.canonical import (
 )
 from service.storage.keys import is_id
 from service.storage.store import SurfaceStore
-from service.surface import Surface
 from service.surface.examples.catalogue import EXAMPLES, find
+from service.surface.kinds import Surface
 
 _log = logging.getLogger(__name__)
 

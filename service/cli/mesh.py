@@ -119,8 +119,8 @@ def _compute(
     from service.settings.environment import command_settings
     from service.settings.runtime import pin_blas
     from service.settings.values import result_limits
-    from service.surface import Surface
     from service.surface.examples.catalogue import find
+    from service.surface.kinds import Surface
 
     if isinstance(source, str):
         pin_blas()

@@ -18,7 +18,7 @@ from service.surface.batches import (
 )
 from service.surface.channels import keep_channels
 from service.surface.lowered import Color, GroupModel, Model, Part, PatchModel, PlacedModel
-from service.surface.placement import place_bounds
+from service.surface.placement import place_box
 from service.surface.sweep_model import SweepModel
 
 NOT_PATCHES = Issue(
@@ -44,7 +44,7 @@ def find_largest_coordinate(model: Model, options: MeshOptions) -> float:
         if isinstance(submodel, PatchModel):
             # A mitre reaches at most √2 radii from the wire, which is less than the wire's width.
             wire_width = find_width(submodel, options)
-            low, high = place_bounds(
+            low, high = place_box(
                 (submodel.bounds[0] - wire_width, submodel.bounds[1] + wire_width), matrix
             )
             largest = max(largest, -float(low.min()), float(high.max()))

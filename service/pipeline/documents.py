@@ -16,11 +16,11 @@ from service.pipeline.cost import (
 )
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.schemas.surfaces import definition
-from service.surface import Surface
 from service.surface.convert.nets import SizeLimits
 from service.surface.convert.operations import Operation
 from service.surface.convert.table import convert
 from service.surface.group import GroupSurface
+from service.surface.kinds import Surface
 
 
 @dataclass(frozen=True, eq=False, slots=True)

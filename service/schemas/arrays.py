@@ -1,25 +1,28 @@
 """Converts nested lists of numbers to arrays; no other module does so.
 
-This module checks the types of JSON values, because NumPy would convert true to 1, "1.5" to 1.5 and
-null to NaN. A fast first pass checks all lists of one level at once. Only if this pass finds an
-error, a second pass goes through the lists one by one and finds the positions of the errors.
+A fast first pass checks all lists of one level at once. Only if this pass finds an error, a second
+pass goes through the lists one by one and finds the positions of the errors (`GridRules`).
+
+A net from a file or from the store is an array already. An error in an array has the code and the
+pointer that it would have in lists of the same numbers. A wrong shape or type is reported once, at
+the first position that has this error.
 """
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable
 from itertools import chain
-from typing import Annotated, Any, TypeAlias
+from math import prod
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
+from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic_core import core_schema
 
-from service.bases.arrays import FloatArray
 from service.bases.cache import build_by_text
-from service.errors import Issue, count_nouns
+from service.bases.triangle import degree_of, degree_or_none, row_starts
+from service.errors import MAX_ISSUES, Issue, count_nouns
 from service.schemas.document import DEFAULT_LIMITS, DocumentLimits
-from service.schemas.ndarrays import validate_array
+from service.schemas.grid_rules import GridRules
 from service.schemas.validation import (
     MAX_INDEX,
     Path,
@@ -27,13 +30,16 @@ from service.schemas.validation import (
     index_too_large,
     limits_of,
     ragged_triangle,
+    to_invalid,
     to_refusal,
     wrong_type,
 )
 
 Array: TypeAlias = NDArray[np.float64] | NDArray[np.int64]
 
-_WHOLE, _NUMBER = frozenset({int}), frozenset({int, float})
+_SCALARS: dict[str, object] = {"b": True, "i": 0, "u": 0, "f": 0.5}
+"""For each kind of NumPy type, a JSON value of the same kind, which error messages describe. For
+other kinds they describe an object."""
 
 
 def tuple_schema(item: dict[str, Any], length: int) -> dict[str, Any]:
@@ -45,50 +51,10 @@ def tuple_schema(item: dict[str, Any], length: int) -> dict[str, Any]:
     return {"type": "array", "items": item, "prefixItems": [item] * length, **bounds}
 
 
-@dataclass(frozen=True, slots=True)
-class NumberGrid:
-    """The annotation of a field of numbers in nested lists; lists of one level have equal lengths.
+class NumberGrid(GridRules):
+    """The annotation of a field of numbers in nested lists, which become an array."""
 
-    Attributes
-    ----------
-    levels : tuple of str
-        For each level, the plural noun of the items of its lists, outermost first: "rows", "control
-        points", "numbers".
-    width : int or None
-        Required length of the innermost lists; None if they may have any length.
-    integers : bool
-        Whether the numbers are indices.
-    positive : bool
-        Whether the JSON Schema requires positive numbers; the class of the surface checks them.
-    point_levels : int
-        The items of the lists at this depth (1 for the outermost list) are counted as control
-        points, also if they are weights or indices; 0 if nothing is counted.
-    degree_levels : tuple of int
-        Levels, counted from 0, whose lists have one item more than a degree.
-    min_degree : int
-        The least degree in the JSON Schema; the class of the surface checks it.
-    width_rule, degree_rule : str
-        Error messages for another width, and for a degree that is too high.
-    list_schema : mapping
-        More entries for the JSON Schema of the innermost lists; the class of the surface checks
-        them.
-    triangle_level : int or None
-        For triangles, the level, counted from 0, whose lists are the rows: the n+1 rows of a
-        triangle have n+1, n, … 1 entries. In the array, all rows of a triangle are one axis of
-        (n+1)(n+2)/2 entries.
-    """
-
-    levels: tuple[str, ...]
-    width: int | None = None
-    integers: bool = False
-    positive: bool = False
-    point_levels: int = 0
-    degree_levels: tuple[int, ...] = ()
-    min_degree: int = 1
-    width_rule: str = "A control point has exactly three coordinates."
-    degree_rule: str = "A net of r × c control points is one patch of degree r − 1 by c − 1."
-    list_schema: Mapping[str, int] = field(default_factory=dict)
-    triangle_level: int | None = None
+    __slots__ = ()
 
     def array(self, value: object, limits: DocumentLimits = DEFAULT_LIMITS) -> Array:
         """Convert nested lists to an array of float64, or of int64 for indices.
@@ -126,111 +92,11 @@ class NumberGrid:
                 raise to_refusal(self.find_faults(value))
             shape.append(length)
             items = list(chain.from_iterable(items))
-        if not self._all_numbers(items):
+        if not self.has_numbers(items):
             raise to_refusal(self.find_faults(value))
         if self.integers:
             return np.fromiter(items, np.int64, len(items)).reshape(shape)
         return np.fromiter(items, np.float64, len(items)).reshape(shape)
-
-    @property
-    def scalar(self) -> str:
-        """The kind of number that is needed, as a text for clients."""
-        return "a whole number" if self.integers else "a number"
-
-    def _all_numbers(self, scalars: list[Any]) -> bool:
-        """Whether all values are numbers of the right type, and indices at most `MAX_INDEX`."""
-        if not set(map(type, scalars)) <= (_WHOLE if self.integers else _NUMBER):
-            return False
-        return not self.integers or max(map(abs, scalars)) <= MAX_INDEX
-
-    def _is_last(self, level: int) -> bool:
-        return level == len(self.levels) - 1
-
-    def check_size(self, level: int, total: int, longest: int, limits: DocumentLimits) -> None:
-        """Refuse too many control points, or too high a degree, by the lengths of the lists.
-
-        Parameters
-        ----------
-        level : int
-            The level of the lists.
-        total, longest : int
-            The sum of the lengths of all lists of this level, and the largest length.
-        limits : DocumentLimits
-        """
-        if level + 1 == self.point_levels and total > limits.max_control_points:
-            max_count = limits.max_control_points
-            message = "The surface has more control points than this service takes."
-            got, needed = count_nouns(total, "control points"), f"at most {max_count}"
-            raise to_refusal([((), Issue("too_many_control_points", message, "", got, needed))])
-        if level in self.degree_levels and longest - 1 > limits.max_degree:
-            needed = f"degrees up to {limits.max_degree}; several pieces instead of one"
-            issue = Issue("degree_too_high", self.degree_rule, "", f"degree {longest - 1}", needed)
-            raise to_refusal([((), issue)])
-
-    def find_faults(self, value: object) -> Iterator[tuple[Path, Issue]]:
-        """Find all errors in nested lists, in the order of the document, as (path, issue).
-
-        The function is a generator: the caller may stop after some errors.
-        """
-        lengths: list[int | None] = [None] * len(self.levels)
-        lengths[-1] = self.width
-        return self._walk(value, (), lengths)
-
-    def _walk(
-        self, value: object, path: Path, lengths: list[int | None]
-    ) -> Iterator[tuple[Path, Issue]]:
-        """Find the errors in one list, or in one number, at `path`.
-
-        `lengths` has the required length of the lists of each level; None if no list has set it.
-        """
-        level = len(path)
-        if level == len(self.levels):
-            yield from self._find_scalar_fault(value, path)
-            return
-        needed = f"a list of {self.levels[level]}"
-        if not isinstance(value, list):
-            yield path, wrong_type(value, needed)
-            return
-        expected = lengths[level]
-        if not value:
-            yield path, empty_list(needed)
-            return
-        if level == self.triangle_level:
-            # Row k of a triangle of n + 1 rows has n + 1 − k entries.
-            expected = (lengths[level - 1] or 0) - int(path[-1])
-        if expected is None:
-            # The first list at a level sets the length for all others.
-            lengths[level] = len(value)
-        elif len(value) != expected:
-            yield path, self.length_issue(level, len(value), expected)
-            return
-        if self._is_last(level) and self._all_numbers(value):
-            return
-        has_innermost_lists = level + 2 == len(self.levels)
-        for index, item in enumerate(value):
-            # Most points are valid; do not create a generator for these.
-            is_point = has_innermost_lists and type(item) is list and len(item) == lengths[-1]
-            if not (is_point and self._all_numbers(item)):
-                yield from self._walk(item, (*path, index), lengths)
-
-    def _find_scalar_fault(self, value: object, path: Path) -> Iterator[tuple[Path, Issue]]:
-        """Find the error of a value in place of which a number is needed, if there is an error."""
-        if type(value) not in (_WHOLE if self.integers else _NUMBER):
-            yield path, wrong_type(value, self.scalar)
-        elif self.integers and isinstance(value, int) and abs(value) > MAX_INDEX:
-            yield path, index_too_large()
-
-    def length_issue(self, level: int, got: int, needed: int) -> Issue:
-        """The issue for a list of one level that has the length `got` in place of `needed`."""
-        got_text, needed_text = (
-            count_nouns(length, self.levels[level]) for length in (got, needed)
-        )
-        if self._is_last(level) and self.width is not None:
-            return Issue("wrong_dimension", self.width_rule, got=got_text, needed=needed_text)
-        if level == self.triangle_level:
-            return ragged_triangle(got_text, needed_text)
-        rule = "Lists side by side must be equally long; the first one sets the length."
-        return Issue("ragged", rule, got=got_text, needed=needed_text)
 
     def __get_pydantic_core_schema__(
         self, source: object, handler: GetCoreSchemaHandler
@@ -265,71 +131,129 @@ class NumberGrid:
                 result |= {"minItems": min_degree + 1, "maxItems": max_degree + 1}
             elif level == self.triangle_level:
                 result["maxItems"] = DEFAULT_LIMITS.max_degree + 1
-            if self._is_last(level) and level not in self.degree_levels:
+            if self.is_last(level) and level not in self.degree_levels:
                 if self.width is not None:
                     result = tuple_schema(result["items"], self.width)
                 result |= self.list_schema
         return result
 
 
-CONTROL_NET = NumberGrid(
-    ("rows", "control points", "coordinates"), width=3, point_levels=2, degree_levels=(0, 1)
-)
-NET_WEIGHTS = NumberGrid(("rows", "weights"), positive=True, degree_levels=(0, 1))
-SPLINE_NET = NumberGrid(("rows", "control points", "coordinates"), width=3, point_levels=2)
-SPLINE_WEIGHTS = NumberGrid(("rows", "weights"), positive=True, point_levels=2)
-KNOTS = NumberGrid(("knots",))
-CURVE_POINTS = NumberGrid(
-    ("control points", "coordinates"),
-    point_levels=1,
-    degree_levels=(0,),
-    degree_rule="n + 1 control points are one Bézier curve of degree n.",
-    list_schema={"minItems": 2, "maxItems": 3},
-)
-SPLINE_POINTS = NumberGrid(
-    ("control points", "coordinates"), point_levels=1, list_schema={"minItems": 2, "maxItems": 3}
-)
-CURVE_WEIGHTS = NumberGrid(("weights",), positive=True, point_levels=1)
-VERTICES = NumberGrid(("vertices", "coordinates"), width=3, point_levels=1)
-VERTEX_WEIGHTS = NumberGrid(("weights",), positive=True, point_levels=1)
-PATCHES = NumberGrid(
-    ("patches", "rows", "indices"), integers=True, point_levels=3, degree_levels=(1, 2)
-)
-PATCH = NumberGrid(("rows", "indices"), integers=True, degree_levels=(0, 1))
-_TRIANGLE_RULE = "A triangle of n + 1 rows is one patch of degree n."
-TRIANGLE_NET = NumberGrid(
-    ("rows", "control points", "coordinates"),
-    width=3,
-    point_levels=2,
-    degree_levels=(0,),
-    degree_rule=_TRIANGLE_RULE,
-    triangle_level=1,
-)
-TRIANGLE_WEIGHTS = NumberGrid(
-    ("rows", "weights"),
-    positive=True,
-    degree_levels=(0,),
-    degree_rule=_TRIANGLE_RULE,
-    triangle_level=1,
-)
-TRIANGLES = NumberGrid(
-    ("triangles", "rows", "indices"),
-    integers=True,
-    point_levels=3,
-    degree_levels=(1,),
-    degree_rule=_TRIANGLE_RULE,
-    triangle_level=2,
-)
-MATRIX = NumberGrid(("rows", "numbers"))
+def validate_array(grid: GridRules, values: NDArray[Any], limits: DocumentLimits) -> Array:
+    """Check an array, and convert it to the type that `grid.array` returns.
 
-_SURFACE_WEIGHTS = Field(
-    description="One positive weight for every control point, in the same rows. Left out, the "
-    "surface is polynomial."
-)
-_CURVE_WEIGHTS = Field(
-    description="One positive weight for every control point. Left out, the curve is polynomial."
-)
-NetWeights: TypeAlias = Annotated[FloatArray | None, NET_WEIGHTS, _SURFACE_WEIGHTS]
-SplineWeights: TypeAlias = Annotated[FloatArray | None, SPLINE_WEIGHTS, _SURFACE_WEIGHTS]
-TriangleWeights: TypeAlias = Annotated[FloatArray | None, TRIANGLE_WEIGHTS, _SURFACE_WEIGHTS]
-CurveWeights: TypeAlias = Annotated[FloatArray | None, CURVE_WEIGHTS, _CURVE_WEIGHTS]
+    An array that already has this type and is contiguous is not copied.
+
+    Parameters
+    ----------
+    grid : GridRules
+        The lists for which the array stands. Each of their levels is an axis of the array; but all
+        rows of a triangle are one axis of (n+1)(n+2)/2 entries.
+    values : ndarray of integers or, unless `grid.integers`, of floats up to double precision
+        In any byte order. Booleans, texts, objects and longer floats are refused.
+    limits : DocumentLimits
+
+    Raises
+    ------
+    pydantic.ValidationError
+        With one detail for each of the first `MAX_ISSUES` errors.
+    """
+    values = np.asarray(values)
+    sample = _SCALARS.get(values.dtype.kind, {})
+    _check_shape(grid, values.shape, sample, limits)
+    if values.dtype.kind not in ("iu" if grid.integers else "iuf") or values.dtype.itemsize > 8:
+        raise to_refusal([((0,) * len(grid.levels), wrong_type(sample, grid.scalar))])
+    if grid.integers:
+        is_outside = (values > MAX_INDEX) | (values < -MAX_INDEX)
+        _refuse(grid, is_outside, index_too_large())
+        return np.ascontiguousarray(values, dtype=np.int64)
+    if values.dtype.kind == "f":
+        needed = "a finite number"
+        issue = Issue("not_finite", "Every number must be finite.", "", "NaN or Infinity", needed)
+        _refuse(grid, ~np.isfinite(values), issue)
+    return np.ascontiguousarray(values, dtype=np.float64)
+
+
+def _check_shape(
+    grid: GridRules, shape: tuple[int, ...], sample: object, limits: DocumentLimits
+) -> None:
+    """Refuse a wrong shape, with the error that nested lists of this shape would have.
+
+    `sample` is a JSON value of the same kind as the numbers of the array.
+    """
+    # In a triangle, one axis stands for two levels: the list of the rows, and the rows.
+    axis_count = len(grid.levels) - (grid.triangle_level is not None)
+    level = 0
+    for axis in range(axis_count):
+        first_path, needed = (0,) * level, f"a list of {grid.levels[level]}"
+        if axis == len(shape):
+            raise to_refusal([(first_path, wrong_type(sample, needed))])
+        length, total = shape[axis], prod(shape[: axis + 1])
+        if not length:
+            raise to_refusal([(first_path, empty_list(needed))])
+        if level + 1 == grid.triangle_level:
+            # Check the list of the rows here, and the rows below, like a level of any other array.
+            degree = degree_or_none(length)
+            if degree is None:
+                issue = ragged_triangle(f"{length} entries", "3, 6, 10, 15, … entries")
+                raise to_refusal([(first_path, issue)])
+            rows = degree + 1
+            grid.check_size(level, total=prod(shape[:axis]) * rows, longest=rows, limits=limits)
+            level += 1
+            length = rows
+        grid.check_size(level, total=total, longest=length, limits=limits)
+        level += 1
+        if level == len(grid.levels) and grid.width is not None and length != grid.width:
+            raise to_refusal([(first_path, grid.length_issue(level - 1, length, grid.width))])
+    if len(shape) > axis_count:
+        raise to_refusal([((0,) * level, wrong_type([], grid.scalar))])
+
+
+def _refuse(grid: GridRules, is_wrong: NDArray[np.bool_], issue: Issue) -> None:
+    """Raise the issue for each of the first `MAX_ISSUES` positions where `is_wrong` is true."""
+    if is_wrong.any():
+        indices = np.argwhere(is_wrong)[:MAX_ISSUES].tolist()
+        raise to_refusal((_path(grid, tuple(index), is_wrong.shape), issue) for index in indices)
+
+
+def _path(grid: GridRules, index: tuple[int, ...], shape: tuple[int, ...]) -> Path:
+    """The path that a number of the array has in nested lists, in which a triangle has rows.
+
+    `index` is the index of the number in the array, and `shape` is the shape of the array.
+    """
+    if grid.triangle_level is None:
+        return index
+    axis = grid.triangle_level - 1  # the axis of all rows together
+    starts = row_starts(degree_of(shape[axis]))
+    row = int(np.searchsorted(starts, index[axis], side="right")) - 1
+    return (*index[:axis], row, index[axis] - int(starts[row]), *index[axis + 1 :])
+
+
+def check_total(definitions: Iterable[BaseModel], where: str, info: ValidationInfo) -> None:
+    """Refuse surfaces that together have too many control points; `where` is the pointer."""
+    total, max_points = sum(map(_count_points, definitions)), limits_of(info).max_control_points
+    if total > max_points:
+        message = "All surfaces together have more control points than this service takes."
+        got, needed = count_nouns(total, "control points"), f"at most {max_points}"
+        raise to_invalid(Issue("too_many_control_points", message, where, got, needed))
+
+
+def _count_points(definition: BaseModel) -> int:
+    """The number of points in the largest array of a surface that has one entry for each point.
+
+    Such arrays are control points, weights, indices, colours and uvs; attributes are not counted.
+    For a multipatch it is the sum over its surfaces; for a tube or ribbon it is that of its curve.
+    """
+    if surfaces := getattr(definition, "surfaces", ()):
+        return sum(map(_count_points, surfaces))
+    definition = getattr(definition, "curve", definition)
+    return max(
+        (
+            # In a triangle, the list of the rows and the rows are one axis.
+            prod(value.shape[: grid.point_levels - (grid.triangle_level is not None)])
+            for name, field in type(definition).model_fields.items()
+            for grid in field.metadata
+            if isinstance(grid, NumberGrid) and grid.point_levels
+            if (value := getattr(definition, name)) is not None
+        ),
+        default=0,
+    )

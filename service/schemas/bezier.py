@@ -1,20 +1,19 @@
 """The JSON language of one tensor-product Bézier patch."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
 from service.bases.arrays import FloatArray
-from service.schemas.arrays import CONTROL_NET, NetWeights
-from service.schemas.channels import (
-    NetAttributes,
-    NetColors,
-    NetUvs,
-    build_channels,
-    define_surface,
-)
-from service.schemas.fields import NameField, StrictModel, UpField
+from service.schemas.arrays import NumberGrid
+from service.schemas.channels import NetAttributes, NetColors, NetUvs, build_channels
+from service.schemas.fields import SURFACE_WEIGHTS, NameField, StrictModel, UpField
 from service.surface.bezier import BezierSurface
+
+CONTROL_NET = NumberGrid(
+    ("rows", "control points", "coordinates"), width=3, point_levels=2, degree_levels=(0, 1)
+)
+NET_WEIGHTS = NumberGrid(("rows", "weights"), positive=True, degree_levels=(0, 1))
 
 
 class BezierDefinition(StrictModel):
@@ -34,7 +33,7 @@ class BezierDefinition(StrictModel):
         "coordinate is finite and within single precision.",
         examples=[[[[0, 0, 0], [0, 1, 1], [0, 2, 0]], [[1, 0, 1], [1, 1, 2], [1, 2, 1]]]],
     )
-    weights: NetWeights = Field(
+    weights: Annotated[FloatArray | None, NET_WEIGHTS, SURFACE_WEIGHTS] = Field(
         default=None, examples=[[[1, 0.7071067811865476, 1], [1, 0.7071067811865476, 1]]]
     )
     colors: NetColors = None
@@ -47,8 +46,3 @@ class BezierDefinition(StrictModel):
         """The surface as a value; raises `InvalidRequest` with pointers relative to the surface."""
         channels = build_channels(self.colors, self.uvs, self.attributes)
         return BezierSurface(self.control_net, self.weights, self.up, self.name, channels)
-
-
-def define_bezier(surface: BezierSurface) -> dict[str, Any]:
-    """The surface in the form of a request, with NumPy arrays; omits fields that have no value."""
-    return define_surface("bezier", surface, "control_net", "weights")

@@ -15,15 +15,10 @@ from pydantic import (
 
 from service.bases.arrays import FloatArray
 from service.errors import Issue
-from service.schemas.arrays import KNOTS, SPLINE_NET, SplineWeights
-from service.schemas.channels import (
-    SplineAttributes,
-    SplineColors,
-    SplineUvs,
-    build_channels,
-    define_surface,
-)
+from service.schemas.arrays import NumberGrid
+from service.schemas.channels import SplineAttributes, SplineColors, SplineUvs, build_channels
 from service.schemas.fields import (
+    SURFACE_WEIGHTS,
     NameField,
     StrictModel,
     UpField,
@@ -35,6 +30,10 @@ from service.schemas.validation import limits_of, to_invalid, wrong_type
 from service.surface.bspline import BsplineSurface
 from service.surface.checks import MAX_DEGREE
 from service.surface.knots import NAMED, KnotName, Knots
+
+SPLINE_NET = NumberGrid(("rows", "control points", "coordinates"), width=3, point_levels=2)
+SPLINE_WEIGHTS = NumberGrid(("rows", "weights"), positive=True, point_levels=2)
+KNOTS = NumberGrid(("knots",))
 
 
 def check_degree_limits(degrees: tuple[int, ...], info: ValidationInfo) -> None:
@@ -146,7 +145,7 @@ class BsplineDefinition(StrictModel):
         "of the domain). The first and the last knot have no effect and may both be left out.",
         examples=[["clamped", [0, 0, 0, 0.5, 1, 1, 1]]],
     )
-    weights: SplineWeights = Field(
+    weights: Annotated[FloatArray | None, SPLINE_WEIGHTS, SURFACE_WEIGHTS] = Field(
         default=None, examples=[[[1, 1, 1, 1], [1, 2, 2, 1], [1, 2, 2, 1], [1, 1, 1, 1]]]
     )
     colors: SplineColors = None
@@ -166,8 +165,3 @@ class BsplineDefinition(StrictModel):
         return BsplineSurface(
             self.control_net, self.degree, self.knots, self.weights, self.up, self.name, channels
         )
-
-
-def define_bspline(surface: BsplineSurface) -> dict[str, Any]:
-    """The surface in the form of a request, with NumPy arrays; omits fields that have no value."""
-    return define_surface("bspline", surface, "control_net", "degree", "knots", "weights")

@@ -148,20 +148,3 @@ def build_channels(
     if colors is None and uvs is None and not attributes:
         return NO_CHANNELS
     return Channels(colors, uvs, tuple(attributes.items()))
-
-
-def define_surface(kind: str, surface: Any, *names: str) -> dict[str, Any]:
-    """A surface in the form of a request, with NumPy arrays; omits fields that have no value.
-
-    `kind` is its `type`, and `names` are the fields of this kind. After them come the fields of all
-    kinds with channels: the channels, `up` and `name`.
-    """
-    content: dict[str, Any] = {"type": kind}
-    for name in names:
-        value = getattr(surface, name)
-        content[name] = list(value) if isinstance(value, tuple) else value
-    content |= {"colors": surface.channels.colors, "uvs": surface.channels.uvs}
-    if surface.channels.attributes:
-        content["attributes"] = dict(surface.channels.attributes)
-    content |= {"up": surface.up, "name": surface.name}
-    return {name: value for name, value in content.items() if value is not None}

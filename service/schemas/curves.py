@@ -1,7 +1,7 @@
 """The JSON language of curves: a model for each kind, their union, and the request of a curve."""
 
 from dataclasses import replace
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field, Tag, ValidationInfo, model_validator
 from typing_extensions import TypeAliasType
@@ -10,9 +10,10 @@ from service.bases.arrays import FloatArray
 from service.engine.curves.options import CurveOptions
 from service.engine.options import MAX_RESOLUTION
 from service.errors import InvalidRequest, Issue
-from service.schemas.arrays import CURVE_POINTS, SPLINE_POINTS, CurveWeights
+from service.schemas.arrays import NumberGrid
 from service.schemas.bspline import KnotVector, check_degree_limits
 from service.schemas.fields import (
+    CURVE_WEIGHTS,
     NameField,
     Omittable,
     RequestModel,
@@ -25,6 +26,20 @@ from service.schemas.fields import (
 from service.schemas.validation import to_invalid
 from service.surface.checks import MAX_DEGREE
 from service.surface.curve import BezierCurve, BsplineCurve, Curve
+
+BEZIER_POINTS = NumberGrid(
+    ("control points", "coordinates"),
+    point_levels=1,
+    degree_levels=(0,),
+    degree_rule="n + 1 control points are one Bézier curve of degree n.",
+    list_schema={"minItems": 2, "maxItems": 3},
+)
+SPLINE_POINTS = NumberGrid(
+    ("control points", "coordinates"), point_levels=1, list_schema={"minItems": 2, "maxItems": 3}
+)
+Weights: TypeAlias = Annotated[
+    FloatArray | None, NumberGrid(("weights",), positive=True, point_levels=1), CURVE_WEIGHTS
+]
 
 CURVE_KINDS = ("bezier", "bspline")
 """Names of the kinds of curve; the first is the default."""
@@ -40,11 +55,11 @@ class BezierCurveDefinition(StrictModel):
     type: Literal["bezier"] = Field(
         default="bezier", description="The kind of curve; `bezier` is the default."
     )
-    control_points: Annotated[FloatArray, CURVE_POINTS] = Field(
+    control_points: Annotated[FloatArray, BEZIER_POINTS] = Field(
         description="The control polygon: at least two points, all [x, y] or all [x, y, z].",
         examples=[[[0, 0, 0], [1, 2, 0], [3, 2, 1], [4, 0, 1]], [[1, 0], [1, 1], [0, 1]]],
     )
-    weights: CurveWeights = Field(default=None, examples=[[1, 0.7071067811865476, 1]])
+    weights: Weights = Field(default=None, examples=[[1, 0.7071067811865476, 1]])
     up: UpField = "y"
     name: NameField = "curve"
 
@@ -79,7 +94,7 @@ class BsplineCurveDefinition(StrictModel):
         "named knots have length 1, and the first begins at 0.",
         examples=["periodic", [0, 0, 0, 0, 0.5, 1, 1, 1, 1]],
     )
-    weights: CurveWeights = Field(default=None, examples=[[1, 2, 1, 2, 1]])
+    weights: Weights = Field(default=None, examples=[[1, 2, 1, 2, 1]])
     up: UpField = "y"
     name: NameField = "curve"
 
@@ -183,13 +198,3 @@ def build_curve(definition: CurveDefinition, *, plain: bool = False) -> Curve:
     if plain and (curve.up, curve.name) != ("y", "curve"):
         return replace(curve, up="y", name="curve")
     return curve
-
-
-def define_curve(curve: Curve) -> dict[str, Any]:
-    """A curve in the form of a request, as part of a surface: without `name` and `up`."""
-    content: dict[str, Any] = {"type": "bezier", "control_points": curve.control_points}
-    if isinstance(curve, BsplineCurve):
-        content |= {"type": "bspline", "degree": curve.degree, "knots": curve.knots}
-    if curve.weights is not None:
-        content["weights"] = curve.weights
-    return content

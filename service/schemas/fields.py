@@ -197,6 +197,14 @@ Parts: TypeAlias = Annotated[
     Field(fail_fast=True),
 ]
 
+SURFACE_WEIGHTS = Field(
+    description="One positive weight for every control point, in the same rows. Left out, the "
+    "surface is polynomial."
+)
+CURVE_WEIGHTS = Field(
+    description="One positive weight for every control point. Left out, the curve is polynomial."
+)
+
 UpField: TypeAlias = Annotated[
     Up,
     Field(

@@ -1,22 +1,18 @@
 """The JSON language of a group of surfaces."""
 
-from collections.abc import Callable, Iterable
-from math import prod
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
-from pydantic import Field, ValidationInfo, model_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
+from typing_extensions import TypeAliasType
 
 from service.bases.arrays import FloatArray
 from service.cancellation import checkpoint
-from service.errors import InvalidRequest, Issue, count_nouns, pointer
-from service.schemas.arrays import MATRIX, NumberGrid, tuple_schema
-from service.schemas.fields import Name, Omittable, StrictModel, UpField, optional
-from service.schemas.validation import limits_of, to_invalid
+from service.errors import InvalidRequest, pointer
+from service.schemas.arrays import NumberGrid, check_total, tuple_schema
+from service.schemas.fields import Name, Omittable, StrictModel, UpField, one_of_kinds, optional
+from service.schemas.kinds import KINDS, UNKNOWN_KIND, MemberKind
+from service.schemas.validation import to_invalid
 from service.surface.group import MAX_MEMBERS, GroupSurface, Member, nested_issue
-
-if TYPE_CHECKING:
-    from service.schemas.surfaces import MemberSurfaceDefinition
-    from service.surface import Surface
 
 
 def refuse_group(value: object) -> object:
@@ -26,17 +22,29 @@ def refuse_group(value: object) -> object:
     return value
 
 
+MATRIX = NumberGrid(("rows", "numbers"))
+
 Share: TypeAlias = Annotated[float, Field(ge=0, le=1)]
 
 Color: TypeAlias = Annotated[
     tuple[Share, ...], Field(strict=False, min_length=3, max_length=4, fail_fast=True)
 ]
 
+MemberSurfaceDefinition = TypeAliasType(
+    "MemberSurfaceDefinition",
+    Annotated[
+        MemberKind,
+        # `KINDS` has `group` too: it is a known name, and `refuse_group` has an error of its own.
+        *one_of_kinds(KINDS, UNKNOWN_KIND, "A surface in a group: any but a group."),
+        BeforeValidator(refuse_group),
+    ],
+)
+
 
 class MemberDefinition(StrictModel):
     """One surface of a group, with its name, its base colour and its placement."""
 
-    surface: "MemberSurfaceDefinition" = Field(
+    surface: MemberSurfaceDefinition = Field(
         description="The surface, of any kind except `group`.",
         examples=[{"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]}],
     )
@@ -115,49 +123,3 @@ class GroupDefinition(StrictModel):
             except InvalidRequest as error:
                 raise error.within(pointer(("members", index))) from None
         return GroupSurface(tuple(members), self.up, self.name)
-
-
-def define_group(
-    surface: GroupSurface, define: Callable[["Surface"], dict[str, Any]]
-) -> dict[str, Any]:
-    """The group in the form of a request; `define` writes the surface of a member in this form."""
-    members: list[dict[str, Any]] = []
-    for member in surface.members:
-        fields = {"name": member.name, "color": member.color, "matrix": member.matrix}
-        fields = {name: value for name, value in fields.items() if value is not None}
-        members.append({"surface": define(member.surface)} | fields)
-    return {"type": "group", "members": members, "up": surface.up, "name": surface.name}
-
-
-def check_total(definitions: Iterable[StrictModel], where: str, info: ValidationInfo) -> None:
-    """Refuse surfaces that together have too many control points; `where` is the pointer."""
-    total, max_points = (
-        sum(map(_count_control_points, definitions)),
-        limits_of(info).max_control_points,
-    )
-    if total > max_points:
-        message = "All surfaces together have more control points than this service takes."
-        got, needed = count_nouns(total, "control points"), f"at most {max_points}"
-        raise to_invalid(Issue("too_many_control_points", message, where, got, needed))
-
-
-def _count_control_points(definition: StrictModel) -> int:
-    """The number of points in the largest array of a surface that has one entry for each point.
-
-    Such arrays are control points, weights, indices, colours and uvs; attributes are not counted.
-    For a multipatch it is the sum over its surfaces; for a tube or ribbon it is that of its curve.
-    """
-    if surfaces := getattr(definition, "surfaces", ()):
-        return sum(map(_count_control_points, surfaces))
-    definition = getattr(definition, "curve", definition)
-    return max(
-        (
-            # In a triangle, the list of the rows and the rows are one axis.
-            prod(value.shape[: grid.point_levels - (grid.triangle_level is not None)])
-            for name, field in type(definition).model_fields.items()
-            for grid in field.metadata
-            if isinstance(grid, NumberGrid) and grid.point_levels
-            if (value := getattr(definition, name)) is not None
-        ),
-        default=0,
-    )

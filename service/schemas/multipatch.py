@@ -1,15 +1,14 @@
 """The JSON form of one surface that consists of several patches and splines."""
 
-from collections.abc import Callable
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field, Tag, ValidationInfo, model_validator
 
 from service.cancellation import checkpoint
 from service.errors import InvalidRequest, Issue, pointer
 from service.schemas import bezier, bspline, triangle
+from service.schemas.arrays import check_total
 from service.schemas.fields import NameField, StrictModel, UpField, one_of_kinds
-from service.schemas.group import check_total
 from service.surface.multipatch import MAX_SURFACES, MultipatchSurface, Single
 
 _UNKNOWN = Issue("unknown_type", "A multipatch cannot contain a surface of this type.")
@@ -68,11 +67,3 @@ class MultipatchDefinition(StrictModel):
             except InvalidRequest as error:
                 raise error.within(pointer(("surfaces", index))) from None
         return MultipatchSurface(tuple(surfaces), self.up, self.name)
-
-
-def define_multipatch(
-    surface: MultipatchSurface, define: Callable[[Single], dict[str, Any]]
-) -> dict[str, Any]:
-    """The surface in the form of a request; `define` writes each of its parts in this form."""
-    surfaces = [define(single) for single in surface.surfaces]
-    return {"type": "multipatch", "surfaces": surfaces, "up": surface.up, "name": surface.name}

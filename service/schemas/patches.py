@@ -10,19 +10,28 @@ from pydantic_core.core_schema import ValidatorFunctionWrapHandler
 
 from service.bases.arrays import FloatArray
 from service.errors import InvalidRequest, Issue
-from service.schemas.arrays import PATCH, PATCHES, TRIANGLES, VERTEX_WEIGHTS, VERTICES
-from service.schemas.channels import (
-    VertexAttributes,
-    VertexColors,
-    VertexUvs,
-    build_channels,
-    define_surface,
-)
+from service.schemas.arrays import NumberGrid
+from service.schemas.channels import VertexAttributes, VertexColors, VertexUvs, build_channels
 from service.schemas.fields import NameField, Parts, StrictModel, UpField
-from service.schemas.triangle import point_to_rows, split_rows
+from service.schemas.triangle import TRIANGLE_RULE, point_to_rows
 from service.schemas.validation import limits_of, to_refusal
 from service.surface.grids import NO_GRIDS, Grids
 from service.surface.patches import NO_TRIANGLES, PatchSurface
+
+VERTICES = NumberGrid(("vertices", "coordinates"), width=3, point_levels=1)
+VERTEX_WEIGHTS = NumberGrid(("weights",), positive=True, point_levels=1)
+PATCHES = NumberGrid(
+    ("patches", "rows", "indices"), integers=True, point_levels=3, degree_levels=(1, 2)
+)
+PATCH = NumberGrid(("rows", "indices"), integers=True, degree_levels=(0, 1))
+TRIANGLES = NumberGrid(
+    ("triangles", "rows", "indices"),
+    integers=True,
+    point_levels=3,
+    degree_levels=(1,),
+    degree_rule=TRIANGLE_RULE,
+    triangle_level=2,
+)
 
 
 def _parse_grids(
@@ -124,18 +133,3 @@ class PatchesDefinition(StrictModel):
             )
         except InvalidRequest as error:
             raise point_to_rows(error, r"/triangles/\d+", self.triangles.shape[1]) from None
-
-
-def define_patches(surface: PatchSurface) -> dict[str, Any]:
-    """The surface in the form of a request, with NumPy arrays; omits fields that have no value."""
-    lists = ("patches", "triangles", "parts")
-    content = define_surface("patches", surface, "vertices", *lists, "weights")
-    content["parts"] = {name: np.array(numbers, np.int64) for name, numbers in surface.parts}
-    return {name: value for name, value in content.items() if name not in lists or len(value)}
-
-
-def replace_rows(content: dict[str, Any]) -> dict[str, Any]:
-    """The content, with each triangle as a list of rows, as JSON documents have it."""
-    if "triangles" not in content:
-        return content
-    return content | {"triangles": [split_rows(indices) for indices in content["triangles"]]}

@@ -12,9 +12,9 @@ from service.schemas.curves import CurveDefinition, build_curve
 from service.schemas.fields import Omittable, RequestModel, conflict_issue, optional
 from service.schemas.surfaces import SurfaceDefinition
 from service.schemas.validation import to_invalid
-from service.surface import Surface
 from service.surface.checks import validate_points
 from service.surface.curve import BezierCurve, BsplineCurve, Curve
+from service.surface.kinds import Surface
 
 POINTS = NumberGrid(("points", "coordinates"))
 

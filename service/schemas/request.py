@@ -10,7 +10,7 @@ from service.schemas.fields import Omittable, RequestModel, conflict_issue, opti
 from service.schemas.options import MeshOptionFields
 from service.schemas.surfaces import SurfaceDefinition
 from service.schemas.validation import to_invalid
-from service.surface import Surface
+from service.surface.kinds import Surface
 
 MAX_SECONDS = 7 * 24 * 3600
 """The longest time for which a URL is signed, in seconds. After this time, a person whose key was

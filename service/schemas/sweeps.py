@@ -7,7 +7,7 @@ from pydantic import Field, PlainValidator, WithJsonSchema
 
 from service.bases.arrays import FloatArray
 from service.schemas.arrays import NumberGrid
-from service.schemas.curves import CurveDefinition, build_curve, define_curve
+from service.schemas.curves import CurveDefinition, build_curve
 from service.schemas.document import DocumentLimits
 from service.schemas.fields import NameField, StrictModel, UpField, optional
 from service.schemas.validation import to_invalid, wrong_type
@@ -115,17 +115,3 @@ class RibbonDefinition(StrictModel):
         """The ribbon as a value; raises `InvalidRequest` with pointers relative to the surface."""
         curve = build_curve(self.curve, plain=True)
         return RibbonSurface(curve, self.width, self.facing, self.camera, self.up, self.name)
-
-
-def define_tube(surface: TubeSurface) -> dict[str, Any]:
-    """The tube in the form of a request, with NumPy arrays."""
-    content = {"type": "tube", "curve": define_curve(surface.curve)}
-    names = ("radius", "sides", "caps", "up", "name")
-    return content | {name: getattr(surface, name) for name in names}
-
-
-def define_ribbon(surface: RibbonSurface) -> dict[str, Any]:
-    """The ribbon in the form of a request, with NumPy arrays."""
-    target = "facing" if surface.camera is None else "camera"
-    content = {"type": "ribbon", "curve": define_curve(surface.curve)}
-    return content | {name: getattr(surface, name) for name in ("width", target, "up", "name")}

@@ -15,16 +15,32 @@ from pydantic import Field
 from service.bases.arrays import FloatArray
 from service.bases.triangle import degree_of, degree_or_none, row_starts
 from service.errors import InvalidRequest, Issue, pointer
-from service.schemas.arrays import TRIANGLE_NET, TriangleWeights
+from service.schemas.arrays import NumberGrid
 from service.schemas.channels import (
     TriangleAttributes,
     TriangleColors,
     TriangleUvs,
     build_channels,
-    define_surface,
 )
-from service.schemas.fields import NameField, StrictModel, UpField
+from service.schemas.fields import SURFACE_WEIGHTS, NameField, StrictModel, UpField
 from service.surface.triangle import TriangleSurface
+
+TRIANGLE_RULE = "A triangle of n + 1 rows is one patch of degree n."
+TRIANGLE_NET = NumberGrid(
+    ("rows", "control points", "coordinates"),
+    width=3,
+    point_levels=2,
+    degree_levels=(0,),
+    degree_rule=TRIANGLE_RULE,
+    triangle_level=1,
+)
+TRIANGLE_WEIGHTS = NumberGrid(
+    ("rows", "weights"),
+    positive=True,
+    degree_levels=(0,),
+    degree_rule=TRIANGLE_RULE,
+    triangle_level=1,
+)
 
 _NETS = ("control_net", "weights", "colors", "uvs")
 
@@ -46,7 +62,7 @@ class TriangleDefinition(StrictModel):
         "is above the row before.",
         examples=[[[[0, 0, 0], [1, 0, 1], [2, 0, 0]], [[0, 1, 1], [1, 1, 1]], [[0, 2, 0]]]],
     )
-    weights: TriangleWeights = Field(
+    weights: Annotated[FloatArray | None, TRIANGLE_WEIGHTS, SURFACE_WEIGHTS] = Field(
         default=None,
         examples=[[[1, 0.7071067811865476, 1], [0.7071067811865476, 0.7071067811865476], [1]]],
     )
@@ -69,17 +85,20 @@ class TriangleDefinition(StrictModel):
             raise error from None
 
 
-def define_triangle(surface: TriangleSurface) -> dict[str, Any]:
-    """The surface in the form of a request, with NumPy arrays; omits fields that have no value."""
-    return define_surface("triangle", surface, "control_net", "weights")
+def write_rows(content: dict[str, Any]) -> dict[str, Any]:
+    """The content of a surface, with the nets of triangles as lists of rows, as in documents."""
+    if "triangles" in content:
+        return content | {"triangles": [split_rows(indices) for indices in content["triangles"]]}
+    if content["type"] != "triangle":
+        return content
+    return {name: _split_nets(value) for name, value in content.items()}
 
 
-def replace_rows(content: dict[str, Any]) -> dict[str, Any]:
-    """The content, with each net as a list of rows, as JSON documents have it."""
-    rows: dict[str, Any] = {name: split_rows(content[name]) for name in _NETS if name in content}
-    if "attributes" in content:
-        rows["attributes"] = {name: split_rows(net) for name, net in content["attributes"].items()}
-    return content | rows
+def _split_nets(value: Any) -> Any:
+    """A field of a triangle, with each array in it as a list of rows."""
+    if isinstance(value, dict):
+        return {name: split_rows(net) for name, net in value.items()}
+    return split_rows(value) if isinstance(value, np.ndarray) else value
 
 
 def split_rows(values: NDArray[Any]) -> list[NDArray[Any]]:

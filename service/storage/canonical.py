@@ -41,7 +41,7 @@ from service.schemas.document import BYTES_PER_OBJECT, BYTES_PER_VALUE, Document
 from service.schemas.request import SurfaceRequest
 from service.schemas.surfaces import definition
 from service.schemas.validation import validate_document
-from service.surface import Surface
+from service.surface.kinds import Surface
 
 VERSION = 1
 

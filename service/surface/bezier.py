@@ -9,7 +9,7 @@ from service.surface.batches import Channel, TensorPatches
 from service.surface.channels import NO_CHANNELS, Channels
 from service.surface.checks import Up, check_grid, check_up, validate_points, validate_weights
 from service.surface.lowered import Domain, Part, PatchModel
-from service.surface.sizes import SurfaceKind, SurfaceSize, tensor_size
+from service.surface.sizes import NetSurface, SurfaceSize, tensor_size
 
 ENDS = np.array([0.0, 1.0])
 ENDS.flags.writeable = False
@@ -17,7 +17,7 @@ UNIT_SQUARE = Domain(ENDS, ENDS)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class BezierSurface(SurfaceKind):
+class BezierSurface(NetSurface):
     """S(u, v) = Σ_ij B_i^p(u) B_j^q(v) P_ij over u, v ∈ [0, 1]; rational if weights are given.
 
     Attributes

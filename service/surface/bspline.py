@@ -21,7 +21,7 @@ from service.surface.knots import (
     validate_knots,
 )
 from service.surface.lowered import Domain, Part, PatchModel
-from service.surface.sizes import NUMBER, SurfaceKind, SurfaceSize, tensor_size
+from service.surface.sizes import NUMBER, NetSurface, SurfaceSize, tensor_size
 
 BLOCK_POINTS = 1 << 16
 """A net is lowered along v in blocks of at most this number of Bézier points (but at least one span
@@ -33,7 +33,7 @@ the size of a block of `BLOCK_POINTS` points that have 16 numbers each."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class BsplineSurface(SurfaceKind):
+class BsplineSurface(NetSurface):
     """S(u, v) = Σ_ij N_i^p(u) N_j^q(v) P_ij over [U_p, U_{n+1}] × [V_q, V_{m+1}].
 
     Rational if weights are given. Each span along u with each span along v is one Bézier patch.

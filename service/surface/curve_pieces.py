@@ -8,6 +8,7 @@ import numpy as np
 from service.bases.arrays import FloatArray
 from service.errors import InvalidRequest, Issue
 from service.surface.checks import Up
+from service.surface.placement import Box, find_box
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,10 +81,9 @@ class CurvePieces:
         return bool((self.points[0, 0] == self.points[-1, -1]).all())
 
     @cached_property
-    def bounds(self) -> tuple[FloatArray, FloatArray]:
+    def bounds(self) -> Box:
         """Least and greatest coordinates of the Bézier points: a box that contains the curve."""
-        rows = self.points.reshape(-1, self.dimension)
-        return rows.min(axis=0), rows.max(axis=0)
+        return find_box(self.points)
 
     @cached_property
     def middle(self) -> FloatArray:

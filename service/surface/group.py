@@ -3,25 +3,17 @@
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
 from hashlib import sha256
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.errors import InvalidRequest, Issue, count_nouns, pointer
-from service.surface.bezier import BezierSurface
-from service.surface.bspline import BsplineSurface
-from service.surface.checks import MAX_COORDINATE, Up, check_up
+from service.surface.checks import Up, check_up
 from service.surface.lowered import Color, GroupModel, PatchModel, PlacedModel
-from service.surface.multipatch import MultipatchSurface
-from service.surface.patches import PatchSurface
-from service.surface.placement import place_bounds, turn_upright, validate_matrix
+from service.surface.placement import check_box, place_box, turn_upright, validate_matrix
 from service.surface.sizes import SurfaceKind, SurfaceSize, group_sizes
 from service.surface.sweep_model import SweepModel
-from service.surface.triangle import TriangleSurface
-
-if TYPE_CHECKING:
-    from service.surface import Surface
 
 MAX_MEMBERS = 4096
 """The most members of a group: meshing even a small member takes at least 0.5 ms, a tube 2 ms."""
@@ -36,8 +28,8 @@ class Member:
 
     Attributes
     ----------
-    surface : Surface
-        A surface of any kind except a group.
+    surface : SurfaceKind
+        Of any kind except a group.
     name : str or None
         Name of its glTF node; None stands for the name of the surface.
     color : tuple of three or four floats, or None
@@ -51,7 +43,7 @@ class Member:
         On creation, with pointers relative to the member.
     """
 
-    surface: "Surface"
+    surface: SurfaceKind
     name: str | None = None
     color: tuple[float, ...] | None = None
     matrix: FloatArray | None = None
@@ -98,7 +90,7 @@ class GroupSurface(SurfaceKind):
     members: tuple[Member, ...]
     up: Up = "y"
     name: str = "group"
-    _distinct: tuple[list["Surface"], list[int]] = field(init=False, repr=False)
+    _distinct: tuple[list[SurfaceKind], list[int]] = field(init=False, repr=False)
     _sizes: tuple[SurfaceSize, SurfaceSize] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -114,7 +106,9 @@ class GroupSurface(SurfaceKind):
                 )
             )
         for index, member in enumerate(self.members):
-            _check_placement(member, self.up, index)
+            matrix = turn_upright(member.matrix, member.surface.up, self.up)
+            where = pointer(("members", index, "matrix"))
+            check_box(place_box(member.surface.bounds(), matrix), where, "points placed")
         surfaces, numbers = distinct_surfaces(self.members)
         object.__setattr__(self, "_distinct", (surfaces, numbers))
         sizes = group_sizes(
@@ -167,19 +161,19 @@ def nested_issue(where: str) -> Issue:
     )
 
 
-def content_key(value: Any) -> Hashable:
+def content_key(value: Any, omitted: tuple[str, ...] = ()) -> Hashable:
     """A key that is equal for two values if and only if they have equal content.
 
     Two surfaces are compared field by field, arrays by shape, type and numbers, and mappings by
-    their entries in order.
+    their entries in order. The fields `omitted` of a surface are not compared.
     """
     if isinstance(value, np.ndarray):
         # Adding 0 turns −0 into 0, so that equal numbers have equal bytes.
         content = np.ascontiguousarray(value + 0)
         return value.shape, value.dtype.str, sha256(content.data).digest()
     if is_dataclass(value):
-        parts = (content_key(getattr(value, f.name)) for f in fields(value) if f.init)
-        return type(value), *parts
+        names = (f.name for f in fields(value) if f.init and f.name not in omitted)
+        return type(value), *(content_key(getattr(value, name)) for name in names)
     if isinstance(value, tuple):
         return tuple(content_key(part) for part in value)
     if isinstance(value, Mapping):
@@ -187,56 +181,18 @@ def content_key(value: Any) -> Hashable:
     return value  # type: ignore[no-any-return]
 
 
-def distinct_surfaces(members: tuple[Member, ...]) -> tuple[list["Surface"], list[int]]:
+def distinct_surfaces(members: tuple[Member, ...]) -> tuple[list[SurfaceKind], list[int]]:
     """The distinct surfaces of the members, and for each member the number of its surface."""
     number_of: dict[Hashable, int] = {}
-    surfaces: list[Surface] = []
+    surfaces: list[SurfaceKind] = []
     numbers = []
     for member in members:
         surface = member.surface
-        number = number_of.setdefault((type(surface), *_content_of(surface)), len(surfaces))
+        number = number_of.setdefault(content_key(surface, ("name", "up")), len(surfaces))
         if number == len(surfaces):
             surfaces.append(surface)
         numbers.append(number)
     return surfaces, numbers
-
-
-def _check_placement(member: Member, up: Up, index: int) -> None:
-    """Refuse a member whose control points, after placement, float32 could not store."""
-    matrix = turn_upright(member.matrix, member.surface.up, up)
-    low, high = place_bounds(_bounds(member.surface), matrix)
-    largest_coordinate = float(max(-low.min(), high.max()))
-    if largest_coordinate > MAX_COORDINATE:
-        raise InvalidRequest(
-            Issue(
-                "coordinate_too_large",
-                "Coordinates are stored in single precision.",
-                pointer(("members", index, "matrix")),
-                f"points placed as far as {largest_coordinate:.6g}",
-                f"at most {MAX_COORDINATE:.7g}",
-            )
-        )
-
-
-def _bounds(surface: "Surface") -> tuple[FloatArray, FloatArray]:
-    """Least and greatest coordinates that enclose a surface.
-
-    Only tubes and ribbons are lowered for this: their lowering computes nothing.
-    """
-    if isinstance(surface, MultipatchSurface):
-        lows, highs = zip(*map(_bounds, surface.surfaces), strict=True)
-        return np.min(lows, axis=0), np.max(highs, axis=0)
-    if isinstance(surface, PatchSurface):
-        points = surface.vertices
-    elif isinstance(surface, BezierSurface | BsplineSurface | TriangleSurface):
-        points = surface.control_net.reshape(-1, 3)
-    else:
-        model = surface.lower()
-        if isinstance(model, GroupModel):
-            # Never reached, because `Member` refuses groups; for mypy.
-            raise InvalidRequest(nested_issue(""))
-        return model.bounds
-    return points.min(axis=0), points.max(axis=0)
 
 
 def _with_opacity(color: tuple[float, ...] | None) -> Color | None:
@@ -244,12 +200,6 @@ def _with_opacity(color: tuple[float, ...] | None) -> Color | None:
     if color is None:
         return None
     return color[0], color[1], color[2], color[3] if len(color) > 3 else 1.0
-
-
-def _content_of(surface: "Surface") -> tuple[Hashable, ...]:
-    """A key of all fields of a surface except its name and vertical axis."""
-    names = (f.name for f in fields(surface) if f.name not in ("name", "up"))
-    return tuple(content_key(getattr(surface, name)) for name in names)
 
 
 def _validate_color(color: tuple[float, ...]) -> tuple[float, ...]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from service.bases.arrays import FloatArray
 from service.surface.batches import Patches
 from service.surface.checks import Up
-from service.surface.placement import place_bounds
+from service.surface.placement import Box, join_boxes, place_box
 from service.surface.sweep_model import SweepModel
 
 
@@ -126,12 +126,11 @@ class PatchModel:
         return numbers
 
     @property
-    def bounds(self) -> tuple[FloatArray, FloatArray]:
+    def bounds(self) -> Box:
         """Least and greatest coordinates of the control points: a box that contains the surface."""
         if len(self.batches) == 1:
             return self.batches[0].bounds
-        lows, highs = zip(*(batch.bounds for batch in self.batches), strict=True)
-        return np.min(lows, axis=0), np.max(highs, axis=0)
+        return join_boxes(batch.bounds for batch in self.batches)
 
     @property
     def diagonal(self) -> float:
@@ -195,11 +194,9 @@ class GroupModel:
         return sum(self.models[member.model].patch_count for member in self.members)
 
     @property
-    def bounds(self) -> tuple[FloatArray, FloatArray]:
+    def bounds(self) -> Box:
         """Least and greatest coordinates of the control points of all copies."""
-        boxes = [place_bounds(self.models[m.model].bounds, m.matrix) for m in self.members]
-        lows, highs = zip(*boxes, strict=True)
-        return np.min(lows, axis=0), np.max(highs, axis=0)
+        return join_boxes(place_box(self.models[m.model].bounds, m.matrix) for m in self.members)
 
     @property
     def diagonal(self) -> float:

@@ -17,6 +17,7 @@ from service.surface.bezier import UNIT_SQUARE, BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.checks import Up, check_up
 from service.surface.lowered import Part, PatchModel
+from service.surface.placement import Box, join_boxes
 from service.surface.sizes import NUMBER, SurfaceKind, SurfaceSize, add_sizes
 from service.surface.triangle import TriangleSurface
 
@@ -83,6 +84,10 @@ class MultipatchSurface(SurfaceKind):
             lowered_bytes=size.lowered_bytes + joined_bytes,
             peak_bytes=size.peak_bytes + joined_bytes,
         )
+
+    def bounds(self) -> Box:
+        """Least and greatest coordinates of the control points of all surfaces."""
+        return join_boxes(surface.bounds() for surface in self.surfaces)
 
     def lower(self) -> PatchModel:
         """A batch for all patches that have one `_form`; each surface is a part with its domain."""

@@ -27,6 +27,7 @@ from service.surface.grids import (
 )
 from service.surface.lowered import PatchModel
 from service.surface.parts import PartMembers, check_parts, first_patch, order_parts
+from service.surface.placement import Box, find_box
 from service.surface.sizes import NUMBER, SurfaceKind, SurfaceSize, tensor_size
 
 NO_TRIANGLES: NDArray[np.int64] = np.empty((0, 3), dtype=np.int64)
@@ -159,6 +160,10 @@ class PatchSurface(SurfaceKind):
             peak_bytes=result_bytes + temporary_bytes,
             side_bytes=size.side_bytes + triangle_side_bytes,
         )
+
+    def bounds(self) -> Box:
+        """Least and greatest coordinates of the vertices."""
+        return find_box(self.vertices)
 
     def lower(self) -> PatchModel:
         """A batch for each degree of the grids and one of the triangles, ordered part by part."""

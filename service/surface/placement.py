@@ -1,9 +1,11 @@
-"""Placements of surfaces by affine matrices (4, 4): their checks, and exact quarter turns.
+"""Boxes around surfaces; placements by affine matrices (4, 4), and exact quarter turns.
 
 A matrix acts on columns, x' = L x + t: L is its upper left 3 × 3 matrix, and t is its last column.
 """
 
+from collections.abc import Iterable
 from types import MappingProxyType
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,6 +13,9 @@ from numpy.typing import ArrayLike
 from service.bases.arrays import FloatArray
 from service.errors import InvalidRequest, Issue, pointer
 from service.surface.checks import MAX_COORDINATE, Up
+
+Box: TypeAlias = tuple[FloatArray, FloatArray]
+"""Least and greatest coordinates, two arrays (d,)."""
 
 LEAST_SCALING = float(np.finfo(np.float32).tiny)
 """The least scaling of a placement: viewers compute in float32, and may round smaller numbers to
@@ -83,14 +88,37 @@ def turn_upright(matrix: FloatArray | None, up: Up, target: Up) -> FloatArray | 
     return matrix
 
 
-def place_bounds(
-    bounds: tuple[FloatArray, FloatArray], matrix: FloatArray | None
-) -> tuple[FloatArray, FloatArray]:
-    """Least and greatest coordinates of a box, given by its `bounds`, after a placement."""
+def find_box(points: FloatArray) -> Box:
+    """The box of points (…, d)."""
+    rows = points.reshape(-1, points.shape[-1])
+    return rows.min(axis=0), rows.max(axis=0)
+
+
+def join_boxes(boxes: Iterable[Box]) -> Box:
+    """The box that contains all of these boxes."""
+    lows, highs = zip(*boxes, strict=True)
+    return np.min(lows, axis=0), np.max(highs, axis=0)
+
+
+def check_box(box: Box, where: str, points: str) -> None:
+    """Refuse a box with coordinates that float32 cannot store.
+
+    `where` is the JSON pointer for the error, and `points` says what is in the box.
+    """
+    low, high = box
+    largest_coordinate = float(max(-low.min(), high.max()))
+    if largest_coordinate > MAX_COORDINATE:
+        raise _refusal("coordinate_too_large", "Coordinates are stored in single precision.",
+                       f"{points} as far as {largest_coordinate:.6g}",
+                       f"at most {MAX_COORDINATE:.7g}", where)  # fmt: skip
+
+
+def place_box(box: Box, matrix: FloatArray | None) -> Box:
+    """The box of a box after a placement."""
     if matrix is None:
-        return bounds
-    half = (bounds[1] - bounds[0]) / 2
-    middle = matrix[:3, :3] @ (bounds[0] + half) + matrix[:3, 3]
+        return box
+    half = (box[1] - box[0]) / 2
+    middle = matrix[:3, :3] @ (box[0] + half) + matrix[:3, 3]
     reach = np.abs(matrix[:3, :3]) @ half
     return middle - reach, middle + reach
 

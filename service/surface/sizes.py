@@ -9,13 +9,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import zip_longest
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 from service.bases.arrays import FloatArray
 from service.surface.channels import NO_CHANNELS, Channels
-
-if TYPE_CHECKING:
-    from service.surface.lowered import Model
+from service.surface.checks import Up
+from service.surface.lowered import Model
+from service.surface.placement import Box, find_box
 
 NUMBER = 8
 """Bytes of a number in double precision, and of an index."""
@@ -94,13 +94,14 @@ class SurfaceSize:
 
 
 class SurfaceKind(ABC):
-    """The base of every kind of surface: its lowering and its size."""
+    """The base of every kind of surface: its lowering, its size and its box."""
 
     __slots__ = ()
+    up: Up
     name: str
 
     @abstractmethod
-    def lower(self) -> "Model":
+    def lower(self) -> Model:
         """The surface as batches of Bézier patches, as a sweep, or as a group of these."""
 
     @abstractmethod
@@ -110,6 +111,26 @@ class SurfaceKind(ABC):
     def stored_size(self) -> SurfaceSize:
         """The size if equal members of a group are counted once."""
         return self.size()
+
+    def bounds(self) -> Box:
+        """Least and greatest coordinates of a box that contains the surface.
+
+        Kinds with control points override this method: they need not be lowered for it.
+        """
+        return self.lower().bounds
+
+
+class NetSurface(SurfaceKind):
+    """The base of the kinds of surface that have one control net."""
+
+    __slots__ = ()
+    control_net: FloatArray
+    weights: FloatArray | None
+    channels: Channels
+
+    def bounds(self) -> Box:
+        """Least and greatest coordinates of the control points."""
+        return find_box(self.control_net)
 
 
 def tensor_size(

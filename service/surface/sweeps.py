@@ -9,6 +9,7 @@ from service.bases.arrays import FloatArray
 from service.errors import InvalidRequest, Issue, count_nouns
 from service.surface.checks import MAX_COORDINATE, MAX_DEGREE, Up, check_up
 from service.surface.curve import Curve
+from service.surface.placement import check_box
 from service.surface.sizes import SurfaceKind, SurfaceSize
 from service.surface.sweep_model import Profile, Ribbon, SweepModel, Tube
 
@@ -63,7 +64,7 @@ class TubeSurface(SurfaceKind):
                 )
             )
         check_up(self.up)
-        _check_within(self.lower(), "/radius")
+        check_box(self.bounds(), "/radius", "points")
 
     @property
     def degree(self) -> tuple[int, int]:
@@ -142,7 +143,7 @@ class RibbonSurface(SurfaceKind):
         else:
             object.__setattr__(self, "camera", _validate_vector(self.camera, "camera"))
         check_up(self.up)
-        _check_within(self.lower(), "/width")
+        check_box(self.bounds(), "/width", "points")
 
     @property
     def degree(self) -> tuple[int, int]:
@@ -251,19 +252,3 @@ def _validate_vector(values: ArrayLike, name: str) -> FloatArray:
     vector += 0.0  # −0 becomes 0, so that equal surfaces have equal bytes
     vector.flags.writeable = False
     return vector
-
-
-def _check_within(model: SweepModel, where: str) -> None:
-    """Refuse a sweep with coordinates that float32 cannot store, although its curve has none."""
-    low, high = model.bounds
-    largest_coordinate = float(max(-low.min(), high.max()))
-    if largest_coordinate > MAX_COORDINATE:
-        raise InvalidRequest(
-            Issue(
-                "coordinate_too_large",
-                "Coordinates are stored in single precision.",
-                where,
-                f"points as far as {largest_coordinate:.6g}",
-                f"at most {MAX_COORDINATE:.7g}",
-            )
-        )

@@ -10,11 +10,11 @@ from service.surface.batches import TrianglePatches
 from service.surface.channels import NO_CHANNELS, Channels
 from service.surface.checks import Up, check_triangle, check_up, validate_points, validate_weights
 from service.surface.lowered import Part, PatchModel
-from service.surface.sizes import SurfaceKind, SurfaceSize, tensor_size
+from service.surface.sizes import NetSurface, SurfaceSize, tensor_size
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class TriangleSurface(SurfaceKind):
+class TriangleSurface(NetSurface):
     """S(r, s, t) = Σ B_ijk^n(r, s, t) b_ijk over r + s + t = 1; rational if weights are given.
 
         B_ijk^n(r, s, t) = n!/(i! j! k!) r^i s^j t^k,  i + j + k = n

@@ -20,8 +20,8 @@ from service.errors import MalformedBody, SurfaceError
 from service.pipeline.mesh import render
 from service.schemas.request import MeshRequest
 from service.schemas.validation import validate_document
-from service.surface import Surface
 from service.surface.examples.catalogue import find
+from service.surface.kinds import Surface
 from service.surface.lowered import PatchModel
 from tests.clients.geomview import read_oogl
 from tools.programs import find_program

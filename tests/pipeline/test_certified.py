@@ -22,10 +22,10 @@ from service.errors import SurfaceError, TooLarge
 from service.pipeline.adaptive import size_of_mesh
 from service.pipeline.limits import Limits
 from service.pipeline.mesh import MeshWork, plan_mesh, render
-from service.surface import Surface
 from service.surface.bezier import BezierSurface
 from service.surface.examples.catalogue import EXAMPLES, find
 from service.surface.group import GroupSurface, Member
+from service.surface.kinds import Surface
 from service.surface.triangle import TriangleSurface
 from tests.strategies import Array
 

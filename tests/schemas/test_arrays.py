@@ -8,8 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from service.schemas.arrays import CONTROL_NET, NET_WEIGHTS, PATCHES, VERTICES, NumberGrid
+from service.schemas.arrays import NumberGrid
+from service.schemas.bezier import CONTROL_NET, NET_WEIGHTS
 from service.schemas.document import DocumentLimits
+from service.schemas.patches import PATCHES, VERTICES
 from service.schemas.validation import invalid_request
 
 LIMITS = DocumentLimits()

@@ -11,7 +11,7 @@ from service.schemas.document import DocumentLimits
 from service.schemas.request import MeshRequest
 from service.schemas.surfaces import definition
 from service.schemas.validation import validate_document
-from service.surface import Surface
+from service.surface.kinds import Surface
 from tools.examples import lower_patches
 
 NET = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}

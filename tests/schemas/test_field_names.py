@@ -7,8 +7,8 @@ import pytest
 from service.errors import InvalidRequest
 from service.schemas.convert import ConvertRequest
 from service.schemas.fields import RequestModel
+from service.schemas.kinds import KINDS
 from service.schemas.request import MeshRequest
-from service.schemas.surfaces import KINDS
 from service.schemas.validation import validate_document
 
 NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from service.errors import InvalidRequest
-from service.schemas import arrays
+from service.schemas import bezier, bspline, group, patches, triangle
 from service.schemas.arrays import Array, NumberGrid
 from service.schemas.document import DocumentLimits
 from service.schemas.request import MeshRequest
@@ -21,15 +21,15 @@ from service.schemas.validation import invalid_request, validate_document
 from service.surface.group import content_key
 
 GRIDS = (
-    arrays.CONTROL_NET,
-    arrays.NET_WEIGHTS,
-    arrays.KNOTS,
-    arrays.VERTICES,
-    arrays.PATCHES,
-    arrays.TRIANGLE_NET,
-    arrays.TRIANGLE_WEIGHTS,
-    arrays.TRIANGLES,
-    arrays.MATRIX,
+    bezier.CONTROL_NET,
+    bezier.NET_WEIGHTS,
+    bspline.KNOTS,
+    patches.VERTICES,
+    patches.PATCHES,
+    triangle.TRIANGLE_NET,
+    triangle.TRIANGLE_WEIGHTS,
+    patches.TRIANGLES,
+    group.MATRIX,
     NumberGrid(("patch numbers",), integers=True),
 )
 DTYPES = ("<f8", ">f8", "<f4", ">f4", "<i8", ">i8", "<i4", "<u8", ">u2", "i1", "?")
@@ -92,7 +92,7 @@ def test_numbers_that_are_not_finite_are_refused(count: int, index: int, value: 
     weights[index % count] = value
     pointers = [f"/{m}/{j}" for m, row in enumerate(split_rows(weights)) for j in range(len(row))]
     # Without a limit of the degree, which 15 weights exceed.
-    issue = parse_value(replace(arrays.TRIANGLE_WEIGHTS, degree_levels=()), weights)
+    issue = parse_value(replace(triangle.TRIANGLE_WEIGHTS, degree_levels=()), weights)
     assert issue == ("not_finite", pointers[index % count], "Every number must be finite.")
 
 
@@ -106,19 +106,19 @@ def test_each_number_that_is_not_finite_has_an_issue_up_to_20_issues() -> None:
         "/surface/control_net/2/0/1",
     ]
     with pytest.raises(ValidationError) as refusal_of_25_points:
-        arrays.CONTROL_NET.array(np.full((5, 5, 3), np.inf))
+        bezier.CONTROL_NET.array(np.full((5, 5, 3), np.inf))
     assert refusal_of_25_points.value.error_count() == 20
 
 
 @pytest.mark.parametrize("index", [2**53 + 1, -(2**53) - 1, np.iinfo(np.int64).min])
 def test_indices_beyond_the_integers_of_float64_are_refused(index: int) -> None:
-    issue = parse_value(arrays.PATCHES, np.array([[[0, 1], [2, index]]]))
+    issue = parse_value(patches.PATCHES, np.array([[[0, 1], [2, index]]]))
     assert issue == ("index_out_of_range", "/0/1/1", "No list is that long.")
 
 
 @pytest.mark.parametrize("count", [2, 4, 5, 7])
 def test_an_array_that_is_not_the_size_of_a_triangle_is_refused(count: int) -> None:
-    issue = parse_value(arrays.TRIANGLE_NET, np.zeros((count, 3)))
+    issue = parse_value(triangle.TRIANGLE_NET, np.zeros((count, 3)))
     assert issue[:2] == ("ragged", "")
 
 
@@ -140,7 +140,7 @@ def test_an_array_that_is_not_the_size_of_a_triangle_is_refused(count: int) -> N
     ids=lambda values: str(values.dtype.kind),
 )
 def test_values_that_are_not_numbers_are_refused(values: NDArray[Any]) -> None:
-    issue = parse_value(arrays.CONTROL_NET, values)
+    issue = parse_value(bezier.CONTROL_NET, values)
     assert issue == ("wrong_type", "/0/0/0", "This must be a number.")
 
 

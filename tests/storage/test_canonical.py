@@ -25,11 +25,11 @@ from service.schemas.request import SurfaceRequest
 from service.schemas.surfaces import definition
 from service.schemas.validation import parse_request, validate_document
 from service.storage.canonical import canonical_content, restore_surface, surface_id
-from service.surface import Surface
 from service.surface.bezier import BezierSurface
 from service.surface.curve import BezierCurve, BsplineCurve
 from service.surface.examples.catalogue import EXAMPLES, find
 from service.surface.group import GroupSurface, content_key
+from service.surface.kinds import Surface
 from tests.forms import ARC, PATCH, SURFACES, TENT, WAVES, Json
 from tests.spellings import IDENTITY, spell_number, spell_surface
 

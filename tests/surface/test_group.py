@@ -8,7 +8,7 @@ from service.surface.bezier import BezierSurface
 from service.surface.examples.catalogue import find
 from service.surface.group import GroupSurface, Member, content_key
 from service.surface.lowered import PatchModel
-from service.surface.placement import place_bounds, turn_upright
+from service.surface.placement import place_box, turn_upright
 from tests.strategies import Array, placements
 
 NET = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]])
@@ -71,7 +71,7 @@ def test_members_with_another_up_are_rotated_without_rounding(matrix: Array | No
 def test_bounds_after_a_map_contain_the_mapped_control_points(matrix: Array) -> None:
     model = find("tveit").surface().lower()
     assert isinstance(model, PatchModel)
-    low, high = place_bounds(model.bounds, matrix)
+    low, high = place_box(model.bounds, matrix)
     points = model.batches[0].points.reshape(-1, 3) @ matrix[:3, :3].T + matrix[:3, 3]
     assert (points >= low - 1e-12).all()
     assert (points <= high + 1e-12).all()

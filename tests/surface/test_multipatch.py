@@ -11,7 +11,6 @@ from service.engine.options import MeshOptions
 from service.engine.points.evaluate import evaluate_points
 from service.engine.points.places import PointsQuery, locate
 from service.errors import InvalidRequest
-from service.surface import Surface
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.channels import Channels
@@ -19,6 +18,7 @@ from service.surface.convert.operations import Elevate, Reverse, Split, Transpos
 from service.surface.convert.table import convert
 from service.surface.examples.catalogue import find
 from service.surface.group import GroupSurface, Member
+from service.surface.kinds import Surface
 from service.surface.multipatch import MAX_SURFACES, MultipatchSurface, Single
 from service.surface.patches import PatchSurface
 

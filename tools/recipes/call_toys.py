@@ -162,7 +162,7 @@ def add(commands: Commands) -> None:
 
 
 def _run(_: argparse.Namespace) -> int:
-    from service.schemas.surfaces import KINDS
+    from service.schemas.kinds import KINDS
 
     print_lines(KINDS)
     return OK

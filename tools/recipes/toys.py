@@ -166,7 +166,7 @@ class RampSurface(SurfaceKind):
 ''',
         ),
         Step(
-            "service/surface/__init__.py",
+            "service/surface/kinds.py",
             insertions=(
                 (
                     "from service.surface.patches import PatchSurface\n",
@@ -179,7 +179,7 @@ class RampSurface(SurfaceKind):
             "service/schemas/ramp.py",
             '''"""The JSON of a ramp."""
 
-from typing import Any, Literal
+from typing import Literal
 
 from pydantic import Field
 
@@ -199,25 +199,23 @@ class RampDefinition(StrictModel):
         """The surface that the document defines."""
         return RampSurface(self.height, self.up, self.name)
 
-
-def define(surface: RampSurface) -> dict[str, Any]:
-    """The JSON of the surface."""
-    return {"type": "ramp", "height": surface.height, "up": surface.up, "name": surface.name}
 ''',
         ),
         Step(
-            "service/schemas/surfaces.py",
+            "service/schemas/kinds.py",
             insertions=(
-                ("from functools import partial\n", "from service.schemas import ramp\n"),
+                (
+                    "from service.schemas import bezier, bspline, multipatch, patches",
+                    ", ramp",
+                ),
                 (
                     "from service.surface.patches import PatchSurface\n",
                     "from service.surface.ramp import RampSurface\n",
                 ),
                 (
-                    "        BezierSurface: bezier.define_bezier,\n",
-                    "        RampSurface: ramp.define,\n",
+                    '        MultipatchSurface: ("multipatch", "surfaces"),\n',
+                    '        RampSurface: ("ramp", "height"),\n',
                 ),
-                ('"multipatch", ', '"ramp", '),
                 (
                     '    | Annotated[bspline.BsplineDefinition, Tag("bspline")]\n',
                     '    | Annotated[ramp.RampDefinition, Tag("ramp")]\n',

@@ -16,7 +16,7 @@ from service.engine.accuracy import Accuracy
 from service.engine.bounds.goal import Goal, View, build_tolerance_error
 from service.engine.scenes.placing import bound_placing_error, scalings
 from service.surface.lowered import GroupModel, PatchModel
-from service.surface.placement import place_bounds
+from service.surface.placement import place_box
 
 Box: TypeAlias = tuple[FloatArray, FloatArray]
 """Least and greatest coordinates, shape (3,) each."""
@@ -105,7 +105,7 @@ def move_goal(goal: Goal, matrix: FloatArray | None, bounds: Box, error: float) 
     deviation at most S times as large. So the rate of the model's view is r s / S.
     """
     (least, most), rounding = scalings(matrix), bound_placing_error(matrix, *bounds) + error
-    goal = subtract_rounding(goal, rounding, place_bounds(bounds, matrix))
+    goal = subtract_rounding(goal, rounding, place_box(bounds, matrix))
     view = goal.view
     if view is not None:
         eye = view.eye

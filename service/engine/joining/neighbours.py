@@ -17,7 +17,7 @@ from service.engine.joining.open_edges import OpenBorder, find_open_border
 from service.engine.options import MAX_WELD_TOLERANCE
 from service.engine.scenes.scene import place_points
 from service.surface.lowered import GroupModel, PatchModel
-from service.surface.placement import place_bounds
+from service.surface.placement import place_box
 
 FEW_MEMBERS = 1024
 """Up to this number of members, all pairs of boxes are compared; with more members, no boxes are
@@ -100,7 +100,7 @@ def _find_touching(group: GroupModel, seams: Mapping[int, Seams]) -> list[int]:
         visited.add(copy)
         if seams[member.model].connectivity.open_count:
             numbers.append(number)
-            boxes.append(place_bounds(group.models[member.model].bounds, member.matrix))
+            boxes.append(place_box(group.models[member.model].bounds, member.matrix))
     if not 1 < len(numbers) <= FEW_MEMBERS:
         return numbers
     low, high = np.array(boxes).swapaxes(0, 1)

@@ -5,7 +5,6 @@ from types import MappingProxyType
 from typing import Any, TypeAlias
 
 from service.errors import InvalidRequest, Issue, SurfaceError, pointer
-from service.surface import Surface
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.convert.cut import (
@@ -45,6 +44,7 @@ from service.surface.convert.turn import (
     transpose_patches,
     transpose_triangle,
 )
+from service.surface.kinds import Surface
 from service.surface.multipatch import MultipatchSurface
 from service.surface.patches import PatchSurface
 from service.surface.triangle import TriangleSurface

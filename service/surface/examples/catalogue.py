@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from service.errors import Issue, UnknownSurface
-from service.surface import Surface
 from service.surface.bezier import BezierSurface
 from service.surface.checks import Up
 from service.surface.examples import (
@@ -25,6 +24,7 @@ from service.surface.examples import (
     wing,
 )
 from service.surface.examples.colored import color_by_height, heated_panel
+from service.surface.kinds import Surface
 from service.surface.patches import PatchSurface
 from service.surface.triangle import TriangleSurface
 

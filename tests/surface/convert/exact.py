@@ -8,11 +8,11 @@ from typing import Any, TypeVar
 import numpy as np
 
 from oracles.exact import surface_point, to_exact_net
-from service.surface import Surface
 from service.surface.bezier import BezierSurface
 from service.surface.channels import Channels
 from service.surface.convert.operations import Operation
 from service.surface.convert.table import convert
+from service.surface.kinds import Surface
 from service.surface.patches import PatchSurface
 
 PARAMETERS = (Fraction(0), Fraction(2, 7), Fraction(1, 2), Fraction(1))

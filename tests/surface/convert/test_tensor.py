@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from service.engine.options import MeshOptions
 from service.engine.tessellate import tessellate
 from service.errors import SurfaceError, TooLarge
-from service.surface import Surface
 from service.surface.bezier import BezierSurface
 from service.surface.convert.nets import SizeLimits
 from service.surface.convert.operations import (
@@ -26,6 +25,7 @@ from service.surface.convert.operations import (
 )
 from service.surface.convert.table import CONVERSIONS, convert
 from service.surface.examples.catalogue import EXAMPLES, find
+from service.surface.kinds import Surface
 from service.surface.patches import PatchSurface
 from tests.engine.meshing import build_mesh
 from tests.surface.convert.exact import (
