@@ -1,4 +1,4 @@
-"""Groups of rows that have the same key and nearly the same value."""
+"""Groups: of rows that have the same key and nearly the same value, and of numbers by pairs."""
 
 import numpy as np
 
@@ -45,3 +45,31 @@ def find_leaders(key: Ints, values: RealArray, reach: float) -> Ints:
         _, first, inverse = np.unique(key[remaining], return_index=True, return_inverse=True)
         candidates = remaining[first][inverse]
     return leader
+
+
+class DisjointSets:
+    """Sets of the numbers 0, 1, …, at first one set for each number, that pairs unite (union-find).
+
+    The lowest number of a set is its root.
+    """
+
+    def __init__(self, count: int) -> None:
+        self._parents = list(range(count))
+
+    def find_root(self, number: int) -> int:
+        """The root of the set of a number."""
+        parents = self._parents
+        while parents[number] != number:
+            parents[number] = parents[parents[number]]  # shortens the way for later searches
+            number = parents[number]
+        return number
+
+    def unite(self, first: int, second: int) -> bool:
+        """Unite the sets of two numbers; returns whether they were different sets."""
+        low, high = sorted((self.find_root(first), self.find_root(second)))
+        self._parents[high] = low
+        return low != high
+
+    def list_roots(self) -> list[int]:
+        """The root of each number."""
+        return [self.find_root(number) for number in range(len(self._parents))]

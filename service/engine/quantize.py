@@ -17,6 +17,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, RealArray
 from service.bases.unique_rows import unique_rows
 from service.engine.bounds.mesh_deviation import round_up
+from service.engine.clustering import DisjointSets
 from service.engine.extent import find_extent
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
@@ -38,21 +39,14 @@ def find_grid_steps(model: Model, options: MeshOptions) -> tuple[float, ...]:
     """The step of each distinct model of a group, or the one step of a single model."""
     if not isinstance(model, GroupModel):
         return (find_step(*_find_bounds(model, options)),)
-    steps = [find_step(*_find_bounds(member, options)) for member in model.models]
-    # Union-find: all models of a chain have one root, whose step is the largest of the chain.
-    roots = list(range(len(steps)))
-
-    def find_root(number: int) -> int:
-        while roots[number] != number:
-            roots[number] = roots[roots[number]]
-            number = roots[number]
-        return number
-
-    for pair in _find_neighbours(model):
-        first, second = sorted(map(find_root, pair))
-        roots[second] = first
-        steps[first] = max(steps[first], steps[second])
-    return tuple(steps[find_root(number)] for number in range(len(steps)))
+    steps = np.array([find_step(*_find_bounds(member, options)) for member in model.models])
+    chains = DisjointSets(len(steps))
+    for first, second in _find_neighbours(model):
+        chains.unite(first, second)
+    roots = chains.list_roots()
+    largest = np.zeros(len(steps))
+    np.maximum.at(largest, roots, steps)
+    return tuple(largest[roots].tolist())
 
 
 def find_grid_error(model: Model, options: MeshOptions) -> float:

@@ -77,7 +77,7 @@ def _split_domain(domain: Domain, seams: Seams) -> Faces:
     )
     # Edges of just two sides that are not points; then, whether patches (k, l) and (k+1, l), or
     # (k, l) and (k, l+1), are joined across the edge between them.
-    inner = (seams.users[edge] == 2) & ~collapsed
+    inner = (seams.sides_per_edge[edge] == 2) & ~collapsed
     joined_u = inner[1:, :, 0] & (edge[:-1, :, 1] == edge[1:, :, 0])
     joined_u &= backward[:-1, :, 1] == backward[1:, :, 0]
     joined_u &= (collapsed[:-1, :, 2:] == collapsed[1:, :, 2:]).all(axis=2)

@@ -194,7 +194,7 @@ def _closest(
 def _on_boundary(model: PatchModel, seams: Seams, patch: Ints, local: FloatArray) -> Bools:
     """Whether points with the parameters `local` (m, 2) lie on an open side of their patch."""
     # A side is open if its edge has no other side.
-    is_open = (seams.users[seams.edge] == 1) & ~seams.collapsed
+    is_open = (seams.sides_per_edge[seams.edge] == 1) & ~seams.collapsed
     u, v = local.T
     gaps = np.stack([u, 1 - u, v, 1 - v], axis=1)
     # The sides 0, 1 and 2 of a triangle are s = 0, s + t = 1 and t = 0; it has no side 3.

@@ -47,8 +47,8 @@ class Connectivity:
         Whether the side is one point.
     corner : ndarray of int, shape (P, 4)
         Number of the distinct point at each corner.
-    users : ndarray of int, shape (E,)
-        The number of sides of each edge; an edge with 1 side is on the border of the model.
+    sides_per_edge : ndarray of int, shape (E,)
+        How many sides lie on each edge; an edge with 1 side is on the border of the model.
     corner_count : int
         The number C of distinct points at corners.
     """
@@ -59,14 +59,36 @@ class Connectivity:
     backward: Bools
     collapsed: Bools
     corner: Ints
-    users: Ints
+    sides_per_edge: Ints
     corner_count: int
+
+    @staticmethod
+    def of_patches(
+        batches: Sequence[Patches],
+        *,
+        edge: Ints,
+        backward: Bools,
+        collapsed: Bools,
+        corner: Ints,
+        corner_count: int,
+    ) -> "Connectivity":
+        """The connectivity of all patches of a model; the arrays have 4 P numbers, in any shape."""
+        return Connectivity(
+            counts=tuple(batch.count for batch in batches),
+            is_triangle=triangular_patches(batches),
+            edge=edge.reshape(-1, 4),
+            backward=backward.reshape(-1, 4),
+            collapsed=collapsed.reshape(-1, 4),
+            corner=corner.reshape(-1, 4),
+            sides_per_edge=np.bincount(edge.ravel()),
+            corner_count=corner_count,
+        )
 
     @property
     def nbytes(self) -> int:
         """Bytes of all arrays."""
         arrays = (self.is_triangle, self.edge, self.backward, self.collapsed, self.corner)
-        return sum(array.nbytes for array in (*arrays, self.users))
+        return sum(array.nbytes for array in (*arrays, self.sides_per_edge))
 
     @cached_property
     def key(self) -> bytes:
@@ -83,15 +105,28 @@ class Connectivity:
     @cached_property
     def is_joined(self) -> bool:
         """Whether any two sides are one edge."""
-        return bool((self.users > 1).any())
+        return bool((self.sides_per_edge > 1).any())
+
+    @cached_property
+    def is_line(self) -> Bools:
+        """Which edges are lines, not points, shape (E,)."""
+        is_line = np.zeros(len(self.sides_per_edge), dtype=bool)
+        is_line[self.edge[~self.collapsed]] = True
+        return is_line
+
+    @cached_property
+    def ends(self) -> tuple[Ints, Ints]:
+        """The corners at which each edge begins and ends, shape (E,) each."""
+        _, side = np.unique(self.edge, return_index=True)  # the first side of each edge
+        begin, end = (self.corner[:, corners].ravel()[side] for corners in (BEGINS, ENDS))
+        is_backward = self.backward.ravel()[side]
+        return np.where(is_backward, end, begin), np.where(is_backward, begin, end)
 
     @cached_property
     def open_lines(self) -> Bools:
-        """Which edges are open lines: lines, not points, that only one side has, shape (E,)."""
-        lines = np.zeros(len(self.users), dtype=bool)
-        lines[self.edge[~self.collapsed]] = True
-        lines &= self.users == 1
-        return lines
+        """Which edges are open lines: lines that only one side has, shape (E,)."""
+        open_lines: Bools = self.is_line & (self.sides_per_edge == 1)
+        return open_lines
 
     @cached_property
     def open_count(self) -> int:
@@ -156,10 +191,8 @@ class Connectivity:
         """Which `cut_corners` several patches share, (P, 3), on sides that are not points."""
         _, number = unique_rows(self.cut_corners.reshape(-1, 2).astype(np.float64))
         is_shared: Bools = (np.bincount(number)[number] > 1).reshape(-1, 3)
-        is_point = np.zeros(len(self.users), dtype=bool)
-        is_point[self.edge[self.collapsed]] = True
         is_shared &= self.cut_corners[..., 0] >= 0
-        is_shared &= ~is_point[self.cut_corners >> 1].any(axis=2)
+        is_shared &= self.is_line[self.cut_corners >> 1].all(axis=2)
         return is_shared
 
 

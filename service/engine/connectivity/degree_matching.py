@@ -13,6 +13,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.polynomials import elevate
 from service.engine.clustering import find_leaders
+from service.engine.connectivity.connectivity import Connectivity
 from service.engine.connectivity.edges import EdgeCurves
 
 SAME_CURVE = 2.0**-44
@@ -23,7 +24,7 @@ raising degrees the rest."""
 
 
 def find_lowest_degree_edges(
-    curves: Sequence[EdgeCurves], is_line: Bools, begin: Ints, end: Ints
+    curves: Sequence[EdgeCurves], connectivity: Connectivity
 ) -> tuple[Ints, Bools]:
     """For each edge, the edge of lowest degree that is the same curve, and whether it is reversed.
 
@@ -31,10 +32,7 @@ def find_lowest_degree_edges(
     ----------
     curves : sequence of EdgeCurves
         All E distinct edges, one value for each degree.
-    is_line : ndarray of bool, shape (E,)
-        Which edges are not points.
-    begin, end : ndarray of int, shape (E,)
-        Corners at which the edges begin and end.
+    connectivity : Connectivity
 
     Returns
     -------
@@ -43,11 +41,12 @@ def find_lowest_degree_edges(
     is_reversed : ndarray of bool, shape (E,)
         Whether the leader runs in the opposite direction.
     """
-    leader, is_reversed = np.arange(len(is_line)), np.zeros(len(is_line), dtype=bool)
-    degree = np.zeros(len(is_line), dtype=np.intp)
+    begin, end = connectivity.ends
+    leader, is_reversed = np.arange(len(begin)), np.zeros(len(begin), dtype=bool)
+    degree = np.zeros(len(begin), dtype=np.intp)
     for group in curves:
         degree[group.ids] = group.points.shape[1] - 1
-    pair, edges, highest_degree = find_candidates(is_line, degree, begin, end)
+    pair, edges, highest_degree = find_candidates(connectivity, degree)
     for common_degree in np.unique(highest_degree).tolist():
         has_degree = highest_degree == common_degree
         edge, pair_of_edge = edges[has_degree], pair[has_degree]
@@ -77,10 +76,10 @@ def find_lowest_degree_edges(
     return leader, is_reversed
 
 
-def find_candidates(
-    is_line: Bools, degree: Ints, begin: Ints, end: Ints
-) -> tuple[Ints, Ints, Ints]:
+def find_candidates(connectivity: Connectivity, degree: Ints) -> tuple[Ints, Ints, Ints]:
     """Edges that may be the same curve: edges of several degrees join the same two corners.
+
+    `degree` (E,) is the degree of each edge.
 
     Returns
     -------
@@ -91,7 +90,7 @@ def find_candidates(
     highest : ndarray of int, shape (m,)
         The highest degree of the edges between the same corners.
     """
-    edges = np.flatnonzero(is_line)
+    edges, (begin, end) = np.flatnonzero(connectivity.is_line), connectivity.ends
     low, high = np.minimum(begin, end)[edges], np.maximum(begin, end)[edges]
     _, pair = np.unique(low * (high.max(initial=0) + 1) + high, return_inverse=True)
     # The lowest and the highest degree for each pair; before, numbers beyond all degrees.

@@ -18,13 +18,12 @@ import numpy as np
 from service.bases import triangle
 from service.bases.arrays import FloatArray, Ints
 from service.bases.unique_rows import find_first_rows
-from service.engine.connectivity.connectivity import SAME_WEIGHT, Connectivity, triangular_patches
+from service.engine.connectivity.connectivity import SAME_WEIGHT, Connectivity
 from service.engine.connectivity.degree_matching import find_candidates
 from service.engine.connectivity.edges import EdgeCurves, orient_edges
 from service.engine.connectivity.equal_points import EqualPoints
 from service.engine.connectivity.seams import Seams
 from service.surface.batches import Patches, TrianglePatches
-from service.surface.sides import BEGINS, ENDS
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -205,14 +204,12 @@ def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
     first_at_corner, corner = find_first_rows(
         numbers[corner_points].reshape(-1, 1).astype(np.float64)
     )
-    connectivity = Connectivity(
-        counts=tuple(batch.count for batch in batches),
-        is_triangle=triangular_patches(batches),
-        edge=edge.reshape(-1, 4),
-        backward=backward.reshape(-1, 4),
-        collapsed=collapsed.reshape(-1, 4),
-        corner=corner.reshape(-1, 4),
-        users=np.bincount(edge),
+    connectivity = Connectivity.of_patches(
+        batches,
+        edge=edge,
+        backward=backward,
+        collapsed=collapsed,
+        corner=corner,
         corner_count=len(first_at_corner),
     )
     is_certain = not _may_be_raised(connectivity, edges)
@@ -232,8 +229,5 @@ def _may_be_raised(connectivity: Connectivity, edges: Sequence[Ints]) -> bool:
     # The only edges of degree 0 are fourth sides of triangles, which are points.
     if np.count_nonzero([rows.shape[1] > 1 for rows in edges]) < 2:
         return False
-    _, side = np.unique(connectivity.edge, return_index=True)  # the first side of each edge
-    begin, end = (connectivity.corner[:, corners].ravel()[side] for corners in (BEGINS, ENDS))
     degree = np.concatenate([np.full(len(rows), rows.shape[1] - 1) for rows in edges])
-    is_line = ~connectivity.collapsed.ravel()[side]
-    return len(find_candidates(is_line, degree, begin, end)[0]) > 0
+    return len(find_candidates(connectivity, degree)[0]) > 0

@@ -73,5 +73,5 @@ def orient_sides(seams: Seams) -> OrientedSides:
         if does_return.any():
             passage[np.isin(seams.edge, group.ids[does_return])] = 0
     is_counted = passage != 0
-    users = np.bincount(seams.edge[is_counted], minlength=len(seams.users))
-    return OrientedSides(seams.edge, passage, (users[seams.edge] == 1) & is_counted)
+    counts = np.bincount(seams.edge[is_counted], minlength=seams.edge_count)
+    return OrientedSides(seams.edge, passage, (counts[seams.edge] == 1) & is_counted)

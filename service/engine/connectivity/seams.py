@@ -8,7 +8,7 @@ edge is sampled once (`service.engine.connectivity.edges`).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,11 +16,10 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.unique_rows import find_first_rows, unique_rows
 from service.cancellation import checkpoint
 from service.engine.clustering import find_leaders
-from service.engine.connectivity.connectivity import SAME_WEIGHT, Connectivity, triangular_patches
+from service.engine.connectivity.connectivity import SAME_WEIGHT, Connectivity
 from service.engine.connectivity.degree_matching import find_lowest_degree_edges
-from service.engine.connectivity.edges import EdgeCurves
+from service.engine.connectivity.edges import EdgeCurves, orient_edges
 from service.surface.batches import Patches
-from service.surface.sides import BEGINS, ENDS
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -61,9 +60,14 @@ class Seams:
         return self.connectivity.corner
 
     @property
-    def users(self) -> Ints:
-        """The number of sides of each edge, shape (E,)."""
-        return self.connectivity.users
+    def sides_per_edge(self) -> Ints:
+        """How many sides lie on each edge, shape (E,)."""
+        return self.connectivity.sides_per_edge
+
+    @property
+    def edge_count(self) -> int:
+        """The number E of distinct edges."""
+        return len(self.connectivity.sides_per_edge)
 
     def renumber(self) -> "Seams":
         """The seams with edges and corners numbered in the order in which patches first have them.
@@ -91,15 +95,13 @@ class Seams:
         first_row, new_corner = find_first_rows(
             connectivity.corner.reshape(-1, 1).astype(np.float64)
         )
-        renumbered = Connectivity(
-            counts=connectivity.counts,
-            is_triangle=connectivity.is_triangle,
-            edge=new_edge[connectivity.edge],
+        edge = new_edge[connectivity.edge]
+        renumbered = replace(
+            connectivity,
+            edge=edge,
             backward=connectivity.backward ^ is_backward[connectivity.edge],
-            collapsed=connectivity.collapsed,
             corner=new_corner.reshape(-1, 4),
-            users=np.bincount(new_edge[connectivity.edge].ravel()),
-            corner_count=connectivity.corner_count,
+            sides_per_edge=np.bincount(edge.ravel()),
         )
         return Seams(
             renumbered,
@@ -117,7 +119,7 @@ def find_seams(batches: Sequence[Patches]) -> Seams:
     edge_count = 0
     for sides in _sides_by_degree(batches):
         checkpoint()
-        points, weights, is_reversed = _direct_sides(sides)
+        points, weights, is_reversed = orient_edges(sides.points, sides.weights)
         side_numbers = sides.numbers
         if weights is not None:
             # If the weights of an edge differ by rounding, the edge gets the least of them, so that
@@ -142,45 +144,36 @@ def find_seams(batches: Sequence[Patches]) -> Seams:
     corners = np.concatenate([batch.corners for batch in batches]).reshape(-1, 3)
     distinct, number = unique_rows(corners)
     collapsed = np.concatenate([batch.collapsed for batch in batches])
-    corner = number.reshape(-1, 4)
-    # Sides of degree 0 are points, so only two higher degrees can have a common edge.
-    if np.count_nonzero([group.points.shape[1] > 1 for group in curves]) > 1:
-        edge, backward, curves = _join_degrees(edge, backward, curves, collapsed, corner)
-    connectivity = Connectivity(
-        counts=tuple(batch.count for batch in batches),
-        is_triangle=triangular_patches(batches),
-        edge=edge.reshape(-1, 4),
-        backward=backward.reshape(-1, 4),
+    connectivity = Connectivity.of_patches(
+        batches,
+        edge=edge,
+        backward=backward,
         collapsed=collapsed,
-        corner=corner,
-        users=np.bincount(edge),
+        corner=number,
         corner_count=len(distinct),
     )
-    return Seams(connectivity, corners[distinct], tuple(curves))
+    seams = Seams(connectivity, corners[distinct], tuple(curves))
+    # Sides of degree 0 are points, so only two higher degrees can have a common edge.
+    has_degrees = np.count_nonzero([group.points.shape[1] > 1 for group in curves]) > 1
+    return _join_degrees(seams) if has_degrees else seams
 
 
-def _join_degrees(
-    edge: Ints, backward: Bools, curves: list[EdgeCurves], collapsed: Bools, corner: Ints
-) -> tuple[Ints, Bools, list[EdgeCurves]]:
-    """Joins edges that are the same curve in several degrees.
-
-    Returns the new `edge` and `backward` of all sides, (P · 4,) each, and the new curves.
-    """
-    # For each edge: its first side, and the corners at which the edge begins and ends.
-    _, first_side = np.unique(edge, return_index=True)
-    is_backward = backward[first_side]
-    begin, end = (corner[:, corners].ravel()[first_side] for corners in (BEGINS, ENDS))
-    begin, end = np.where(is_backward, end, begin), np.where(is_backward, begin, end)
-    is_line = ~collapsed.ravel()[first_side]
-    leader, is_reversed = find_lowest_degree_edges(curves, is_line, begin, end)
+def _join_degrees(seams: Seams) -> Seams:
+    """Joins edges that are the same curve in several degrees."""
+    connectivity = seams.connectivity
+    leader, is_reversed = find_lowest_degree_edges(seams.curves, connectivity)
     is_kept = leader == np.arange(len(leader))
     new_edge = np.cumsum(is_kept) - 1
-    new_curves = []
-    for group in curves:
-        rows = is_kept[group.ids]
-        weights = None if group.weights is None else group.weights[rows]
-        new_curves.append(EdgeCurves(new_edge[group.ids[rows]], group.points[rows], weights))
-    return new_edge[leader[edge]], backward ^ is_reversed[edge], new_curves
+    edge = new_edge[leader[connectivity.edge]]
+    joined = replace(
+        connectivity,
+        edge=edge,
+        backward=connectivity.backward ^ is_reversed[connectivity.edge],
+        sides_per_edge=np.bincount(edge.ravel()),
+    )
+    kept_curves = (group.take(is_kept) for group in seams.curves)
+    curves = tuple(replace(group, ids=new_edge[group.ids]) for group in kept_curves)
+    return Seams(joined, seams.corner_points, curves)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -215,27 +208,3 @@ def _join_sides(parts: list[_Sides]) -> _Sides:
         # A common factor of weights does not change a curve.
         weights = weights / weights.max(axis=1, keepdims=True)
     return _Sides(np.concatenate([part.numbers for part in parts]), points, weights)
-
-
-def _direct_sides(sides: _Sides) -> tuple[FloatArray, FloatArray | None, Bools]:
-    """Points and weights of each side, in the direction whose numbers come first in lexical order.
-
-    The third result says which sides were reversed.
-    """
-    rows = sides.points.reshape(len(sides.points), -1)
-    reversed_rows = sides.points[:, ::-1].reshape(rows.shape)
-    if sides.weights is not None:
-        rows = np.concatenate([rows, sides.weights], axis=1)
-        reversed_rows = np.concatenate([reversed_rows, sides.weights[:, ::-1]], axis=1)
-    # In each row, the first number that differs decides.
-    differs = rows != reversed_rows
-    first_difference = np.arange(len(rows)), differs.argmax(axis=1)
-    is_reversed = rows[first_difference] > reversed_rows[first_difference]
-    points = np.where(is_reversed[:, None, None], sides.points[:, ::-1], sides.points)
-    if sides.weights is None:
-        return points, None, is_reversed
-    return (
-        points,
-        np.where(is_reversed[:, None], sides.weights[:, ::-1], sides.weights),
-        is_reversed,
-    )

@@ -17,6 +17,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
+from service.engine.clustering import DisjointSets
 from service.engine.connectivity.connectivity import hash_arrays
 from service.engine.connectivity.edge_patterns import EdgePattern
 
@@ -79,21 +80,12 @@ def _build_spanning_forest(
 
     The forest takes each pair, in order, that does not close a ring.
     """
-    leader = list(range(count))
-
-    def find_leader(number: int) -> int:
-        while leader[number] != number:
-            leader[number] = leader[leader[number]]
-            number = leader[number]
-        return number
-
+    trees = DisjointSets(count)
     neighbours: dict[int, list[tuple[int, float]]] = {}
     for a, b, step in zip(
         first_surface.tolist(), second_surface.tolist(), shift.tolist(), strict=True
     ):
-        first, second = find_leader(a), find_leader(b)
-        if first != second:
-            leader[first] = second
+        if trees.unite(a, b):
             neighbours.setdefault(a, []).append((b, step))
             neighbours.setdefault(b, []).append((a, -step))
     return neighbours

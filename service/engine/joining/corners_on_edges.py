@@ -6,7 +6,6 @@ most `reach`, in model units, from c.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -14,9 +13,8 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import bernstein
 from service.bases.row_batches import row_slices
 from service.cancellation import checkpoint
-from service.engine.connectivity.edges import EdgeCurves
 from service.engine.joining.near_points import run_starts
-from service.engine.joining.open_edges import OpenBorder, OpenEdges, iterate_degrees
+from service.engine.joining.open_edges import OpenEdges, join_open_edges
 
 STEPS = 12
 """Gauss–Newton steps for each corner; near the solution, each step doubles the correct digits."""
@@ -48,51 +46,21 @@ MAX_SLACK = 1e-6
 """The largest difference of two parameters that may count as equal."""
 
 
-def find_corners_on_edges(borders: Sequence[OpenBorder], reach: float) -> Ints:
+def find_corners_on_edges(borders: Sequence[OpenEdges], reach: float) -> Ints:
     """Pairs (n, 2) of numbers of borders: a corner of the second border is on an edge of the first.
 
     The result is empty if more than `MAX_PAIRS` pairs of an edge and a corner must be compared.
     """
-    edge_ends = np.cumsum([0, *(len(border.begin) for border in borders)])
-    corner_ends = np.cumsum([0, *(len(border.corners) for border in borders)])
-    curves_by_form: dict[tuple[int, bool], list[EdgeCurves]] = {}
-    begin, end = [], []
-    for border, first_edge, first_corner in zip(borders, edge_ends, corner_ends, strict=False):
-        begin.append(border.begin + first_corner)
-        end.append(border.end + first_corner)
-        for curve in border.curves:
-            form = curve.points.shape[1], curve.weights is None
-            curves_by_form.setdefault(form, []).append(replace(curve, ids=curve.ids + first_edge))
-    number = np.arange(edge_ends[-1])
-    edges = OpenEdges(
-        curves=tuple(_join_curves(curves) for curves in curves_by_form.values()),
-        number=number,
-        side=number,  # The search for corners reads only the length of this array.
-        begin=np.concatenate(begin),
-        end=np.concatenate(end),
-        corners=np.concatenate([border.corners for border in borders]),
-    )
+    edges, border_of_edge, border_of_corner = join_open_edges(borders)
     edge, corner = find_corner_candidates(edges, reach)
-    borders_of_pair = [np.searchsorted(edge_ends, edge, side="right") - 1]
-    borders_of_pair.append(np.searchsorted(corner_ends, corner, side="right") - 1)
-    pairs: Ints = np.stack(borders_of_pair, axis=1)
-    are_distinct = borders_of_pair[0] != borders_of_pair[1]
+    pairs: Ints = np.stack([border_of_edge[edge], border_of_corner[corner]], axis=1)
+    are_distinct = pairs[:, 0] != pairs[:, 1]
     edge, corner, pairs = edge[are_distinct], corner[are_distinct], pairs[are_distinct]
     if not 0 < len(edge) <= MAX_PAIRS:
         return pairs[:0]
     _, _, is_on = place_corners(edges, edge, edges.corners[corner], reach)
-    pairs = pairs[is_on]
-    return pairs
-
-
-def _join_curves(curves: Sequence[EdgeCurves]) -> EdgeCurves:
-    """One value with all curves, which have one degree and are all rational or all polynomial."""
-    weights = [curve.weights for curve in curves if curve.weights is not None]
-    return EdgeCurves(
-        np.concatenate([curve.ids for curve in curves]),
-        np.concatenate([curve.points for curve in curves]),
-        np.concatenate(weights) if weights else None,
-    )
+    on_edges: Ints = pairs[is_on]
+    return on_edges
 
 
 def find_corner_candidates(edges: OpenEdges, reach: float) -> tuple[Ints, Ints]:
@@ -101,11 +69,11 @@ def find_corner_candidates(edges: OpenEdges, reach: float) -> tuple[Ints, Ints]:
     The corner of a pair is within the bounds of the net of the edge, and is not an end of the edge.
     If far more than `MAX_PAIRS` pairs must be compared, the arrays are empty.
     """
-    count = len(edges.side)
+    count = edges.count
     low, high = np.empty((count, len(DIRECTIONS))), np.empty((count, len(DIRECTIONS)))
-    for group, rows, number in iterate_degrees(edges):
-        extents = group.points[rows] @ DIRECTIONS.T
-        low[number], high[number] = extents.min(axis=1), extents.max(axis=1)
+    for group in edges.curves:
+        extents = group.points @ DIRECTIONS.T
+        low[group.ids], high[group.ids] = extents.min(axis=1), extents.max(axis=1)
     # The longest of the directions has the length √3 < 2.
     margin = 2 * reach + 2.0**-48 * float(np.abs(low).max() + np.abs(high).max())
     low -= margin
@@ -169,9 +137,8 @@ def place_corners(
     """
     at, slack = np.zeros(len(edge)), np.zeros(len(edge))
     is_on = np.zeros(len(edge), dtype=bool)
-    for group, rows, number in iterate_degrees(edges):
-        row_of_edge = np.full(len(edges.side), -1)
-        row_of_edge[number] = rows
+    for group in edges.curves:
+        row_of_edge = edges.find_rows(group)
         rows_of_degree = np.flatnonzero(row_of_edge[edge] >= 0)
         degree = group.points.shape[1] - 1
         samples = np.linspace(0, 1, 8 * degree + 1)

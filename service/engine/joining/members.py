@@ -93,7 +93,7 @@ def join_members(group: GroupModel, tolerance: float, allow: Allow = allow_any) 
         member_of_patch = _find_owners(joined_model, group, numbers)
         # The lowest and the highest member at each edge. An edge joins two members if it has two
         # sides, one of each. Edges with more sides do not count: copies may lie on each other.
-        low, high = np.full(len(seams.users), len(numbers)), np.full(len(seams.users), -1)
+        low, high = np.full(seams.edge_count, len(numbers)), np.full(seams.edge_count, -1)
         is_line = ~seams.collapsed
         np.minimum.at(
             low,
@@ -105,7 +105,7 @@ def join_members(group: GroupModel, tolerance: float, allow: Allow = allow_any) 
             seams.edge[is_line],
             np.broadcast_to(member_of_patch[:, None], is_line.shape)[is_line],
         )
-        if not ((low < high) & (seams.users == 2)).any():
+        if not ((low < high) & (seams.sides_per_edge == 2)).any():
             continue
         allow(joined_model)
         parts = [len(_parts_of(group, n)) for n in numbers]

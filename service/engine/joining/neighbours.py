@@ -9,11 +9,12 @@ from functools import partial
 
 import numpy as np
 
+from service.engine.clustering import DisjointSets
 from service.engine.connectivity.equal_points import compute_weld_distance, find_knot_ratio
 from service.engine.connectivity.seams import Seams
 from service.engine.joining.corners_on_edges import find_corners_on_edges
 from service.engine.joining.near_points import group_near_points
-from service.engine.joining.open_edges import OpenBorder, find_open_border
+from service.engine.joining.open_edges import OpenEdges, find_open_edges
 from service.engine.options import MAX_WELD_TOLERANCE
 from service.engine.scenes.scene import place_points
 from service.surface.lowered import GroupModel, PatchModel
@@ -34,13 +35,13 @@ def find_neighbours(
     is the largest distance of points that count as equal, as a share of the diagonal of the box
     about the corners. The result has the numbers of members, in order.
     """
-    placed: list[OpenBorder] = []
+    placed: list[OpenEdges] = []
     members_of_borders: list[int] = []
-    borders: dict[int, OpenBorder] = {}
+    borders: dict[int, OpenEdges] = {}
     for number in _find_touching(group, seams):
         member = group.members[number]
         if member.model not in borders:
-            borders[member.model] = find_open_border(seams[member.model])
+            borders[member.model], _ = find_open_edges(seams[member.model])
         open_border = borders[member.model]
         if len(open_border.corners):
             placed.append(open_border.move(partial(place_points, matrix=member.matrix)))
@@ -59,21 +60,13 @@ def find_neighbours(
     corner_pairs = np.stack([members_of_corners[first_corner_of_group], members_of_corners], axis=1)
     edge_pairs = np.array(members_of_borders)[find_corners_on_edges(placed, distance)]
     pairs = np.unique(np.concatenate([corner_pairs, edge_pairs]), axis=0)
-    leader = list(range(len(group.members)))
-
-    def find_leader(number: int) -> int:
-        while leader[number] != number:
-            leader[number] = leader[leader[number]]
-            number = leader[number]
-        return number
-
+    sets = DisjointSets(len(group.members))
     for pair in pairs[pairs[:, 0] != pairs[:, 1]].tolist():
         if _list_channels(group, pair[0]) == _list_channels(group, pair[1]):
-            first, second = sorted(map(find_leader, pair))
-            leader[second] = first
+            sets.unite(*pair)
     clusters: dict[int, list[int]] = {}
-    for number in range(len(leader)):
-        clusters.setdefault(find_leader(number), []).append(number)
+    for number, root in enumerate(sets.list_roots()):
+        clusters.setdefault(root, []).append(number)
     return [numbers for numbers in clusters.values() if len(numbers) > 1]
 
 

@@ -1,6 +1,6 @@
 """The open edges of models, each on one patch only: their curves and their ends."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,55 +8,20 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints
 from service.engine.connectivity.edges import EdgeCurves
 from service.engine.connectivity.seams import Seams
-from service.surface.sides import BEGINS, ENDS
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class OpenEdges:
-    """The E open edges of a model that are lines, not points.
+    """The K open edges of one or more models that are lines, not points.
 
     Attributes
     ----------
     curves : tuple of EdgeCurves
-        All edges of the model, one value for each degree.
-    number : ndarray of int
-        For each distinct edge of the model, its number among the open edges, or −1.
-    side : ndarray of int, shape (E,)
-        The only side (patch · 4 + side) of each edge.
-    begin, end : ndarrays of int, shape (E,)
+        Their ids are the numbers 0 … K − 1 of the open edges.
+    begin, end : ndarrays of int, shape (K,)
         The numbers of the ends of each edge among the `corners`.
     corners : ndarray of float64, shape (C, 3)
-    """
-
-    curves: tuple[EdgeCurves, ...]
-    number: Ints
-    side: Ints
-    begin: Ints
-    end: Ints
-    corners: FloatArray
-
-
-def find_open_edges(seams: Seams) -> OpenEdges:
-    """The open edges of a model that are lines, not points."""
-    connectivity = seams.connectivity
-    sides = np.flatnonzero(
-        connectivity.open_lines[connectivity.edge.ravel()] & ~connectivity.collapsed.ravel()
-    )
-    edge = connectivity.edge.ravel()[sides]
-    number = np.full(len(connectivity.users), -1)
-    number[edge] = np.arange(len(edge))
-    ends = [connectivity.corner[:, corners].ravel()[sides] for corners in (BEGINS, ENDS)]
-    is_backward = connectivity.backward.ravel()[sides]
-    begin, end = np.where(is_backward, ends[1], ends[0]), np.where(is_backward, ends[0], ends[1])
-    return OpenEdges(seams.curves, number, sides, begin, end, seams.corner_points)
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class OpenBorder:
-    """The K open edges of a model or of a placed model.
-
-    The ids of `curves` are the numbers 0 … K − 1; `begin` and `end` (K,) are the numbers of the
-    ends of each edge among the `corners` (C, 3).
+        The ends of all edges.
     """
 
     curves: tuple[EdgeCurves, ...]
@@ -64,8 +29,19 @@ class OpenBorder:
     end: Ints
     corners: FloatArray
 
-    def move(self, place: Callable[[FloatArray], FloatArray]) -> "OpenBorder":
-        """The border with all its points moved by `place`, a function of points (N, 3)."""
+    @property
+    def count(self) -> int:
+        """The number K of edges."""
+        return len(self.begin)
+
+    def find_rows(self, group: EdgeCurves) -> Ints:
+        """For each edge its row in `group`, one of the `curves`; −1 for edges of other groups."""
+        rows = np.full(self.count, -1)
+        rows[group.ids] = np.arange(len(group.ids))
+        return rows
+
+    def move(self, place: Callable[[FloatArray], FloatArray]) -> "OpenEdges":
+        """The edges with all points moved by `place`, a function of points (N, 3)."""
         # Adding 0.0 turns -0.0 into 0.0, so that equal points have equal bits.
         curves = (
             replace(c, points=(place(c.points.reshape(-1, 3)) + 0.0).reshape(c.points.shape))
@@ -74,22 +50,49 @@ class OpenBorder:
         return replace(self, curves=tuple(curves), corners=place(self.corners) + 0.0)
 
 
-def find_open_border(seams: Seams) -> OpenBorder:
-    """The open edges of a model without its other edges and corners."""
-    edges = find_open_edges(seams)
-    curves = (
-        EdgeCurves(number, g.points[rows], None if g.weights is None else g.weights[rows])
-        for g, rows, number in iterate_degrees(edges)
-    )
-    used, ends = np.unique(np.concatenate([edges.begin, edges.end]), return_inverse=True)
+def find_open_edges(seams: Seams) -> tuple[OpenEdges, Ints]:
+    """The open edges of a model, and the only side (patch · 4 + side) of each, (K,)."""
+    connectivity = seams.connectivity
+    sides = np.flatnonzero(connectivity.open_lines[connectivity.edge.ravel()])
+    edge = connectivity.edge.ravel()[sides]
+    number = np.empty(seams.edge_count, np.intp)
+    number[edge] = np.arange(len(edge))
+    chosen_curves = (group.take(connectivity.open_lines) for group in seams.curves)
+    curves = tuple(replace(c, ids=number[c.ids]) for c in chosen_curves if len(c.ids))
+    ends = np.concatenate([corners[edge] for corners in connectivity.ends])
+    used, ends = np.unique(ends, return_inverse=True)
     begin, end = ends.reshape(2, -1)
-    return OpenBorder(tuple(curves), begin, end, edges.corners[used])
+    return OpenEdges(curves, begin, end, seams.corner_points[used]), sides
 
 
-def iterate_degrees(edges: OpenEdges) -> Iterator[tuple[EdgeCurves, Ints, Ints]]:
-    """For each degree, yields the curves, which rows of them are open edges, and their numbers."""
-    for group in edges.curves:
-        number = edges.number[group.ids]
-        rows = np.flatnonzero(number >= 0)
-        if len(rows):
-            yield group, rows, number[rows]
+def join_open_edges(borders: Sequence[OpenEdges]) -> tuple[OpenEdges, Ints, Ints]:
+    """The open edges of several models; edges and corners are numbered one model after another.
+
+    The other results are the number of the model of each edge, (K,), and of each corner, (C,).
+    """
+    edge_counts = [border.count for border in borders]
+    corner_counts = [len(border.corners) for border in borders]
+    first_edges, first_corners = (np.cumsum([0, *n[:-1]]) for n in (edge_counts, corner_counts))
+    curves_by_form: dict[tuple[int, bool], list[EdgeCurves]] = {}
+    for border, first in zip(borders, first_edges, strict=True):
+        for curve in border.curves:
+            form = curve.points.shape[1], curve.weights is None
+            curves_by_form.setdefault(form, []).append(replace(curve, ids=curve.ids + first))
+    edges = OpenEdges(
+        curves=tuple(map(_join_curves, curves_by_form.values())),
+        begin=np.concatenate([b.begin + k for b, k in zip(borders, first_corners, strict=True)]),
+        end=np.concatenate([b.end + k for b, k in zip(borders, first_corners, strict=True)]),
+        corners=np.concatenate([border.corners for border in borders]),
+    )
+    numbers = np.arange(len(borders))
+    return edges, np.repeat(numbers, edge_counts), np.repeat(numbers, corner_counts)
+
+
+def _join_curves(curves: Sequence[EdgeCurves]) -> EdgeCurves:
+    """One value with all curves, which have one degree and are all rational or all polynomial."""
+    weights = [curve.weights for curve in curves if curve.weights is not None]
+    return EdgeCurves(
+        np.concatenate([curve.ids for curve in curves]),
+        np.concatenate([curve.points for curve in curves]),
+        np.concatenate(weights) if weights else None,
+    )

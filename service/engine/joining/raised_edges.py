@@ -15,7 +15,6 @@ from service.bases.polynomials import elevate
 from service.engine.clustering import find_leaders
 from service.engine.connectivity.degree_matching import find_candidates
 from service.engine.connectivity.edge_patterns import EdgePattern
-from service.surface.sides import BEGINS, ENDS
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,19 +53,13 @@ def replace_by_raised_nets(
     """
     comparable_weights = None if weights is None else weights.values / weights.factors
     connectivity = pattern.connectivity
-    _, side = np.unique(connectivity.edge, return_index=True)
-    # An edge has the direction of its first side, unless that side runs backward.
-    is_backward = connectivity.backward.ravel()[side]
-    ends = [connectivity.corner[:, corners].ravel()[side] for corners in (BEGINS, ENDS)]
-    begin, end = np.where(is_backward, ends[1], ends[0]), np.where(is_backward, ends[0], ends[1])
+    begin, end = connectivity.ends
     degree = np.concatenate([np.full(len(rows), rows.shape[1] - 1) for rows in pattern.edges])
     # Edges are numbered by ascending degree: `first[k]` is the first edge of `pattern.edges[k]`.
     first = np.cumsum([0, *(len(rows) for rows in pattern.edges)])
     # The edges whose corners are also those of an edge of another degree, a number for the corners
     # of each, and the highest degree between these corners.
-    pair, edges, higher_degree = find_candidates(
-        ~connectivity.collapsed.ravel()[side], degree, begin, end
-    )
+    pair, edges, higher_degree = find_candidates(connectivity, degree)
     # Corners give an edge a direction; an edge that ends at its beginning has none, and stays.
     has_two_ends = begin[edges] != end[edges]
     pair, edges = pair[has_two_ends], edges[has_two_ends]

@@ -29,7 +29,7 @@ from service.engine.joining.corners_on_edges import (
     find_corner_candidates,
     place_corners,
 )
-from service.engine.joining.open_edges import OpenEdges, find_open_edges, iterate_degrees
+from service.engine.joining.open_edges import OpenEdges, find_open_edges
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -83,7 +83,7 @@ def find_cuts(seams: Seams, reach: float) -> Cuts:
 
 def _search_cuts(seams: Seams, reach: float) -> Cuts:
     """Finds the cuts of open edges without the cache."""
-    edges = find_open_edges(seams)
+    edges, sides = find_open_edges(seams)
     edge, corner = find_corner_candidates(edges, reach)
     if not len(edge) or len(edge) > MAX_PAIRS:
         return NO_CUTS
@@ -95,7 +95,7 @@ def _search_cuts(seams: Seams, reach: float) -> Cuts:
     order = np.lexsort((at, edge))
     edge, corner, at, slack = edge[order], corner[order], at[order], slack[order]
     is_kept = _is_beside_shared_piece(edges, edge, corner, at, reach)
-    side = edges.side[edge[is_kept]]
+    side = sides[edge[is_kept]]
     is_reversed = seams.backward.ravel()[side]
     at = np.where(is_reversed, 1 - at[is_kept], at[is_kept])
     return Cuts(side // 4, side % 4, at, slack[is_kept])
@@ -105,16 +105,16 @@ def _is_beside_shared_piece(
     edges: OpenEdges, edge: Ints, corner: Ints, at: FloatArray, reach: float
 ) -> Bools:
     """For each cut (K,), whether a piece beside it is also a piece of another edge."""
-    edge_of_piece = np.concatenate([edge, np.arange(len(edges.side))])
-    order = np.lexsort((np.concatenate([at, np.zeros(len(edges.side))]), edge_of_piece))
-    edge_of_ordered_piece = edge_of_piece[order]
     # A piece begins at each cut, and at the beginning of each edge.
-    begin_parameter = np.concatenate([at, np.zeros(len(edges.side))])[order]
+    edge_of_piece = np.concatenate([edge, np.arange(edges.count)])
+    begin_parameter = np.concatenate([at, np.zeros(edges.count)])
+    order = np.lexsort((begin_parameter, edge_of_piece))
+    edge_of_ordered_piece, begin_parameter = edge_of_piece[order], begin_parameter[order]
     begin_corner = np.concatenate([corner, edges.begin])[order]
     is_last = np.append(edge_of_ordered_piece[1:] != edge_of_ordered_piece[:-1], True)
     end_parameter = np.where(is_last, 1.0, np.roll(begin_parameter, -1))
     end_corner = np.where(is_last, edges.end[edge_of_ordered_piece], np.roll(begin_corner, -1))
-    degree = max(group.points.shape[1] - 1 for group, _, _ in iterate_degrees(edges))
+    degree = max(group.points.shape[1] - 1 for group in edges.curves)
     # Where on a piece it is sampled: parameters of the piece from 0 to 1.
     fractions = np.arange(1, 2 * degree + 2) / (2 * degree + 2)
     is_backward = begin_corner > end_corner
@@ -125,9 +125,8 @@ def _is_beside_shared_piece(
         begin_parameter[:, None] + (end_parameter - begin_parameter)[:, None] * fractions,
     )
     values = np.empty((len(edge_of_ordered_piece), len(fractions), 3))
-    for group, rows, edge_numbers in iterate_degrees(edges):
-        row_of_edge = np.full(len(edges.side), -1)
-        row_of_edge[edge_numbers] = rows
+    for group in edges.curves:
+        row_of_edge = edges.find_rows(group)
         pieces = np.flatnonzero(row_of_edge[edge_of_ordered_piece] >= 0)
         for part in row_slices(len(pieces), 4 * len(fractions) * (degree + 1), CHUNK):
             piece_rows = pieces[part]

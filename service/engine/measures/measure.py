@@ -128,7 +128,7 @@ def _measure_boundaries(
         return Interval(0.0, 0.0, 0.0), []
     edges = np.concatenate([oriented.edge.ravel()[list(border.sides)] for border in borders])
     numbers = np.arange(len(borders))
-    border_of_edge = np.full(len(source.seams.users), -1)
+    border_of_edge = np.full(source.seams.edge_count, -1)
     border_of_edge[edges] = np.repeat(numbers, [len(border.sides) for border in borders])
     origin, scale, _ = frame(*source.model.bounds)
     noise = (source.noise + source.moved) / scale

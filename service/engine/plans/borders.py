@@ -54,7 +54,7 @@ def _share_cut_corner(layout: Layout) -> bool:
     # `cut_corners` has 2 · edge, or 2 · edge + 1, for each side of a corner; the shift leaves the
     # edge.
     edges = layout.connectivity.cut_corners >> 1
-    codes = (edges[..., 0] * len(layout.connectivity.users) + edges[..., 1])[edges[..., 0] >= 0]
+    codes = (edges[..., 0] * len(layout.divisions) + edges[..., 1])[edges[..., 0] >= 0]
     return len(np.unique(codes)) < len(codes)
 
 

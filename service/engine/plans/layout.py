@@ -77,7 +77,7 @@ class Layout(SampleRuns):
         side_divisions = np.stack(along_sides(rus, rvs), axis=1)
         # An edge takes the largest of the divisions of its sides. A triangle has max(Ru, Rv) on all
         # sides, so none of its edges is finer, and a triangle is never framed.
-        divisions = np.zeros(len(connectivity.users), dtype=np.intp)
+        divisions = np.zeros(len(connectivity.sides_per_edge), dtype=np.intp)
         np.maximum.at(divisions, edge, side_divisions)
         is_finer = (divisions[edge] != side_divisions) & ~collapsed
         is_framed = is_finer.any(axis=1)

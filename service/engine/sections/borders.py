@@ -67,7 +67,7 @@ class Borders:
 
 def find_border_lines(nets: QueryNets, seams: Seams, is_triangle: Bools) -> Borders:
     """Find the lines of the nets of patches with these seams."""
-    edges, patches = len(seams.users), len(seams.edge)
+    edges, patches = seams.edge_count, len(seams.edge)
     is_point = np.zeros(edges + 3 * patches, bool)
     is_point[seams.edge[seams.collapsed]] = True
     ends = np.zeros((len(is_point), 2, 2), np.int64)

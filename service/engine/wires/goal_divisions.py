@@ -41,7 +41,7 @@ direction, because the bounds of small blocks are closer."""
 
 def count_goal_divisions(model: PatchModel, seams: Seams, goal: Goal) -> Divisions:
     """Numbers of divisions of all isoparametric curves."""
-    edges = np.ones(len(seams.users), dtype=np.intp)
+    edges = np.ones(seams.edge_count, dtype=np.intp)
     for group in seams.curves:
         edges[group.ids] = _divide_edges(group, goal)
     divisions_by_batch = [_divide_batch(batch, goal) for batch in model.batches]

@@ -70,7 +70,7 @@ def list_edges(seams: Seams) -> list[tuple[int, int]]:
     result = []
     for group in seams.curves:
         result += [
-            (group.points.shape[1] - 1, int(seams.users[edge]))
+            (group.points.shape[1] - 1, int(seams.sides_per_edge[edge]))
             for edge in group.ids
             if edge in edges
         ]

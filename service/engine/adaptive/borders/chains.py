@@ -95,7 +95,7 @@ def find_chains(faces: Faces, seams: Seams) -> Chains:
     steps = _list_steps(faces, seams)
     count = np.bincount(steps.side, minlength=4 * len(faces.first))
     begin = np.cumsum(count) - count
-    uses = np.bincount(steps.edge, minlength=len(seams.users))
+    uses = np.bincount(steps.edge, minlength=seams.edge_count)
     degree = np.empty(len(uses), dtype=np.intp)
     for group in seams.curves:
         degree[group.ids] = group.points.shape[1] - 1
@@ -148,7 +148,7 @@ def _number_steps(steps: _Steps, seams: Seams, selected: Bools) -> tuple[Ints, I
     Numbers are in the order of degrees and control points of the edges. The direction of an edge
     has a lower number than the opposite direction. So the order does not depend on the model.
     """
-    used = np.zeros(len(seams.users), dtype=bool)
+    used = np.zeros(seams.edge_count, dtype=bool)
     used[steps.edge[selected]] = True
     rank = np.zeros(len(used), dtype=np.intp)
     symmetric = np.zeros(len(used), dtype=bool)

@@ -102,7 +102,7 @@ def build_side_normals(models: Sequence[tuple[Sequence[Patches], Seams]]) -> lis
 
 def _number_different_edges(seams: Sequence[Seams]) -> list[Ints]:
     """Numbers of the edges (E,) of each model, equal for equal curves."""
-    numbers = [np.zeros(len(model_seams.users), np.intp) for model_seams in seams]
+    numbers = [np.zeros(model_seams.edge_count, np.intp) for model_seams in seams]
     sizes = {group.points.shape[1] for model_seams in seams for group in model_seams.curves}
     count = 0
     for size in sorted(sizes):
@@ -209,7 +209,7 @@ class Tree:
 def group_curves(chains: Chains, seams: Seams, normals: SideNormals | None) -> Iterator[Curves]:
     """All chains, grouped by degree."""
     # For each edge of the model, the number of its group in `seams.curves`, and its row there.
-    group_number, group_row = (np.empty(len(seams.users), dtype=np.intp) for _ in range(2))
+    group_number, group_row = (np.empty(seams.edge_count, dtype=np.intp) for _ in range(2))
     for number, group in enumerate(seams.curves):
         group_number[group.ids], group_row[group.ids] = number, np.arange(len(group.ids))
     edge_group = group_number[chains.edge]
