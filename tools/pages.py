@@ -18,7 +18,7 @@ from pydantic.fields import FieldInfo
 
 from service.api.app import create_app
 from service.api.body import BodyRoute
-from service.api.links import mesh_links
+from service.api.stored import mesh_links
 from service.encoders.format import Format
 from service.encoders.registry import FORMATS
 from service.engine.options import MeshOptions

@@ -14,9 +14,8 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from service import __version__
 from service.api import problem_handlers
+from service.api.cache_middleware import CacheMiddleware
 from service.api.caching.cache import ResponseCache
-from service.api.caching.middleware import CacheMiddleware
-from service.api.caching.single_flight import SingleFlight
 from service.api.cors import Origins
 from service.api.guard.guard import build_guard, build_signer
 from service.api.guard.policy import needs_keys
@@ -24,8 +23,6 @@ from service.api.observing.middleware import Write, add_telemetry
 from service.api.openapi.document import describe
 from service.api.routes import (
     evaluation,
-    intersections,
-    measures,
     meshes,
     meshes_by_url,
     operations,
@@ -34,6 +31,7 @@ from service.api.routes import (
     surfaces,
 )
 from service.api.services import JobMiddleware, Services
+from service.api.single_flight import SingleFlight
 from service.api.static_files import StaticFiles
 from service.api.threads import Threads
 from service.errors import InvalidSettings
@@ -77,8 +75,6 @@ def create_app(settings: Settings | None = None, log: Write | None = None) -> "A
         telemetry={"tracing": False, "metrics": False, "logs": False, "auto_configure": False},
     )
     services = app.state.services = _build_services(app, settings)
-    # For `observing/`, which cannot import `Services`: `services.py` imports modules that need it.
-    app.state.settings, app.state.store = settings, services.store
     problem_handlers.add_error_handlers(app, routes)
     app.state.ready = True
     _add_middleware(app, services, log)
@@ -99,7 +95,7 @@ class Application(FastAPI):
     def openapi(self) -> dict[str, Any]:
         """The OpenAPI document, for the settings of this service."""
         if self.openapi_schema is None:
-            self.openapi_schema = describe(self, self.state.settings)
+            self.openapi_schema = describe(self, self.state.services.settings)
         return self.openapi_schema
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -132,9 +128,9 @@ def _select_routers(settings: Settings) -> list[APIRouter]:
         evaluation.points,
         evaluation.conversions,
         evaluation.curves,
-        queries.queries,
-        intersections.intersections,
-        measures.measures,
+        queries.projections,
+        queries.intersections,
+        queries.measures,
         surfaces.reading,
         surfaces.storing,
         meshes_by_url.by_url,

@@ -26,7 +26,7 @@ from service.api.negotiation import (
     parse_format_query,
     refuse_parameters,
 )
-from service.api.observing.record import record_of
+from service.api.record import record_of
 from service.api.services import Context, Services
 from service.decoders.format import Decoder, Tree
 from service.encoders.format import FileFormat

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from starlette.types import Message, Scope
 
 from service.api.caching.cached_response import RawHeaders
-from service.api.observing.record import ID_HEADER
+from service.api.record import ID_HEADER
 from service.api.responses import BOUND_HEADER, TRIANGLES_HEADER, VERTICES_HEADER
 
 EXPOSED = (

@@ -17,7 +17,7 @@ from anyio import CancelScope, current_time, to_thread
 from starlette.requests import ClientDisconnect
 from starlette.types import Receive
 
-from service.api.observing.record import Timing
+from service.api.record import Timing
 from service.api.threads import Threads
 from service.cancellation import Cancellation, Cancelled, OutOfTime, cancelled_by
 from service.errors import Busy, Issue, TooLarge

@@ -16,9 +16,10 @@ from service.api.caching.codings import (
     parse_accepted_codings,
     parse_quality_values,
 )
-from service.api.errors import InvalidQuery, NotAcceptable, UnknownSuffix
+from service.api.errors import EngineGone, InvalidQuery, NotAcceptable, UnknownSuffix
 from service.encoders.format import FileFormat, Format
 from service.encoders.registry import BY_NAME, BY_SUFFIX
+from service.engine.mesh.report import ENGINE
 from service.errors import InvalidRequest, Issue, pointer
 from service.schemas.query import values_from_text
 from service.schemas.scan import shorten
@@ -141,6 +142,20 @@ def _refuse_unknown(names: Iterable[str], needed: str) -> None:
     paths = [pointer([shorten(name)]) for name in sorted(names)]
     if paths:
         raise InvalidQuery(*(Issue("unknown_field", message, path, got, needed) for path in paths))
+
+
+def check_engine(engine: int | None) -> None:
+    """Refuses every version of the engine (`engine=…`) except the version of this service.
+
+    Raises
+    ------
+    EngineGone
+        The query names another version.
+    """
+    if engine not in (None, ENGINE):
+        message = "This service does not have this version of the engine."
+        got, needed = "another version of the engine", f"engine={ENGINE}, or no engine"
+        raise EngineGone(Issue("engine_gone", message, "/engine", got, needed))
 
 
 def codings_of(request: Request) -> AcceptedCodings:

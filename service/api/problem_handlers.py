@@ -11,8 +11,6 @@ from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import Response
 
-from service.api.links import route_path
-from service.api.observing.record import record_of
 from service.api.problems import (
     INTERNAL_ERROR,
     METHOD_NOT_ALLOWED,
@@ -21,6 +19,7 @@ from service.api.problems import (
     problem_of,
     problem_response,
 )
+from service.api.record import record_of, route_path
 from service.cancellation import OutOfTime
 from service.errors import Busy, SurfaceError
 

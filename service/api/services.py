@@ -8,10 +8,10 @@ from fastapi import Depends, Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.api.caching.cache import ResponseCache
-from service.api.caching.single_flight import SingleFlight
 from service.api.cors import Origins
 from service.api.guard.signatures import Signer
 from service.api.job import Job
+from service.api.single_flight import SingleFlight
 from service.api.static_files import StaticFiles
 from service.api.threads import Threads
 from service.pipeline.limits import Limits

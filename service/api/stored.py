@@ -1,4 +1,7 @@
-"""Surfaces by id: built-in examples by name, stored surfaces by hash."""
+"""Surfaces by id: built-in examples by name, stored surfaces by hash; and their URLs.
+
+In URLs, `root` is the path that the service is mounted at, often empty, and `surface` is an id.
+"""
 
 import logging
 from dataclasses import dataclass, replace
@@ -7,6 +10,8 @@ from functools import cache, partial
 
 from service.api.job import Job
 from service.api.services import Services
+from service.encoders.registry import FORMATS
+from service.engine.mesh.report import ENGINE
 from service.errors import DamagedObject, InvalidRequest, Issue, UnknownSurface
 from service.schemas.document import DocumentLimits
 from service.storage.canonical import (
@@ -120,3 +125,27 @@ def _restore(id: str, content: bytes, limits: DocumentLimits) -> Surface:
     except InvalidRequest as error:
         # The client sent only the id, so a pointer into the surface would not help it.
         raise InvalidRequest(replace(error.issues[0], pointer="/id")) from None
+
+
+def surface_url(root: str, surface: str) -> str:
+    """The URL of a surface."""
+    return f"{root}/v1/surfaces/{surface}"
+
+
+def mesh_url_path(root: str, surface: str, suffix: str) -> str:
+    """The URL of a surface's meshes in one format, without a query."""
+    return f"{surface_url(root, surface)}/mesh.{suffix}"
+
+
+def mesh_url(root: str, surface: str, suffix: str, query: str = f"engine={ENGINE}") -> str:
+    """The URL of a mesh.
+
+    If `query` is not given, it is `engine=…` alone: the default options, and the present version
+    (`ENGINE`) of the numbers that the service computes.
+    """
+    return f"{mesh_url_path(root, surface, suffix)}?{query}"
+
+
+def mesh_links(root: str, surface: str) -> dict[str, str]:
+    """The canonical URLs of a surface's meshes with default options, by suffix."""
+    return {fmt.suffix: mesh_url(root, surface, fmt.suffix) for fmt in FORMATS}

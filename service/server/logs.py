@@ -23,7 +23,7 @@ from typing import Any, Literal
 import orjson
 
 from service.api.observing.middleware import timestamp
-from service.api.observing.record import current_record
+from service.api.record import current_record
 from service.settings.values import Settings
 
 MAX_LINES, GATHER_SECONDS, FLUSH_SECONDS = 10_000, 0.05, 1.0

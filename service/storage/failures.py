@@ -1,14 +1,19 @@
-"""Errors of obstore and the system: the log gets the full text, the client a short text."""
+"""Errors of obstore and the system, and the outcomes of a store's operations.
+
+The log gets the full text of an error, the client a short text.
+"""
 
 import errno
 import logging
 import os
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 
 from obstore.exceptions import BaseError
 
-from service.errors import Issue, StoreFailed, StoreFull
+from service.errors import DamagedObject, Issue, StoreFailed, StoreFull
 
 DISK_FULL = frozenset({errno.ENOSPC, errno.EDQUOT})
 """Error numbers of a full disk, and of an exceeded disk quota of the user."""
@@ -55,3 +60,35 @@ def is_disk_full(error: Exception) -> bool:
 def reason_of(error: OSError) -> str:
     """The operating system's reason, in words."""
     return error.strerror or (os.strerror(error.errno) if error.errno else str(error))
+
+
+@dataclass(slots=True)
+class Total:
+    """The number of operations of one kind with one outcome, and the sum of their seconds."""
+
+    count: int = 0
+    seconds: float = 0.0
+
+
+class Operations:
+    """Totals by kind and outcome: `done`, `refused` (the store is full) or `failed`."""
+
+    def __init__(self) -> None:
+        self.totals: dict[tuple[str, str], Total] = {}
+
+    @contextmanager
+    def count(self, kind: str) -> Iterator[None]:
+        """Counts the operation in the `with` block. A missing object is not a failure."""
+        start, outcome = time.perf_counter(), "done"
+        try:
+            yield
+        except StoreFull:
+            outcome = "refused"
+            raise
+        except (StoreFailed, DamagedObject):
+            outcome = "failed"
+            raise
+        finally:
+            total = self.totals.setdefault((kind, outcome), Total())
+            total.count += 1
+            total.seconds += time.perf_counter() - start

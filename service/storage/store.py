@@ -13,9 +13,8 @@ from anyio import CapacityLimiter, Lock, to_thread
 
 from service.errors import DamagedObject, Issue, StoreFailed, SurfaceError, UnknownSurface
 from service.storage.backends import Bucket
-from service.storage.failures import translate_errors
+from service.storage.failures import Operations, translate_errors
 from service.storage.keys import SURFACES, is_id, key_of
-from service.storage.operations import Operations
 from service.storage.quota import Usage
 
 MAX_CONCURRENT = 8

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from service.api.app import create_app
-from service.api.models.intersect import RayHits
+from service.api.models.queries import RayHits
 from service.settings.values import Settings
 from tests.api.test_project import NPY_HEADERS, save_npy
 from tools.client import Client, start_client

@@ -7,7 +7,7 @@ import numpy as np
 import orjson
 import pytest
 
-from service.api.models.measure import SurfaceMeasures
+from service.api.models.queries import SurfaceMeasures
 from service.engine.measures.values import MeasureQuery
 from service.errors import TooLarge
 from service.pipeline.limits import Limits

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from service.api.app import create_app
-from service.api.models.project import ClosestPoints
+from service.api.models.queries import ClosestPoints
 from service.settings.values import Settings
 from service.surface.examples.catalogue import EXAMPLES
 from tools.client import Client, start_client

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from service.api.app import create_app
-from service.api.models.sections import Sections
+from service.api.models.queries import Sections
 from service.encoders.sections.registry import SECTION_FORMATS
 from service.pipeline.section import MAX_PLANES
 from service.settings.values import Settings

@@ -10,7 +10,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
-from service.api.observing.record import NO_ROUTE, RequestRecord, current_record
+from service.api.record import NO_ROUTE, RequestRecord, current_record
 from service.server.logs import MAX_MESSAGE, MAX_TEXT, Lines, RecordFormatter
 from tools.programs import run_python
 

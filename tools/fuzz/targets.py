@@ -28,7 +28,7 @@ from service.api.guard.keys import (
 from service.api.guard.proxies import Proxies
 from service.api.guard.signatures import Signer
 from service.api.negotiation import codings_by_header, format_by_accept, format_by_name
-from service.api.observing.record import caller_trace_id
+from service.api.record import caller_trace_id
 from service.decoders.registry import BY_NAME as DECODERS
 from service.decoders.registry import DECODERS as ALL_DECODERS
 from service.encoders.registry import FORMATS

@@ -26,8 +26,7 @@ from service.api.guard.policy import (
 from service.api.guard.proxies import InvalidProxies, Proxies
 from service.api.guard.rates import Rates, caller_name
 from service.api.guard.signatures import InvalidSecrets, Signer, is_signed
-from service.api.links import route_path
-from service.api.observing.record import record_of
+from service.api.record import record_of, route_path
 from service.errors import InvalidSettings, SurfaceError
 from service.settings.values import Settings
 

@@ -101,5 +101,5 @@ class SelfTest:
 
 def is_ready(state: State) -> bool:
     """Whether the service is ready, by the last results of its checks."""
-    has_store = state.store.seconds_failing <= STORE_GRACE
+    has_store = state.services.store.seconds_failing <= STORE_GRACE
     return bool(state.ready and state.self_test.has_passed and has_store)

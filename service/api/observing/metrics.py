@@ -33,8 +33,9 @@ from starlette.responses import Response
 from service import __version__
 from service.api.negotiation import refuse_parameters
 from service.api.observing.health import is_ready
-from service.api.observing.record import RequestRecord
+from service.api.record import RequestRecord
 from service.api.responses import HEADERS, ChunkedResponse
+from service.api.services import Services
 from service.api.threads import Threads
 from service.bases.cache import MESH_PLANS
 from service.engine.mesh.report import ENGINE, MeshReport
@@ -145,11 +146,12 @@ class StateCollector(Collector):
 
     def collect(self) -> Iterator[Metric]:
         """All metric families."""
-        state, responses = self._state, self._state.services.cache
-        is_service_ready, max_connections = is_ready(state), state.settings.max_connections
-        requests: RequestCounters = state.counters
+        state = self._state
+        services: Services = state.services
+        responses, requests = services.cache, state.counters
+        max_connections = services.settings.max_connections
         about = "Whether the service was ready at the last check."
-        yield _gauge("ready", about, is_service_ready)
+        yield _gauge("ready", about, is_ready(state))
         yield _gauge("connections", "Open connections.", len(state.connections))
         yield _gauge("connections_limit", "Most connections at the same time.", max_connections)
         yield _counter(
@@ -172,8 +174,8 @@ class StateCollector(Collector):
         yield _counter("plan_hits", "Mesh plans found in the cache.", MESH_PLANS.hits)
         yield _counter("plan_misses", "Mesh plans that were not in the cache.", MESH_PLANS.misses)
         yield _gauge("plan_bytes", "Memory of mesh plans.", MESH_PLANS.nbytes)
-        yield from _collect_threads(state.services.threads)
-        yield from _collect_store(state.store)
+        yield from _collect_threads(services.threads)
+        yield from _collect_store(services.store)
 
 
 def _collect_threads(threads: Threads) -> Iterator[Metric]:

@@ -22,14 +22,15 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from service.api.cors import Origins
 from service.api.observing.health import SelfTest
 from service.api.observing.metrics import RequestCounters, register_state
-from service.api.observing.record import (
+from service.api.problems import INTERNAL_ERROR, problem_response
+from service.api.record import (
     ID_HEADER,
     RequestRecord,
     RouteLabels,
     record_of,
     start_record,
 )
-from service.api.problems import INTERNAL_ERROR, problem_response
+from service.api.services import Services
 from service.errors import InvalidSettings
 from service.measuring import report_times
 from service.settings.values import Settings
@@ -132,12 +133,13 @@ def add_telemetry(app: FastAPI, inner: ASGIApp, write: Write | None) -> "Request
         The setting `tracing` needs the extra `telemetry`, which is not installed.
     """
     state = app.state
+    services: Services = state.services
     state.counters = RequestCounters()
     state.self_test = SelfTest()
     state.connections = ()  # `service.server.run` replaces this by the server's set
     register_state(state.counters.registry, state)
     state.tracing = None
-    if state.settings.tracing:
+    if services.settings.tracing:
         try:
             module = import_module("service.api.observing.tracing")
         except ModuleNotFoundError as error:
@@ -149,8 +151,8 @@ def add_telemetry(app: FastAPI, inner: ASGIApp, write: Write | None) -> "Request
         tracing: Tracing = module.Tracing(inner, provider, respond_to_failure)
         state.tracing = inner = tracing
     labels = RouteLabels(route.path or "" for route in iter_route_contexts(app.routes))
-    log = AccessLog(state.settings, write)
-    return RequestMiddleware(inner, labels, state.counters, log, state.services.origins)
+    log = AccessLog(services.settings, write)
+    return RequestMiddleware(inner, labels, state.counters, log, services.origins)
 
 
 @dataclass(eq=False, slots=True)

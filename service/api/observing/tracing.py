@@ -31,7 +31,7 @@ from opentelemetry.trace import (
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service import __version__
-from service.api.observing.record import UNMATCHED, RequestRecord, record_of
+from service.api.record import UNMATCHED, RequestRecord, record_of
 
 SHUTDOWN_TIMEOUT = 3.0
 """Seconds in which the last spans are sent when the service stops."""

@@ -15,11 +15,10 @@ from service.api.guard.keys import format_entry, make_key
 from service.api.guard.policy import EXEMPT, Policy
 from service.api.guard.signatures import MIN_SECRET
 from service.api.models.surfaces import Problem
-from service.api.observing.record import ID_HEADER
-from service.api.openapi.examples import EXAMPLE_RESPONSES
 from service.api.openapi.parameters import SIGNED, Json
 from service.api.openapi.problems import error_responses
-from service.api.openapi.responses import error, header
+from service.api.openapi.responses import EXAMPLE_RESPONSES, error, header
+from service.api.record import ID_HEADER
 from service.settings.values import Settings
 
 DESCRIPTION = Path(__file__).with_name("description.md").read_text(encoding="utf-8").strip()

@@ -10,6 +10,7 @@ from service.api.body import body_too_large, body_too_slow, decoder_of_body
 from service.api.guard.policy import REALM, key_needed, key_unknown, rate_limited
 from service.api.guard.signatures import MIN_SECRET, Signer
 from service.api.negotiation import (
+    check_engine,
     codings_by_header,
     format_by_accept,
     format_by_name,
@@ -18,7 +19,6 @@ from service.api.negotiation import (
 from service.api.openapi.parameters import Json
 from service.api.openapi.responses import header
 from service.api.problems import MEDIA_TYPE, LocationKind, Problem, problem_document, problem_of
-from service.api.routes.meshes_by_url import check_engine
 from service.api.stored import content_id
 from service.api.threads import MAX_RETRY_AFTER
 from service.cancellation import OutOfTime

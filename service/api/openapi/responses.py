@@ -1,14 +1,18 @@
-"""Responses, headers and links for the OpenAPI document, as FastAPI's decorators take them."""
+"""Responses, headers, links and computed examples for the OpenAPI document."""
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from functools import cache
+from typing import Any, TypeVar
+
+import orjson
+from pydantic import BaseModel
 
 from service.api.caching.cached_response import FOR_AN_HOUR, FOR_EVER
-from service.api.links import mesh_url, surface_url
 from service.api.openapi.parameters import Json
 from service.api.responses import BOUND_HEADER, TRIANGLES_HEADER, VERTICES_HEADER
-from service.api.stored import content_id
+from service.api.stored import content_id, mesh_url, surface_url
 from service.encoders.format import FileFormat
+from service.schemas.validation import validate_document
 
 
 def error(name: str) -> Json:
@@ -137,3 +141,41 @@ def _file_schema(fmt: FileFormat) -> Json:
     if fmt.media_type.endswith("json"):
         return about | {"type": "object", "additionalProperties": True}
     return about | {"type": "string"} | ({"format": "binary"} if "binary" in fmt.title else {})
+
+
+Model = TypeVar("Model", bound=BaseModel)
+
+EXAMPLE_RESPONSES: dict[str, Callable[[], Json]] = {}
+"""Functions that compute the examples of JSON responses, by the id of the operation.
+
+They run when the document is built, not before.
+"""
+
+
+def show_responses(
+    operation: str, examples: Json, model: type[Model], respond: Callable[[Model], bytes]
+) -> None:
+    """Adds the responses to these examples of requests to the OpenAPI document.
+
+    Parameters
+    ----------
+    operation : str
+        Id of the operation.
+    examples : dict
+        For each name a summary and the value of a request's body.
+    model : type
+        The model of the body.
+    respond : callable
+        Computes the JSON response to a body.
+    """
+
+    def compute() -> Json:
+        return {
+            name: {
+                "summary": example["summary"],
+                "value": orjson.loads(respond(validate_document(model, example["value"]))),
+            }
+            for name, example in examples.items()
+        }
+
+    EXAMPLE_RESPONSES[operation] = cache(compute)

@@ -5,9 +5,8 @@ from fastapi import APIRouter, Response
 from service.api.body import BodyRoute
 from service.api.models.points import Curve, Points
 from service.api.models.surfaces import SurfaceDocument
-from service.api.openapi.examples import show_responses
 from service.api.openapi.parameters import REQUESTS, Json, format_parameter, json_body
-from service.api.openapi.responses import FILE_HEADERS, POST_ERRORS, error, success
+from service.api.openapi.responses import FILE_HEADERS, POST_ERRORS, error, show_responses, success
 from service.api.responses import bytes_response, file_response
 from service.api.services import ContextDep
 from service.encoders.curves.registry import CURVE_FORMATS, CURVES_BY_NAME

@@ -7,9 +7,8 @@ from fastapi import APIRouter, Response
 
 from service.api.body import BodyRoute
 from service.api.models.meshes import Estimate, Mesh
-from service.api.openapi.examples import show_responses
 from service.api.openapi.parameters import REQUESTS, Json, format_parameter, surface_body
-from service.api.openapi.responses import MESH_HEADERS, POST_ERRORS, error, success
+from service.api.openapi.responses import MESH_HEADERS, POST_ERRORS, error, show_responses, success
 from service.api.responses import bytes_response, file_response
 from service.api.services import ContextDep
 from service.decoders.registry import DECODERS

@@ -14,13 +14,10 @@ from service.api.caching.cached_response import (
     matches_all,
 )
 from service.api.caching.codings import COMPRESS_FUNCTIONS, AcceptedCodings, Coding, compress
-from service.api.errors import EngineGone
 from service.api.job import Job
-from service.api.links import mesh_url
 from service.api.models.meshes import Mesh
-from service.api.negotiation import codings_of, condition_of, format_by_suffix
+from service.api.negotiation import check_engine, codings_of, condition_of, format_by_suffix
 from service.api.observing.metrics import RequestCounters
-from service.api.observing.record import Timing, record_of
 from service.api.openapi.parameters import (
     ACCEPT_ENCODING,
     IF_NONE_MATCH,
@@ -29,14 +26,13 @@ from service.api.openapi.parameters import (
     option_parameters,
 )
 from service.api.openapi.responses import UNCHANGED_MESH, URL_HEADERS, error, success
+from service.api.record import Timing, record_of
 from service.api.responses import FileResponse, disposition, report_headers
 from service.api.services import ContextDep, Services
-from service.api.stored import content_id, exists, surface_of
+from service.api.stored import content_id, exists, mesh_url, surface_of
 from service.encoders.arithmetic import describe_writer
 from service.encoders.format import Format
 from service.encoders.registry import FORMATS
-from service.engine.mesh.report import ENGINE
-from service.errors import Issue
 from service.pipeline.cost import Cost, compression_cost
 from service.pipeline.mesh import plan_mesh, select_encode_options
 from service.schemas.query import canonical_query, parse_mesh_query
@@ -165,20 +161,6 @@ async def get_surface_mesh(
         )
     headers = entry.headers(variant, has_engine=has_engine, timing=str(timing).encode())
     return FileResponse(variant.body, headers)
-
-
-def check_engine(engine: int | None) -> None:
-    """Refuses every version of the engine (`engine=…`) except the version of this service.
-
-    Raises
-    ------
-    EngineGone
-        The query names another version.
-    """
-    if engine not in (None, ENGINE):
-        message = "This service does not have this version of the engine."
-        got, needed = "another version of the engine", f"engine={ENGINE}, or no engine"
-        raise EngineGone(Issue("engine_gone", message, "/engine", got, needed))
 
 
 async def _compute(

@@ -128,7 +128,8 @@ async def get_readiness(request: Request) -> Response:
     state = request.app.state
     if not state.ready:
         return json_response({"status": "draining"}, 503, _HEADERS)
-    computes, has_store = await asyncio.gather(state.self_test.passes(), state.store.is_ready())
+    store = state.services.store
+    computes, has_store = await asyncio.gather(state.self_test.passes(), store.is_ready())
     # The store may fail for some seconds before the service stops being ready.
     is_service_ready = is_ready(state)
     content = {

@@ -1,64 +1,91 @@
-"""The route of closest points on surfaces and curves."""
+"""Routes of queries: closest points, hits of rays, sections by planes, and measures."""
+
+from typing import Any
 
 from fastapi import APIRouter, Response
 
 from service.api.array_route import ArrayRoute
-from service.api.models.project import ClosestPoints
-from service.api.openapi.examples import show_responses
-from service.api.openapi.parameters import Json, array_body
-from service.api.openapi.responses import POST_ERRORS, error, success
-from service.api.responses import bytes_response
+from service.api.body import BodyRoute
+from service.api.errors import InvalidQuery
+from service.api.models.queries import ClosestPoints, Intersections, SurfaceMeasures
+from service.api.negotiation import format_by_accept
+from service.api.openapi.parameters import REQUESTS, array_body, format_parameter, json_body
+from service.api.openapi.responses import (
+    FILE_HEADERS,
+    POST_ERRORS,
+    error,
+    show_responses,
+    success,
+)
+from service.api.responses import bytes_response, file_response
 from service.api.services import ContextDep
+from service.decoders.npy import read_array
+from service.encoders.sections.registry import SECTION_FORMATS, SECTIONS_BY_NAME
+from service.errors import InvalidRequest, Issue
+from service.pipeline.intersect import plan_intersect
+from service.pipeline.measure import plan_measure
 from service.pipeline.project import plan_project
+from service.pipeline.section import plan_sections
+from service.schemas.intersect import IntersectRequest
+from service.schemas.measure import MeasureRequest
 from service.schemas.project import ProjectRequest
 
-queries = APIRouter(route_class=ArrayRoute)
 
-_CLOSEST: Json = {
-    "surface": {
-        "summary": "A point above a patch, and one beside it",
-        "value": {
-            "surface": {"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]},
-            "points": [[0.5, 0.5, 2], [2, 0.5, 0.5]],
-        },
-    },
-    "sign": {
-        "summary": "Points inside and outside a tetrahedron, and one on it",
-        "value": {
-            "surface": {
-                "type": "patches",
-                "vertices": [[0, 0, 0], [3, 0, 0], [0, 3, 0], [0, 0, 3]],
-                "triangles": [
-                    [[0, 2], [1]],
-                    [[0, 1], [3]],
-                    [[0, 3], [2]],
-                    [[1, 2], [3]],
-                ],
-            },
-            "points": [[0.5, 0.5, 0.5], [1, 1, 4], [1, 1, 1]],
-            "sign": True,
-        },
-    },
-    "curve": {
-        "summary": "The point of a quarter of a circle that is nearest to a point",
-        "value": {
-            "curve": {
-                "control_points": [[1, 0], [1, 1], [0, 1]],
-                "weights": [1, 0.7071067811865476, 1],
-            },
-            "points": [[2, 2]],
-        },
-    },
-}
-show_responses(
-    "projectPoints",
-    _CLOSEST,
-    ProjectRequest,
-    lambda body: plan_project(body.to_shape(), body.to_query()).run(),
+class IntersectRoute(ArrayRoute):
+    """A route whose response is in a format for sections; hits of rays are JSON.
+
+    A file has a ray in each row: its origin x, y, z and its direction dx, dy, dz.
+    """
+
+    formats, array = SECTION_FORMATS, "rays"
+
+    def read(self, body: bytes) -> dict[str, Any]:
+        """The fields of `rays`, origins and directions, from the bytes of a file.
+
+        Raises
+        ------
+        InvalidRequest
+            A row does not have 6 numbers, or the file is invalid (`read_array`).
+        """
+        rays = read_array(body)
+        if rays.ndim != 2 or rays.shape[1] != 6:
+            message, got = "A row of a file of rays is a point and a direction.", str(rays.shape)
+            raise InvalidRequest(Issue("wrong_dimension", message, "/rays", got, "shape (m, 6)"))
+        return {"origins": rays[:, :3], "directions": rays[:, 3:]}
+
+
+projections = APIRouter(route_class=ArrayRoute)
+intersections = APIRouter(route_class=IntersectRoute)
+measures = APIRouter(route_class=BodyRoute)
+
+_POINTS, _HITS, _MEASURES = (
+    REQUESTS[operation] for operation in ("projectPoints", "intersectSurface", "measureSurface")
 )
 
 
-@queries.post(
+def _run_intersect(body: IntersectRequest) -> bytes:
+    if body.planes is None:
+        return plan_intersect(body.to_surface(), body.to_query()).run()
+    fmt = SECTIONS_BY_NAME["json"]
+    return plan_sections(body.to_surface(), body.to_sections(), fmt).run()
+
+
+show_responses(
+    "projectPoints",
+    _POINTS,
+    ProjectRequest,
+    lambda body: plan_project(body.to_shape(), body.to_query()).run(),
+)
+show_responses("intersectSurface", _HITS, IntersectRequest, _run_intersect)
+show_responses(
+    "measureSurface",
+    _MEASURES,
+    MeasureRequest,
+    lambda body: plan_measure(body.to_surface(), body.to_query()).run(),
+)
+
+
+@projections.post(
     "/v1/project",
     operation_id="projectPoints",
     tags=["queries"],
@@ -66,7 +93,7 @@ show_responses(
     response_model=ClosestPoints,
     response_description="The closest points.",
     responses={200: success(), 404: error("UnknownSurface"), **POST_ERRORS},
-    openapi_extra=array_body(_CLOSEST, ProjectRequest, "points", "(m, 3)"),
+    openapi_extra=array_body(_POINTS, ProjectRequest, "points", "(m, 3)"),
 )
 async def project_points(body: ProjectRequest, context: ContextDep) -> Response:
     """Looks for the closest points, and proves an interval that contains each distance.
@@ -81,3 +108,75 @@ async def project_points(body: ProjectRequest, context: ContextDep) -> Response:
     services, job, *_ = context
     work = plan_project(body.to_shape(), body.to_query(), services.limits)
     return bytes_response(await job.run(work, "project"), job)
+
+
+@intersections.post(
+    "/v1/intersect",
+    operation_id="intersectSurface",
+    tags=["queries"],
+    summary="Where rays hit a surface, or planes cut it",
+    response_model=Intersections,
+    response_description="The hits, or the sections.",
+    responses={
+        200: success(FILE_HEADERS, SECTION_FORMATS),
+        404: error("UnknownSurface"),
+        406: error("NotAcceptable"),
+        **POST_ERRORS,
+    },
+    openapi_extra=array_body(
+        _HITS, IntersectRequest, "rays", "(m, 6)", format_parameter(SECTION_FORMATS)
+    ),
+)
+async def intersect_surface(body: IntersectRequest, context: ContextDep) -> Response:
+    """Looks for the hits of rays, or for the sections by planes, of the whole surface.
+
+    **Rays.** If a ray is `reached`, each point of the surface on the ray has its t in the
+    `t_bounds` of a hit. Each hit is nearer to its ray than the thickness
+    (`relative_thickness`). Hits on an edge or a corner that patches share count once.
+
+    **Planes.** A section is returned as polylines, which are within a tolerance of the exact
+    section and contain all of its parts, however small. Polylines are closed where the surface is
+    closed. The response is in the format that `format` names or `Accept` prefers; JSON without
+    either.
+
+    Many rays are sent faster as a NumPy file with a point and a direction in each row. The query
+    then names a stored or built-in surface, and has the other fields.
+
+    Tubes and ribbons have no hits and no sections (`not_parametric`).
+    """
+    services, job, request, fmt = context
+    if body.planes is not None:
+        work = plan_sections(body.to_surface(), body.to_sections(), fmt, services.limits)
+        content = await job.run(work, "intersect")
+        return file_response(content, fmt, body.to_surface().name, job)
+    if fmt.name != "json" and "format" not in request.query_params:
+        # `Accept` prefers a format of sections, but hits are only JSON: raises if it excludes JSON.
+        format_by_accept(request.headers.get("accept"), (SECTIONS_BY_NAME["json"],))
+    elif fmt.name != "json":
+        message, got = "Hits of rays are written as JSON.", "a format of sections"
+        raise InvalidQuery(Issue("unsupported_by_format", message, "/format", got, "json"))
+    hits = plan_intersect(body.to_surface(), body.to_query(), services.limits)
+    return bytes_response(await job.run(hits, "intersect"), job)
+
+
+@measures.post(
+    "/v1/measure",
+    operation_id="measureSurface",
+    tags=["queries"],
+    summary="Area, volume, centroid and lengths of borders, each with a proved interval",
+    response_model=SurfaceMeasures,
+    response_description="The measures.",
+    responses={200: success(), **POST_ERRORS},
+    openapi_extra=json_body(_MEASURES),
+)
+async def measure_surface(body: MeasureRequest, context: ContextDep) -> Response:
+    """Measures a surface: every number has an interval that provably contains the exact value.
+
+    A surface has a volume if it has no open edge and its patches are oriented consistently;
+    otherwise `faulty_edges` lists the reasons. A `tolerance` that takes more work than one request
+    may take is refused (`too_costly`); the error names the tolerance that can be reached for each
+    quantity. Tubes and ribbons are not measured (`not_parametric`).
+    """
+    services, job, *_ = context
+    work = plan_measure(body.to_surface(), body.to_query(), services.limits)
+    return bytes_response(await job.run(work, "measure"), job)

@@ -10,10 +10,8 @@ from fastapi import APIRouter, HTTPException, Request, Response
 from service.api.body import BodyRoute
 from service.api.caching.cached_response import FOR_AN_HOUR, FOR_EVER, matches_all, parse_tags
 from service.api.guard.signatures import MIN_SECRET, Signer, build_signed_url
-from service.api.links import mesh_links, mesh_url_path, surface_url
 from service.api.models.surfaces import SignedAddress, StoredSurface, SurfaceDocument, SurfaceList
 from service.api.negotiation import condition_of, refuse_parameters
-from service.api.openapi.examples import show_responses
 from service.api.openapi.parameters import (
     IF_NONE_MATCH,
     REQUESTS,
@@ -31,11 +29,19 @@ from service.api.openapi.responses import (
     UNCHANGED_DEFINITION,
     error,
     links,
+    show_responses,
     success,
 )
 from service.api.responses import HEADERS, bytes_response, json_response
 from service.api.services import ContextDep
-from service.api.stored import content_id, exists, surface_of
+from service.api.stored import (
+    content_id,
+    exists,
+    mesh_links,
+    mesh_url_path,
+    surface_of,
+    surface_url,
+)
 from service.decoders.registry import DECODERS
 from service.encoders.registry import FORMATS
 from service.errors import Issue, UnknownSurface

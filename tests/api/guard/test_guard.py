@@ -8,10 +8,10 @@ from pydantic import SecretStr
 from starlette.types import Message, Receive, Scope, Send
 
 from service.api.app import create_app
-from service.api.caching.middleware import CacheMiddleware
+from service.api.cache_middleware import CacheMiddleware
 from service.api.guard.keys import format_entry
 from service.api.observing.middleware import RequestMiddleware
-from service.api.observing.record import record_of
+from service.api.record import record_of
 from service.errors import InvalidSettings
 from service.settings.values import Settings
 from tools.client import Client, start_client

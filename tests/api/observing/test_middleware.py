@@ -12,7 +12,7 @@ from service.api.app import create_app
 from service.api.cors import Origins
 from service.api.observing.metrics import RequestCounters
 from service.api.observing.middleware import AccessLog, RequestMiddleware
-from service.api.observing.record import RouteLabels, record_of
+from service.api.record import RouteLabels, record_of
 from service.settings.values import Settings
 from tools.client import Client, start_client
 

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 import pytest
 from starlette.types import Message, Receive, Scope, Send
 
+from service.api.cache_middleware import CacheMiddleware
 from service.api.caching.cache import ResponseCache
 from service.api.caching.cached_response import CachedResponse, Subject
-from service.api.caching.middleware import CacheMiddleware
 from service.api.cors import Origins
-from service.api.observing.record import NO_ROUTE, SCOPE_ITEM, RequestRecord
+from service.api.record import NO_ROUTE, SCOPE_ITEM, RequestRecord
 from service.api.responses import CHUNK, MAX_BUFFERED
 
 PATH, QUERY = "/v1/surfaces/saddle/mesh.glb", b"engine=3"

@@ -6,7 +6,7 @@ import pytest
 
 from service.api.app import create_app
 from service.api.observing.middleware import RequestMiddleware
-from service.api.observing.record import (
+from service.api.record import (
     NO_ROUTE,
     RouteLabel,
     RouteLabels,

@@ -125,6 +125,13 @@ def record_of(scope: Scope | dict[str, Any]) -> RequestRecord:
     return record
 
 
+def route_path(scope: Scope) -> str:
+    """The path of a request below the mount point of the application."""
+    path: str = scope["path"]
+    root: str = scope.get("root_path", "")
+    return path[len(root) :] if (path + "/").startswith(root + "/") else path
+
+
 def start_record(scope: Scope, labels: RouteLabels) -> RequestRecord:
     """Makes the record of a request from its head; sets it in the scope and in the context.
 

@@ -11,8 +11,8 @@ from contextlib import closing
 import pytest
 
 from service.api.caching.cache import ResponseCache
-from service.api.caching.single_flight import SingleFlight
 from service.api.job import Job
+from service.api.single_flight import SingleFlight
 from service.api.threads import Threads
 from service.cancellation import Cancelled, checkpoint
 from service.pipeline.cost import Cost

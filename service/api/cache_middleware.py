@@ -10,7 +10,7 @@ from service.api.caching.cache import ResponseCache
 from service.api.caching.cached_response import CachedResponse, Variant, find_match, matches_all
 from service.api.caching.codings import AcceptedCodings, parse_accepted_codings
 from service.api.cors import Origins
-from service.api.observing.record import record_of
+from service.api.record import record_of
 from service.api.responses import CHUNK, MAX_BUFFERED, send_in_chunks
 
 _END: Message = {"type": "http.response.body", "body": b""}
