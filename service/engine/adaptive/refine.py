@@ -47,7 +47,7 @@ from service.engine.adaptive.drafts.draft import Draft
 from service.engine.adaptive.drafts.draft_triangles import Store
 from service.engine.adaptive.limits import Effort, MeshLimits
 from service.engine.adaptive.triangulation import Triangulation
-from service.engine.bounds.certificate import certify
+from service.engine.bounds.certificate import PartBounds, certify
 from service.engine.bounds.clip import Parts
 from service.engine.bounds.faces import SPAN, Faces
 from service.engine.bounds.goal import Goal
@@ -172,19 +172,14 @@ class Proofs:
 
     def _prove(self, draft: Draft, rows: Ints) -> None:
         """Prove some triangles: against their reference triangles or the bases of their strips."""
-        task, triangles, samples, count = draft.task, draft.triangles, draft.samples, len(rows)
+        triangles, count = draft.triangles, len(rows)
         base = triangles.base[rows]
         # In strips, triangles other than the base are tried against the base, too.
         other = ((base >= 0) & (base != rows)).nonzero()[0]
         measured = np.concatenate([rows, rows[other]])
         references = np.concatenate([triangles.reference[rows], base[other]])
-        corners = triangles.corners[measured]
-        face = samples.face[corners[:, 0]]
-        places = np.stack([samples.u[corners], samples.v[corners]], 2)
-        task.limits.spend(task.estimate_work(face, places))
-        across = triangles.across[references]  # vertices beyond the edges of reference triangles
-        parts = Parts(face, places, triangles.vertices[references], across, references == measured)
-        bounds = certify(task.patch_nets, task.faces, parts, samples.positions, task.goal)
+        places, face = _find_places(draft, measured)
+        bounds = _certify(draft, face, places, references, references == measured)
         deviation, allowed = bounds.deviation[:count], bounds.allowed
         meets_goal = bounds.meets_goal[:count]
         mesh = np.zeros(count) if bounds.mesh is None else bounds.mesh[:count]
@@ -271,22 +266,34 @@ def _prefer_vertices(draft: Draft, cut: Ints, along_v: Bools) -> Bools:
 
 def refine_bounds(draft: Draft, rows: Ints) -> FloatArray:
     """Bounds (m,) of the parts over these triangles by their quarters; inf if a quarter fails."""
-    task, triangles, samples = draft.task, draft.triangles, draft.samples
-    corners = triangles.corners[rows]
-    places = np.stack([samples.u[corners], samples.v[corners]], axis=2)
+    places, face = _find_places(draft, rows)
     # Only parts in one patch whose quarters have corners at places (integers), so that the quarters
     # cover the part.
-    inner = places.max(axis=1) <= (places.min(axis=1) // SPAN + 1) * SPAN
-    even = QUARTERS.reshape(12, 3) @ places % 2 == 0
-    cut = (inner.all(axis=1) & even.all(axis=(1, 2))).nonzero()[0]
-    places = (QUARTERS @ places[cut, np.newaxis] // 2).reshape(-1, 3, 2)
-    face = samples.face[corners[cut, 0]].repeat(4)
-    reference = triangles.reference[rows[cut]].repeat(4)
-    task.limits.spend(task.estimate_work(face, places))
-    is_own = np.zeros(len(face), dtype=bool)  # the reference triangle lies over the whole part
-    parts = Parts(face, places, triangles.vertices[reference], triangles.across[reference], is_own)
-    bounds = certify(task.patch_nets, task.faces, parts, samples.positions, task.goal)
-    quarters = np.where(bounds.deviation <= bounds.allowed, bounds.deviation, np.inf)
+    inner = places.max(axis=0) <= (places.min(axis=0) // SPAN + 1) * SPAN
+    # Twice the corners of the quarters.
+    corners = (QUARTERS.reshape(12, 3) @ places.reshape(3, -1)).reshape(4, 3, 2, -1)
+    cut = (inner.all(axis=0) & (corners % 2 == 0).all(axis=(0, 1, 2))).nonzero()[0]
+    quarters = (corners[..., cut] // 2).transpose(1, 2, 0, 3).reshape(3, 2, -1)
+    reference = np.tile(draft.triangles.reference[rows[cut]], 4)
+    # The reference triangle lies over the whole part, not over one quarter.
+    is_own = np.zeros(len(reference), dtype=bool)
+    bounds = _certify(draft, np.tile(face[cut], 4), quarters, reference, is_own)
+    deviation = np.where(bounds.deviation <= bounds.allowed, bounds.deviation, np.inf)
     refined = np.full(len(rows), np.inf)
-    refined[cut] = quarters.reshape(-1, 4).max(axis=1)
+    refined[cut] = deviation.reshape(4, -1).max(axis=0)
     return refined
+
+
+def _find_places(draft: Draft, rows: Ints) -> tuple[Ints, Ints]:
+    """The places (3, 2, m) of the corners of triangles, and their faces (m,)."""
+    corners, samples = draft.triangles.corners[rows].T, draft.samples
+    return np.stack([samples.u[corners], samples.v[corners]], axis=1), samples.face[corners[0]]
+
+
+def _certify(draft: Draft, face: Ints, places: Ints, reference: Ints, is_own: Bools) -> PartBounds:
+    """Bounds of parts (3, 2, m) of faces, given the numbers (m,) of their reference triangles."""
+    task, triangles = draft.task, draft.triangles
+    task.limits.spend(task.estimate_work(face, places))
+    vertices, across = triangles.vertices[reference].T, triangles.across[reference].T
+    parts = Parts(face, places, vertices, across, is_own)
+    return certify(task.patch_nets, task.faces, parts, draft.samples.positions, task.goal)

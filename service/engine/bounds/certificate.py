@@ -66,7 +66,7 @@ COVERED = 16
 class PieceMeasure:
     """M pieces of parts, and the mesh that they are measured against: the arguments of `certify`.
 
-    `shares` (3, 3, M) are the corners of pieces in barycentric coordinates of their parts
+    `images` (3, 3, M) are the corners of pieces in barycentric coordinates of their parts
     (`find_images`); None unless `goal.two_sided`.
     """
 
@@ -75,7 +75,7 @@ class PieceMeasure:
     pieces: PatchPieces
     positions: FloatArray
     goal: Goal
-    shares: FloatArray | None
+    images: FloatArray | None
 
     def bound_pieces(self, bounds: FloatArray, rows: Ints) -> None:
         """Write the bounds of these pieces into the columns `rows` of `bounds` (3, M).
@@ -110,8 +110,8 @@ class PieceMeasure:
                 if self.goal.view is not None:
                     eye = self.goal.view.eye
                     eye_distance[pieces_of_chunk] = frames.bound_distances_to_eye(local, eye)
-                if self.shares is not None:
-                    images = self.shares.take(pieces_of_chunk, axis=2)
+                if self.images is not None:
+                    images = self.images.take(pieces_of_chunk, axis=2)
                     reverse = frames.bound_reverse_distances(local, images)
                     mesh[pieces_of_chunk] = frames.to_model_units(reverse)
 
@@ -131,12 +131,14 @@ class PieceMeasure:
         # The numbers of the vertices of the reference triangles; and, for each edge, the number of
         # the vertex opposite to it in the neighbouring triangle. Where there is no neighbour, −1
         # takes the last vertex, which is not used.
-        reference, opposite = self.parts.reference[part].T, self.parts.across[part].T
+        reference, opposite = (
+            ids.take(part, axis=1) for ids in (self.parts.reference, self.parts.across)
+        )
         vertices, opposite_vertices = (
             np.ascontiguousarray(self.positions.take(ids, axis=0).swapaxes(1, 2))
             for ids in (reference, opposite)
         )
-        # `shares` has the corners of pieces in order, so the corners of nets must keep this order.
+        # `images` has the corners of pieces in order, so the corners of nets must keep this order.
         return build_local_frames(
             self.patch_nets,
             nets,
@@ -235,9 +237,9 @@ def _split_into_blocks(faces: Faces, parts: Parts) -> Iterator[slice]:
     if len(parts.face) * int((faces.spans + 1).prod(axis=1).max()) <= BLOCK:
         yield slice(None)
         return
-    low, high = parts.corners.min(axis=1), parts.corners.max(axis=1)
+    low, high = parts.corners.min(axis=0), parts.corners.max(axis=0)
     # A part is counted as one piece for each span of the box about it.
-    block = np.cumsum(((high - low) // SPAN + 1).prod(axis=1)) // BLOCK
+    block = np.cumsum(((high - low) // SPAN + 1).prod(axis=0)) // BLOCK
     begins = np.diff(block, prepend=-1).nonzero()[0]
     for begin, end in pairwise([*begins.tolist(), len(block)]):
         yield slice(begin, end)
@@ -250,11 +252,10 @@ def _bound_parts(
 
     The second row is 0 without a view. The third row is 0 unless `goal.two_sided`.
     """
-    corners = parts.corners.transpose(1, 2, 0)
-    pieces = clip_parts(faces, parts.face, corners)
-    shares = find_images(pieces, corners) if goal.two_sided else None
+    pieces = clip_parts(faces, parts.face, parts.corners)
+    images = find_images(pieces, parts.corners) if goal.two_sided else None
     bounds = np.zeros((3, len(pieces.part)))
-    measure = PieceMeasure(patch_nets, parts, pieces, positions, goal, shares)
+    measure = PieceMeasure(patch_nets, parts, pieces, positions, goal, images)
     covering = None if goal.two_sided or goal.view is not None else find_covering_hulls(measure)
     if covering is None:
         measure.bound_pieces(bounds, np.arange(len(pieces.part)))
@@ -264,8 +265,7 @@ def _bound_parts(
         largest = _join(np.maximum, bounds[0], pieces.part, len(parts.face))
         # All others have a bound by the hull that is no larger than `largest`, and keep 0.
         measure.bound_pieces(bounds, (~is_first & (hull > largest[pieces.part])).nonzero()[0])
-    if parts.is_own is not None:
-        bounds[2, ~parts.is_own[pieces.part]] = 0.0
+    bounds[2, ~parts.is_own[pieces.part]] = 0.0
     choices = np.maximum, np.minimum, np.maximum
     return np.array(
         [

@@ -17,6 +17,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import expand_runs
 from service.engine.bounds.faces import SPAN, Faces
+from service.engine.bounds.vectors import Columns
 
 ON_EDGE = 2.0**-16
 """A place counts as on an edge of a part if it is nearer to this edge than this share of the height
@@ -27,37 +28,29 @@ THIN = 2.0**17
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Parts:
+class Parts(Columns):
     """m triangles of places, and the triangles of the mesh from which distances are measured.
 
     Attributes
     ----------
     face : ndarray of int, shape (m,)
-    corners : ndarray of int, shape (m, 3, 2)
+    corners : ndarray of int, shape (3, 2, m)
         Places of the face. Neighbouring parts share complete edges.
-    reference : ndarray of int, shape (m, 3)
+    reference : ndarray of int, shape (3, m)
         The vertices of the reference triangle of each part: the triangle of the mesh from which
         distances are measured. If `is_own`, vertex k is the image of corner k.
-    across : ndarray of int, shape (m, 3)
+    across : ndarray of int, shape (3, m)
         For edge (k, k + 1) of the reference triangle, the opposite vertex of the triangle beyond
         the edge; -1 if that triangle does not exist or is unknown.
-    is_own : ndarray of bool, shape (m,), or None
-        Whether the reference triangle is the image of the part, not another triangle; None if all
-        are.
+    is_own : ndarray of bool, shape (m,)
+        Whether the reference triangle is the image of the part, not another triangle.
     """
 
     face: Ints
     corners: Ints
     reference: Ints
     across: Ints
-    is_own: Bools | None = None
-
-    def take(self, rows: slice) -> "Parts":
-        """The parts with these rows."""
-        is_own = None if self.is_own is None else self.is_own[rows]
-        return Parts(
-            self.face[rows], self.corners[rows], self.reference[rows], self.across[rows], is_own
-        )
+    is_own: Bools
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -116,9 +109,9 @@ def find_images(pieces: PatchPieces, corners: Ints) -> FloatArray:
     to 0. If a part is so thin that rounding may exceed this share, the coordinates are NaN; then
     the bound of the distance from the mesh is NaN too, and the part does not meet the goal.
     """
-    shares = np.repeat(np.eye(3)[..., np.newaxis], len(pieces.part), axis=2)
+    images = np.repeat(np.eye(3)[..., np.newaxis], len(pieces.part), axis=2)
     if len(pieces.part) == corners.shape[2]:
-        return shares
+        return images
     # The pieces of parts that were cut.
     cut = (np.bincount(pieces.part)[pieces.part] > 1).nonzero()[0]
     triangle = corners[..., pieces.part[cut]].astype(np.float64)
@@ -133,9 +126,9 @@ def find_images(pieces: PatchPieces, corners: Ints) -> FloatArray:
         share = (edge[0] * difference[:, 1] - edge[1] * difference[:, 0]) / np.where(
             thin, np.nan, twice_area
         )
-        shares[:, k, cut] = np.where(share < ON_EDGE, 0.0, share)
-    shares[..., cut] /= shares[:, :1, cut] + shares[:, 1:2, cut] + shares[:, 2:, cut]
-    return shares
+        images[:, k, cut] = np.where(share < ON_EDGE, 0.0, share)
+    images[..., cut] /= images[:, :1, cut] + images[:, 1:2, cut] + images[:, 2:, cut]
+    return images
 
 
 def _cut_at_knots(corners: Ints, counts: Ints, axis: int) -> tuple[Ints, Ints, Ints]:

@@ -49,7 +49,8 @@ def evaluate_places(patch_nets: PatchNets, faces: Faces, places: Index | Array) 
 def build_parts(places: Index, corners: Index, across: Index) -> Parts:
     """Parts of face 0, one for each triangle, which is the reference triangle of its part."""
     face = np.zeros(len(corners), dtype=np.intp)
-    return Parts(face, places[corners], corners, across)
+    is_own = np.ones(len(corners), dtype=bool)
+    return Parts(face, places[corners].transpose(1, 2, 0), corners.T, across.T, is_own)
 
 
 def measure_deviations(
@@ -61,9 +62,9 @@ def measure_deviations(
     """
     weights, points = sample_parts(patch_nets, faces, parts, divisions)
     count = len(weights)
-    result = measure_distances(points, np.repeat(positions[parts.reference], count, axis=0))
+    result = measure_distances(points, np.repeat(positions[parts.reference.T], count, axis=0))
     for k in range(3):
-        edge, across = parts.reference[:, [k, (k + 1) % 3]], parts.across[:, k]
+        edge, across = parts.reference[[k, (k + 1) % 3]].T, parts.across[k]
         # Where there is no neighbour, the edge itself is measured instead.
         neighbour = np.column_stack([edge, np.where(across >= 0, across, edge[:, 0])])
         result = np.minimum(
@@ -80,7 +81,7 @@ def sample_parts(
     weights = np.array(
         [(divisions - i - j, i, j) for i in range(divisions + 1) for j in range(divisions + 1 - i)]
     )
-    places = weights @ parts.corners.astype(np.float64) / divisions
+    places = weights @ parts.corners.transpose(2, 0, 1).astype(np.float64) / divisions
     return weights / divisions, evaluate_places(patch_nets, faces, places.reshape(-1, 2))
 
 
@@ -90,7 +91,7 @@ def measure_reference_distances(
     """The largest distances (m,) of samples of parts from the points of the reference triangles
     that have the same barycentric coordinates."""
     weights, points = sample_parts(patch_nets, faces, parts, divisions)
-    gap = points.reshape(-1, len(weights), 3) - weights @ positions[parts.reference]
+    gap = points.reshape(-1, len(weights), 3) - weights @ positions[parts.reference.T]
     furthest: Array = np.linalg.norm(gap, axis=2).max(axis=1)
     return furthest
 

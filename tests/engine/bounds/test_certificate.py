@@ -100,7 +100,7 @@ def test_bounds_do_not_depend_on_a_part_without_pieces() -> None:
     # Together they have as many pieces as there are parts.
     corners = np.array([(0, 1, 1), (0, 1, 2)])
     parts = build_parts(places, corners, np.full((2, 3), -1))
-    assert clip_parts(faces, parts.face, parts.corners.transpose(1, 2, 0)).part.tolist() == [1, 1]
+    assert clip_parts(faces, parts.face, parts.corners).part.tolist() == [1, 1]
     positions = evaluate_places(patch_nets, faces, places)
     together = certify(patch_nets, faces, parts, positions, GOAL).deviation
     alone = certify(patch_nets, faces, parts.take(slice(1, 2)), positions, GOAL).deviation
@@ -148,9 +148,9 @@ def test_pieces_of_the_covered_patch_with_the_largest_hull_are_bounded_first() -
     # Each part is measured against a triangle of the mesh, its reference triangle.
     reference = np.arange(6).reshape(2, 3)
     parts = build_parts(corners.reshape(-1, 2), reference, np.full((2, 3), -1))
-    pieces = clip_parts(faces, parts.face, parts.corners.transpose(1, 2, 0))
+    pieces = clip_parts(faces, parts.face, parts.corners)
     positions = evaluate_places(patch_nets, faces, corners.reshape(-1, 2))
-    measure = PieceMeasure(patch_nets, parts, pieces, positions, GOAL, shares=None)
+    measure = PieceMeasure(patch_nets, parts, pieces, positions, GOAL, images=None)
     result = find_covering_hulls(measure)
     assert result is not None
     hull_bounds, is_first = result

@@ -103,8 +103,8 @@ def test_bounds_hold_for_high_degrees(degree: tuple[int, int], rational: bool) -
     positions = evaluate_places(patch_nets, faces, places)
     bounds, _ = check_bounds(patch_nets, faces, parts, positions)
     # Where a triangle is small, the bound is near the truth.
-    extent = np.ptp(parts.corners, axis=1)
-    small = (extent <= SPAN // 64).all(axis=1)
+    extent = np.ptp(parts.corners, axis=0)
+    small = (extent <= SPAN // 64).all(axis=0)
     distance = measure_deviations(patch_nets, faces, parts, positions)
     assert small.sum() >= 8
     assert np.median(bounds.deviation[small] / distance[small]) < 1.3

@@ -135,15 +135,15 @@ class Task:
         return self.patch_nets.evaluate_points(self.find_patches_at(face, u, v), *parameters)
 
     def estimate_work(self, face: Ints, places: Ints) -> float:
-        """Approximate cost of certifying triangles (m, 3, 2) of places, in multiplications."""
+        """Approximate cost of certifying triangles (3, 2, m) of places, in multiplications."""
         costs = np.array([nets.piece_cost for nets in self.patch_nets.groups], dtype=np.float64)
         costs = costs[self.patch_nets.group[self.faces.first[face]]]
         # A triangle has pieces in half of the patches of its box, and in those along one of its
         # edges: 1.5 pieces if each face is one patch.
         if int(self.faces.spans.max()) == 1:
             return 1.5 * float(costs.sum())
-        first, last = places.min(axis=1) // SPAN, -(-places.max(axis=1) // SPAN)
-        long, wide = np.maximum(last - first, 1).T.astype(np.float64)
+        first, last = places.min(axis=0) // SPAN, -(-places.max(axis=0) // SPAN)
+        long, wide = np.maximum(last - first, 1).astype(np.float64)
         pieces = (long * wide + long + wide) / 2
         return float((pieces * costs).sum())
 
