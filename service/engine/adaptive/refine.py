@@ -273,14 +273,14 @@ def refine_bounds(draft: Draft, rows: Ints) -> FloatArray:
     # Twice the corners of the quarters.
     corners = (QUARTERS.reshape(12, 3) @ places.reshape(3, -1)).reshape(4, 3, 2, -1)
     cut = (inner.all(axis=0) & (corners % 2 == 0).all(axis=(0, 1, 2))).nonzero()[0]
-    quarters = (corners[..., cut] // 2).transpose(1, 2, 0, 3).reshape(3, 2, -1)
-    reference = np.tile(draft.triangles.reference[rows[cut]], 4)
+    quarters = (corners[..., cut] // 2).transpose(1, 2, 3, 0).reshape(3, 2, -1)
+    reference = draft.triangles.reference[rows[cut]].repeat(4)
     # The reference triangle lies over the whole part, not over one quarter.
     is_own = np.zeros(len(reference), dtype=bool)
-    bounds = _certify(draft, np.tile(face[cut], 4), quarters, reference, is_own)
+    bounds = _certify(draft, face[cut].repeat(4), quarters, reference, is_own)
     deviation = np.where(bounds.deviation <= bounds.allowed, bounds.deviation, np.inf)
     refined = np.full(len(rows), np.inf)
-    refined[cut] = deviation.reshape(4, -1).max(axis=0)
+    refined[cut] = deviation.reshape(-1, 4).max(axis=1)
     return refined
 
 

@@ -131,9 +131,8 @@ class PieceMeasure:
         # The numbers of the vertices of the reference triangles; and, for each edge, the number of
         # the vertex opposite to it in the neighbouring triangle. Where there is no neighbour, −1
         # takes the last vertex, which is not used.
-        reference, opposite = (
-            ids.take(part, axis=1) for ids in (self.parts.reference, self.parts.across)
-        )
+        parts = self.parts
+        reference, opposite = parts.reference.take(part, axis=1), parts.across.take(part, axis=1)
         vertices, opposite_vertices = (
             np.ascontiguousarray(self.positions.take(ids, axis=0).swapaxes(1, 2))
             for ids in (reference, opposite)
@@ -225,24 +224,24 @@ def certify(
     goal : Goal
     """
     blocks = [
-        _bound_parts(patch_nets, faces, parts.take(block), positions, goal)
+        _bound_parts(patch_nets, faces, block, positions, goal)
         for block in _split_into_blocks(faces, parts)
     ]
     deviation, distance, mesh = np.concatenate(blocks, axis=1)
     return PartBounds(deviation, mesh if goal.two_sided else None, goal.find_allowed(distance))
 
 
-def _split_into_blocks(faces: Faces, parts: Parts) -> Iterator[slice]:
+def _split_into_blocks(faces: Faces, parts: Parts) -> Iterator[Parts]:
     """Runs of parts with at most about `BLOCK` pieces together; a single part may have more."""
     if len(parts.face) * int((faces.spans + 1).prod(axis=1).max()) <= BLOCK:
-        yield slice(None)
+        yield parts
         return
     low, high = parts.corners.min(axis=0), parts.corners.max(axis=0)
     # A part is counted as one piece for each span of the box about it.
     block = np.cumsum(((high - low) // SPAN + 1).prod(axis=0)) // BLOCK
     begins = np.diff(block, prepend=-1).nonzero()[0]
     for begin, end in pairwise([*begins.tolist(), len(block)]):
-        yield slice(begin, end)
+        yield parts.take(slice(begin, end))
 
 
 def _bound_parts(
