@@ -45,8 +45,8 @@ def test_the_page_says_how_far_a_model_may_be_from_zero() -> None:
 def write_row(tolerance: str) -> str:
     """The row that the table of the teapot must have for this tolerance."""
     options = MeshOptions(accuracy=Accuracy(tolerance=float(tolerance)))
-    work = plan_mesh(EXAMPLES["utah-teapot"].surface(), options, BY_NAME["json"])
-    report = work.build(*work.lower()).report
+    report = plan_mesh(EXAMPLES["utah-teapot"].surface(), options, BY_NAME["json"]).run().report
+    assert report is not None
     cells = (
         tolerance,
         f"{report.triangles:,}".replace(",", " "),

@@ -22,6 +22,7 @@ from service.engine.options import MeshOptions, OverlayName
 from service.errors import SurfaceError
 from service.pipeline.cost import lowering_memory
 from service.pipeline.mesh import plan_mesh
+from service.pipeline.mesh_plan import build_plan
 from service.settings.runtime import pin_blas, share_heap
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
@@ -125,9 +126,9 @@ def measure_surface(name: str, surface: Surface) -> Iterator[Measurement]:
                     continue
                 title = f"{name} {resolution[0]}×{resolution[1]} {variant} {fmt.name}"
                 try:
-                    work = plan_mesh(surface, options, fmt, encode)
-                    if work.size.vertices > MAX_VERTICES:
+                    if build_plan(surface, options, fmt, encode).size.vertices > MAX_VERTICES:
                         continue
+                    work = plan_mesh(surface, options, fmt, encode)
                     work.run()  # fills the caches, which are not part of the cost
                     yield Measurement(title, measure_memory(work.run), work.cost.memory)
                 except SurfaceError:  # this surface or format does not have this variant

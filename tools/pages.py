@@ -23,7 +23,7 @@ from service.encoders.format import Format
 from service.encoders.registry import FORMATS
 from service.engine.options import MeshOptions
 from service.errors import TooLarge
-from service.pipeline.mesh import plan_mesh
+from service.pipeline.mesh_plan import build_plan
 from service.schemas.accuracy import ACCURACY_FIELDS
 from service.schemas.kinds import KINDS
 from service.schemas.options import MeshOptionFields
@@ -229,7 +229,7 @@ def _count_largest(surface: SurfaceKind, fmt: Format) -> int:
     def count_vertices(resolution: int) -> int:
         try:
             options = MeshOptions(resolution=(resolution, resolution))
-            return plan_mesh(surface, options, fmt, limits=limits).size.vertices
+            return build_plan(surface, options, fmt, limits=limits).size.vertices
         except TooLarge:
             return 0
 

@@ -11,7 +11,7 @@ import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
 from traceback import clear_frames
-from typing import Any, Protocol, TypeAlias, TypeVar, cast
+from typing import Any, TypeAlias, TypeVar, cast
 
 from anyio import CancelScope, current_time, to_thread
 from starlette.requests import ClientDisconnect
@@ -21,7 +21,7 @@ from service.api.record import Timing
 from service.api.threads import Threads
 from service.cancellation import Cancellation, Cancelled, OutOfTime, cancelled_by
 from service.errors import Busy, Issue, TooLarge
-from service.pipeline.cost import Cost
+from service.pipeline.cost import Work
 
 INLINE_SECONDS = 0.0075
 """Estimated time (`Cost.seconds`) up to which work runs on the event loop. To change to a thread
@@ -41,16 +41,6 @@ SMALL_BODY = 1 << 20
 
 Callbacks: TypeAlias = list[Callable[[], None]]
 Result = TypeVar("Result")
-Result_co = TypeVar("Result_co", covariant=True)
-
-
-class Work(Protocol[Result_co]):
-    """The work of a request: its cost, and the function that computes it."""
-
-    @property
-    def cost(self) -> Cost: ...  # noqa: D102
-
-    def run(self) -> Result_co: ...  # noqa: D102
 
 
 class Job:

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 from math import inf
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 from service.encoders.format import MeshSize
 from service.encoders.split_content import Content
@@ -26,11 +26,9 @@ from service.pipeline.cost import (
     TRIANGLE_EFFORT,
     adaptive_triangles,
 )
+from service.pipeline.mesh_plan import MeshPlan
 from service.surface.lowered import Model
 from service.surface.sweep_model import SweepModel
-
-if TYPE_CHECKING:
-    from service.pipeline.mesh import MeshWork
 
 AnyMesh: TypeAlias = Mesh | Scene
 Build: TypeAlias = Callable[[Accuracy, float | None], AnyMesh]
@@ -53,7 +51,7 @@ class AdaptiveMesher:
 
     Parameters
     ----------
-    work : MeshWork
+    plan : MeshPlan
         The request, its limits, and the number of triangles that fit into its memory.
     model : PatchModel or GroupModel
     options : MeshOptions
@@ -62,18 +60,18 @@ class AdaptiveMesher:
     """
 
     def __init__(
-        self, work: "MeshWork", model: Model, options: MeshOptions, effort: Effort | None = None
+        self, plan: MeshPlan, model: Model, options: MeshOptions, effort: Effort | None = None
     ) -> None:
         if isinstance(model, SweepModel):
             raise InvalidRequest(NOT_PATCHES)  # never reached: `plan_mesh` refuses such a request
-        fmt, self._work, self._model = work.fmt, work, model
-        self._effort = effort or Effort(EFFORT_FACTOR * work.limits.max_multiplications)
+        fmt, self._plan, self._model = plan.fmt, plan, model
+        self._effort = effort or Effort(EFFORT_FACTOR * plan.limits.max_multiplications)
         self._meshing = build_mesher(
             model,
             options,
             Storage(fmt.is_float32, fmt.has_local_origin),
             has_nodes=fmt.encode_scene is not None,
-            is_quantized=work.encode.quantize,
+            is_quantized=plan.encode.quantize,
         )
 
     def build(self, accuracy: Accuracy, tolerance: float | None = None) -> AnyMesh:
@@ -86,20 +84,20 @@ class AdaptiveMesher:
         InvalidRequest, TooLarge
             The pointer leads to the option that is the cause.
         """
-        work = self._work
+        plan = self._plan
         # The limit of the service, which is that of an accuracy without a budget.
-        max_triangles, limit_pointer = adaptive_triangles(Accuracy(), work.limits), accuracy.pointer
+        max_triangles, limit_pointer = adaptive_triangles(Accuracy(), plan.limits), accuracy.pointer
         if accuracy.max_triangles is not None and accuracy.max_triangles < max_triangles:
             max_triangles, limit_pointer = accuracy.max_triangles, "/max_triangles"
-        # `work.cost.triangles` is at most `allowed_triangles`; it is less if memory is the limit.
-        requested = work.options.accuracy or accuracy
-        allowed_triangles = adaptive_triangles(requested, work.limits, work.stored.patches)
+        # `plan.cost.triangles` is at most `allowed_triangles`; it is less if memory is the limit.
+        requested = plan.options.accuracy or accuracy
+        allowed_triangles = adaptive_triangles(requested, plan.limits, plan.stored.patches)
         memory = (
-            work.cost.memory
-            if work.cost.triangles < min(allowed_triangles, max_triangles)
+            plan.cost.memory
+            if plan.cost.triangles < min(allowed_triangles, max_triangles)
             else None
         )
-        max_triangles = min(max_triangles, work.cost.triangles)
+        max_triangles = min(max_triangles, plan.cost.triangles)
         goal = build_goal(accuracy, self._model)
         if tolerance is not None:
             goal = replace(goal, tolerance=tolerance)
@@ -116,20 +114,20 @@ class AdaptiveMesher:
             invalid = (replace(issue, pointer=accuracy.pointer) for issue in error.issues)
             raise InvalidRequest(*invalid) from None
         self._effort.spent += TRIANGLE_EFFORT * mesh.report.triangles
-        check_mesh(mesh, work, accuracy)
+        check_mesh(mesh, plan, accuracy)
         return mesh
 
 
 def build_within_budget(
-    work: "MeshWork", model: Model, options: MeshOptions, accuracy: Accuracy
+    plan: MeshPlan, model: Model, options: MeshOptions, accuracy: Accuracy
 ) -> tuple[AnyMesh, Content]:
     """Make the mesh with the least proved deviation within the budget, and its file."""
     min_tolerance = (
-        MIN_TOLERANCE_SINGLE if work.fmt.is_float32 else MIN_TOLERANCE
+        MIN_TOLERANCE_SINGLE if plan.fmt.is_float32 else MIN_TOLERANCE
     ) * model.diagonal
-    effort = Effort(EFFORT_FACTOR * work.limits.max_multiplications)
-    build = AdaptiveMesher(work, model, options, effort).build
-    return search_budget(build, work.encode_mesh, accuracy, min_tolerance, effort)
+    effort = Effort(EFFORT_FACTOR * plan.limits.max_multiplications)
+    build = AdaptiveMesher(plan, model, options, effort).build
+    return search_budget(build, plan.encode_mesh, accuracy, min_tolerance, effort)
 
 
 def search_budget(
@@ -148,7 +146,7 @@ def search_budget(
     min_tolerance : float
         The least tolerance that the search tries, in model units.
     effort : Effort
-        The most work of all meshes together; one mesh may take 1/`ATTEMPTS` of this work.
+        The most work of all meshes together; one mesh may take 1/`ATTEMPTS` of this plan.
 
     Returns
     -------
@@ -196,14 +194,14 @@ def search_budget(
     return search_tolerances(attempt, coarsest_attempt, min_tolerance).result
 
 
-def check_mesh(mesh: AnyMesh, work: "MeshWork", accuracy: Accuracy) -> None:
+def check_mesh(mesh: AnyMesh, plan: MeshPlan, accuracy: Accuracy) -> None:
     """Refuse a mesh with too many vertices, or whose file may have too many bytes."""
     where = accuracy.pointer
     copies = [mesh] if isinstance(mesh, Mesh) else [mesh.meshes[n.model] for n in mesh.nodes]
     vertices = sum(len(each.positions) for each in copies)
-    size = size_of_mesh(mesh, work.stored)
-    check_vertices(vertices + size.overlay_points, work.limits, where)
-    check_bytes(work.fmt.byte_bound(size, work.encode), work.fmt, work.limits, where)
+    size = size_of_mesh(mesh, plan.stored)
+    check_vertices(vertices + size.overlay_points, plan.limits, where)
+    check_bytes(plan.fmt.byte_bound(size, plan.encode), plan.fmt, plan.limits, where)
 
 
 def check_content(content: Content, accuracy: Accuracy | None) -> None:

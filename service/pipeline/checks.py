@@ -9,7 +9,7 @@ from dataclasses import astuple, replace
 import numpy as np
 
 from service.encoders.compression import list_compressions
-from service.encoders.format import EncodeOptions, Format
+from service.encoders.format import EncodeOptions, FileFormat, Format
 from service.engine.curvatures.ranges import NAMES
 from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.models import NOT_PATCHES, find_largest_coordinate, to_patches
@@ -156,9 +156,11 @@ def check_vertices(vertices: int, limits: Limits, where: str = "/resolution") ->
     check_count(vertices, limits.max_vertices, "vertices", issue)
 
 
-def check_bytes(byte_bound: int, fmt: Format, limits: Limits, where: str = "/resolution") -> None:
+def check_bytes(
+    byte_bound: int, fmt: FileFormat, limits: Limits, where: str = "/resolution"
+) -> None:
     """Refuse a file that may have too many bytes; `where` points to the option."""
-    limits.check_bytes(byte_bound, f"The response as {fmt.name} could become too large.", where)
+    limits.check_bytes(byte_bound, where, f"The response as {fmt.name} could become too large.")
 
 
 def check_model(model: Model, options: MeshOptions, limits: Limits) -> None:
@@ -256,3 +258,20 @@ def require_all_patches(model: Model) -> PatchModel:
         return to_patches(model)
     except InvalidRequest as error:
         raise error.within("/surface") from None
+
+
+def number_patches(model: Model) -> PatchModel:
+    """All patches of a model, as `require_all_patches`, with their numbers in the request."""
+    patches = require_all_patches(model)
+    if not isinstance(model, GroupModel):
+        return patches
+    request_numbers, first = [], 0
+    for member in model.members:
+        submodel = model.models[member.model]
+        assert isinstance(submodel, PatchModel)  # `require_all_patches` refuses tubes and ribbons
+        numbers = submodel.request_numbers
+        request_numbers.append(
+            first + (np.arange(submodel.patch_count) if numbers is None else numbers)
+        )
+        first += submodel.patch_count
+    return replace(patches, request_numbers=np.concatenate(request_numbers))

@@ -7,8 +7,9 @@ measured; `tests/pipeline/test_memory.py` compares the results with the memory i
 """
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.engine.accuracy import Accuracy
@@ -17,6 +18,8 @@ from service.pipeline.limits import Limits
 from service.pipeline.mesh_counts import adaptive_size, mesh_counts
 from service.surface.convert.operations import Elevate, Operation, Split, ToTriangle
 from service.surface.sizes import SurfaceSize
+
+Result = TypeVar("Result")
 
 MAX_SCRATCH_BYTES, MIN_SCRATCH_BYTES = 16 << 20, 1 << 19
 """Temporary arrays take at most 4 times the bytes of the results plus `MIN_SCRATCH_BYTES`, and
@@ -79,6 +82,14 @@ class Cost:
     bytes: int
     memory: int
     seconds: float
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Work(Generic[Result]):
+    """A piece of work: its cost, and the function that does it and returns its result."""
+
+    cost: Cost
+    run: Callable[[], Result]
 
 
 def lowering_memory(size: SurfaceSize, other_bytes: int = 0) -> int:

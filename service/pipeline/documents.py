@@ -1,14 +1,15 @@
 """Surfaces as JSON documents: after a conversion, or without change."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 
 from service.encoders.text import json_bound, json_document
 from service.engine.models import NOT_PATCHES
 from service.errors import InvalidRequest
 from service.pipeline.checks import NOT_PARAMETRIC
 from service.pipeline.cost import (
-    Cost,
+    Work,
     conversion_cost,
     conversion_points,
     definition_cost,
@@ -23,41 +24,16 @@ from service.surface.group import GroupSurface
 from service.surface.kinds import Surface
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class ConversionWork:
-    """The work of a conversion, and its cost.
-
-    `run` checks the size of the surface after each operation, which `allowed` limits, before it
-    computes this surface; and the bytes of the document, which `limits` limits.
-    """
-
-    surface: Surface
-    operations: Sequence[Operation]
-    allowed: SizeLimits
-    limits: Limits
-    cost: Cost
-
-    def run(self) -> bytes:
-        """Convert the surface, and write it as a JSON document.
-
-        The document can be the body of other requests.
-
-        Raises
-        ------
-        InvalidRequest, TooLarge
-            With pointers `/operations/…` into the request.
-        """
-        converted = convert(self.surface, self.operations, self.allowed)
-        return _write_document(converted, self.limits, "/operations")
-
-
 def plan_conversion(
     surface: Surface,
     operations: Sequence[Operation],
     allowed: SizeLimits,
     limits: Limits = DEFAULT_LIMITS,
-) -> ConversionWork:
+) -> Work[bytes]:
     """Plan a conversion: estimate its cost from the shapes of the surface, and check the limits.
+
+    The work checks the size of the surface after each operation, which `allowed` limits, before it
+    computes this surface; and the bytes of the document, which `limits` limits.
 
     Raises
     ------
@@ -73,37 +49,32 @@ def plan_conversion(
     max_points = min(allowed.control_points, max_converted_points(size, limits))
     cost = conversion_cost(size, min(max_points, conversion_points(size, operations)), limits)
     allowed = replace(allowed, control_points=max_points)
-    return ConversionWork(surface, operations, allowed, limits, cost)
+    return Work(cost, partial(_convert, surface, operations, allowed, limits))
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class DefinitionWork:
-    """The work of writing a surface as a JSON document, and its cost."""
+def _convert(
+    surface: Surface, operations: Sequence[Operation], allowed: SizeLimits, limits: Limits
+) -> bytes:
+    """Convert the surface, and write it as a JSON document, which can be the body of a request.
 
-    surface: Surface
-    limits: Limits
-    cost: Cost
-
-    def run(self) -> bytes:
-        """Write the document.
-
-        Raises
-        ------
-        TooLarge
-            The document may have too many bytes.
-        """
-        # A request names the surface in its URL, by the parameter `id`.
-        return _write_document(self.surface, self.limits, "/id")
+    Raises
+    ------
+    InvalidRequest, TooLarge
+        With pointers `/operations/…` into the request.
+    """
+    return _write_document(convert(surface, operations, allowed), limits, "/operations")
 
 
-def plan_definition(surface: Surface, limits: Limits = DEFAULT_LIMITS) -> DefinitionWork:
+def plan_definition(surface: Surface, limits: Limits = DEFAULT_LIMITS) -> Work[bytes]:
     """Plan writing a surface as a JSON document: estimate the cost."""
-    return DefinitionWork(surface, limits, definition_cost(surface.size(), limits.max_bytes))
+    cost = definition_cost(surface.size(), limits.max_bytes)
+    # A request names the surface in its URL, by the parameter `id`.
+    return Work(cost, partial(_write_document, surface, limits, "/id"))
 
 
 def _write_document(surface: Surface, limits: Limits, where: str) -> bytes:
     """The surface as a JSON document; raises `TooLarge` with the pointer `where`."""
     document = {"surface": definition(surface)}
     message = "The surface could become too large as JSON."
-    limits.check_bytes(json_bound(document), message, where)
+    limits.check_bytes(json_bound(document), where, message)
     return json_document(document)

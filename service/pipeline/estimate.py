@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from math import inf
 
 import numpy as np
@@ -25,11 +26,11 @@ from service.engine.plans.counts import Counts, count_mesh
 from service.engine.quantize import find_grid_error
 from service.errors import InvalidRequest, Issue, SurfaceError, TooLarge
 from service.pipeline.checks import check_surface, count_models, sum_counts
-from service.pipeline.cost import EFFORT_FACTOR, Cost, adaptive_triangles, estimation_cost
+from service.pipeline.cost import EFFORT_FACTOR, Work, adaptive_triangles, estimation_cost
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
-from service.pipeline.mesh import PLAIN, keep_storable_channels, plan_mesh
+from service.pipeline.mesh import keep_storable_channels
 from service.pipeline.mesh_counts import mesh_size
-from service.pipeline.mesh_sizes import estimate_stored_size, shares_meshes
+from service.pipeline.mesh_plan import PLAIN, build_plan, estimate_stored_size, shares_meshes
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sizes import SurfaceKind
 from service.surface.sweep_model import SweepModel
@@ -145,160 +146,13 @@ class _Prediction:
         )
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class EstimateWork:
-    """The work of estimating a mesh in several formats, and its cost."""
-
-    surface: SurfaceKind
-    options: MeshOptions
-    encode: EncodeOptions
-    limits: Limits
-    formats: Sequence[Format]
-    cost: Cost
-
-    def run(self) -> Estimate:
-        """Estimate the size of the file in each format, and list the refusals.
-
-        The estimate finds the shared edges but evaluates no points. So it takes much less time than
-        the mesh.
-        """
-        surface, options, encode, limits = self.surface, self.options, self.encode, self.limits
-        model, has_joined_members = surface.lower(), False
-        if isinstance(model, GroupModel):
-            joined_group = join_group(model, options)
-            model, has_joined_members = joined_group.group, bool(joined_group.clusters)
-        elif isinstance(model, PatchModel):
-            model, _ = join(model, options.weld_tolerance)
-        if options.curvatures:
-            # Copies with different curvatures are stored separately.
-            model = add_stretches(model)
-        bounds = distinct_bound, all_bound = count_models(model, options)
-        # Numbers of vertices and faces do not depend on the format, so any format will do.
-        size_bound = mesh_size(surface.size(), options, self.formats[0], all_bound)
-        prediction = self._predict(model, size_bound)
-        if has_joined_members and options.accuracy is None:
-            # The prediction counts the vertices on common borders of members once, but the mesh has
-            # them in each of these members. So only the upper bounds are known.
-            prediction = _Prediction(*bounds, exact=False, certain=prediction.certain)
-        sizes: list[tuple[str, int, bool]] = []
-        memory: list[tuple[str, int]] = []
-        refused_formats: dict[Issue, list[str]] = {}
-        accepted, certain = False, prediction.certain
-        for fmt in self.formats:
-            storable_model, storable_options = keep_storable_channels(model, options, fmt)
-            try:
-                work = plan_mesh(surface, options, fmt, encode, limits)
-                work.check(storable_model, storable_options, bounds)
-                accepted = True
-                memory.append((fmt.name, work.cost.memory))
-                if options.accuracy is not None:
-                    # A mesh with more triangles than its cost allows is refused while it is built.
-                    certain &= prediction.all_counts.triangles <= work.cost.triangles
-            except SurfaceError as error:
-                for issue in error.issues:
-                    refused_formats.setdefault(issue, []).append(fmt.name)
-                # Only a mesh that is refused as too large can be stored, so only it has a size.
-                if not isinstance(error, TooLarge):
-                    continue
-            is_shared = shares_meshes(fmt, encode)
-            stored_size = estimate_stored_size(surface, options, fmt, encode)
-            size = mesh_size(
-                stored_size, storable_options, fmt, distinct_bound if is_shared else all_bound
-            )
-            byte_bound = fmt.byte_bound(prediction.reduce_size(size, is_shared=is_shared), encode)
-            if options.accuracy is not None:
-                certain &= byte_bound <= limits.max_bytes
-                byte_bound = min(
-                    byte_bound, limits.max_bytes, options.accuracy.max_bytes or byte_bound
-                )
-            sizes.append((fmt.name, byte_bound, prediction.exact and fmt.has_exact_bound))
-        refusals = tuple(Refusal(tuple(names), issue) for issue, names in refused_formats.items())
-        counts, exact, certain = prediction.all_counts, prediction.exact, certain or not accepted
-        return Estimate(counts, exact, tuple(sizes), tuple(memory), refusals, accepted, certain)
-
-    def _predict(self, model: Model, size: MeshSize) -> _Prediction:
-        """Predict the counts of the mesh of a model, which do not exceed the counts of `size`.
-
-        For a mesh by resolution the prediction is exact, with these exceptions: tubes, ribbons and
-        solid wires, whose corners are counted only while they are built; and meshes that exceed the
-        limits.
-
-        Raises
-        ------
-        InvalidRequest
-            `tolerance_too_small`, as when the mesh is made.
-        """
-        options, models = self.options, model.models if isinstance(model, GroupModel) else (model,)
-        patch_models = [submodel for submodel in models if isinstance(submodel, PatchModel)]
-        counts_bound = Counts(size.vertices, size.triangles, size.quads)
-        # The second condition follows from the first, and only tells mypy the type of the model.
-        if len(patch_models) < len(models) or isinstance(model, SweepModel):
-            return _Prediction(counts_bound, counts_bound, exact=False)
-        if options.accuracy is not None:
-            return self._predict_by_tolerance(model, patch_models, options.accuracy)
-        if options.has_solid_wires or size.vertices > self.limits.max_vertices:
-            return _Prediction(counts_bound, counts_bound, exact=False)
-        counts = [
-            count_mesh(submodel, options) if options.has_faces else Counts(0, 0, 0)
-            for submodel in patch_models
-        ]
-        certain = not options.curvatures or is_affordable(patch_models, size.vertices)
-        return _Prediction(*sum_counts(model, counts), exact=True, certain=certain)
-
-    def _predict_by_tolerance(
-        self, model: PatchModel | GroupModel, patch_models: list[PatchModel], accuracy: Accuracy
-    ) -> _Prediction:
-        """Upper bounds of the counts of a mesh by tolerance; they do not exceed the limits."""
-        options, limits = self.options, self.limits
-        moved = find_grid_error(model, options) if self.encode.quantize else 0.0
-        try:
-            distinct_bound, all_bound = _bound_meshes(model, options, accuracy, moved)
-        except InvalidRequest as error:
-            issues = (replace(issue, pointer=accuracy.pointer) for issue in error.issues)
-            raise InvalidRequest(*issues) from None
-        if not (options.has_faces or options.has_wires):
-            none = Counts(0, 0, 0)
-            return _Prediction(none, none, exact=True, line_points=all_bound.points)
-        allowed = adaptive_triangles(accuracy, limits)
-        # For a budget or an angle tolerance, the only bound of the triangles is `allowed`.
-        is_bounded = not accuracy.is_budgeted and accuracy.angle_tolerance is None
-        degree = max(
-            max(batch.side_degrees) for patch_model in patch_models for batch in patch_model.batches
-        )
-        # The multiplications for one triangle of the bound. The proof of a triangle takes more, but
-        # most meshes have only a tenth of the triangles of the bound.
-        triangle_effort = 16 * (degree + 1) ** 2 * (2 * degree)
-        certain = (
-            is_bounded
-            and all_bound.triangles + all_bound.points <= allowed
-            and all_bound.vertices + all_bound.points <= limits.max_vertices
-            and all_bound.triangles * triangle_effort <= EFFORT_FACTOR * limits.max_multiplications
-            and _is_above_rounding(model, accuracy, moved)
-            and (not options.curvatures or is_affordable(patch_models, all_bound.vertices))
-        )
-
-        def clip(bound: MostTriangles) -> Counts:
-            triangles = min(bound.triangles, allowed) if is_bounded else allowed
-            # A patch of T triangles has at most T + 2 vertices.
-            vertices = min(limits.max_vertices, triangles + 2 * model.patch_count)
-            return Counts(min(vertices, bound.vertices) if is_bounded else vertices, triangles, 0)
-
-        return _Prediction(
-            clip(distinct_bound),
-            clip(all_bound),
-            exact=False,
-            certain=certain,
-            line_points=all_bound.points,
-        )
-
-
 def plan_estimate(
     surface: SurfaceKind,
     options: MeshOptions,
     encode: EncodeOptions = PLAIN,
     limits: Limits = DEFAULT_LIMITS,
     formats: Sequence[Format] = FORMATS,
-) -> EstimateWork:
+) -> Work[Estimate]:
     """Plan an estimate: estimate its own cost from shapes, and check the limits.
 
     Raises
@@ -306,10 +160,156 @@ def plan_estimate(
     TooLarge
         The surface exceeds a limit.
     """
-    size = surface.stored_size()
-    check_surface(size, limits)
+    check_surface(surface.stored_size(), limits)
     cost = estimation_cost(surface.size(), options, len(formats), limits)
-    return EstimateWork(surface, options, encode, limits, formats, cost)
+    return Work(cost, partial(_estimate, surface, options, encode, limits, formats))
+
+
+def _estimate(
+    surface: SurfaceKind,
+    options: MeshOptions,
+    encode: EncodeOptions,
+    limits: Limits,
+    formats: Sequence[Format],
+) -> Estimate:
+    """Estimate the size of the file in each format, and list the refusals.
+
+    The estimate finds the shared edges but evaluates no points. So it takes much less time than
+    the mesh.
+    """
+    model, has_joined_members = surface.lower(), False
+    if isinstance(model, GroupModel):
+        joined_group = join_group(model, options)
+        model, has_joined_members = joined_group.group, bool(joined_group.clusters)
+    elif isinstance(model, PatchModel):
+        model, _ = join(model, options.weld_tolerance)
+    if options.curvatures:
+        # Copies with different curvatures are stored separately.
+        model = add_stretches(model)
+    bounds = distinct_bound, all_bound = count_models(model, options)
+    # Numbers of vertices and faces do not depend on the format, so any format will do.
+    size_bound = mesh_size(surface.size(), options, formats[0], all_bound)
+    prediction = _predict(model, size_bound, options, encode, limits)
+    if has_joined_members and options.accuracy is None:
+        # The prediction counts the vertices on common borders of members once, but the mesh has
+        # them in each of these members. So only the upper bounds are known.
+        prediction = _Prediction(*bounds, exact=False, certain=prediction.certain)
+    sizes: list[tuple[str, int, bool]] = []
+    memory: list[tuple[str, int]] = []
+    refused_formats: dict[Issue, list[str]] = {}
+    accepted, certain = False, prediction.certain
+    for fmt in formats:
+        storable_model, storable_options = keep_storable_channels(model, options, fmt)
+        try:
+            plan = build_plan(surface, options, fmt, encode, limits)
+            plan.check(storable_model, storable_options, bounds)
+            accepted = True
+            memory.append((fmt.name, plan.cost.memory))
+            if options.accuracy is not None:
+                # A mesh with more triangles than its cost allows is refused while it is built.
+                certain &= prediction.all_counts.triangles <= plan.cost.triangles
+        except SurfaceError as error:
+            for issue in error.issues:
+                refused_formats.setdefault(issue, []).append(fmt.name)
+            # Only a mesh that is refused as too large can be stored, so only it has a size.
+            if not isinstance(error, TooLarge):
+                continue
+        is_shared = shares_meshes(fmt, encode)
+        stored_size = estimate_stored_size(surface, options, fmt, encode)
+        size = mesh_size(
+            stored_size, storable_options, fmt, distinct_bound if is_shared else all_bound
+        )
+        byte_bound = fmt.byte_bound(prediction.reduce_size(size, is_shared=is_shared), encode)
+        if options.accuracy is not None:
+            certain &= byte_bound <= limits.max_bytes
+            byte_bound = min(byte_bound, limits.max_bytes, options.accuracy.max_bytes or byte_bound)
+        sizes.append((fmt.name, byte_bound, prediction.exact and fmt.has_exact_bound))
+    refusals = tuple(Refusal(tuple(names), issue) for issue, names in refused_formats.items())
+    counts, exact, certain = prediction.all_counts, prediction.exact, certain or not accepted
+    return Estimate(counts, exact, tuple(sizes), tuple(memory), refusals, accepted, certain)
+
+
+def _predict(
+    model: Model, size: MeshSize, options: MeshOptions, encode: EncodeOptions, limits: Limits
+) -> _Prediction:
+    """Predict the counts of the mesh of a model, which do not exceed the counts of `size`.
+
+    For a mesh by resolution the prediction is exact, with these exceptions: tubes, ribbons and
+    solid wires, whose corners are counted only while they are built; and meshes that exceed the
+    limits.
+
+    Raises
+    ------
+    InvalidRequest
+        `tolerance_too_small`, as when the mesh is made.
+    """
+    models = model.models if isinstance(model, GroupModel) else (model,)
+    patch_models = [submodel for submodel in models if isinstance(submodel, PatchModel)]
+    counts_bound = Counts(size.vertices, size.triangles, size.quads)
+    # The second condition follows from the first, and only tells mypy the type of the model.
+    if len(patch_models) < len(models) or isinstance(model, SweepModel):
+        return _Prediction(counts_bound, counts_bound, exact=False)
+    if options.accuracy is not None:
+        return _predict_by_tolerance(model, patch_models, options, encode, limits)
+    if options.has_solid_wires or size.vertices > limits.max_vertices:
+        return _Prediction(counts_bound, counts_bound, exact=False)
+    counts = [
+        count_mesh(submodel, options) if options.has_faces else Counts(0, 0, 0)
+        for submodel in patch_models
+    ]
+    certain = not options.curvatures or is_affordable(patch_models, size.vertices)
+    return _Prediction(*sum_counts(model, counts), exact=True, certain=certain)
+
+
+def _predict_by_tolerance(
+    model: PatchModel | GroupModel,
+    patch_models: list[PatchModel],
+    options: MeshOptions,
+    encode: EncodeOptions,
+    limits: Limits,
+) -> _Prediction:
+    """Upper bounds of the counts of a mesh by tolerance; they do not exceed the limits."""
+    accuracy = options.accuracy or Accuracy()
+    moved = find_grid_error(model, options) if encode.quantize else 0.0
+    try:
+        distinct_bound, all_bound = _bound_meshes(model, options, accuracy, moved)
+    except InvalidRequest as error:
+        issues = (replace(issue, pointer=accuracy.pointer) for issue in error.issues)
+        raise InvalidRequest(*issues) from None
+    if not (options.has_faces or options.has_wires):
+        none = Counts(0, 0, 0)
+        return _Prediction(none, none, exact=True, line_points=all_bound.points)
+    allowed = adaptive_triangles(accuracy, limits)
+    # For a budget or an angle tolerance, the only bound of the triangles is `allowed`.
+    is_bounded = not accuracy.is_budgeted and accuracy.angle_tolerance is None
+    degree = max(
+        max(batch.side_degrees) for patch_model in patch_models for batch in patch_model.batches
+    )
+    # The multiplications for one triangle of the bound. The proof of a triangle takes more, but
+    # most meshes have only a tenth of the triangles of the bound.
+    triangle_effort = 16 * (degree + 1) ** 2 * (2 * degree)
+    certain = (
+        is_bounded
+        and all_bound.triangles + all_bound.points <= allowed
+        and all_bound.vertices + all_bound.points <= limits.max_vertices
+        and all_bound.triangles * triangle_effort <= EFFORT_FACTOR * limits.max_multiplications
+        and _is_above_rounding(model, accuracy, moved)
+        and (not options.curvatures or is_affordable(patch_models, all_bound.vertices))
+    )
+
+    def clip(bound: MostTriangles) -> Counts:
+        triangles = min(bound.triangles, allowed) if is_bounded else allowed
+        # A patch of T triangles has at most T + 2 vertices.
+        vertices = min(limits.max_vertices, triangles + 2 * model.patch_count)
+        return Counts(min(vertices, bound.vertices) if is_bounded else vertices, triangles, 0)
+
+    return _Prediction(
+        clip(distinct_bound),
+        clip(all_bound),
+        exact=False,
+        certain=certain,
+        line_points=all_bound.points,
+    )
 
 
 def _bound_meshes(

@@ -33,7 +33,9 @@ class Limits:
     max_patches: int = 1_000_000
     max_memory: int = sys.maxsize
 
-    def check_bytes(self, byte_bound: int, message: str, where: str) -> None:
+    def check_bytes(
+        self, byte_bound: int, where: str, message: str = "The response could become too large."
+    ) -> None:
         """Refuse a response that may have more than `max_bytes` bytes.
 
         `where` is the JSON pointer to the cause.
@@ -75,3 +77,9 @@ def check_count(count: int, max_count: int, unit: str, issue: Issue) -> None:
     """Refuse a count above `max_count`; the texts `got` and `needed` are added to the issue."""
     if count > max_count:
         raise TooLarge(replace(issue, got=f"{count} {unit}", needed=f"at most {max_count}"))
+
+
+def check_items(count: int, max_count: int, items: str, where: str) -> None:
+    """Refuse a query of more than `max_count` items: points, rays or planes."""
+    message = f"The query has more {items} than this service computes at once."
+    check_count(count, max_count, items, Issue(f"too_many_{items}", message, where))

@@ -1,10 +1,10 @@
 """The mesh file of a surface, in four steps: lower, check, build, encode."""
 
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from operator import attrgetter
 
-from service.cancellation import checkpoint
-from service.encoders.format import EncodeOptions, Format, MeshSize
+from service.encoders.format import EncodeOptions, Format
 from service.encoders.split_content import Content
 from service.engine.bounds.mesh_deviation import round_up
 from service.engine.build import build, build_scene, draw_lines
@@ -14,28 +14,16 @@ from service.engine.mesh.mesh_value import Mesh
 from service.engine.mesh.report import MeshReport
 from service.engine.models import keep_model_channels
 from service.engine.options import MeshOptions
-from service.engine.plans.counts import Counts
 from service.engine.quantize import quantize
 from service.engine.scenes.scene import Scene, move_to_zero
-from service.engine.tessellate import predict_size
 from service.pipeline.adaptive import AdaptiveMesher, build_within_budget, check_content
-from service.pipeline.checks import (
-    check_bytes,
-    check_model,
-    check_vertices,
-    count_models,
-    require_all_patches,
-)
-from service.pipeline.cost import Cost
+from service.pipeline.checks import require_all_patches
+from service.pipeline.cost import Work
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
-from service.pipeline.mesh_counts import mesh_size
-from service.pipeline.mesh_sizes import estimate_stored_size, plan_sizes, shares_meshes
+from service.pipeline.mesh_plan import PLAIN, MeshPlan, build_plan
 from service.schemas.options import MeshOptionFields
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sizes import SurfaceKind
-
-PLAIN = EncodeOptions()
-"""The default options of a file."""
 
 _get_file_options = attrgetter(*(field.name for field in fields(EncodeOptions)))
 """Reads from the options of a request the values of all fields of `EncodeOptions`, in order."""
@@ -53,171 +41,70 @@ class MeshFile:
     name: str
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class MeshWork:
-    """The work of making a mesh file, and its cost.
-
-    As far as the shapes of the surface show, the mesh is possible and within the limits.
-
-    Attributes
-    ----------
-    size, stored : MeshSize
-        Upper bounds of the counts of the mesh, for all copies of the surfaces in a group; and of
-        the counts that the format stores, where copies may share one mesh.
-    is_certain : bool
-        Whether these bounds are final. If not, `check` computes closer bounds from the patches.
-    is_possible : bool
-        Whether the lowered surface needs no check by `check_model`.
-    unjoined_memory : int
-        The memory in bytes if no members of a group meet; `cost` includes the case that they meet.
-    """
-
-    surface: SurfaceKind
-    options: MeshOptions
-    fmt: Format
-    encode: EncodeOptions
-    limits: Limits
-    size: MeshSize
-    stored: MeshSize
-    is_certain: bool
-    is_possible: bool
-    unjoined_memory: int
-    cost: Cost
-
-    def run(self) -> MeshFile:
-        """Make the file: lower, check, build, encode.
-
-        Raises
-        ------
-        InvalidRequest, TooLarge
-            The patches show that the mesh is impossible or too large.
-        """
-        model, options = self.lower()
-        self.check(model, options)
-        if self.is_exact:
-            return self.encode_patches(model, options)
-        if options.accuracy is not None and options.accuracy.is_budgeted:
-            mesh, content = build_within_budget(self, model, options, options.accuracy)
-        else:
-            mesh = self.build(model, options)
-            content = self.encode_mesh(mesh)
-            if options.accuracy is not None:
-                check_content(content, options.accuracy)
-        return MeshFile(content, self.report(mesh), self.surface.name)
-
-    @property
-    def is_exact(self) -> bool:
-        """Whether the file has the patches themselves, not a mesh."""
-        return self.fmt.encode_exact is not None and self.encode.exact
-
-    def lower(self) -> tuple[Model, MeshOptions]:
-        """Lower the surface; model and options get no data that the format cannot store."""
-        return keep_storable_channels(self.surface.lower(), self.options, self.fmt)
-
-    def check(
-        self, model: Model, options: MeshOptions, counts: tuple[Counts, Counts] | None = None
-    ) -> None:
-        """Refuse a mesh if its patches show that it is impossible or too large.
-
-        `counts` are the bounds of `count_models`, if the caller has already computed them.
-        """
-        if not self.is_possible:
-            check_model(model, options, self.limits)
-        if self.is_certain:
-            return
-        distinct_counts, all_counts = counts or count_models(model, options)
-        fmt, encode = self.fmt, self.encode
-        size = mesh_size(self.surface.size(), options, fmt, all_counts)
-        check_vertices(size.vertices + size.overlay_points, self.limits)
-        if shares_meshes(fmt, encode):
-            size = mesh_size(
-                estimate_stored_size(self.surface, options, fmt, encode),
-                options,
-                fmt,
-                distinct_counts,
-            )
-        check_bytes(fmt.byte_bound(size, encode), fmt, self.limits)
-
-    def check_split(self, *models: PatchModel) -> None:
-        """Refuse a mesh with too many vertices after the engine split patches to join borders."""
-        vertices = sum(predict_size(model, self.options)[0] for model in models)
-        check_vertices(vertices, self.limits)
-        growth = max(1.0, vertices / max(self.stored.vertices, 1))
-        # If `is_certain` is false, `cost.bytes` may be far more than the file will have.
-        if self.is_certain:
-            check_bytes(round(self.cost.bytes * growth), self.fmt, self.limits)
-        instead = "a lower resolution, or another format, takes less"
-        self.limits.check_memory(
-            round(self.unjoined_memory * growth), "The mesh", "/resolution", instead
-        )
-
-    def build(self, model: Model, options: MeshOptions) -> Mesh | Scene:
-        """Build the mesh; or, for a group in a format with nodes, a scene of several meshes."""
-        if options.accuracy is not None:
-            return AdaptiveMesher(self, model, options).build(options.accuracy)
-        if isinstance(model, GroupModel) and self.fmt.encode_scene is not None:
-            is_float32, is_quantized = self.fmt.is_float32, self.encode.quantize
-            return build_scene(
-                model,
-                options,
-                is_float32=is_float32,
-                is_quantized=is_quantized,
-                allow=self.check_split,
-            )
-        mesh = build_mesh(model, options, self.fmt, self.check_split)
-        return quantize(mesh, model, options) if self.encode.quantize else mesh
-
-    def encode_mesh(self, mesh: Mesh | Scene) -> Content:
-        """Encode the mesh or scene as a file."""
-        checkpoint()
-        if isinstance(mesh, Mesh):
-            return self.fmt.encode(mesh, self.encode)
-        return self.fmt.write_scene(mesh, self.encode)
-
-    def encode_patches(self, model: Model, options: MeshOptions) -> MeshFile:
-        """Encode the patches themselves as a file."""
-        assert self.fmt.encode_exact is not None
-        patches = require_all_patches(model)
-        content = self.fmt.encode_exact(patches, draw_lines(patches, options))
-        return MeshFile(content, None, self.surface.name)
-
-    def report(self, mesh: Mesh | Scene) -> MeshReport:
-        """The report on the mesh; its bound includes the rounding of the vertices in the file."""
-        report = mesh.report
-        # Only formats that write fewer digits than positions have move vertices; these formats have
-        # no scenes.
-        if report.deviation_bound is None or isinstance(mesh, Scene) or not self.fmt.coarseness:
-            return report
-        move_bound = self.fmt.coarseness(mesh, self.encode)
-        if not move_bound:
-            return report
-        return replace(report, deviation_bound=round_up(report.deviation_bound + move_bound))
-
-
 def plan_mesh(
     surface: SurfaceKind,
     options: MeshOptions,
     fmt: Format,
     encode: EncodeOptions = PLAIN,
     limits: Limits = DEFAULT_LIMITS,
-) -> MeshWork:
-    """Plan a mesh: check options and format, estimate the cost, and check the limits.
+) -> Work[MeshFile]:
+    """Plan a mesh file; raises the errors of `build_plan`."""
+    plan = build_plan(surface, options, fmt, encode, limits)
+    return Work(plan.cost, partial(make_file, plan, surface))
 
-    Only the shapes of the surface are used. Planning takes microseconds and little memory.
+
+def make_file(plan: MeshPlan, surface: SurfaceKind) -> MeshFile:
+    """Make the file: lower, check, build, encode.
 
     Raises
     ------
-    InvalidRequest
-        The options are impossible for this surface.
-    TooLarge
-        The surface or the mesh exceeds a limit.
-    UnsupportedByFormat
-        The format cannot store what the options ask for.
+    InvalidRequest, TooLarge
+        The patches show that the mesh is impossible or too large.
     """
-    size = surface.size()
-    distinct_size = size if size.members == 1 else surface.stored_size()
-    plan = plan_sizes(size, distinct_size, options, (fmt, encode), limits)
-    return MeshWork(surface, options, fmt, encode, limits, *plan)
+    fmt, accuracy = plan.fmt, plan.options.accuracy
+    model, options = keep_storable_channels(surface.lower(), plan.options, fmt)
+    plan.check(model, options)
+    if plan.encode.exact and fmt.encode_exact is not None:
+        patches = require_all_patches(model)
+        content: Content = fmt.encode_exact(patches, draw_lines(patches, options))
+        return MeshFile(content, None, surface.name)
+    if accuracy is not None and accuracy.is_budgeted:
+        mesh, content = build_within_budget(plan, model, options, accuracy)
+    else:
+        mesh = build_planned(plan, model, options)
+        content = plan.encode_mesh(mesh)
+        check_content(content, accuracy)
+    return MeshFile(content, _report(plan, mesh), surface.name)
+
+
+def build_planned(plan: MeshPlan, model: Model, options: MeshOptions) -> Mesh | Scene:
+    """Build the mesh; or, for a group in a format with nodes, a scene of several meshes."""
+    if options.accuracy is not None:
+        return AdaptiveMesher(plan, model, options).build(options.accuracy)
+    is_quantized = plan.encode.quantize
+    if isinstance(model, GroupModel) and plan.fmt.encode_scene is not None:
+        return build_scene(
+            model,
+            options,
+            is_float32=plan.fmt.is_float32,
+            is_quantized=is_quantized,
+            allow=plan.check_split,
+        )
+    mesh = build_mesh(model, options, plan.fmt, plan.check_split)
+    return quantize(mesh, model, options) if is_quantized else mesh
+
+
+def _report(plan: MeshPlan, mesh: Mesh | Scene) -> MeshReport:
+    """The report on the mesh; its bound includes the rounding of the vertices in the file."""
+    report = mesh.report
+    # Only formats that write fewer digits than positions have move vertices; these formats have
+    # no scenes.
+    if report.deviation_bound is None or isinstance(mesh, Scene) or not plan.fmt.coarseness:
+        return report
+    move_bound = plan.fmt.coarseness(mesh, plan.encode)
+    if not move_bound:
+        return report
+    return replace(report, deviation_bound=round_up(report.deviation_bound + move_bound))
 
 
 def render(
@@ -227,7 +114,7 @@ def render(
     encode: EncodeOptions = PLAIN,
     limits: Limits = DEFAULT_LIMITS,
 ) -> bytes:
-    """Plan and make the mesh file of a surface; raises the errors of `plan_mesh` and `MeshWork`."""
+    """The mesh file of a surface; raises the errors of `plan_mesh` and `make_file`."""
     return bytes(plan_mesh(surface, options, fmt, encode, limits).run().content)
 
 

@@ -4,6 +4,7 @@ Sizes and memory are upper bounds, coarse and safe; the time is approximate.
 """
 
 from dataclasses import replace
+from typing import NamedTuple
 
 from service.encoders import json_points
 from service.engine.measures.integrals import NODES
@@ -41,39 +42,44 @@ def points_cost(size: SurfaceSize, count: int, order: int) -> Cost:
     return Cost(count, 0, file_bytes, memory, seconds)
 
 
-def project_cost(
-    patches: int,
-    degree: tuple[int, int],
-    surface_memory: int,
-    count: int,
-    file_bytes: int,
-    *,
-    sign: bool,
-) -> Cost:
+class SearchedNets(NamedTuple):
+    """The nets that a query searches: their number, their degree, and the bytes of the surface."""
+
+    number: int
+    degree: tuple[int, int]
+    surface_memory: int
+
+
+def searched_nets(size: SurfaceSize) -> SearchedNets:
+    """The nets of a surface, at most: a triangular patch may become three nets.
+
+    They are counted as if all patches were triangular.
+    """
+    return SearchedNets(3 * size.patches, size.degree, size.peak_bytes)
+
+
+def project_cost(nets: SearchedNets, count: int, file_bytes: int, *, sign: bool) -> Cost:
     """The cost of finding the closest points to `count` points.
 
     Parameters
     ----------
-    patches : int
-        Number of nets that are searched.
-    degree : (int, int)
-        Their degree (p, q).
-    surface_memory, file_bytes : int
-        Bytes of the surface, and of the response.
+    nets : SearchedNets
     count : int
         Number of points.
+    file_bytes : int
+        Bytes of the response.
     sign : bool
         Whether signs are computed, too. Signs need the seams of the surface, and the cells a second
         time.
     """
-    p, q = degree
-    cell_bytes = _cell_memory(degree)
-    memory = MIN_SCRATCH_BYTES + surface_memory + patches * cell_bytes
+    p, q = nets.degree
+    cell_bytes = _cell_memory(nets.degree)
+    memory = MIN_SCRATCH_BYTES + nets.surface_memory + nets.number * cell_bytes
     # This allows 64 cells for each point or ray, up to `MAX_CELL_BYTES`, which no search exceeds.
     memory += min(MAX_CELL_BYTES, 64 * count * cell_bytes)
-    seconds = 5e-3 + 1e-4 * patches + count * 1e-4 * max(1.0, p * q / 9)
+    seconds = 5e-3 + 1e-4 * nets.number + count * 1e-4 * max(1.0, p * q / 9)
     if sign:
-        memory += 4 * surface_memory + SIGN_BYTES
+        memory += 4 * nets.surface_memory + SIGN_BYTES
         seconds = 1e-2 + 4 * seconds
     return Cost(count, 0, file_bytes, memory + ITEM_BYTES * count + 2 * file_bytes, seconds)
 
@@ -85,17 +91,10 @@ def _cell_memory(degree: tuple[int, int]) -> int:
     return CELL_BYTES + 2 * 32 * (p + 1) * (q + 1)
 
 
-def rays_cost(
-    patches: int, degree: tuple[int, int], surface_memory: int, count: int, hits: int
-) -> Cost:
-    """The cost of finding at most `hits` hits of `count` rays.
-
-    The search is on `patches` nets of the degree `degree`; `surface_memory` is the number of bytes
-    of the surface.
-    """
+def rays_cost(nets: SearchedNets, count: int, hits: int) -> Cost:
+    """The cost of finding at most `hits` hits of `count` rays."""
     # The response has the number of hits of each ray.
-    file_bytes = 1000 + count * 16 + hits * HIT_JSON_BYTES
-    base = project_cost(patches, degree, surface_memory, count, file_bytes, sign=False)
+    base = project_cost(nets, count, 1000 + count * 16 + hits * HIT_JSON_BYTES, sign=False)
     return replace(base, memory=base.memory + HIT_BYTES * hits)
 
 
@@ -114,7 +113,7 @@ def sections_cost(size: SurfaceSize, planes: int, pieces: int, piece_bytes: int)
     `piece_bytes` is the result of `piece_memory`; as a bound of the bytes of the file it is coarse.
     """
     memory = SECTION_BATCH_BYTES + lowering_memory(size)
-    memory += 3 * size.patches * _cell_memory(size.degree)  # a triangle may become three nets
+    memory += searched_nets(size).number * _cell_memory(size.degree)
     seconds = 2e-2 + 1e-4 * size.patches + 5e-3 * planes
     return Cost(pieces, 0, pieces * piece_bytes, memory + pieces * piece_bytes, seconds)
 

@@ -1,6 +1,7 @@
 """The file of the sections of a surface by planes, as polylines."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -14,11 +15,10 @@ from service.engine.sections.section import cut_surface
 from service.engine.sections.values import Sections
 from service.errors import Issue, TooLarge, count_nouns
 from service.measuring import Measured
-from service.pipeline.checks import check_surface
-from service.pipeline.cost import MEMORY_SHARE, Cost
-from service.pipeline.limits import DEFAULT_LIMITS, Limits, check_count
-from service.pipeline.project import query_patches
-from service.pipeline.query_costs import piece_memory, sections_cost
+from service.pipeline.checks import check_bytes, check_surface, number_patches
+from service.pipeline.cost import MEMORY_SHARE, Work
+from service.pipeline.limits import DEFAULT_LIMITS, Limits, check_count, check_items
+from service.pipeline.query_costs import piece_memory, searched_nets, sections_cost
 from service.surface.lowered import PatchModel
 from service.surface.sizes import SurfaceKind
 
@@ -33,73 +33,12 @@ COMPARE_EFFORT = 20
 """The multiplications of a test whether a plane may cut a patch."""
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class SectionWork:
-    """The work of computing sections of together at most `max_pieces` pieces, and its cost."""
-
-    surface: SurfaceKind
-    planes: Planes
-    tolerance: SectionTolerance
-    fmt: SectionFormat
-    limits: Limits
-    max_pieces: int
-    cost: Cost
-
-    def run(self) -> bytes:
-        """Compute the sections, and write them to a file.
-
-        Raises
-        ------
-        InvalidRequest
-            `not_parametric`: a tube or a ribbon has no patches; `tolerance_too_small`.
-        TooLarge
-            `too_many_vertices`, `too_many_bytes`.
-        """
-        model = query_patches(self.surface)
-        with Measured("intersect"):
-            sections = self.cut(model)
-        message = f"The response as {self.fmt.name} could become too large."
-        byte_bound = self.fmt.byte_bound(SectionSize.of(sections))
-        self.limits.check_bytes(byte_bound, message, "/tolerance")
-        checkpoint()
-        return self.fmt.encode(sections)
-
-    def cut(self, model: PatchModel) -> Sections:
-        """Cut the model by the planes; before, its patches are joined as for a mesh."""
-        tolerance = self.tolerance.to_model_units(model, is_float32=self.fmt.is_float32)
-        joined, seams = join(model, MeshOptions().weld_tolerance, self._check_patches)
-        sections = cut_surface(joined, seams, self.planes, tolerance, self._check_pieces)
-        if not any(len(section.coplanar) for section in sections.sections):
-            return sections
-        renumbered = (
-            replace(s, coplanar=_number_as_in_request(joined, s.coplanar))
-            for s in sections.sections
-        )
-        return replace(sections, sections=tuple(renumbered))
-
-    def _check_patches(self, model: PatchModel) -> None:
-        issue = Issue("too_many_patches", "The surface has too many Bézier patches.", "/surface")
-        check_count(model.patch_count, self.limits.max_patches, "patches", issue)
-
-    def _check_pieces(self, count: int) -> None:
-        if count > self.max_pieces:
-            raise TooLarge(
-                Issue(
-                    "too_many_vertices",
-                    "Polylines with this tolerance would have too many points.",
-                    "/planes" if self.tolerance.distance is None else "/tolerance",
-                    f"more than {count_nouns(self.max_pieces, 'pieces')}",
-                    f"at most {self.max_pieces}; fewer planes, or a larger tolerance",
-                )
-            )
-
-
 def plan_sections(
     surface: SurfaceKind,
     query: tuple[Planes, SectionTolerance],
     fmt: SectionFormat,
     limits: Limits = DEFAULT_LIMITS,
-) -> SectionWork:
+) -> Work[bytes]:
     """Plan sections: estimate the cost from the shapes of the arrays, and check the limits.
 
     Raises
@@ -107,15 +46,12 @@ def plan_sections(
     TooLarge
         The surface or the query exceeds a limit.
     """
-    planes, tolerance = query
-    count, where = len(planes), "/planes"
-    message = "The query has more planes than this service computes at once."
-    check_count(count, MAX_PLANES, "planes", Issue("too_many_planes", message, where))
+    count, where = len(query[0]), "/planes"
+    check_items(count, MAX_PLANES, "planes", where)
     size = surface.size()
     check_surface(size, limits)
     instead = "fewer planes, or a smaller surface"
-    # A triangular patch may become three nets.
-    effort = COMPARE_EFFORT * count * 3 * size.patches
+    effort = COMPARE_EFFORT * count * searched_nets(size).number
     limits.check_effort(effort, "The sections could take too long.", where, instead)
     p, q = size.degree
     net_points = (p + 1) * (q + 1)
@@ -135,7 +71,61 @@ def plan_sections(
     max_pieces = min(limits.max_vertices, limits.max_multiplications // (PIECE_EFFORT * net_points))
     max_pieces = max(MIN_PIECES, min(max_pieces, free_memory // piece_bytes))
     cost = sections_cost(size, count, max_pieces, piece_bytes)
-    return SectionWork(surface, planes, tolerance, fmt, limits, max_pieces, cost)
+    return Work(cost, partial(_cut, surface, query, fmt, limits, max_pieces))
+
+
+def _cut(
+    surface: SurfaceKind,
+    query: tuple[Planes, SectionTolerance],
+    fmt: SectionFormat,
+    limits: Limits,
+    max_pieces: int,
+) -> bytes:
+    """Compute the sections, of together at most `max_pieces` pieces, and write them to a file.
+
+    Before the planes cut them, the patches are joined as for a mesh.
+
+    Raises
+    ------
+    InvalidRequest
+        `not_parametric`: a tube or a ribbon has no patches; `tolerance_too_small`.
+    TooLarge
+        `too_many_vertices`, `too_many_bytes`.
+    """
+    planes, tolerance = query
+
+    def check_patches(model: PatchModel) -> None:
+        issue = Issue("too_many_patches", "The surface has too many Bézier patches.", "/surface")
+        check_count(model.patch_count, limits.max_patches, "patches", issue)
+
+    def check_pieces(count: int) -> None:
+        if count > max_pieces:
+            message = "Polylines with this tolerance would have too many points."
+            where = "/planes" if tolerance.distance is None else "/tolerance"
+            got = f"more than {count_nouns(max_pieces, 'pieces')}"
+            needed = f"at most {max_pieces}; fewer planes, or a larger tolerance"
+            raise TooLarge(Issue("too_many_vertices", message, where, got, needed))
+
+    model = number_patches(surface.lower())
+    with Measured("intersect"):
+        distance = tolerance.to_model_units(model, is_float32=fmt.is_float32)
+        joined, seams = join(model, MeshOptions().weld_tolerance, check_patches)
+        sections = cut_surface(joined, seams, planes, distance, check_pieces)
+        sections = _number_coplanar_patches(joined, sections)
+    check_bytes(fmt.byte_bound(SectionSize.of(sections)), fmt, limits, "/tolerance")
+    checkpoint()
+    return fmt.encode(sections)
+
+
+def _number_coplanar_patches(model: PatchModel, sections: Sections) -> Sections:
+    """The sections, with the numbers in the request of the patches that lie in a plane."""
+    if not any(len(section.coplanar) for section in sections.sections):
+        return sections
+    renumbered = (
+        replace(section, coplanar=_number_as_in_request(model, section.coplanar))
+        for section in sections.sections
+    )
+    return replace(sections, sections=tuple(renumbered))
 
 
 def _build_size(points: int) -> SectionSize:

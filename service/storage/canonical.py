@@ -27,7 +27,6 @@ if it has its default; and this default never changes. Another form of the conte
 
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from hashlib import sha256
 from math import prod
 from typing import Any, TypeAlias
@@ -36,7 +35,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.errors import DamagedObject
-from service.pipeline.cost import Cost, definition_cost
+from service.pipeline.cost import Work, definition_cost
 from service.schemas.document import BYTES_PER_OBJECT, BYTES_PER_VALUE, DocumentLimits
 from service.schemas.request import SurfaceRequest
 from service.schemas.surfaces import definition
@@ -97,22 +96,17 @@ def estimate_restore_memory(content: bytes) -> int:
     return 4 * len(content) + BYTES_PER_OBJECT * objects + BYTES_PER_VALUE * values
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class ContentWork:
-    """The work of writing a surface's canonical content, and its cost."""
+def plan_content(surface: Surface) -> Work[tuple[str, bytes]]:
+    """The work of writing a surface's canonical content, which returns its id and the content.
 
-    surface: Surface
-    cost: Cost
+    The predicted cost is that of the JSON of the surface, which is longer.
+    """
 
-    def run(self) -> tuple[str, bytes]:
-        """The id of the surface, and its canonical content."""
-        content = canonical_content(self.surface)
+    def run() -> tuple[str, bytes]:
+        content = canonical_content(surface)
         return surface_id(content), content
 
-
-def plan_content(surface: Surface) -> ContentWork:
-    """Predicts the cost of a surface's canonical content: that of its JSON, which is longer."""
-    return ContentWork(surface, definition_cost(surface.size()))
+    return Work(definition_cost(surface.size()), run)
 
 
 def _take_arrays(value: Any, arrays: Arrays) -> Any:

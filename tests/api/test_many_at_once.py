@@ -12,9 +12,11 @@ from service.api.job import Job
 from service.api.routes import meshes_by_url
 from service.api.services import Services
 from service.api.stored import Stored
-from service.pipeline.mesh import MeshFile, MeshWork
+from service.pipeline.mesh import MeshFile, make_file
+from service.pipeline.mesh_plan import MeshPlan
 from service.settings.values import Settings
 from service.storage.store import SurfaceStore
+from service.surface.sizes import SurfaceKind
 from tools.client import Client, start_client
 
 COUNT = 4
@@ -46,19 +48,18 @@ class MeshCounter:
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.current = self.maximum = 0
         self.has_surface = threading.Semaphore(0)
-        run = MeshWork.run
 
-        def run_and_count(work: MeshWork) -> MeshFile:
+        def run_and_count(plan: MeshPlan, surface: SurfaceKind) -> MeshFile:
             if not self.maximum:
                 for _ in range(COUNT):
                     assert self.has_surface.acquire(timeout=60)
             self.current += 1
             self.maximum = max(self.maximum, self.current)
-            file = run(work)
+            file = make_file(plan, surface)
             self.current -= 1
             return file
 
-        monkeypatch.setattr(MeshWork, "run", run_and_count)
+        monkeypatch.setattr("service.pipeline.mesh.make_file", run_and_count)
 
 
 def send_together(send: Callable[[int], int]) -> list[int]:

@@ -16,6 +16,7 @@ from service.api.single_flight import SingleFlight
 from service.api.threads import Threads
 from service.cancellation import Cancelled, checkpoint
 from service.pipeline.cost import Cost
+from service.pipeline.cost import Work as LongWork
 from service.settings.values import Settings
 
 pytestmark = pytest.mark.anyio
@@ -134,12 +135,9 @@ async def test_a_thread_without_requests_is_cancelled_and_keeps_its_memory_until
             assert may_end.wait(10)
             raise
 
-    class LongWork:
-        cost = Cost(vertices=0, triangles=0, bytes=0, memory=1000, seconds=1.0)
-        run = staticmethod(compute)
-
     async def work(job: Job) -> None:
-        await job.run(LongWork(), "x")
+        cost = Cost(vertices=0, triangles=0, bytes=0, memory=1000, seconds=1.0)
+        await job.run(LongWork(cost, compute), "x")
 
     flights = Flights()
     threads = flights.threads

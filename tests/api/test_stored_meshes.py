@@ -9,9 +9,11 @@ from fastapi import FastAPI
 from service.api.app import create_app
 from service.encoders.registry import FORMATS
 from service.engine.mesh.report import ENGINE
-from service.pipeline.mesh import MeshFile, MeshWork
+from service.pipeline.mesh import MeshFile, make_file
+from service.pipeline.mesh_plan import MeshPlan
 from service.settings.values import Settings
 from service.storage.store import SurfaceStore
+from service.surface.sizes import SurfaceKind
 from tools.client import Client, start_client
 
 NET = [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]
@@ -104,14 +106,14 @@ def test_meshes_of_a_deleted_surface_are_not_found_and_others_stay_cached(
 def test_a_mesh_is_not_cached_if_its_surface_is_deleted_during_the_computation(
     client: Client, app: FastAPI, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    has_begun, may_end, run = threading.Event(), threading.Event(), MeshWork.run
+    has_begun, may_end = threading.Event(), threading.Event()
 
-    def run_until_allowed(work: MeshWork) -> MeshFile:
+    def run_until_allowed(plan: MeshPlan, surface: SurfaceKind) -> MeshFile:
         has_begun.set()
         assert may_end.wait(60)
-        return run(work)
+        return make_file(plan, surface)
 
-    monkeypatch.setattr(MeshWork, "run", run_until_allowed)
+    monkeypatch.setattr("service.pipeline.mesh.make_file", run_until_allowed)
     # At this resolution a thread computes, so that the service can delete meanwhile.
     url = store_surface(client)["glb"] + "&resolution=200"
     statuses: list[int] = []

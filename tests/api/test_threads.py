@@ -27,7 +27,7 @@ from service.api.job import INLINE_SECONDS, SMALL_BODY, TRIM_BYTES, Job
 from service.api.threads import ALONE_SECONDS, ROUND_SECONDS, Threads
 from service.cancellation import OutOfTime, checkpoint
 from service.errors import Busy, TooLarge
-from service.pipeline.cost import Cost
+from service.pipeline.cost import Cost, Work
 from service.settings.runtime import trim_heap
 from service.settings.values import Settings
 
@@ -42,18 +42,15 @@ def build_threads(cache_bytes: int = 0, **settings: Any) -> Threads:
     return Threads(Settings(**(defaults | settings)), ResponseCache(cache_bytes))
 
 
-class Work:
+def build_work(
+    memory: int = 1000, call: Any = lambda: "done", *, is_long: bool = True
+) -> Work[Any]:
     """Work that calls a function, with an estimate of its memory and its time.
 
     The estimate says whether the work is too long for the event loop.
     """
-
-    def __init__(
-        self, memory: int = 1000, call: Any = lambda: "done", *, is_long: bool = True
-    ) -> None:
-        seconds = 10.0 if is_long else INLINE_SECONDS
-        self.cost = Cost(vertices=0, triangles=0, bytes=0, memory=memory, seconds=seconds)
-        self.run = call
+    seconds = 10.0 if is_long else INLINE_SECONDS
+    return Work(Cost(vertices=0, triangles=0, bytes=0, memory=memory, seconds=seconds), call)
 
 
 async def run_tasks() -> None:
@@ -78,7 +75,7 @@ async def test_short_work_runs_on_the_event_loop_and_long_work_in_a_thread() -> 
         job = Job(threads)
         in_thread = []
         for is_long in (False, True):
-            work = Work(
+            work = build_work(
                 1000,
                 lambda: threading.current_thread() is not threading.main_thread(),
                 is_long=is_long,
@@ -108,7 +105,7 @@ async def test_work_that_takes_longer_than_estimated_moves_to_a_thread(
 
     async with lend_threads() as threads:
         job = Job(threads)
-        assert await job.run(Work(call=call, is_long=False), "mesh") == "done"
+        assert await job.run(build_work(call=call, is_long=False), "mesh") == "done"
         # The checkpoint on the event loop stops the work, which begins again in a thread.
         assert [thread is threading.main_thread() for thread in callers] == [True, False]
         job.close()
@@ -132,7 +129,7 @@ async def test_other_tasks_run_between_short_pieces_of_work() -> None:
             time.sleep(1.5 * ROUND_SECONDS)  # so each of these runs is a round
             turns_before.append(turns)
 
-        runs = [job.run(Work(10, compute, is_long=False), "x") for job in jobs]
+        runs = [job.run(build_work(10, compute, is_long=False), "x") for job in jobs]
         await asyncio.gather(count_turns(), *runs)
         # The other task had a turn before each piece of work.
         assert len(set(turns_before)) == 5
@@ -236,7 +233,7 @@ async def test_bodies_have_a_memory_budget_of_their_own_and_never_wait() -> None
             third_job.hold_body(1)
         # The largest work has memory besides the bodies, and short work besides the largest work.
         start = await threads.acquire(threads.max_memory)
-        assert await third_job.run(Work(1000, is_long=False), "x") == "done"
+        assert await third_job.run(build_work(1000, is_long=False), "x") == "done"
         threads.release_thread(start)
         threads.hold(-threads.max_memory)
         large_job.shrink_body(10)
@@ -294,7 +291,7 @@ async def test_a_cancelled_thread_keeps_its_memory_until_it_ends(client_leaves: 
                 checkpoint()
 
         job = Job(threads, receive)
-        task = asyncio.create_task(job.run(Work(1000, compute), "x"))
+        task = asyncio.create_task(job.run(build_work(1000, compute), "x"))
         while not threads.busy_count:
             await asyncio.sleep(0.001)
         if client_leaves:
@@ -318,7 +315,7 @@ async def test_large_requests_that_end_together_trim_the_heap_once(
         for sizes in ((TRIM_BYTES - 1,), (TRIM_BYTES, TRIM_BYTES), (TRIM_BYTES,)):
             jobs = [Job(threads) for _ in sizes]
             for job, size in zip(jobs, sizes, strict=True):
-                await job.run(Work(size, is_long=False), "x")
+                await job.run(build_work(size, is_long=False), "x")
             for job in jobs:  # all end before the event loop continues
                 job.close()
             if trimming := threads._trimming:
@@ -354,7 +351,7 @@ def test_the_error_of_failed_work_does_not_keep_its_local_variables() -> None:
         async with lend_threads() as threads:
             job = Job(threads)
             with pytest.raises(ArithmeticError) as error:
-                await job.run(Work(1000, work), "x")
+                await job.run(build_work(1000, work), "x")
             assert extract_tb(error.value.__traceback__)[-1].name == "work"
             del error
             job.close()

@@ -15,8 +15,10 @@ import pytest
 from service.api.threads import Threads
 from service.cancellation import checkpoint
 from service.errors import InvalidRequest, Issue
-from service.pipeline.mesh import MeshFile, MeshWork
+from service.pipeline.mesh import MeshFile, make_file
+from service.pipeline.mesh_plan import MeshPlan
 from service.settings.values import Settings
+from service.surface.sizes import SurfaceKind
 from tools.live import run_service
 
 NET = [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]
@@ -38,11 +40,10 @@ class SlowMeshes:
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.started = self.cancelled = 0
         self.may_end = threading.Event()
-        run = MeshWork.run
 
-        def run_slowly(work: MeshWork) -> MeshFile:
-            if work.size.vertices < RESOLUTION**2:
-                return run(work)
+        def run_slowly(plan: MeshPlan, surface: SurfaceKind) -> MeshFile:
+            if plan.size.vertices < RESOLUTION**2:
+                return make_file(plan, surface)
             self.started += 1
             try:
                 while not self.may_end.is_set():
@@ -51,9 +52,9 @@ class SlowMeshes:
             except Exception:
                 self.cancelled += 1
                 raise
-            return run(work)
+            return make_file(plan, surface)
 
-        monkeypatch.setattr(MeshWork, "run", run_slowly)
+        monkeypatch.setattr("service.pipeline.mesh.make_file", run_slowly)
 
 
 @pytest.fixture
@@ -233,10 +234,10 @@ def test_a_client_that_reads_slowly_keeps_only_the_memory_of_its_response() -> N
 def test_failed_requests_release_threads_and_memory(
     error: Exception, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def raise_error(_: MeshWork) -> MeshFile:
+    def raise_error(*_: object) -> MeshFile:
         raise error
 
-    monkeypatch.setattr(MeshWork, "run", raise_error)
+    monkeypatch.setattr("service.pipeline.mesh.make_file", raise_error)
     with start_service() as service:
         for client in (service.post(LONG), service.post(SHORT), service.get(SADDLE)):
             assert client.read_response()[0] in (422, 500)
@@ -293,4 +294,4 @@ def test_requests_leave_no_reference_cycles(slow_meshes: SlowMeshes) -> None:
                 gc.enable()
     # Classes of the server and of requests, and what they refer to.
     names = {type(value).__qualname__ for value in garbage}
-    assert names.isdisjoint({"BoundedProtocol", "Cycle", "Job", "MeshWork", "ndarray", "frame"})
+    assert names.isdisjoint({"BoundedProtocol", "Cycle", "Job", "Work", "ndarray", "frame"})

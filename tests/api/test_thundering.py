@@ -11,8 +11,10 @@ from service.api.app import create_app
 from service.api.caching.codings import Coding, compress
 from service.api.routes import meshes_by_url
 from service.engine.mesh.report import ENGINE
-from service.pipeline.mesh import MeshFile, MeshWork
+from service.pipeline.mesh import MeshFile, make_file
+from service.pipeline.mesh_plan import MeshPlan
 from service.settings.values import Settings
+from service.surface.sizes import SurfaceKind
 
 TEAPOT = "/v1/surfaces/utah-teapot/mesh.glb"
 """With 32 divisions per patch, a thread computes the mesh, not the event loop."""
@@ -25,14 +27,14 @@ async def request_at_once(
 
     The computation waits until all requests are sent.
     """
-    calls, all_sent, run = [], threading.Event(), MeshWork.run
+    calls, all_sent = list[MeshPlan](), threading.Event()
 
-    def run_when_all_are_sent(work: MeshWork) -> MeshFile:
-        calls.append(work)
+    def run_when_all_are_sent(plan: MeshPlan, surface: SurfaceKind) -> MeshFile:
+        calls.append(plan)
         assert all_sent.wait(60)
-        return run(work)
+        return make_file(plan, surface)
 
-    monkeypatch.setattr(MeshWork, "run", run_when_all_are_sent)
+    monkeypatch.setattr("service.pipeline.mesh.make_file", run_when_all_are_sent)
     transport = httpx.ASGITransport(create_app(Settings()))
     async with httpx.AsyncClient(transport=transport, base_url="http://service") as client:
         tasks = [asyncio.create_task(client.get(url, headers=headers)) for url in urls * 25]

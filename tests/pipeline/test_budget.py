@@ -13,6 +13,7 @@ from service.engine.options import MeshOptions
 from service.errors import InvalidRequest
 from service.pipeline.adaptive import AdaptiveMesher, search_budget
 from service.pipeline.mesh import MeshFile, plan_mesh
+from service.pipeline.mesh_plan import build_plan
 from service.surface.bezier import BezierSurface
 from service.surface.examples.catalogue import EXAMPLES
 
@@ -124,8 +125,9 @@ def test_a_search_ends_when_the_work_of_a_request_is_spent() -> None:
     """With a very large budget, the result is the best mesh before the limit of work is reached."""
     fmt, accuracy = FORMAT["json"], Accuracy(max_triangles=1_000_000)
     effort = Effort(limit=1e8)
-    plan = plan_mesh(EXAMPLES["saddle"].surface(), MeshOptions(accuracy=accuracy), fmt)
-    build = AdaptiveMesher(plan, *plan.lower(), effort).build
+    surface, options = EXAMPLES["saddle"].surface(), MeshOptions(accuracy=accuracy)
+    plan = build_plan(surface, options, fmt)
+    build = AdaptiveMesher(plan, surface.lower(), options, effort).build
     best, _ = search_budget(build, plan.encode_mesh, accuracy, min_tolerance=1e-12, effort=effort)
     # This work suffices for about 4000 triangles.
     assert 300 < best.report.triangles < 5000

@@ -21,11 +21,13 @@ from service.engine.scenes.scene import Scene, place_points, scene_parts
 from service.errors import SurfaceError, TooLarge
 from service.pipeline.adaptive import size_of_mesh
 from service.pipeline.limits import Limits
-from service.pipeline.mesh import MeshWork, plan_mesh, render
+from service.pipeline.mesh import build_planned, keep_storable_channels, plan_mesh, render
+from service.pipeline.mesh_plan import build_plan
 from service.surface.bezier import BezierSurface
 from service.surface.examples.catalogue import EXAMPLES, find
 from service.surface.group import GroupSurface, Member
 from service.surface.kinds import Surface
+from service.surface.sizes import SurfaceKind
 from service.surface.triangle import TriangleSurface
 from tests.strategies import Array
 
@@ -54,9 +56,10 @@ def mesh_options(**accuracy: Any) -> MeshOptions:
     return MeshOptions(accuracy=Accuracy(**accuracy))
 
 
-def build_mesh(work: MeshWork) -> Mesh | Scene:
+def build_mesh(surface: SurfaceKind, options: MeshOptions, fmt: Format) -> Mesh | Scene:
     """The mesh or the scene of the file, before it is encoded."""
-    return work.build(*work.lower())
+    plan = build_plan(surface, options, fmt)
+    return build_planned(plan, *keep_storable_channels(surface.lower(), options, fmt))
 
 
 def list_issues(
@@ -99,14 +102,13 @@ def test_every_example_is_within_its_tolerance(example: str) -> None:
 def test_every_format_stores_all_triangles(fmt: Format) -> None:
     """A second rendering gives the same bytes, not more than the upper bound of the format."""
     surface, options = STRETCHED, mesh_options(relative_tolerance=0.05)
-    work = plan_mesh(surface, options, fmt)
-    response = work.run()
+    response = plan_mesh(surface, options, fmt).run()
     assert bytes(response.content) == render(surface, options, fmt)
     assert response.report is not None
-    mesh = build_mesh(work)
+    mesh = build_mesh(surface, options, fmt)
     # The numbers of triangles and vertices are those of the mesh, all else is as predicted.
     assert len(bytes(response.content)) <= fmt.byte_bound(
-        size_of_mesh(mesh, work.stored), EncodeOptions()
+        size_of_mesh(mesh, build_plan(surface, options, fmt).stored), EncodeOptions()
     )
     if fmt.name in {"glb", "stl", "ply", "off", "obj"}:
         assert len(read_corners(bytes(response.content), fmt.name)) == response.report.triangles
@@ -159,8 +161,7 @@ def test_the_deviation_bound_holds_for_placed_copies(name: str) -> None:
 
 def test_equal_members_share_a_mesh_that_is_fine_enough_for_all_of_them() -> None:
     """The bound of a part includes the stretching of its matrix; one member is stretched most."""
-    work = plan_mesh(STRETCHED, mesh_options(tolerance=0.05), BY_NAME["glb"])
-    mesh = build_mesh(work)
+    mesh = build_mesh(STRETCHED, mesh_options(tolerance=0.05), BY_NAME["glb"])
     assert isinstance(mesh, Scene)
     assert len(mesh.meshes) == 2
     plain, sheared, mirrored = (part.deviation_bound for part in scene_parts(mesh))
@@ -171,7 +172,7 @@ def test_equal_members_share_a_mesh_that_is_fine_enough_for_all_of_them() -> Non
     assert sheared == pytest.approx(plain * stretch, rel=1e-6)
     assert max(sheared, mirrored) == mesh.report.deviation_bound
     alone = build_mesh(
-        plan_mesh(build_group(STRETCHED.members[0]), mesh_options(tolerance=0.05), BY_NAME["glb"])
+        build_group(STRETCHED.members[0]), mesh_options(tolerance=0.05), BY_NAME["glb"]
     )
     assert isinstance(alone, Scene)
     assert len(alone.meshes[0].triangles) < len(mesh.meshes[0].triangles)
@@ -190,31 +191,25 @@ def test_parts_far_from_the_camera_have_fewer_triangles() -> None:
     group = build_group(
         Member(BezierSurface(WAVES), matrix=near), Member(BezierSurface(WAVES), matrix=far)
     )
-    mesh = build_mesh(plan_mesh(group, camera_options((1.5, 1.5, 8.0)), BY_NAME["glb"]))
+    mesh = build_mesh(group, camera_options((1.5, 1.5, 8.0)), BY_NAME["glb"])
     assert isinstance(mesh, Scene)
     first, second = (len(mesh.meshes[node.model].triangles) for node in mesh.nodes)
     assert second < first / 4
-    near_alone = build_mesh(
-        plan_mesh(BezierSurface(WAVES), camera_options((1.5, 1.5, 8.0)), BY_NAME["glb"])
-    )
+    near_alone = build_mesh(BezierSurface(WAVES), camera_options((1.5, 1.5, 8.0)), BY_NAME["glb"])
     assert isinstance(near_alone, Mesh)
     assert abs(len(near_alone.triangles) - first) <= first / 50
 
 
 def test_a_tolerance_also_holds_if_a_camera_is_given() -> None:
     mesh = build_mesh(
-        plan_mesh(
-            BezierSurface(WAVES), camera_options((0, 0, 500.0), tolerance=0.01), BY_NAME["json"]
-        )
+        BezierSurface(WAVES), camera_options((0, 0, 500.0), tolerance=0.01), BY_NAME["json"]
     )
     assert mesh.report.deviation_bound is not None
     assert mesh.report.deviation_bound <= 0.01
 
 
 def test_the_deviation_is_bounded_in_both_directions_if_requested() -> None:
-    mesh = build_mesh(
-        plan_mesh(STRETCHED, mesh_options(tolerance=0.05, two_sided=True), BY_NAME["stl"])
-    )
+    mesh = build_mesh(STRETCHED, mesh_options(tolerance=0.05, two_sided=True), BY_NAME["stl"])
     mesh_bound = mesh.report.mesh_deviation_bound
     assert mesh_bound is not None
     assert mesh.report.deviation_bound is not None
@@ -225,7 +220,7 @@ def test_the_deviation_is_bounded_in_both_directions_if_requested() -> None:
 def test_normal_angles_are_within_an_angle_tolerance() -> None:
     sphere = find("sphere").surface()
     coarse, fine = (
-        build_mesh(plan_mesh(sphere, mesh_options(angle_tolerance=angle), BY_NAME["json"])).report
+        build_mesh(sphere, mesh_options(angle_tolerance=angle), BY_NAME["json"]).report
         for angle in (0.8, 0.2)
     )
     assert coarse.normal_angle is not None
@@ -239,12 +234,12 @@ def test_overlays_are_the_same_with_and_without_faces() -> None:
     options = replace(
         mesh_options(tolerance=0.05), has_faces=False, overlays=("boundary", "control_net")
     )
-    mesh = build_mesh(plan_mesh(BezierSurface(WAVES), options, BY_NAME["glb"]))
+    mesh = build_mesh(BezierSurface(WAVES), options, BY_NAME["glb"])
     assert isinstance(mesh, Mesh)
     assert not len(mesh.triangles)
     assert mesh.report.deviation_bound is None
     mesh_with_faces = build_mesh(
-        plan_mesh(BezierSurface(WAVES), replace(options, has_faces=True), BY_NAME["glb"])
+        BezierSurface(WAVES), replace(options, has_faces=True), BY_NAME["glb"]
     )
     assert isinstance(mesh_with_faces, Mesh)
     for overlay, expected in zip(mesh.overlays, mesh_with_faces.overlays, strict=True):
@@ -363,7 +358,7 @@ def test_the_bound_of_a_copy_far_from_zero_in_stl_includes_rounding_of_its_place
 def test_without_welding_patches_share_no_vertices() -> None:
     surface, options = find("utah-teapot").surface(), mesh_options(relative_tolerance=0.02)
     welded, separate = (
-        build_mesh(plan_mesh(surface, replace(options, weld=weld), BY_NAME["json"])).report
+        build_mesh(surface, replace(options, weld=weld), BY_NAME["json"]).report
         for weld in (True, False)
     )
     assert welded.triangles == separate.triangles
@@ -376,9 +371,7 @@ def test_a_camera_far_away_needs_few_triangles() -> None:
     """At the camera the tolerance is almost 0, but the surface is far from the camera."""
     camera = Camera((1e5, 0.0, 0.0), field_of_view=0.8, height=1080)
     mesh = build_mesh(
-        plan_mesh(
-            BezierSurface(WAVES), mesh_options(camera=camera, pixel_tolerance=1e-3), BY_NAME["glb"]
-        )
+        BezierSurface(WAVES), mesh_options(camera=camera, pixel_tolerance=1e-3), BY_NAME["glb"]
     )
     assert mesh.report.triangles < 100
     assert mesh.report.deviation_bound is not None

@@ -22,7 +22,7 @@ from service.engine.quantize import find_grid_error
 from service.errors import InvalidRequest, UnsupportedByFormat
 from service.pipeline.estimate import plan_estimate
 from service.pipeline.mesh import plan_mesh, render
-from service.pipeline.mesh_sizes import plan_sizes
+from service.pipeline.mesh_plan import build_plan, plan_sizes
 from service.surface.bezier import BezierSurface
 from service.surface.examples.catalogue import find
 from service.surface.patches import PatchSurface
@@ -129,11 +129,12 @@ def test_a_budget_of_bytes_counts_the_bytes_of_the_compact_file(encode: EncodeOp
 def test_compact_files_are_at_most_as_long_as_predicted(
     example: str, encode: EncodeOptions, suffix: str
 ) -> None:
-    """The format bounds the length from `work.stored`, the predicted counts."""
+    """The format bounds the length from the predicted counts."""
     fmt = BY_NAME[suffix]
     options = MeshOptions((6, 6), overlays=("control_net",), uvs=True)
-    work = plan_mesh(find(example).surface(), options, fmt, encode)
-    assert len(work.run().content) <= fmt.byte_bound(work.stored, encode)
+    surface = find(example).surface()
+    stored = build_plan(surface, options, fmt, encode).stored
+    assert len(render(surface, options, fmt, encode)) <= fmt.byte_bound(stored, encode)
 
 
 @pytest.mark.parametrize("options", [MeshOptions, partial(mesh_options, tolerance=0.1)])

@@ -15,7 +15,8 @@ from service.engine.options import MeshOptions
 from service.errors import Issue, SurfaceError
 from service.pipeline.estimate import Estimate, plan_estimate
 from service.pipeline.limits import Limits
-from service.pipeline.mesh import PLAIN, render
+from service.pipeline.mesh import render
+from service.pipeline.mesh_plan import PLAIN
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.examples.catalogue import EXAMPLES, find

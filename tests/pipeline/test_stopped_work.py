@@ -7,7 +7,8 @@ from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
 from service.engine.accuracy import Accuracy
 from service.engine.options import MeshOptions
-from service.pipeline.mesh import MeshWork, plan_mesh
+from service.pipeline.cost import Work
+from service.pipeline.mesh import MeshFile, plan_mesh
 from service.surface.examples.catalogue import find
 
 WORKS = {
@@ -41,7 +42,7 @@ class CountingCancellation(Cancellation):
         super().raise_if_over()
 
 
-def plan_example(kind: str) -> MeshWork:
+def plan_example(kind: str) -> Work[MeshFile]:
     """The planned work of an entry of `WORKS`."""
     name, options, fmt = WORKS[kind]
     return plan_mesh(find(name).surface(), options, BY_NAME[fmt], EncodeOptions())

@@ -13,7 +13,7 @@ from service.api.caching.cached_response import (
     find_match,
     matches_all,
 )
-from service.api.caching.codings import COMPRESS_FUNCTIONS, AcceptedCodings, Coding, compress
+from service.api.caching.codings import COMPRESS_FUNCTIONS, AcceptedCodings, compress
 from service.api.job import Job
 from service.api.models.meshes import Mesh
 from service.api.negotiation import check_engine, codings_of, condition_of, format_by_suffix
@@ -33,7 +33,7 @@ from service.api.stored import content_id, exists, mesh_url, surface_of
 from service.encoders.arithmetic import describe_writer
 from service.encoders.format import Format
 from service.encoders.registry import FORMATS
-from service.pipeline.cost import Cost, compression_cost
+from service.pipeline.cost import Work, compression_cost
 from service.pipeline.mesh import plan_mesh, select_encode_options
 from service.schemas.query import canonical_query, parse_mesh_query
 
@@ -53,25 +53,6 @@ class ComputedResponse(NamedTuple):
 
     entry: CachedResponse
     timing: Timing
-
-
-class Compression(NamedTuple):
-    """The work of compressing a body; `is_forced`: the client accepts no uncompressed body."""
-
-    body: bytes
-    coding: Coding
-    is_forced: bool
-
-    @property
-    def cost(self) -> Cost:
-        """Time and memory of the compression."""
-        return compression_cost(len(self.body))
-
-    def run(self) -> bytes | None:
-        """The compressed body; None if it is hardly smaller, unless the client needs it."""
-        if self.is_forced:
-            return COMPRESS_FUNCTIONS[self.coding](self.body)
-        return compress(self.coding, self.body)
 
 
 @by_url.get(
@@ -205,7 +186,11 @@ async def _choose_variant(
     variant = entry.variants.get(coding)
     if variant is not None and (accepted.accepts_plain or variant.coding == coding):
         return variant
-    work = Compression(entry.plain, coding, is_forced=not accepted.accepts_plain)
+    # If the client accepts no plain body, it needs the compressed one even if it is hardly smaller.
+    function = partial(compress, coding) if accepted.accepts_plain else COMPRESS_FUNCTIONS[coding]
+    work: Work[bytes | None] = Work(
+        compression_cost(len(entry.plain)), partial(function, entry.plain)
+    )
     has_room = (
         cache.holds(entry) and not threads.queue_length and threads.has_room(work.cost.memory)
     )

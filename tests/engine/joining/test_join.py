@@ -19,6 +19,7 @@ from service.engine.options import MeshOptions
 from service.errors import TooLarge
 from service.pipeline.limits import DEFAULT_LIMITS
 from service.pipeline.mesh import plan_mesh
+from service.pipeline.mesh_plan import build_plan
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.examples.catalogue import find
@@ -250,10 +251,10 @@ def test_cut_surfaces_with_too_many_vertices_are_refused() -> None:
     case = NEARLY_CLOSED["borders"].build(1)
     options = MeshOptions((16, 16))
     fmt = BY_NAME["json"]
-    plan = plan_mesh(case.surface, options, fmt)
+    vertices = build_plan(case.surface, options, fmt).size.vertices
     # The plan is within this limit; only cutting, during the run, adds vertices.
-    limits = replace(DEFAULT_LIMITS, max_vertices=plan.size.vertices + 1)
-    plan.run()
+    limits = replace(DEFAULT_LIMITS, max_vertices=vertices + 1)
+    plan_mesh(case.surface, options, fmt).run()
     with pytest.raises(TooLarge) as caught:
         plan_mesh(case.surface, options, fmt, limits=limits).run()
     assert caught.value.issues[0].code == "too_many_vertices"

@@ -18,7 +18,8 @@ from service.engine.wires.goal_divisions import count_goal_divisions
 from service.engine.wires.isocurves import sample_divided_isocurves, sample_isocurves
 from service.errors import TooLarge
 from service.pipeline.limits import Limits
-from service.pipeline.mesh import plan_mesh
+from service.pipeline.mesh import build_planned, plan_mesh
+from service.pipeline.mesh_plan import build_plan
 from service.surface.batches import TrianglePatches
 from service.surface.examples.catalogue import find
 from service.surface.group import GroupSurface
@@ -119,13 +120,13 @@ def test_lines_tubes_and_ribbons_are_drawn_with_and_without_faces(
 def test_wires_lie_on_the_grid_of_a_compact_file(wires: Any) -> None:
     options = MeshOptions(accuracy=FINE.accuracy, isocurves=(2, 2), wires=wires)
     surface = find("torus").surface()
-    plan = plan_mesh(surface, options, BY_NAME["glb"], EncodeOptions(quantize=True))
-    mesh = plan.build(*plan.lower())
+    request = (surface, options, BY_NAME["glb"], EncodeOptions(quantize=True))
+    mesh = build_planned(build_plan(*request), surface.lower(), options)
     assert isinstance(mesh, Mesh)
     assert mesh.step
     rows = np.concatenate([mesh.positions, *(overlay.positions for overlay in mesh.overlays)])
     assert (rows / mesh.step == np.rint(rows / mesh.step)).all()
-    assert plan.run().content  # such a mesh can be encoded
+    assert plan_mesh(*request).run().content  # such a mesh can be encoded
 
 
 @pytest.mark.parametrize("wires", ["lines", "tubes"])
