@@ -24,39 +24,31 @@ class CrateRequest(SurfaceRequest):
             "service/pipeline/crate.py",
             '''"""Computes the crate (an axis-aligned box with a margin) that contains a surface."""
 
-from dataclasses import dataclass
+from functools import partial
 
 from service.encoders.text import json_text
 from service.measuring import Measured
 from service.pipeline.checks import check_surface
-from service.pipeline.cost import Cost
+from service.pipeline.cost import Work
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.pipeline.query_costs import points_cost
 from service.surface.sizes import SurfaceKind
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class CrateWork:
-    """The work on one crate, within the limits."""
-
-    surface: SurfaceKind
-    margin: float
-    cost: Cost
-
-    def run(self) -> bytes:
-        """The corners of the crate as JSON."""
-        with Measured("crate"):
-            low, high = self.surface.lower().bounds
-            return json_text({"low": low - self.margin, "high": high + self.margin})
-
-
 def plan_crate(
     surface: SurfaceKind, margin: float, limits: Limits = DEFAULT_LIMITS
-) -> CrateWork:
-    """The work on a crate, if its memory and time are within the limits."""
+) -> Work[bytes]:
+    """Plan a crate: estimate its cost from shapes, and check the limits."""
     size = surface.stored_size()
     check_surface(size, limits)
-    return CrateWork(surface, margin, points_cost(size, count=1, order=0))
+    return Work(points_cost(size, count=1, order=0), partial(_pack, surface, margin))
+
+
+def _pack(surface: SurfaceKind, margin: float) -> bytes:
+    """The corners of the crate as JSON."""
+    with Measured("crate"):
+        low, high = surface.lower().bounds
+        return json_text({"low": low - margin, "high": high + margin})
 ''',
         ),
         Step(
