@@ -5383,7 +5383,7 @@ export interface operations {
                 /** @description Compression of the arrays of glTF: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles have another order. No number changes; but together with `quantize`, normals change by at most 0.1°. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse `meshopt`. A service without the library refuses it, too (`compression_unavailable`); `GET /v1/formats` lists the compressions of the service. */
                 compression?: "none" | "meshopt";
                 /** @description Version of the engine. With this parameter, the URL of a surface whose id is a hash always returns the same mesh, byte for byte. A service with another version returns 410. */
-                engine?: 3;
+                engine?: 4;
                 /** @description Only in a signed URL: when it expires, in Unix time. */
                 expires?: number;
                 /** @description Only in a signed URL, as `POST /v1/sign` makes it: its last parameter. */
@@ -5461,7 +5461,7 @@ export interface operations {
                     "Content-Encoding"?: string;
                     /**
                      * @description The canonical URL.
-                     * @example </v1/surfaces/utah-teapot/mesh.glb?engine=3>; rel="canonical"
+                     * @example </v1/surfaces/utah-teapot/mesh.glb?engine=4>; rel="canonical"
                      */
                     Link: string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];

@@ -20,7 +20,7 @@ def add(commands: Commands) -> None:
     sign.add_argument(
         "path",
         metavar="URL",
-        help="surface or mesh, without the host: /v1/surfaces/ID/mesh.glb?engine=3",
+        help="surface or mesh, without the host: /v1/surfaces/ID/mesh.glb?engine=4",
     )
     expiry = sign.add_mutually_exclusive_group(required=True)
     expiry.add_argument("--seconds", metavar="N", help="seconds from now until it expires")

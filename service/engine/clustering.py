@@ -3,6 +3,7 @@
 import numpy as np
 
 from service.bases.arrays import Ints, RealArray
+from service.engine.vectors import dot
 
 MAX_ROUNDS = 64
 """The most groups of one key. Each row that then remains leads a group of its own. This is no
@@ -36,7 +37,7 @@ def find_leaders(key: Ints, values: RealArray, reach: float) -> Ints:
     candidates = key[remaining]
     for _ in range(MAX_ROUNDS if len(remaining) else 0):
         step = values[remaining] - values[candidates]
-        is_near = np.einsum("nd,nd->n", step, step) <= reach**2
+        is_near = dot(step, step, -1) <= reach**2
         leader[remaining[is_near]] = candidates[is_near]
         remaining = remaining[~is_near]
         if not len(remaining):

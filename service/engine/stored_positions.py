@@ -17,6 +17,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, RealArray
 from service.engine.extent import choose_origin
 from service.engine.scratch import Real
+from service.engine.vectors import UNIT
 
 MAX_NUMBER = 65535
 """The largest number of 16 bits."""
@@ -38,8 +39,6 @@ diagonal of a cube with sides of one step."""
 
 FLOAT32 = np.finfo(np.float32)
 FLOAT32_MAX = float(FLOAT32.max)
-
-EPS = float(np.finfo(np.float64).eps)
 
 
 def find_step(low: FloatArray, high: FloatArray) -> float:
@@ -80,7 +79,7 @@ def bound_origin_error(origin: FloatArray, low: FloatArray, high: FloatArray) ->
     """Bound of the rounding of adding the origin: half a unit in the last place of coordinates."""
     if not origin.any():
         return 0.0
-    return EPS * hypot(*np.maximum(np.abs(low), np.abs(high)).tolist())
+    return 2 * UNIT * hypot(*np.maximum(np.abs(low), np.abs(high)).tolist())
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,48 +1,106 @@
-"""Products of vectors and of vector polynomials."""
+"""Arrays of vectors: products and lengths; records of arrays of items; the unit of rounding.
+
+By convention the last axis of an array counts items, and the axis before it counts coordinates:
+vectors have the shape (…, 3, m). Functions take other layouts with `axis`, the axis of coordinates
+counted from the end: −1 for rows (…, 3), −3 for (3, r, n). Terms are added in the order x, y, z, so
+the bits of a result depend neither on the layout nor on the other vectors of an array.
+"""
+
+from collections.abc import Sequence
+from functools import cache
+from types import EllipsisType
+from typing import Self, TypeAlias
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, IndexArray, RealArray
-from service.bases.bernstein import multiply
+from service.bases.arrays import Bools, FloatArray, Ints
+
+Vectors: TypeAlias = FloatArray
+"""Shape (…, 3, m)."""
+
+Index: TypeAlias = tuple[int | slice | EllipsisType, ...]
+
+UNIT = 2.0**-53
+"""The unit roundoff u of float64: the relative error of one operation is at most u."""
+
+NEXT, BEFORE = np.array([1, 2, 0]), np.array([2, 0, 1])
+"""For each of three coordinates, or corners or edges of a triangle: the next and the one before."""
+
+FEW = 1 << 14
+"""`cross` computes up to this many numbers at once: with few NumPy calls, but with more memory."""
 
 
-def cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Cross product a × b along the last axis, faster than numpy.cross."""
-    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
-    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
-    product = np.empty(a.shape)
-    np.subtract(ay * bz, az * by, out=product[..., 0])
-    np.subtract(az * bx, ax * bz, out=product[..., 1])
-    np.subtract(ax * by, ay * bx, out=product[..., 2])
+def dot(a: FloatArray, b: FloatArray, axis: int = -2) -> FloatArray:
+    """Products a · b of vectors with any number of coordinates; the result lacks that axis."""
+    products = a * b
+    first, *others = _coordinates(axis, products.shape[axis])
+    total: FloatArray = products[first]
+    for coordinate in others:
+        total = total + products[coordinate]
+    return total
+
+
+def cross(a: FloatArray, b: FloatArray, axis: int = -2) -> FloatArray:
+    """Products a × b of vectors of space, faster than `numpy.cross`."""
+    if a.size <= FEW:
+        product: FloatArray = a.take(NEXT, axis) * b.take(BEFORE, axis)
+        product -= a.take(BEFORE, axis) * b.take(NEXT, axis)
+        return product
+    product = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    x, y, z = _coordinates(axis, 3)
+    for i, j, k in ((x, y, z), (y, z, x), (z, x, y)):
+        np.subtract(a[j] * b[k], a[k] * b[j], out=product[i])
     return product
 
 
-def dot(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Scalar products of rows (m, d): shape (m,)."""
-    product: FloatArray = np.einsum("mk,mk->m", a, b)
-    return product
+def length(a: FloatArray, axis: int = -2) -> FloatArray:
+    """Lengths |a|; the result lacks the axis of coordinates."""
+    lengths: FloatArray = np.sqrt(dot(a, a, axis))
+    return lengths
 
 
-def find_largest_angle(faces: IndexArray, normals: RealArray) -> float | None:
-    """Largest angle, in radians, between the unit normals at the two ends of an edge of the faces.
-
-    The result is None if there are no faces. The angle is computed from the tangent of its half,
-    because the cosine is imprecise for small angles.
-    """
-    if not len(faces):
-        return None
-    largest = 0.0
-    for corner in range(faces.shape[1]):
-        first, second = normals[faces[:, corner - 1]], normals[faces[:, corner]]
-        difference, total = (
-            np.square(rows).sum(axis=1) for rows in (first - second, first + second)
-        )
-        largest = max(largest, float(np.arctan2(np.sqrt(difference), np.sqrt(total)).max()))
-    return 2 * largest
+def normalize(a: FloatArray, axis: int = -2) -> FloatArray:
+    """Unit vectors a / |a|; vectors of length 0 stay 0."""
+    lengths = np.expand_dims(length(a, axis), axis)
+    unit: FloatArray = a / np.where(lengths > 0, lengths, 1.0)
+    return unit
 
 
-def cross_polynomial(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Cross product a × b of vector polynomials (K, 3, …), K patches, in the Bernstein basis."""
-    product = multiply(a[:, (1, 2, 0)], b[:, (2, 0, 1)])
-    product -= multiply(a[:, (2, 0, 1)], b[:, (1, 2, 0)])
-    return product
+def project(points: FloatArray, axis: int = -2) -> FloatArray:
+    """Divide homogeneous points (w x, w y, w z, w) by their weights; others stay as they are."""
+    if points.shape[axis] == 3:
+        return points
+    rest: Index = (slice(None),) * (-1 - axis)
+    inner: Index = (..., slice(3), *rest)
+    weights: Index = (..., slice(3, 4), *rest)
+    projected: FloatArray = points[inner] / points[weights]
+    return projected
+
+
+@cache
+def _coordinates(axis: int, count: int) -> list[Index]:
+    """The indices of the coordinates of vectors, of which `axis` counts `count` coordinates."""
+    return [(..., k, *(slice(None),) * (-1 - axis)) for k in range(count)]
+
+
+class Items:
+    """Base of frozen data classes whose fields are arrays (…, m) of the same m items."""
+
+    __slots__ = ()
+    __dataclass_fields__: dict[str, object]
+
+    def take(self, index: Ints | Bools | slice) -> Self:
+        """The items with these indices, or those that a mask marks."""
+        arrays = (getattr(self, name) for name in self.__dataclass_fields__)
+        if isinstance(index, slice):
+            return type(self)(*(array[..., index] for array in arrays))
+        rows = index.nonzero()[0] if index.dtype == bool else index
+        return type(self)(*(array.take(rows, axis=-1) for array in arrays))
+
+    @classmethod
+    def join(cls, parts: Sequence[Self]) -> Self:
+        """The items of several records, one record after the other."""
+        if len(parts) == 1:
+            return parts[0]
+        arrays = ([getattr(part, name) for part in parts] for name in cls.__dataclass_fields__)
+        return cls(*(np.concatenate(array, axis=-1) for array in arrays))

@@ -13,7 +13,7 @@ from service.api.cors import Origins
 from service.api.record import NO_ROUTE, SCOPE_ITEM, RequestRecord
 from service.api.responses import CHUNK, MAX_BUFFERED
 
-PATH, QUERY = "/v1/surfaces/saddle/mesh.glb", b"engine=3"
+PATH, QUERY = "/v1/surfaces/saddle/mesh.glb", b"engine=4"
 
 
 def send_request(
@@ -28,7 +28,7 @@ def send_request(
     """
     cache, messages = ResponseCache(1 << 30), list[Message]()
     passed_scopes: list[Scope] = []
-    entry = CachedResponse(Subject(f"{PATH}?engine=3", "saddle", "name", False), body, ())
+    entry = CachedResponse(Subject(f"{PATH}?engine=4", "saddle", "name", False), body, ())
     assert cache.put(entry, cache.generation)
     cache.add(entry, "gzip", b"packed")
     cache.alias(entry, PATH, QUERY, has_engine=True)
@@ -106,7 +106,7 @@ def test_repeated_headers_are_read_as_one_list() -> None:
         ((), {"method": "POST"}),
         ((), {"method": "DELETE"}),
         ((), {"path": "/v1/surfaces/saddle/mesh.stl"}),
-        ((), {"query_string": b"engine=3&"}),
+        ((), {"query_string": b"engine=4&"}),
         ((), {"type": "lifespan"}),
         ((), {"type": "websocket"}),
         (((b"accept-encoding", b"zstd"),), {}),

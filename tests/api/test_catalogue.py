@@ -50,12 +50,12 @@ def test_formats_are_those_of_the_registry(client: Client) -> None:
         ("GET", "/v1/surfaces/saddle?page=2"),
         ("GET", "/v1/formats?page=2"),
         ("GET", "/metrics?name=a"),
-        ("DELETE", f"/v1/surfaces/{'0' * 64}?engine=3"),
+        ("DELETE", f"/v1/surfaces/{'0' * 64}?engine=4"),
         ("POST", "/v1/mesh?resolution=2"),
         ("POST", "/v1/mesh?type=bspline"),
         ("POST", "/v1/points?format=glb"),
         ("POST", "/v1/convert?format=glb"),
-        ("POST", "/v1/surfaces?engine=3"),
+        ("POST", "/v1/surfaces?engine=4"),
     ],
 )
 def test_unknown_parameters_of_the_query_are_refused(method: str, url: str) -> None:

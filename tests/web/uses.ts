@@ -114,7 +114,7 @@ export async function calls(): Promise<string | undefined> {
   const link: string | undefined = stored.data?.links.mesh.glb;
   const path = { id: stored.data?.id ?? 'saddle', suffix: 'glb' } as const;
   const address = '/v1/surfaces/{id}/mesh.{suffix}';
-  const query = { resolution: [4, 8], engine: 3 } satisfies MeshQuery;
+  const query = { resolution: [4, 8], engine: 4 } satisfies MeshQuery;
   const { data: file } = await service.GET(address, { params: { path, query }, parseAs: 'blob' });
   assertSame<typeof file, Blob | undefined>(true);
   // @ts-expect-error no file has this suffix

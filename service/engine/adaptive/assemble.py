@@ -21,12 +21,11 @@ from service.engine.extent import find_stored_bounds
 from service.engine.mesh.channels import ChannelRows, match_values, split_by_kind
 from service.engine.mesh.mesh_value import Mesh, MeshPart, Overlay
 from service.engine.mesh.overlays import control_net
-from service.engine.mesh.report import MeshReport
+from service.engine.mesh.report import MeshReport, find_largest_angle
 from service.engine.options import MeshOptions
 from service.engine.plans.borders import count_borders
 from service.engine.plans.weld import Welding, count_positions, find_shared_positions, weld
 from service.engine.stored_positions import Storage, bound_origin_error
-from service.engine.vectors import find_largest_angle
 from service.surface.lowered import PatchModel
 
 

@@ -136,8 +136,8 @@ def replace_failing(task: Task, failing: Leaves, along_v: Bools, is_plain: Bools
     fans = replace(fans, is_fan=np.ones(len(fans), dtype=bool))
     if not len(rest):
         return fans
-    halves = divide_cells(task, Cells.concatenate([*rest.halve(along_v[~to_fan])]))
-    return Leaves.concatenate([halves, fans])
+    halves = divide_cells(task, Cells.join([*rest.halve(along_v[~to_fan])]))
+    return Leaves.join([halves, fans])
 
 
 class Proofs:

@@ -47,9 +47,7 @@ from service.bases.arrays import FloatArray
 from service.engine.bounds.degree_reduction import DIRECT, SHIFT
 from service.engine.bounds.goal import Goal, build_tolerance_error
 from service.engine.nets.patch_nets import PatchNets
-
-UNIT = 2.0**-53
-"""Half the distance from 1 to the next number: the relative error of one rounding."""
+from service.engine.vectors import UNIT
 
 
 def count_roundings(p: int, q: int) -> int:

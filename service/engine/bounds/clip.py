@@ -17,7 +17,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import expand_runs
 from service.engine.bounds.faces import SPAN, Faces
-from service.engine.bounds.vectors import Columns
+from service.engine.vectors import Items
 
 ON_EDGE = 2.0**-16
 """A place counts as on an edge of a part if it is nearer to this edge than this share of the height
@@ -28,7 +28,7 @@ THIN = 2.0**17
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Parts(Columns):
+class Parts(Items):
     """m triangles of places, and the triangles of the mesh from which distances are measured.
 
     Attributes

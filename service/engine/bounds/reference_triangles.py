@@ -25,7 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray
-from service.engine.bounds.vectors import BEFORE, NEXT, Columns, Vectors, cross, dot, length
+from service.engine.vectors import BEFORE, NEXT, Items, Vectors, cross, dot, length
 
 SHRUNK = 1.0 - 2.0**-40
 """Factor that lowers wedges by more than the error of their angles."""
@@ -40,7 +40,7 @@ wedges, because they would lower the bound by less than this distance."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class ReferenceTriangles(Columns):
+class ReferenceTriangles(Items):
     """m triangles and their wedges.
 
     Attributes

@@ -22,7 +22,6 @@ from service.bases.arrays import FloatArray, RealArray
 from service.bases.bernstein import sample_basis
 from service.bases.homogeneous import to_homogeneous
 from service.bases.row_batches import row_slices
-from service.engine.bounds.certificate_rounding import UNIT
 from service.engine.connectivity.connectivity import SAME_WEIGHT
 from service.engine.connectivity.degree_matching import SAME_CURVE
 from service.engine.connectivity.edges import sample_edges
@@ -31,6 +30,7 @@ from service.engine.evaluation.evaluate import choose_formulation
 from service.engine.options import Method
 from service.engine.plans.layout import Layout
 from service.engine.scratch import Real
+from service.engine.vectors import UNIT
 from service.surface.batches import Patches, TrianglePatches
 
 MARGIN = 1.02

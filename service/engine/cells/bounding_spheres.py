@@ -21,10 +21,9 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import row_slices
 from service.cancellation import checkpoint
-from service.engine.cells.models import UNIT
 from service.engine.cells.tree import CellTree
-from service.engine.column_vectors import dot
 from service.engine.rays.bounds import SAFE, Rays, sphere_misses
+from service.engine.vectors import UNIT, dot
 
 FANOUT, MAX_ROOTS = 8, 24
 """How many members a sphere has, and the most spheres on the level of the largest."""
@@ -216,7 +215,7 @@ def _find_met_spheres(spheres: FloatArray, rays: Rays) -> tuple[Ints, Ints]:
     for rows in row_slices(len(rays.near), spheres.shape[1], CHUNK_PAIRS):
         o, d = rays.origin[:, rows, np.newaxis], rays.direction[:, rows, np.newaxis]
         g = center - o
-        along_ray, squared_distance = dot(g, d), dot(g, g)
+        along_ray, squared_distance = dot(g, d, -3), dot(g, g, -3)
         squared_distance *= 1 - 32 * UNIT
         squared_along_ray = along_ray * along_ray
         squared_distance -= squared_along_ray

@@ -1,7 +1,7 @@
 """The records of cells: rectangles of parameters, which queries and meshes halve.
 
 A room of the engine derives its cells from one of the two classes here, and adds the arrays that it
-needs as fields. `take`, `concatenate` and `replace` then treat all fields alike. Of every field the
+needs as fields. `take`, `join` and `replace` then treat all fields alike. Of every field the
 last axis counts the cells.
 """
 
@@ -12,12 +12,12 @@ from typing import Self
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.bounds.vectors import Columns
 from service.engine.nets.halving import halve
+from service.engine.vectors import Items
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Cells(Columns):
+class Cells(Items):
     """K cells without nets.
 
     Attributes

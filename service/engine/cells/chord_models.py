@@ -14,7 +14,8 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints
 from service.engine.cells import models as model_rows
 from service.engine.cells.tree import Table
-from service.engine.nets.third_partials import inner, largest_length
+from service.engine.nets.third_partials import largest_length
+from service.engine.vectors import UNIT, dot
 
 SIZE_A, SIZE_B, AREA, GAP_FACTOR, CORNERS, ROW_COUNT = 5, 6, 7, 8, 9, 21
 """The rows of a model, after ball and error: the lengths along a and b, Σ A without g, the factor
@@ -35,7 +36,7 @@ def chord_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
     table = np.empty((ROW_COUNT, nets.shape[3]))
     # A bound of the errors of control points: `cell_models` has the proof. Below it is taken twice,
     # for the two cells beside an edge.
-    error = 4 * model_rows.UNIT * largest * (depth + 2) * (p + q + 2)
+    error = 4 * UNIT * largest * (depth + 2) * (p + q + 2)
     corners = points[0, 0], points[-1, 0], points[-1, -1], points[0, -1]
     center = (corners[0] + corners[1] + corners[2] + corners[3]) / 4
     table[:3] = center
@@ -67,13 +68,13 @@ def _chord_areas(
     """
     from_begin = polygons - polygons[0]
     steps = np.diff(from_begin, axis=0)
-    longest = np.sqrt(inner(steps, steps)).max(axis=0)
+    longest = np.sqrt(dot(steps, steps)).max(axis=0)
     chord = from_begin[-1]
-    squared_length = inner(chord, chord)
+    squared_length = dot(chord, chord)
     # The parameter of the nearest point of the chord's line: from 0 to 1 on the chord.
-    along_chord = inner(from_begin, chord) / np.where(squared_length > 0, squared_length, 1.0)
+    along_chord = dot(from_begin, chord) / np.where(squared_length > 0, squared_length, 1.0)
     from_chord = from_begin - np.clip(along_chord, 0.0, 1.0)[:, np.newaxis] * chord
-    mean_distance = np.sqrt(inner(from_chord, from_chord)).mean(axis=0)
+    mean_distance = np.sqrt(dot(from_chord, from_chord)).mean(axis=0)
     # The last factor is larger than all rounding in this function.
     lengths = len(steps) * (longest + 2 * point_error) * (1 + 2.0**-40)
     if weights is not None:

@@ -45,18 +45,14 @@ greatest weight of the cell to the least. All bounds are enlarged by these error
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.engine.column_vectors import cross, dot, length
 from service.engine.nets.third_partials import (
     ORDERS,
     THIRD,
     bounds_of_partials,
-    inner,
     largest_length,
     partials_at_center,
 )
-
-UNIT = float(np.finfo(np.float64).eps) / 2
-"""The unit roundoff u: the largest relative error of one rounded operation."""
+from service.engine.vectors import UNIT, cross, dot, length
 
 # The rows of a model, which is a column of numbers. For a vector: the first of its three rows.
 CENTER, RADIUS, ERROR = 0, 3, 4
@@ -129,7 +125,7 @@ def cell_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
     a, b, aa, ab, bb = (partials[order] for order in ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2)))
     normal = _unit_normals(a, b)
     # The same bounds for n · (S − c), a surface with one coordinate.
-    heights = inner(points_about_center, normal)[:, :, np.newaxis]
+    heights = dot(points_about_center, normal)[:, :, np.newaxis]
     bounds = bounds_of_partials(heights, weights, np.abs(heights).max(axis=(0, 1, 2)))
     third_lift_bounds = [_MARGIN * bounds[order] + errors[order] for order in THIRD]
     length_a, length_b, *second_lengths = (length(vector) for vector in (a, b, aa, ab, bb))
@@ -170,7 +166,7 @@ def cell_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
     )
     for row, axis in ((SIZE_A, 0), (SIZE_B, 1)):
         steps = np.diff(points, axis=axis)
-        table[row] = np.sqrt(inner(steps, steps)).sum(axis=axis).max(axis=0)
+        table[row] = length(steps).sum(axis=axis).max(axis=0)
     if q == 0:
         # A curve does not depend on b. Add ½ b² to ½ |x − S|², so that the sum is least at b = 0.
         table[FORM_BB] = 1.0

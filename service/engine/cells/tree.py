@@ -19,6 +19,7 @@ from service.engine.cells import models as model_rows
 from service.engine.cells.cells import NetCells
 from service.engine.cells.models import cell_models
 from service.engine.nets.query_nets import QueryNets
+from service.engine.vectors import UNIT
 
 MAX_HALVINGS = 96
 """The most halvings of a cell, along both directions together. If 48 of them are along each
@@ -112,7 +113,7 @@ class CellTree:
         )
         # Twice the bound that the docstring of `net_partials` states, with `largest` for M.
         self.errors = np.repeat(
-            [8 * model_rows.UNIT * self.largest * (sum(g.degree) + 2) for g in nets.groups],
+            [8 * UNIT * self.largest * (sum(g.degree) + 2) for g in nets.groups],
             [len(g.nets) for g in nets.groups],
         )
         self.point_sides = np.hstack([self._find_point_sides(g.nets) for g in nets.groups])
@@ -219,7 +220,7 @@ class CellTree:
             return np.zeros((4, len(nets)), bool)
         points = _points(nets)
         sides = points[:, 0], points[:, -1], points[:, :, 0], points[:, :, -1]
-        tolerance = 4 * model_rows.UNIT * self.largest
+        tolerance = 4 * UNIT * self.largest
         return np.stack([(np.abs(s - s[:, :1]) <= tolerance).all(axis=(1, 2)) for s in sides])
 
     def _halve(self, cells: Ints) -> None:
@@ -241,7 +242,7 @@ class CellTree:
                     parents.append(chosen)
                     parts.append(NetCells(self.rectangle[:, chosen], nets).halve_along(axes))
             if parts:
-                self._add_children(group, np.concatenate(parents), NetCells.concatenate(parts))
+                self._add_children(group, np.concatenate(parents), NetCells.join(parts))
 
     def _add_children(self, group: int, parents: Ints, children: NetCells) -> None:
         """Add the children of cells of one group; the children of a cell follow each other."""

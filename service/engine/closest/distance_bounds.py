@@ -47,8 +47,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.cells import models as model_rows
-from service.engine.cells.models import UNIT
-from service.engine.column_vectors import dot
+from service.engine.vectors import UNIT, dot
 
 SAFE = 1 + 64 * UNIT
 """A factor that is larger than all rounding of a few products."""

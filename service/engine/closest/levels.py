@@ -19,11 +19,11 @@ from service.bases.row_batches import row_slices
 from service.cancellation import checkpoint
 from service.engine.cells import models as model_rows
 from service.engine.cells.bounding_spheres import PatchTree, sphere_bounds
-from service.engine.cells.models import UNIT
 from service.engine.cells.shares import Share
 from service.engine.closest.distance_bounds import Minima, cell_bounds, least_change
 from service.engine.closest.nearest import ClosestPoints, Nearest
 from service.engine.closest.newton import measure_surface_points
+from service.engine.vectors import UNIT
 
 CHUNK_PAIRS = 1 << 13
 """How many pairs of a point and a cell are computed at once; this limits the memory."""

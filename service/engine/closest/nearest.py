@@ -7,7 +7,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.cells.tree import CellTree
 from service.engine.closest.newton import SurfacePoints, measure_surface_points
-from service.engine.column_vectors import dot
+from service.engine.vectors import dot
 
 TIE_WIDTH = 1 / 16
 """Two points of the surface count as equally near if their distances differ by at most this, in

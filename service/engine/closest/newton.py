@@ -6,10 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.cells.models import UNIT
 from service.engine.cells.tree import CellTree
-from service.engine.column_vectors import dot
 from service.engine.nets.partials import net_partials
+from service.engine.vectors import UNIT, dot
 
 RIDGE = 2.0**-33
 """The second partials by aa and bb are increased by this share of the sum of their sizes. If a

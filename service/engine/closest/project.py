@@ -17,7 +17,7 @@ from service.engine.evaluation.scattered import evaluate_scattered_normals
 from service.engine.nets.partials import net_partials
 from service.engine.nets.query_nets import LocalPoints, QueryNets, curve_nets, surface_nets
 from service.engine.signs.signs import WELD_TOLERANCE, compute_signs
-from service.engine.vectors import cross, dot
+from service.engine.vectors import cross, dot, length
 from service.surface.curve_pieces import CurvePieces, to_space
 from service.surface.lowered import PatchModel
 
@@ -113,12 +113,12 @@ def net_normals(nets: QueryNets, net: Ints, parameters: FloatArray) -> tuple[Flo
 
 def regular_normals(du: FloatArray, dv: FloatArray) -> tuple[FloatArray, Bools]:
     """Unit normals (m, 3) from partials (m, 3), and whether each is precise (m,)."""
-    normals = cross(du, dv)
+    normals = cross(du, dv, -1)
     with np.errstate(all="ignore"):
-        length = np.sqrt(dot(normals, normals))
-        max_length = np.sqrt(dot(du, du) * dot(dv, dv))
-        return normals / length[:, np.newaxis], (length > MIN_SINE * max_length) & (
-            length > MIN_SINE**2
+        lengths = length(normals, -1)
+        max_length = np.sqrt(dot(du, du, -1) * dot(dv, dv, -1))
+        return normals / lengths[:, np.newaxis], (lengths > MIN_SINE * max_length) & (
+            lengths > MIN_SINE**2
         )
 
 

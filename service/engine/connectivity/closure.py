@@ -221,7 +221,7 @@ def _find_normals(
     across: FloatArray, along: FloatArray, longest: float
 ) -> tuple[FloatArray, Bools]:
     """Unit normals of the planes of pairs of tangents, and whether each pair spans a plane."""
-    normal = cross(across, along)
+    normal = cross(across, along, -1)
     normal_length, across_length, along_length = (
         np.linalg.norm(rows, axis=-1) for rows in (normal, across, along)
     )

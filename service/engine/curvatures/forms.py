@@ -18,6 +18,7 @@ from typing import TypeAlias
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray
+from service.engine.vectors import cross, dot
 
 Planes: TypeAlias = FloatArray
 """Coordinates before samples, (3, r, n) or, homogeneous, (4, r, n): r patches, n samples each."""
@@ -70,10 +71,10 @@ def compute_curvatures(
         partials = _project(partials)
     _, su, sv, suu, suv, svv = partials
     with np.errstate(all="ignore"):
-        n = _cross(su, sv)
-        e, f, g = _dot(su, su), _dot(su, sv), _dot(sv, sv)
-        ell, em, pe = _dot(suu, n), _dot(suv, n), _dot(svv, n)
-        square = _dot(n, n)
+        n = cross(su, sv, -3)
+        e, f, g = dot(su, su, -3), dot(su, sv, -3), dot(sv, sv, -3)
+        ell, em, pe = dot(suu, n, -3), dot(suv, n, -3), dot(svv, n, -3)
+        square = dot(n, n, -3)
         curvatures = np.empty((2, *square.shape))
         np.divide(ell * pe - em * em, square * square, out=curvatures[0])
         mean = curvatures[1]
@@ -104,20 +105,3 @@ def _project(x: list[Planes]) -> list[Planes]:
         y[4] - w[4] * s - w[1] * sv - w[2] * su,
         y[5] - w[5] * s - (2.0 * w[2]) * sv,
     ]
-
-
-def _dot(a: Planes, b: Planes) -> FloatArray:
-    """Scalar products (r, n) of the vectors of two planes (3, r, n)."""
-    product: FloatArray = a[0] * b[0]
-    product += a[1] * b[1]
-    product += a[2] * b[2]
-    return product
-
-
-def _cross(a: Planes, b: Planes) -> Planes:
-    """Cross products (3, r, n) of the vectors of two planes."""
-    product = np.empty((3, *a.shape[1:]))
-    for k in range(3):
-        i, j = (k + 1) % 3, (k + 2) % 3
-        np.subtract(a[i] * b[j], a[j] * b[i], out=product[k])
-    return product

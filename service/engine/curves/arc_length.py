@@ -12,6 +12,7 @@ from numpy.polynomial.legendre import leggauss
 from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import bernstein
 from service.engine.curves.evaluation import CHUNK, CurveSamples
+from service.engine.vectors import UNIT, length
 from service.surface.curve_pieces import CurvePieces
 
 COARSE, FINE = (leggauss(count) for count in (6, 12))
@@ -124,7 +125,7 @@ class Speeds:
             max_speed = (
                 max_speed + max_coordinate * np.abs(self.weight_derivatives).max(axis=1)
             ) / self.weights.min(axis=1)
-        bound: FloatArray = 8 * (self.degree + 1) * float(np.finfo(np.float64).eps) * max_speed
+        bound: FloatArray = 16 * (self.degree + 1) * UNIT * max_speed
         return bound
 
     def integrals(
@@ -149,5 +150,5 @@ class Speeds:
             dw = np.einsum("mki,mi->mk", lower_basis, self.weight_derivatives[piece])[..., None]
             point = np.einsum("mki,mid->mkd", basis, self.weighted[piece]) / w
             derivative = (derivative - point * dw) / w
-        speed: FloatArray = np.sqrt(np.einsum("mkd,mkd->mk", derivative, derivative)) * self.unit
+        speed: FloatArray = length(derivative, -1) * self.unit
         return speed

@@ -12,6 +12,7 @@ from service.bases.homogeneous import to_homogeneous
 from service.bases.row_batches import row_slices
 from service.engine.bounds.chords import bound_chord_deviations, halve, project_nets
 from service.engine.curves.evaluation import CurveSamples
+from service.engine.vectors import UNIT
 from service.errors import InvalidRequest, Issue, TooLarge, count_nouns
 from service.surface.curve_pieces import CurvePieces
 
@@ -22,7 +23,6 @@ every accepted tolerance needs fewer halvings, also if the ratio of weights is 1
 CHUNK = 1 << 18
 """The most coordinates in the nets of one chunk."""
 
-EPS = float(np.finfo(np.float64).eps)
 FLOAT32 = np.finfo(np.float32)
 
 
@@ -30,7 +30,7 @@ def least_tolerance(pieces: CurvePieces, *, is_float32: bool, origin: FloatArray
     """The smallest tolerance, in model units, that the rounding of vertices and nets allows."""
     max_coordinate = float(np.abs(np.stack(pieces.bounds)).max())
     max_stored_coordinate = float(np.abs(np.stack(pieces.bounds) - origin).max())
-    coordinate_error = EPS * max_coordinate * (pieces.degree + 2)
+    coordinate_error = 2 * UNIT * max_coordinate * (pieces.degree + 2)
     if is_float32:
         step = float(FLOAT32.eps) * max_stored_coordinate + float(FLOAT32.smallest_subnormal)
         coordinate_error += step
@@ -152,7 +152,7 @@ def certify_chords(
     max_coordinate = float(
         np.abs(vertices).max() + np.abs(pieces.middle).max() + np.abs(origin).max()
     )
-    return max_deviation + _bound_rounding(pieces, 2) + 4 * EPS * max_coordinate
+    return max_deviation + _bound_rounding(pieces, 2) + 8 * UNIT * max_coordinate
 
 
 def local_nets(pieces: CurvePieces) -> FloatArray:
@@ -197,4 +197,4 @@ def _bound_rounding(pieces: CurvePieces, cuts: int) -> float:
     """
     low, high = pieces.bounds
     size = float(np.sqrt(((high - low) ** 2).sum()))
-    return EPS * size * (2 * pieces.degree * cuts + 4)
+    return 2 * UNIT * size * (2 * pieces.degree * cuts + 4)

@@ -21,8 +21,9 @@ from service.bases.bernstein import (
 from service.bases.row_batches import row_runs
 from service.engine.evaluation.chunks import CHUNK_SAMPLES
 from service.engine.evaluation.grid_evaluation import GridEvaluation
+from service.engine.evaluation.nets import cross_polynomial
 from service.engine.scratch import Real
-from service.engine.vectors import cross_polynomial
+from service.engine.vectors import BEFORE, NEXT
 
 RowRun: TypeAlias = tuple[slice, tuple[RealArray, RealArray, RealArray], RealArray, RealArray, int]
 """Rows of samples of a patch, work arrays for S, S_u and S_v, the outputs for positions and
@@ -129,8 +130,8 @@ def _normal_net(du: RealArray, dv: RealArray) -> RealArray:
         return net
     a, b = du.reshape(3, -1, 1), dv.reshape(3, 1, -1)
     # The cross product: y, z, x times z, x, y, minus z, x, y times y, z, x.
-    pairs = a[[1, 2, 0]] * b[[2, 0, 1]]
-    pairs -= a[[2, 0, 1]] * b[[1, 2, 0]]
+    pairs = a[NEXT] * b[BEFORE]
+    pairs -= a[BEFORE] * b[NEXT]
     products = product_coefficients((p - 1, q), (p, q - 1))
     net = pairs.reshape(3, -1) @ products
     return net.reshape(3, 2 * p, 2 * q)

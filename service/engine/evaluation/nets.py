@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from service.bases.arrays import FloatArray
 from service.bases.bernstein import multiply
 from service.engine.extent import find_unit_scales
-from service.engine.vectors import cross_polynomial
+from service.engine.vectors import BEFORE, NEXT
 from service.surface.batches import TensorPatches
 
 PARTIALS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
@@ -214,3 +214,10 @@ def longest_vectors(nets: FloatArray) -> FloatArray:
     """Longest length among the vectors of each net (K, 3, …): shape (K,)."""
     lengths: FloatArray = np.sqrt(np.square(nets).sum(axis=1).max(axis=(1, 2)))
     return lengths
+
+
+def cross_polynomial(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Cross product a × b of vector polynomials (K, 3, …), K patches, in the Bernstein basis."""
+    product = multiply(a[:, NEXT], b[:, BEFORE])
+    product -= multiply(a[:, BEFORE], b[:, NEXT])
+    return product

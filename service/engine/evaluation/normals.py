@@ -12,7 +12,7 @@ from service.bases.arrays import Bools, FloatArray
 from service.bases.bernstein import bernstein
 from service.engine.evaluation.degenerate import VANISHING, limit_normals
 from service.engine.evaluation.nets import DerivativeNets, nets_of_samples
-from service.engine.vectors import cross
+from service.engine.vectors import cross, length
 from service.surface.batches import TensorPatches
 
 
@@ -60,8 +60,8 @@ def find_normals(
     du, dv = nets.partials(
         net_numbers, (bernstein(p, u), bernstein(p - 1, u)), (bernstein(q, v), bernstein(q - 1, v))
     )
-    vectors = cross(du, dv)
-    lengths, length_u, length_v = (np.linalg.norm(rows, axis=-1) for rows in (vectors, du, dv))
+    vectors = cross(du, dv, -1)
+    lengths, length_u, length_v = (length(rows, -1) for rows in (vectors, du, dv))
     vanishes: Bools = lengths <= VANISHING * length_u * length_v
     vanishes |= length_u <= VANISHING * nets.longest_u[net_numbers]
     vanishes |= length_v <= VANISHING * nets.longest_v[net_numbers]

@@ -19,7 +19,7 @@ from service.engine.evaluation.degenerate import VANISHING
 from service.engine.evaluation.normals import unit_normals
 from service.engine.evaluation.triangle_nets import partial_nets, to_barycentric
 from service.engine.extent import find_unit_scales
-from service.engine.vectors import cross
+from service.engine.vectors import cross, length
 from service.surface.batches import TrianglePatches
 
 CHUNK_POINTS = 1 << 18
@@ -130,14 +130,14 @@ def _find_regular_normals(
         position = point[:, :3] / point[:, 3:]
         ds = ds[:, :3] - position * ds[:, 3:]
         dt = dt[:, :3] - position * dt[:, 3:]
-    vectors = cross(ds, dt)
-    length, length_s, length_t = (np.linalg.norm(rows, axis=-1) for rows in (vectors, ds, dt))
+    vectors = cross(ds, dt, -1)
+    lengths, length_s, length_t = (length(rows, -1) for rows in (vectors, ds, dt))
     longest_s, longest_t = (_longest_vectors(net)[patch_numbers] for net in nets_of_partials)
-    vanishes: Bools = length <= VANISHING * length_s * length_t
+    vanishes: Bools = lengths <= VANISHING * length_s * length_t
     vanishes |= length_s <= VANISHING * longest_s
     vanishes |= length_t <= VANISHING * longest_t
-    length[vanishes] = 1.0
-    return vectors / length[:, None], vanishes
+    lengths[vanishes] = 1.0
+    return vectors / lengths[:, None], vanishes
 
 
 def _combine(basis: FloatArray, nets: FloatArray, patch_numbers: NDArray[np.intp]) -> FloatArray:

@@ -26,7 +26,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.engine.measures.cells import Cells
-from service.engine.measures.tables import UNIT
+from service.engine.vectors import UNIT
 
 UPWARDS = 1 + 2.0**-40
 """A factor larger than the rounding of some hundred operations on non-negative numbers."""

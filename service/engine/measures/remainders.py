@@ -107,7 +107,7 @@ def remainders(nets: CellNets, kind: Kind, count: int) -> Remainders:
         if v_partials:
             a, b = length_of_normal, lengths(v_partials[0].value)
             ripples[axis] = a * v_partials[0].ripple + b * u_partial.ripple
-            length_of_normal = lengths(cross(u_partial.value.T, v_partials[0].value.T).T)
+            length_of_normal = lengths(cross(u_partial.value, v_partials[0].value))
             beta = v_partials[0].deviation
             deviation = a * beta + b * deviation + deviation * beta
         if kind == "size":

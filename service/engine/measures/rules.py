@@ -23,7 +23,8 @@ from service.bases.arrays import FloatArray
 from service.engine.measures.cells import along
 from service.engine.measures.local_nets import UPWARDS, CellNets, Net, lengths
 from service.engine.measures.remainders import Kind
-from service.engine.measures.tables import UNIT, basis_at_nodes, weights_at_nodes
+from service.engine.measures.tables import basis_at_nodes, weights_at_nodes
+from service.engine.vectors import UNIT, cross
 
 
 def apply_rule(nets: CellNets, kind: Kind, count: int) -> tuple[FloatArray, FloatArray]:
@@ -46,7 +47,7 @@ def apply_rule(nets: CellNets, kind: Kind, count: int) -> tuple[FloatArray, Floa
     normal = partials[0]
     node_weights = weights_at_nodes(count)
     if axes > 1:
-        normal = _cross(*partials)
+        normal = cross(partials[0], partials[1], -3)
         node_weights = np.outer(node_weights, node_weights).ravel()
     errors = bound_rounding(nets, kind, count)
     if kind == "size":
@@ -110,12 +111,3 @@ def bound_rounding(nets: CellNets, kind: Kind, count: int) -> FloatArray:
         + (2 * position_error + (sum_rounding + 8 * UNIT) * max_distance) * max_normal
     )
     return np.asarray(np.stack([flux, moment]) * UPWARDS)
-
-
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Products a × b of vectors (3, nodes, K)."""
-    product = np.empty_like(a)
-    for k in range(3):
-        i, j = (k + 1) % 3, (k + 2) % 3
-        np.subtract(a[i] * b[j], a[j] * b[i], out=product[k])
-    return product

@@ -16,9 +16,9 @@ from service.engine.connectivity.connectivity import triangular_patches
 from service.engine.connectivity.seams import Seams
 from service.engine.joining.join import Allow, join
 from service.engine.joining.members import join_members
-from service.engine.measures.tables import UNIT
 from service.engine.models import to_patches
 from service.engine.nets.patch_nets import bound_lowering_error
+from service.engine.vectors import UNIT
 from service.surface.lowered import GroupModel, Model, PatchModel, PlacedModel
 from service.surface.sides import BEGINS, ENDS
 

@@ -34,9 +34,6 @@ from service.bases.arrays import FloatArray
 from service.bases.bernstein import bernstein, binomials
 from service.bases.cache import PLANS
 
-UNIT = float(np.finfo(np.float64).eps) / 2
-"""The unit roundoff u."""
-
 RADII = np.array([1.1, 1.2, 1.35, 1.5, 1.7, 2, 2.4, 2.8, 3.4, 4, 5, 6, 7, 8, 10, 13, 18, 25, 40])
 """The ρ of the ellipses. Each gives a bound of the remainder of a rule; the least bound counts."""
 

@@ -3,12 +3,16 @@
 from dataclasses import dataclass
 from typing import TypeAlias
 
+import numpy as np
+
+from service.bases.arrays import IndexArray, RealArray
 from service.engine.connectivity.closure import Closure
+from service.engine.vectors import length
 
 Ranges: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
 """(least, greatest) of Gaussian curvature, and of mean curvature."""
 
-ENGINE = 3
+ENGINE = 4
 """The version of the engine: raised only if a request would give other numbers than before."""
 
 
@@ -70,3 +74,19 @@ class MeshReport:
     merged_knots: int = 0
     moved: float = 0.0
     engine: int = ENGINE
+
+
+def find_largest_angle(faces: IndexArray, normals: RealArray) -> float | None:
+    """Largest angle, in radians, between the unit normals at the two ends of an edge of the faces.
+
+    The result is None if there are no faces. The angle is computed from the tangent of its half,
+    because the cosine is imprecise for small angles.
+    """
+    if not len(faces):
+        return None
+    largest = 0.0
+    for corner in range(faces.shape[1]):
+        first, second = normals[faces[:, corner - 1]], normals[faces[:, corner]]
+        difference, total = (length(rows, -1) for rows in (first - second, first + second))
+        largest = max(largest, float(np.arctan2(difference, total).max()))
+    return 2 * largest

@@ -29,7 +29,7 @@ from typing import TypeAlias
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.engine.bounds.vectors import BEFORE, NEXT
+from service.engine.vectors import BEFORE, NEXT
 
 Exponents: TypeAlias = tuple[int, ...]
 

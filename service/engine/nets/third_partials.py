@@ -20,6 +20,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.bases.bernstein import bernstein
+from service.engine.vectors import dot
 
 THIRD = ((3, 0), (2, 1), (1, 2), (0, 3))
 """The orders (i, j) in a and b of the third partials."""
@@ -122,14 +123,6 @@ def _largest(nets: FloatArray, order: tuple[int, int]) -> FloatArray:
     return largest_length(nets)
 
 
-def inner(first: FloatArray, second: FloatArray) -> FloatArray:
-    """The dot products (…, K) of vectors (…, 3 or fewer, K)."""
-    total: FloatArray = first[..., 0, :] * second[..., 0, :]
-    for k in range(1, first.shape[-2]):
-        total += first[..., k, :] * second[..., k, :]
-    return total
-
-
 def largest_length(vectors: FloatArray) -> FloatArray:
     """The greatest length (K,) of vectors (…, …, 3 or fewer, K)."""
-    return np.asarray(np.sqrt(inner(vectors, vectors).max(axis=(0, 1))))
+    return np.asarray(np.sqrt(dot(vectors, vectors).max(axis=(0, 1))))

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.engine.vectors import cross, dot
+from service.engine.vectors import cross, dot, length
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -51,15 +51,15 @@ def regular_curvatures(partials: FloatArray, normals: FloatArray) -> FloatArray:
     """
     _, du, dv, duu, duv, dvv = partials
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        length_u, length_v = (np.linalg.norm(d, axis=1)[:, np.newaxis] for d in (du, dv))
+        length_u, length_v = (length(d, -1)[:, np.newaxis] for d in (du, dv))
         along_u, along_v = du / length_u, dv / length_v
-        cosine = dot(along_u, along_v)
-        sine = np.linalg.norm(cross(along_u, along_v), axis=1)
+        cosine = dot(along_u, along_v, -1)
+        sine = length(cross(along_u, along_v, -1), -1)
         # The form of the unit vectors along S_u and S_v has the matrix (a f; f g). There are two
         # divisions, because the product of two lengths may underflow.
-        a = dot(duu / length_u / length_u, normals)
-        f = dot(duv / length_u / length_v, normals)
-        g = dot(dvv / length_v / length_v, normals)
+        a = dot(duu / length_u / length_u, normals, -1)
+        f = dot(duv / length_u / length_v, normals, -1)
+        g = dot(dvv / length_v / length_v, normals, -1)
         b = (f - cosine * a) / sine
         c = (g - cosine * (f + sine * b)) / (sine * sine)
         mean = (a + c) / 2

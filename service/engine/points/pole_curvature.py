@@ -178,7 +178,7 @@ def _compute_curvatures(
     )
     # The given normal may be the limit along another line, and have the opposite sign.
     direction, _ = n.tail(np.repeat(order[:, np.newaxis], 3, axis=1), 0.0)
-    mean = np.where(vectors.dot(direction, normals) < 0, -mean, mean)
+    mean = np.where(vectors.dot(direction, normals, -1) < 0, -mean, mean)
     # The square of half the difference of k_1 and k_2.
     square = mean**2 - gauss
     uncertainty = 2 * np.abs(mean) * mean_error + gauss_error

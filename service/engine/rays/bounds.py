@@ -51,9 +51,8 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.cells import models as model_rows
-from service.engine.cells.models import UNIT
-from service.engine.column_vectors import cross, dot, length
 from service.engine.nets.query_nets import QueryNets
+from service.engine.vectors import UNIT, cross, dot, length
 
 MAX_CONTRACTION = 0.5
 """The largest ν of settled cells: Newton's method then finds their roots in few steps."""

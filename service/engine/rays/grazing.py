@@ -49,9 +49,8 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.cells import models as model_rows
-from service.engine.cells.models import UNIT
-from service.engine.column_vectors import cross, dot
 from service.engine.rays.bounds import SAFE
+from service.engine.vectors import UNIT, cross, dot
 
 _VECTORS = (
     model_rows.TANGENT_A,

@@ -28,8 +28,8 @@ from enum import IntEnum
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.column_vectors import cross, dot
 from service.engine.rays.bounds import Rays
+from service.engine.vectors import cross, dot
 
 MIN_LENGTH_ALONG = 32
 """The least length of the interval of a hit *along*, in units of √(thickness · diagonal).

@@ -19,7 +19,6 @@ from service.cancellation import checkpoint
 from service.engine.cells import models as model_rows
 from service.engine.cells.bounding_spheres import PatchTree
 from service.engine.cells.shares import Share
-from service.engine.column_vectors import dot
 from service.engine.rays.bounds import (
     MAX_CONTRACTION,
     Rays,
@@ -34,6 +33,7 @@ from service.engine.rays.newton import (
     find_strips,
     take_points,
 )
+from service.engine.vectors import dot
 
 CHUNK_PAIRS = 1 << 13
 """How many pairs of a ray and a cell are computed at once; this limits the memory."""

@@ -6,13 +6,12 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.cells import models as model_rows
-from service.engine.cells.models import UNIT
 from service.engine.cells.tree import CellTree
-from service.engine.column_vectors import cross, dot
 from service.engine.nets.partials import net_partials
 from service.engine.rays.bounds import Rays, RootBounds
 from service.engine.rays.grazing import Strips
 from service.engine.rays.hits import Hits, Kind, Source
+from service.engine.vectors import UNIT, cross, dot
 
 MAX_STEPS = 8
 """The most steps of Newton's method in a cell; after these, the cell is halved."""

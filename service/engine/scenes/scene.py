@@ -13,12 +13,12 @@ from service.bases.unique_rows import unique_rows
 from service.engine.curvatures.ranges import round_ranges
 from service.engine.extent import choose_origin, find_extent
 from service.engine.mesh.mesh_value import Mesh, MeshPart
-from service.engine.mesh.report import MeshReport
+from service.engine.mesh.report import MeshReport, find_largest_angle
 from service.engine.scenes.colors import tint
 from service.engine.scenes.merge import add_reports, merge_meshes
 from service.engine.scenes.placing import bound_placing_error, scalings
 from service.engine.stored_positions import bound_single_error
-from service.engine.vectors import find_largest_angle
+from service.engine.vectors import length
 from service.surface.checks import Up
 from service.surface.lowered import GroupModel, PlacedModel
 
@@ -280,8 +280,7 @@ def _place_normals(normals: RealArray, matrix: FloatArray | None) -> FloatArray:
     if np.dot(a, cofactors[0]) < 0:
         cofactors = -cofactors
     vectors = _multiply(in_double, cofactors / np.abs(cofactors).max())
-    length = np.sqrt(vectors[:, 0] ** 2 + vectors[:, 1] ** 2 + vectors[:, 2] ** 2)
-    unit: FloatArray = vectors / length[:, np.newaxis]
+    unit: FloatArray = vectors / length(vectors, -1)[:, np.newaxis]
     return unit
 
 

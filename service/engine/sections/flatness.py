@@ -35,7 +35,7 @@ from service.cancellation import checkpoint
 from service.engine.bounds.chords import bound_chord_deviations
 from service.engine.nets.query_nets import NetGroup
 from service.engine.sections.heights import LocalPlanes, points_of, restrict
-from service.engine.vectors import cross, dot
+from service.engine.vectors import cross, dot, length, normalize
 
 SLACK = 2.0**-44
 """A bound of the rounding errors of control points for p + q ≤ 64, in the coordinates of the
@@ -94,18 +94,16 @@ def _bounds(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
     first, last = _points_at(nets, pieces.begin), _points_at(nets, pieces.end)
     normal = planes.normals[pieces.plane]
     chord = last - first
-    chord -= dot(chord, normal)[:, np.newaxis] * normal
-    length = np.sqrt(dot(chord, chord))
-    direction_along = chord / np.where(length > 0, length, 1.0)[:, np.newaxis]
-    rows_without_chord = np.flatnonzero(length == 0)
+    chord -= dot(chord, normal, -1)[:, np.newaxis] * normal
+    lengths = length(chord, -1)
+    direction_along = chord / np.where(lengths > 0, lengths, 1.0)[:, np.newaxis]
+    rows_without_chord = np.flatnonzero(lengths == 0)
     if len(rows_without_chord):
         # Both ends are equal: take any direction in the plane.
         direction = np.eye(3)[np.abs(normal[rows_without_chord]).argmin(axis=1)]
-        direction = cross(normal[rows_without_chord], direction)
-        direction_along[rows_without_chord] = (
-            direction / np.sqrt(dot(direction, direction))[:, np.newaxis]
-        )
-    direction_across = cross(normal, direction_along)
+        direction = cross(normal[rows_without_chord], direction, -1)
+        direction_along[rows_without_chord] = normalize(direction, -1)
+    direction_across = cross(normal, direction_along, -1)
     # x = e · (P − A), y = g · (P − A) and the height h of all control points P.
     points = points_of(restrict(nets, pieces.low, pieces.high))
     difference = points - first[:, np.newaxis, np.newaxis]
@@ -113,20 +111,20 @@ def _bounds(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
     y = np.matmul(difference, direction_across[:, np.newaxis, :, np.newaxis])[..., 0]
     h = planes.heights(pieces.plane, points)
     h_slope = _slopes(h)
-    squared_slope = dot(h_slope, h_slope)
+    squared_slope = dot(h_slope, h_slope, -1)
     squared_slope[squared_slope == 0] = np.inf
     # λ is `slide_y` and μ is `slide_x`. They bring the slopes of y near 0, and those of x near
     # `target`: |AB| along the axis of the graph, or half of this along both axes.
-    target = np.zeros((len(length), 2))
+    target = np.zeros((len(lengths), 2))
     sense = np.where(pieces.end >= pieces.begin, 1.0, -1.0)
     shares_along_u, shares_along_v = np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5]])
     for axis, share in enumerate((shares_along_u, shares_along_v)):
-        target[:, axis] = share[pieces.axis] * length * sense[:, axis]
-    slide_y = dot(_slopes(y), h_slope) / squared_slope
-    slide_x = dot(_slopes(x) - target, h_slope) / squared_slope
+        target[:, axis] = share[pieces.axis] * lengths * sense[:, axis]
+    slide_y = dot(_slopes(y), h_slope, -1) / squared_slope
+    slide_x = dot(_slopes(x) - target, h_slope, -1) / squared_slope
     distance_beside = np.abs(y - slide_y[:, np.newaxis, np.newaxis] * h).max(axis=(1, 2))
     position = x - slide_x[:, np.newaxis, np.newaxis] * h
-    length_beyond = np.maximum(position.max(axis=(1, 2)) - length, -position.min(axis=(1, 2)))
+    length_beyond = np.maximum(position.max(axis=(1, 2)) - lengths, -position.min(axis=(1, 2)))
     slack = slack_of(group.nets) * (1 + np.abs(slide_x) + np.abs(slide_y))
     return np.stack([np.hypot(distance_beside, np.maximum(length_beyond, 0.0)), slack])
 
@@ -150,7 +148,7 @@ def cell_sizes(group: NetGroup, net: Ints, low: FloatArray, high: FloatArray) ->
         cells = restrict(group.nets[net[rows] - group.first], low[rows], high[rows])
         points = points_of(cells).reshape(len(cells), -1, 3)
         sides = points.max(axis=1) - points.min(axis=1)
-        sizes[rows] = np.sqrt(dot(sides, sides)) + slack_of(group.nets)
+        sizes[rows] = length(sides, -1) + slack_of(group.nets)
     return sizes
 
 

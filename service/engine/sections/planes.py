@@ -6,7 +6,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.engine.extent import choose_origin
-from service.engine.vectors import cross
+from service.engine.vectors import cross, dot, length
 from service.errors import InvalidRequest, Issue
 from service.surface.lowered import PatchModel
 
@@ -46,10 +46,10 @@ class Planes:
         rows = np.arange(len(self.normals))
         start = np.zeros_like(self.normals)
         start[rows, (np.abs(self.normals).argmax(axis=1) + 1) % 3] = 1.0
-        along = start - np.einsum("mk,mk->m", start, self.normals)[:, np.newaxis] * self.normals
-        along /= np.sqrt(np.einsum("mk,mk->m", along, along))[:, np.newaxis]
+        along = start - dot(start, self.normals, -1)[:, np.newaxis] * self.normals
+        along /= length(along, -1)[:, np.newaxis]
         along += 0.0  # −0 becomes 0
-        return along, cross(self.normals, along) + 0.0
+        return along, cross(self.normals, along, -1) + 0.0
 
     def __len__(self) -> int:
         return len(self.normals)

@@ -50,8 +50,8 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints
 from service.cancellation import checkpoint
 from service.engine.cells.chord_models import AREA, CORNERS, GAP_FACTOR
-from service.engine.cells.models import UNIT
 from service.engine.cells.tree import CellTree
+from service.engine.vectors import UNIT
 
 MAX_BOUND = 0.95 * 2 * pi
 """The largest sum of bounds with which the winding number is certain: a little less than 2π, which

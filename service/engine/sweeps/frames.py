@@ -10,7 +10,7 @@ Wang, Jüttler, Zheng and Liu, Computation of rotation minimizing frames, ACM TO
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray
-from service.engine.vectors import cross
+from service.engine.vectors import cross, dot
 
 NO_PLANE = 1e-18
 """Vectors of smaller squared lengths count as zero: they have no plane of reflection. The unit is
@@ -46,10 +46,10 @@ def compute_frames(
     tangents = np.concatenate([tangents, tangents[:, :1]], axis=1)
     normals = _transport(points, tangents, first)
     last, axis = normals[:, -1], tangents[:, 0]
-    twist = np.arctan2(_dot(cross(first, last), axis), _dot(first, last))
+    twist = np.arctan2(dot(cross(first, last, -1), axis, -1), dot(first, last, -1))
     angle = -twist[:, None] * fractions
     normals, tangents = normals[:, :-1], tangents[:, :-1]
-    across = cross(tangents, normals)
+    across = cross(tangents, normals, -1)
     rotated: FloatArray = np.cos(angle)[..., None] * normals + np.sin(angle)[..., None] * across
     return rotated
 
@@ -70,7 +70,7 @@ def _transport(points: FloatArray, tangents: FloatArray, first: FloatArray) -> F
     while span < turns.shape[1]:
         turns[:, span:] = _multiply(turns[:, span:], turns[:, :-span])
         span *= 2
-    turns /= np.sqrt(_dot(turns, turns))[..., None]
+    turns /= np.sqrt(dot(turns, turns, -1))[..., None]
     return _find_normal_parts(_rotate(turns, first[:, None]), tangents)
 
 
@@ -84,17 +84,17 @@ def _steps(points: FloatArray, tangents: FloatArray) -> FloatArray:
     # Relative to the longest step, because squares of small lengths may underflow.
     size = np.abs(chord).max(axis=(1, 2), keepdims=True)
     chord = chord / np.where(size > 0, size, 1.0)
-    squared_lengths = _dot(chord, chord)
+    squared_lengths = dot(chord, chord, -1)
     lacks_plane: Bools = squared_lengths <= NO_PLANE
     # The unit normals of both planes of reflection.
     first = chord / np.sqrt(np.where(lacks_plane, 1.0, squared_lengths))[..., None]
-    reflected_tangents = tangents_before - 2 * _dot(first, tangents_before)[..., None] * first
+    reflected_tangents = tangents_before - 2 * dot(first, tangents_before, -1)[..., None] * first
     second = tangents_after - reflected_tangents
-    squared_lengths = _dot(second, second)
+    squared_lengths = dot(second, second, -1)
     lacks_plane |= squared_lengths <= NO_PLANE
     second = second / np.sqrt(np.where(lacks_plane, 1.0, squared_lengths))[..., None]
     # Two reflections one after the other are the rotation with this quaternion.
-    turns = np.concatenate([-_dot(second, first)[..., None], cross(second, first)], axis=-1)
+    turns = np.concatenate([-dot(second, first, -1)[..., None], cross(second, first, -1)], axis=-1)
     if lacks_plane.any():
         turns[lacks_plane] = _find_least_rotations(
             tangents_before[lacks_plane], tangents_after[lacks_plane]
@@ -102,19 +102,18 @@ def _steps(points: FloatArray, tangents: FloatArray) -> FloatArray:
     return turns
 
 
-def _find_least_rotations(first_vectors: FloatArray, second_vectors: FloatArray) -> FloatArray:
+def _find_least_rotations(first: FloatArray, second: FloatArray) -> FloatArray:
     """The least rotations that take some unit vectors to others, as quaternions: (M, 4)."""
     turns = np.concatenate(
-        [1.0 + _dot(first_vectors, second_vectors)[:, None], cross(first_vectors, second_vectors)],
-        axis=-1,
+        [1.0 + dot(first, second, -1)[:, None], cross(first, second, -1)], axis=-1
     )
     # The real part is 1 + cos of the angle: near 0 for opposite vectors, which take a half turn.
     is_opposite = turns[:, 0] < NO_PLANE
     turns[is_opposite, 0], turns[is_opposite, 1:] = (
         0.0,
-        find_perpendicular(first_vectors[is_opposite]),
+        find_perpendicular(first[is_opposite]),
     )
-    unit: FloatArray = turns / np.sqrt(_dot(turns, turns))[:, None]
+    unit: FloatArray = turns / np.sqrt(dot(turns, turns, -1))[:, None]
     return unit
 
 
@@ -122,28 +121,20 @@ def _multiply(second: FloatArray, first: FloatArray) -> FloatArray:
     """Quaternion products: first the rotations `first`, then the rotations `second`."""
     # The real parts a, b and the vector parts u, v.
     a, u, b, v = second[..., :1], second[..., 1:], first[..., :1], first[..., 1:]
-    real_part = a * b - _dot(u, v)[..., None]
-    return np.concatenate([real_part, a * v + b * u + cross(u, v)], axis=-1)
+    real_part = a * b - dot(u, v, -1)[..., None]
+    return np.concatenate([real_part, a * v + b * u + cross(u, v, -1)], axis=-1)
 
 
 def _rotate(turns: FloatArray, vectors: FloatArray) -> FloatArray:
     """Vectors v after the rotations by quaternions (w, u): v + 2 u × (u × v + w v)."""
     u = turns[..., 1:]
     v = np.broadcast_to(vectors, u.shape)
-    rotated: FloatArray = v + 2 * cross(u, cross(u, v) + turns[..., :1] * v)
+    rotated: FloatArray = v + 2 * cross(u, cross(u, v, -1) + turns[..., :1] * v, -1)
     return rotated
 
 
 def _find_normal_parts(vectors: FloatArray, tangents: FloatArray) -> FloatArray:
     """The parts of vectors that are perpendicular to the tangents, with unit length."""
-    parts = vectors - _dot(vectors, tangents)[..., None] * tangents
-    unit: FloatArray = parts / np.sqrt(_dot(parts, parts))[..., None]
+    parts = vectors - dot(vectors, tangents, -1)[..., None] * tangents
+    unit: FloatArray = parts / np.sqrt(dot(parts, parts, -1))[..., None]
     return unit
-
-
-def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Inner products, summed term by term, so that bits do not depend on other rows."""
-    total: FloatArray = a[..., 0] * b[..., 0]
-    for i in range(1, a.shape[-1]):
-        total += a[..., i] * b[..., i]
-    return total

@@ -17,6 +17,7 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.curves.arc_length import Speeds, arc_lengths
 from service.engine.curves.evaluation import CurveSamples, evaluate_positions, evaluate_tangents
 from service.engine.sweeps.frames import find_perpendicular
+from service.engine.vectors import dot
 from service.surface.curve_pieces import CurvePieces, to_space
 
 MAX_MITRE_TURN = radians(90)
@@ -245,7 +246,7 @@ def _interpolate(a: FloatArray, b: FloatArray, turn: FloatArray, share: FloatArr
 
     `turn` has the angles between a and b.
     """
-    across = b - np.einsum("nd,nd->n", a, b)[:, None] * a
+    across = b - dot(a, b, -1)[:, None] * a
     length = np.sqrt(np.square(across).sum(axis=1))
     # The length is near 0 if a and b are equal, and if they are opposite: turns tell them apart.
     is_reversal = (length <= 1e-6) & (turn > 1)

@@ -60,7 +60,7 @@ def build_tubes(
     radius = np.broadcast_to(np.asarray(radii, dtype=np.float64), stations)
     normals = compute_frames(paths.points, paths.tangents, paths.fractions, closed=paths.closed)
     tangents = paths.tangents[:, :, None]
-    ring = _build_ring(normals, cross(normals, paths.tangents), sides)
+    ring = _build_ring(normals, cross(normals, paths.tangents, -1), sides)
     ring_in_plane = ring
     if paths.mitres is not None:
         # Move the vectors along the tangent to the plane of the station.
@@ -117,7 +117,7 @@ def build_ribbons(
     else:
         directions = np.broadcast_to(np.zeros(3) if facing is None else facing, paths.points.shape)
     crossbar = _find_crossbars(paths, directions)
-    normals = cross(paths.tangents, crossbar)
+    normals = cross(paths.tangents, crossbar, -1)
     crossbar_in_plane = crossbar
     if paths.mitres is not None:
         # Move the ends along the tangent to the plane of the station.
@@ -154,7 +154,7 @@ def _build_ring(normals: FloatArray, binormals: FloatArray, sides: int) -> Float
 def _find_crossbars(paths: Paths, directions: FloatArray) -> FloatArray:
     """Unit vectors (K, m, 3) perpendicular to the curve and to the direction it faces there."""
     size = np.abs(directions).max(axis=2, keepdims=True)
-    products = cross(directions / np.where(size > 0, size, 1.0), paths.tangents)
+    products = cross(directions / np.where(size > 0, size, 1.0), paths.tangents, -1)
     length = np.sqrt(np.square(products).sum(axis=2))
     has_direction = length > MIN_SINE
     # If a station has no crossbar, take that of the last station before that has one, else that of

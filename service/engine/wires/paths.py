@@ -18,6 +18,7 @@ from service.engine.clustering import find_leaders
 from service.engine.points.differential import evaluate_jets
 from service.engine.points.triangle_differential import evaluate_triangle_jets
 from service.engine.sweeps.paths import Paths
+from service.engine.vectors import dot
 from service.engine.wires.isocurves import IsoCurves
 from service.surface.batches import TrianglePatches
 from service.surface.lowered import PatchModel
@@ -175,7 +176,7 @@ def _find_continuations(number: Ints, outwards: FloatArray, angle: float) -> Int
     leaders = find_leaders(first[row_number], lines, 2.0**0.5 * angle)
     pairs = _find_pairs(leaders)
     first_tangents, second_tangents = outwards[pairs[:, 0]], outwards[pairs[:, 1]]
-    continuing_pairs: Ints = pairs[np.einsum("nd,nd->n", first_tangents, second_tangents) < 0]
+    continuing_pairs: Ints = pairs[dot(first_tangents, second_tangents, -1) < 0]
     return continuing_pairs
 
 

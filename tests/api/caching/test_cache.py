@@ -147,12 +147,12 @@ def test_counted_bytes_are_at_least_the_memory_used(size: int) -> None:
     try:
         bytes_before, _ = tracemalloc.get_traced_memory()
         for number in range(100):
-            entry = build_entry(f"resolution={number}&engine=3", size, f"{number:064x}")
+            entry = build_entry(f"resolution={number}&engine=4", size, f"{number:064x}")
             cache.put(entry, cache.generation)
             cache.add(entry, "zstd", bytes(size // 2))
             cache.add(entry, "gzip", bytes(size // 2 + 1))
             for spelling in range(MAX_ALIASES):
-                query = f"engine=3&resolution={number}&uvs=false{spelling}".encode()
+                query = f"engine=4&resolution={number}&uvs=false{spelling}".encode()
                 cache.alias(entry, f"/v1/surfaces/{number:064x}/mesh.glb", query, has_engine=True)
         bytes_used = tracemalloc.get_traced_memory()[0] - bytes_before
     finally:

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from oracles import exact, triangles
 from service.engine.bounds.certificate import certify
 from service.engine.bounds.certificate_rounding import (
-    UNIT,
     check_goal,
     count_roundings,
     find_least_tolerance,
@@ -20,6 +19,7 @@ from service.engine.bounds.distance import maximize_quadratics
 from service.engine.bounds.goal import Goal, View
 from service.engine.nets.blossoms import build_triangle_nets
 from service.engine.nets.patch_nets import PatchNets
+from service.engine.vectors import UNIT
 from service.errors import InvalidRequest
 from service.surface.batches import TensorPatches, TrianglePatches
 from service.surface.bezier import BezierSurface

@@ -11,13 +11,13 @@ from service.engine.measures.remainders import Kind, remainders
 from service.engine.measures.rules import apply_rule
 from service.engine.measures.tables import (
     RADII,
-    UNIT,
     basis_at_nodes,
     chebyshev,
     ellipse_bounds,
     gauss,
     weights_at_nodes,
 )
+from service.engine.vectors import UNIT
 
 
 @pytest.mark.parametrize("count", [2, 5, 10, 33])

@@ -15,8 +15,7 @@ from service.engine.bounds.chords import (
     project_nets,
 )
 from service.engine.bounds.faces import DEPTH
-
-EPS = float(np.finfo(np.float64).eps)
+from service.engine.vectors import UNIT
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -127,7 +126,7 @@ def bound_net_rounding(size: FloatArray, far: FloatArray, degree: int) -> FloatA
     `size` and `far` (M,) are the largest coordinates of nets about their first points, and about
     the origin of the model.
     """
-    slack: FloatArray = EPS * (size * (2.0 * DEPTH * degree + 16.0) + 2.0 * far)
+    slack: FloatArray = 2 * UNIT * (size * (2.0 * DEPTH * degree + 16.0) + 2.0 * far)
     return slack
 
 

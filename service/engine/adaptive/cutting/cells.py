@@ -15,9 +15,9 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.limits import MeshLimits, build_depth_error
 from service.engine.bounds.faces import SPAN, Faces
 from service.engine.bounds.goal import Goal
-from service.engine.bounds.vectors import Columns, Vectors
 from service.engine.nets.blossoms import build_blossoms, build_box_nets
 from service.engine.nets.patch_nets import Nets, PatchNets
+from service.engine.vectors import Items, Vectors
 
 SHORTEST = 16
 """Least side of a cell, in units of places. It leaves room for corners that are moved into the face
@@ -25,7 +25,7 @@ by a share of this side, where the border has no vertex."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Cells(Columns):
+class Cells(Items):
     """Boxes of places: `face` (m,), and `box` (4, m) with the rows u0, u1, v0, v1."""
 
     face: Ints

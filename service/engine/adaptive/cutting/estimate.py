@@ -23,7 +23,7 @@ from service.engine.adaptive.cutting.planes import (
     measure_sag,
 )
 from service.engine.bounds.goal import Goal
-from service.engine.bounds.vectors import Vectors, dot, length
+from service.engine.vectors import Vectors, dot, length
 
 REMAINDER_SHARE, FAN_SHARE = 0.5, 0.95
 """A cell passes as two triangles if its height plus `REMAINDER_SHARE` times its remainder is at

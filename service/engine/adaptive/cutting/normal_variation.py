@@ -14,7 +14,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray
 from service.engine.adaptive.cutting.cells import project_cells
-from service.engine.bounds.vectors import Vectors, cross, dot, length
+from service.engine.vectors import Vectors, cross, dot, length
 
 TINY = 1e-7
 """Partials have no normal if the sine of their angle is below this (at a pole, or along a cusp), or

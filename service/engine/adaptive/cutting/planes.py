@@ -15,7 +15,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.cutting.cells import build_quadratic_matrix
 from service.engine.bounds.distance import maximize_both_ways
-from service.engine.bounds.vectors import BEFORE, NEXT, Vectors, cross, dot, length
+from service.engine.vectors import BEFORE, NEXT, Vectors, cross, dot, length
 
 THIN = 1e-9
 """A triangle has no plane if its area is below this share of its longest side's square."""

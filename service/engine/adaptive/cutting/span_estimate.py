@@ -29,7 +29,7 @@ from service.engine.adaptive.cutting.span_pieces import (
     build_nets,
     split_cells,
 )
-from service.engine.bounds.vectors import Vectors, dot, length
+from service.engine.vectors import Vectors, dot, length
 
 
 def estimate_span_cells(task: Task, cells: Cells, nine_points: NinePoints) -> tuple[Bools, Leaves]:

@@ -68,10 +68,10 @@ def divide_cells(task: Task, start: Cells, ahead: int = 0) -> Leaves:
     several = np.any(start.box[1::2] - start.box[::2] > SPAN, axis=0)
     if several.any():
         leaves, single = _divide_several_spans(task, start.take(several))
-        start = Cells.concatenate([start.take(~several), *single])
+        start = Cells.join([start.take(~several), *single])
     for nets, rows in task.patch_nets.split_by_group(task.find_patches(start)):
         leaves += _divide_single_spans(task, start.take(rows), nets, ahead)
-    every = Leaves.concatenate(leaves or [NO_LEAVES])
+    every = Leaves.join(leaves or [NO_LEAVES])
     return every.take(np.lexsort((every.box[2], every.box[0], every.face)))
 
 
@@ -83,7 +83,7 @@ def _divide_several_spans(task: Task, start: Cells) -> tuple[list[Leaves], list[
     while waiting:
         cells = waiting.pop()
         while waiting and len(cells) + len(waiting[-1]) <= SPAN_BLOCK:
-            cells = Cells.concatenate([cells, waiting.pop()])
+            cells = Cells.join([cells, waiting.pop()])
         # The first cells, with up to `SPAN_BLOCK` spans together; the others wait.
         fitting = int(np.searchsorted(np.cumsum(count_spans(cells)), SPAN_BLOCK, side="right"))
         if 0 < fitting < len(cells):
@@ -98,7 +98,7 @@ def _divide_several_spans(task: Task, start: Cells) -> tuple[list[Leaves], list[
         # In the end the spans are estimated one by one.
         thin = cut.box[1::2] - cut.box[::2] <= SPAN * FINEST
         along_v = np.where(thin[0] | thin[1], thin[0], candidates.along_v[fails])
-        halves = Cells.concatenate([*cut.halve(along_v)])
+        halves = Cells.join([*cut.halve(along_v)])
         several = count_spans(halves) > 1
         single.append(halves.take(~several))
         if several.any():
@@ -129,7 +129,7 @@ def _divide_single_spans(task: Task, start: Cells, nets: Nets, ahead: int) -> It
             parts.append((*waiting.pop()[:2], added))
             total += added.shape[3]
         if len(parts) > 1:
-            cells = Cells.concatenate([part[0] for part in parts])
+            cells = Cells.join([part[0] for part in parts])
             patch = np.concatenate([part[1] for part in parts])
             net = np.concatenate([part[2] for part in parts], axis=3)
         cells, patch, net, sizes = _add_halves(cells, patch, net, ahead)
@@ -188,7 +188,7 @@ def _halve_cells(
         if len(cut[rows]):
             halve(net.take(cut[rows], axis=-1), axis, both[..., rows])
     halves_patch = np.concatenate([patch[cut], patch[cut]])
-    return Cells.concatenate([*cells.take(cut).halve(along_v)]), halves_patch, halves_nets
+    return Cells.join([*cells.take(cut).halve(along_v)]), halves_patch, halves_nets
 
 
 def _add_halves(

@@ -75,7 +75,7 @@ class Draft:
             near, far = self.polygons.find_affected(cut, flat, len(self.samples))
             old = np.concatenate([near, far])
             parts = [fresh, old_leaves.take(old)] if len(old) else [fresh]
-            leaves = Leaves.concatenate(parts)
+            leaves = Leaves.join(parts)
             self.task.limits.spend(OVERHEAD * len(leaves))
             boundaries = trace_boundaries(self.border_places, leaves, self.halvings)
             size = boundaries.start[1:] - boundaries.start[:-1] - leaves.is_fan
@@ -87,9 +87,7 @@ class Draft:
             of_fresh = crowded[crowded < len(fresh)]
             of_near = crowded[crowded >= len(fresh)] - len(fresh)
             others = fresh.take(np.delete(np.arange(len(fresh)), of_fresh))
-            fresh = Leaves.concatenate(
-                [others, divide_cells(self.task, Cells.concatenate([*halves]))]
-            )
+            fresh = Leaves.join([others, divide_cells(self.task, Cells.join([*halves]))])
             cut = np.concatenate([cut, near[of_near]])
         # Finding neighbours takes much memory, so all temporary arrays are freed before. `pop`
         # leaves no name for the rows, so that `add` can free them too.

@@ -113,7 +113,7 @@ class LeafPolygons:
         """
         rows, numbers = renewed
         count, size = len(fresh), boundaries.start[1:] - boundaries.start[:-1]
-        self.leaves = Leaves.concatenate([self.leaves, fresh])
+        self.leaves = Leaves.join([self.leaves, fresh])
         self.is_present[cut] = False
         self.is_present = np.concatenate([self.is_present, np.ones(count, dtype=bool)])
         # Set below, with those of the other polygons that are stored.

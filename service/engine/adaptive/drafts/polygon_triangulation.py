@@ -21,7 +21,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.engine.adaptive.cutting.planes import NEARLY, maximize_heights
-from service.engine.bounds.vectors import NEXT, dot
+from service.engine.vectors import NEXT, dot
 
 ALL = 9
 """Number of corners up to which all ways are compared; there are 429 ways for nine corners."""
