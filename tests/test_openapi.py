@@ -37,9 +37,9 @@ from service.schemas.convert import OPERATIONS, ConvertRequest
 from service.schemas.fields import RequestModel
 from service.schemas.kinds import KINDS
 from service.schemas.options import MeshOptionFields
-from service.schemas.points import PointsRequest
+from service.schemas.queries import PointsRequest
+from service.schemas.query import FIELDS, document_from_query
 from service.schemas.request import MeshRequest
-from service.schemas.surface_query import FIELDS, document_from_query
 from service.schemas.validation import validate_document
 from service.settings.values import Settings
 from service.surface.examples.catalogue import find

@@ -33,7 +33,7 @@ from service.encoders.format import FileFormat
 from service.errors import InvalidRequest, Issue
 from service.schemas.document import DocumentBudget
 from service.schemas.fields import RequestModel
-from service.schemas.surface_query import add_fields, document_from_query
+from service.schemas.query import add_fields, document_from_query
 from service.schemas.validation import parse_request, validate_document
 from service.settings.runtime import pause_collection
 from service.settings.values import Settings

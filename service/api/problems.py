@@ -40,7 +40,7 @@ from service.errors import (
     UnsupportedByFormat,
     first_part,
 )
-from service.schemas.surface_query import FIELDS
+from service.schemas.query import FIELDS
 
 MEDIA_TYPE = "application/problem+json"
 

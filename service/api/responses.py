@@ -12,8 +12,7 @@ from starlette.types import Message, Receive, Scope, Send
 
 from service.api.caching.cached_response import RawHeaders
 from service.api.job import Job
-from service.encoders.format import FileFormat
-from service.encoders.split_content import Content, SplitContent
+from service.encoders.format import Content, FileFormat, SplitContent
 from service.engine.mesh.report import MeshReport
 
 CHUNK = 1 << 19

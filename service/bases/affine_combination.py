@@ -1,10 +1,33 @@
-"""Affine combinations of control points; every conversion of a control net consists of these."""
+"""Homogeneous coordinates, and affine combinations of control points.
+
+Every conversion of a control net consists of such combinations.
+"""
 
 from typing import TypeAlias
 
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
+
+
+def to_homogeneous(points: FloatArray, weights: FloatArray | None) -> FloatArray:
+    """The homogeneous coordinates (w x, w y, w z, w) of points.
+
+    Parameters
+    ----------
+    points : ndarray of float64, shape (…, 3)
+    weights : ndarray of float64, shape (…), or None
+        None if all are 1.
+
+    Returns
+    -------
+    ndarray of float64, shape (…, 4); without weights the points themselves, shape (…, 3)
+    """
+    if weights is None:
+        return points
+    columns = weights[..., np.newaxis]
+    return np.concatenate([points * columns, columns], axis=-1)
+
 
 WeightedPoints: TypeAlias = tuple[FloatArray, FloatArray | None]
 """Points, and their weights if they have any."""

@@ -1,19 +1,32 @@
-"""Extraction operators: the Bézier points of each span as combinations of control points.
+"""Blossoms of B-splines: Bézier points of spans, knot insertion and degree elevation.
 
 On one span a B-spline C of degree p is a polynomial. Its blossom f is the one symmetric function of
 p arguments that is affine in each argument, with f(t, …, t) = C(t). Control point i of the B-spline
-is f(U_{i+1}, …, U_{i+p}). On the span [a, b] the B-spline is a Bézier curve, whose point j is f(a,
-…, a, b, …, b) with b repeated j times. The knots among the arguments are replaced by a or b one
-after the other; each replacement is a convex combination of control points.
+is f(U_{i+1}, …, U_{i+p}).
+
+On the span [a, b] the B-spline is a Bézier curve, whose point j is f(a, …, a, b, …, b) with b
+repeated j times. The knots among the arguments are replaced by a or b one after the other; each
+replacement is a convex combination of control points (`build_operators`).
+
+For any new knots V the new control points are values of f, too. In a higher degree n the blossom F
+is the mean of f over all choices of p of the n parameters,
+
+    F(t_1, …, t_n) = Σ f(t_{k_1}, …, t_{k_p}) / C(n, p).
+
+If V contains every knot of U with a multiplicity n − p higher, each new control point is a weighted
+mean of old ones. No share is negative, so no digits cancel (`find_refinement`).
 
 Borden, Scott, Evans and Hughes, Isogeometric finite element data structures based on Bézier
-extraction of NURBS, IJNME 87 (2011); Ramshaw, Blossoms are polar forms, CAGD 6 (1989).
+extraction of NURBS, IJNME 87 (2011); Ramshaw, Blossoms are polar forms, CAGD 6 (1989); Cohen, Lyche
+and Riesenfeld, Discrete B-splines and subdivision techniques, CGIP 14 (1980); Prautzsch, Degree
+elevation of B-spline curves, CAGD 1 (1984).
 """
 
 import numpy as np
 
-from service.bases.arrays import FloatArray
+from service.bases.arrays import FloatArray, Ints
 from service.bases.knots import spans
+from service.bases.row_batches import row_slices
 
 
 def build_operators(knots: FloatArray, degree: int) -> FloatArray:
@@ -88,3 +101,112 @@ def _combine_neighbours(
     mixed: FloatArray = rows[:, :-1] * (first / total)[..., np.newaxis]
     mixed += rows[:, 1:] * (second / total)[..., np.newaxis]
     return mixed
+
+
+CHUNK = 1024
+"""Number of new control points that are computed at once: their shares then stay in the
+processor's cache."""
+
+
+def find_refinement(
+    knots: FloatArray, degree: int, target: FloatArray, new_degree: int
+) -> tuple[Ints, FloatArray]:
+    """The new control points of a spline over other knots, as weighted means of the old ones.
+
+    Parameters
+    ----------
+    knots : ndarray of float64, shape (m,)
+        U: p + 1 knots are at or below the first parameter of the domain, and p + 1 are at or above
+        its last parameter.
+    target : ndarray of float64, shape (N+n+1,)
+        V: the interior knots of U, each with a multiplicity n − p higher, and possibly more knots
+        within the domain; each end has multiplicity n + 1.
+    new_degree : int
+        The new degree n ≥ p.
+
+    Returns
+    -------
+    index : ndarray of int, shape (p+1, N)
+        The rows of the control net that new control point j combines, in column j.
+    shares : ndarray of float64, shape (p+1, N)
+        The shares of these rows. If a new control point equals an old one, one share is exactly 1
+        and the others are 0.
+    """
+    # Window j has the knots V_{j+1} … V_{j+n}: new control point j is F at these arguments.
+    windows = np.lib.stride_tricks.sliding_window_view(target[1:-1], new_degree)
+    count, first = len(windows), windows[:, 0]
+    # F belongs to the span that begins at the first argument or contains it. But n equal arguments
+    # after a smaller knot are the end of a span, and the next span may have other values there.
+    is_span_end = (target[:count] < first) & (windows[:, -1] == first)
+    span = np.searchsorted(knots, first, side="right")
+    span = np.where(is_span_end, np.searchsorted(knots, first, side="left"), span) - 1
+    offsets = np.arange(1 - degree, degree + 1)[:, np.newaxis]
+    shares = np.empty((degree + 1, count))
+    for chunk in row_slices(count, 1, CHUNK):
+        shares[:, chunk] = _blossom_shares(knots[span[chunk] + offsets], windows[chunk].T)
+    return span - degree + np.arange(degree + 1)[:, np.newaxis], shares
+
+
+def _blossom_shares(knots_around: FloatArray, arguments: FloatArray) -> FloatArray:
+    """Values of blossoms F, each as shares of the p + 1 control points of a span.
+
+    Parameters
+    ----------
+    knots_around : ndarray of float64, shape (2p, N)
+        The knots U_{s−p+1} … U_{s+p} around the span s of each value.
+    arguments : ndarray of float64, shape (n, N)
+        The n arguments of F for each value.
+
+    Returns
+    -------
+    ndarray of float64, shape (p+1, N)
+    """
+    degree, new_degree = len(knots_around) // 2, len(arguments)
+    # means[r] belongs to the r + 1 points that remain after p − r steps of de Boor's algorithm. It
+    # has their shares (r+1, N), averaged over all choices of r from the arguments seen so far.
+    means = [np.ones((1, knots_around.shape[1]))]
+    for k, t in enumerate(arguments, 1):
+        # For means[p] after all n arguments, only r ≥ k − (n − p) are still needed.
+        for r in range(min(k, degree), max(0, k - 1 - new_degree + degree), -1):
+            step = _step_back(means[r - 1], knots_around[degree - r : degree + r], t)
+            if r == k:
+                means.append(step)
+            else:
+                means[r] = ((k - r) * means[r] + r * step) / k
+    return means[degree]
+
+
+def _step_back(shares: FloatArray, knots_around: FloatArray, t: FloatArray) -> FloatArray:
+    """Shares (r+1, N) of r + 1 points from the shares (r, N) of the r points of one de Boor step.
+
+    `knots_around`, shape (2r, N), has the r knots U_i and then the r knots U_{i+r} of the step
+
+        d_i ← (U_{i+r} − t)/(U_{i+r} − U_i) d_{i−1} + (t − U_i)/(U_{i+r} − U_i) d_i
+    """
+    r = len(shares)
+    low, high = knots_around[:r], knots_around[r:]
+    width = high - low
+    result = np.zeros((r + 1, shares.shape[1]))
+    # Divide, do not multiply by an inverse: only then is the factor exactly 1 if t is low or high.
+    result[:-1] = shares * ((high - t) / width)
+    result[1:] += shares * ((t - low) / width)
+    return result
+
+
+def raise_knots(
+    knots: FloatArray, degree: int, new_degree: int, first: float, last: float
+) -> FloatArray:
+    """The knots of a spline after it is restricted to [first, last] and elevated to `new_degree`.
+
+    The multiplicity of interior knots increases by the same number as the degree, so the
+    continuity at these knots stays the same. The ends have multiplicity `new_degree` + 1.
+    """
+    inner_knots = knots[(knots > first) & (knots < last)]
+    breaks, counts = np.unique(inner_knots, return_counts=True)
+    return np.concatenate(
+        [
+            np.full(new_degree + 1, first),
+            np.repeat(breaks, counts + new_degree - degree),
+            np.full(new_degree + 1, last),
+        ]
+    )

@@ -1,4 +1,4 @@
-"""Knot vectors, and the B-spline basis over them.
+"""Knot vectors.
 
 A knot vector U_0 ≤ … ≤ U_{n+p+1} and a degree p define n + 1 basis functions, whose sum is 1 over
 the domain [U_p, U_{n+1}]. A *break* is a distinct knot of the domain. *Span* s is the interval
@@ -10,7 +10,6 @@ Piegl and Tiller, The NURBS Book, 2nd ed., chapter 2.
 """
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from service.bases.arrays import FloatArray, Ints
 
@@ -96,64 +95,3 @@ def breaks(knots: FloatArray, degree: int) -> FloatArray:
     """The distinct knots of the domain, ascending: shape (spans + 1,)."""
     span_numbers = spans(knots, degree)
     return np.append(knots[span_numbers], knots[span_numbers[-1] + 1])
-
-
-def find_span(knots: FloatArray, degree: int, t: ArrayLike) -> Ints:
-    """The number s of the span that contains each parameter t: U_s ≤ t < U_{s+1}.
-
-    The end of the domain belongs to the last span.
-
-    Parameters
-    ----------
-    t : array_like of float64, shape (m,)
-        Parameters within the domain.
-
-    Returns
-    -------
-    ndarray of int, shape (m,)
-    """
-    span_numbers = spans(knots, degree)
-    position = (
-        np.searchsorted(knots[span_numbers], np.asarray(t, dtype=np.float64), side="right") - 1
-    )
-    span: Ints = span_numbers[np.clip(position, 0, len(span_numbers) - 1)]
-    return span
-
-
-def evaluate_basis(knots: FloatArray, degree: int, t: ArrayLike) -> tuple[Ints, FloatArray]:
-    """The p + 1 B-splines that do not vanish at each parameter: N_{s−p}^p(t) … N_s^p(t).
-
-        N_i^p(t) = (t − U_i)/(U_{i+p} − U_i) N_i^{p−1}(t)
-                   + (U_{i+p+1} − t)/(U_{i+p+1} − U_{i+1}) N_{i+1}^{p−1}(t)
-
-    Only products of non-negative numbers are added.
-
-    Parameters
-    ----------
-    t : array_like of float64, shape (m,)
-        Parameters within the domain.
-
-    Returns
-    -------
-    span : ndarray of int, shape (m,)
-        s for each parameter.
-    values : ndarray of float64, shape (m, p+1)
-
-    References
-    ----------
-    Piegl and Tiller, The NURBS Book, 2nd ed., Algorithm A2.2, here for all parameters at once.
-    """
-    t = np.asarray(t, dtype=np.float64)
-    span = find_span(knots, degree, t)
-    values = np.zeros((len(t), degree + 1))
-    values[:, 0] = 1.0
-    for n in range(1, degree + 1):
-        # From degree n − 1 to n: the support of each of the n B-splines so far begins at a knot
-        # U_{s+1−n} … U_s (left) and ends at a knot U_{s+1} … U_{s+n} (right).
-        offsets = np.arange(n)
-        right_knots = knots[span[:, np.newaxis] + 1 + offsets]
-        left_knots = knots[span[:, np.newaxis] + 1 - n + offsets]
-        quotients = values[:, :n] / (right_knots - left_knots)
-        values[:, :n] = (right_knots - t[:, np.newaxis]) * quotients
-        values[:, 1 : n + 1] += (t[:, np.newaxis] - left_knots) * quotients
-    return span, values

@@ -50,7 +50,7 @@ def _run(arguments: argparse.Namespace) -> int:
 def _compute(document: Mapping[str, Any]) -> bytes:
     """Measures in this process."""
     from service.pipeline.measure import plan_measure
-    from service.schemas.measure import MeasureRequest
+    from service.schemas.queries import MeasureRequest
 
     request, limits = parse_request(MeasureRequest, document)
     return plan_measure(request.to_surface(), request.to_query(), limits).run()

@@ -26,13 +26,13 @@ class NetFile:
 
     def document(self) -> dict[str, Any]:
         """The body of a request without options; raises `SurfaceError` if the file is invalid."""
-        from service.schemas import surface_query
+        from service.schemas import query
         from service.settings.environment import read_environment
 
         max_points = read_environment().max_control_points
         net = self.decoder.decode(self.content, self.fields.get("type"), max_points)
-        fields = surface_query.surface_fields(self.fields)
-        return {"surface": surface_query.add_fields(net, fields)}
+        fields = query.surface_fields(self.fields)
+        return {"surface": query.add_fields(net, fields)}
 
 
 def add_fields(command: argparse.ArgumentParser) -> None:

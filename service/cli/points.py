@@ -74,7 +74,7 @@ def parse_number(text: str) -> int | float | str:
 def _compute(document: Mapping[str, Any]) -> bytes:
     """Evaluates the points in this process."""
     from service.pipeline.points import plan_points
-    from service.schemas.points import PointsRequest
+    from service.schemas.queries import PointsRequest
 
     request, limits = parse_request(PointsRequest, document)
     return plan_points(request.to_surface(), request.to_query(), limits).run()

@@ -77,7 +77,7 @@ def read_npy(name: str, flag: str) -> Any:
 def _compute(document: Mapping[str, Any]) -> bytes:
     """Computes the closest points in this process."""
     from service.pipeline.project import plan_project
-    from service.schemas.project import ProjectRequest
+    from service.schemas.queries import ProjectRequest
 
     request, limits = parse_request(ProjectRequest, document)
     return plan_project(request.to_shape(), request.to_query(), limits).run()

@@ -1,4 +1,4 @@
-"""Computes from a mesh what several formats write: positions, faces, reports, comments."""
+"""Computes from a mesh what several formats write: positions, faces, colours, reports, comments."""
 
 from collections.abc import Callable, Hashable, Sequence
 
@@ -12,6 +12,26 @@ from service.engine.clustering import find_leaders
 from service.engine.mesh.mesh_value import Mesh, MeshPart, Overlay
 from service.engine.mesh.report import MeshReport
 from service.errors import Issue, UnsupportedByFormat
+
+
+def to_bytes(colors: RealArray) -> NDArray[np.uint8]:
+    """Colours, with or without opacity, as bytes from 0 to 255; halves are rounded to even."""
+    return np.rint(colors.astype(np.float64) * 255).astype(np.uint8)
+
+
+def add_opacity(colors: RealArray) -> NDArray[np.float32]:
+    """Colours as red, green, blue and opacity, as OOGL and OFF need them: shape (V, 4).
+
+    Colours without an opacity get the opacity 1.
+    """
+    rgba = np.ones((len(colors), 4), dtype=np.float32)
+    rgba[:, : colors.shape[1]] = colors
+    return rgba
+
+
+def is_translucent(colors: RealArray) -> bool:
+    """Whether any vertex has an opacity below 1."""
+    return colors.shape[1] == 4 and bool((colors[:, 3] < 1).any())
 
 
 def absolute(positions: RealArray, mesh: Mesh) -> FloatArray:

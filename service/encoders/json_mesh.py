@@ -35,6 +35,7 @@ from service.encoders.text import (
     json_document,
 )
 from service.engine.mesh.mesh_value import Mesh
+from service.engine.points.evaluate import COLUMNS
 
 
 def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
@@ -99,6 +100,15 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
         + sum(len(name) + 8 for name, _ in size.attributes)
         + report
     )
+
+
+def points_bound(count: int, order: int) -> int:
+    """The most bytes of the JSON of a query of `count` points, with derivatives of this order."""
+    widths = [width for names in COLUMNS[: order + 1] for _, width in names]
+    # Columns of the width 0 are booleans.
+    row_bytes = sum(width * (FLOAT64_CHARS + 1) + 2 if width else len("false,") for width in widths)
+    # Each column has its name and the brackets of its list.
+    return count * row_bytes + 32 * len(widths)
 
 
 def _faces(mesh: Mesh, row: IndexArray | None) -> bytes:

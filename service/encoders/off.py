@@ -7,8 +7,7 @@ stays closed. With colours the file is a COFF: red, green, blue and opacity, fro
 every position. The faces are the quads, then the triangles.
 """
 
-from service.encoders.colors import add_opacity
-from service.encoders.content import find_colored_positions, write_counted_faces
+from service.encoders.content import add_opacity, find_colored_positions, write_counted_faces
 from service.encoders.format import EncodeOptions, MeshSize
 from service.encoders.text import FLOAT32_CHARS, FLOAT64_CHARS, digits, join_rows, rows
 from service.engine.mesh.mesh_value import Mesh

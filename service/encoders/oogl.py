@@ -32,8 +32,7 @@ import numpy as np
 
 from service.bases.arrays import IndexArray, RealArray
 from service.bases.row_batches import row_slices
-from service.encoders.colors import add_opacity
-from service.encoders.content import absolute, find_nonempty, write_counted_faces
+from service.encoders.content import absolute, add_opacity, find_nonempty, write_counted_faces
 from service.encoders.format import EncodeOptions, MeshSize, OoglForm
 from service.encoders.text import (
     FLOAT32_CHARS,

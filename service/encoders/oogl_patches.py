@@ -16,8 +16,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import RealArray
-from service.bases.homogeneous import to_homogeneous
 from service.encoders.content import find_nonempty
 from service.encoders.oogl import skeleton
 from service.encoders.text import rows

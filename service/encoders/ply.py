@@ -14,8 +14,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from service.bases.arrays import IndexArray
 from service.bases.cache import derive_once
-from service.encoders.colors import to_bytes
-from service.encoders.content import COMMENT_CHARS, absolute, bound_comment
+from service.encoders.content import COMMENT_CHARS, absolute, bound_comment, to_bytes
 from service.encoders.format import EncodeOptions, MeshSize
 from service.engine.mesh.mesh_value import Mesh
 

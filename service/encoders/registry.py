@@ -9,9 +9,9 @@ from types import MappingProxyType
 
 from service.encoders import json_mesh, obj, off, oogl, ply, stl
 from service.encoders.format import COMPACT_OPTIONS, Format
-from service.encoders.gltf import mesh_document as gltf
 from service.encoders.gltf import scene as gltf_scene
 from service.encoders.gltf import sizes as gltf_sizes
+from service.encoders.gltf.document import encode_gltf
 from service.encoders.gltf.glb import encode_glb
 from service.encoders.oogl_patches import encode_patches
 from service.surface.batches import ChannelKind
@@ -42,7 +42,7 @@ FORMATS: tuple[Format, ...] = (
         is_float32=True,
         has_quads=False,
         has_overlays=True,
-        encode=gltf.encode_gltf,
+        encode=encode_gltf,
         byte_bound=gltf_sizes.gltf_byte_bound,
         encode_scene=gltf_scene.encode_gltf_scene,
         carries=EVERYTHING,

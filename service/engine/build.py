@@ -15,8 +15,8 @@ from service.engine.tessellate import draw_overlays_alone, tessellate
 from service.engine.wires.draw import add_wires, draw_without_faces, line_overlay
 from service.engine.wires.isocurves import sample_isocurves
 from service.measuring import Measured
+from service.surface.curve_model import SweepModel
 from service.surface.lowered import GroupModel, Model, PatchModel
-from service.surface.sweep_model import SweepModel
 
 MAX_TRIANGLES = 1 << 31
 """The most triangles of a mesh by tolerance: no limit in practice. The limits and budgets of

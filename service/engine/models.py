@@ -17,9 +17,9 @@ from service.surface.batches import (
     TrianglePatches,
 )
 from service.surface.channels import keep_channels
+from service.surface.curve_model import SweepModel
 from service.surface.lowered import Color, GroupModel, Model, Part, PatchModel, PlacedModel
 from service.surface.placement import place_box
-from service.surface.sweep_model import SweepModel
 
 NOT_PATCHES = Issue(
     "not_parametric",

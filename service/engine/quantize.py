@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from service.bases.arrays import FloatArray, RealArray
-from service.bases.unique_rows import unique_rows
+from service.bases.row_batches import unique_rows
 from service.engine.bounds.mesh_deviation import round_up
 from service.engine.clustering import DisjointSets
 from service.engine.extent import find_extent
@@ -31,8 +31,8 @@ from service.engine.stored_positions import (
     round_to_grid,
 )
 from service.engine.wires.draw import find_width
+from service.surface.curve_model import SweepModel
 from service.surface.lowered import GroupModel, Model, PatchModel
-from service.surface.sweep_model import SweepModel
 
 
 def find_grid_steps(model: Model, options: MeshOptions) -> tuple[float, ...]:

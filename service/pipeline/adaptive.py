@@ -5,8 +5,7 @@ from dataclasses import replace
 from math import inf
 from typing import TypeAlias
 
-from service.encoders.format import MeshSize
-from service.encoders.split_content import Content
+from service.encoders.format import Content, MeshSize
 from service.engine.accuracy import Accuracy
 from service.engine.adaptive.limits import Effort
 from service.engine.adaptive.meshing import build_mesher
@@ -27,8 +26,8 @@ from service.pipeline.cost import (
     adaptive_triangles,
 )
 from service.pipeline.mesh_plan import MeshPlan
+from service.surface.curve_model import SweepModel
 from service.surface.lowered import Model
-from service.surface.sweep_model import SweepModel
 
 AnyMesh: TypeAlias = Mesh | Scene
 Build: TypeAlias = Callable[[Accuracy, float | None], AnyMesh]

@@ -8,8 +8,8 @@ from dataclasses import astuple, replace
 
 import numpy as np
 
-from service.encoders.compression import list_compressions
 from service.encoders.format import EncodeOptions, FileFormat, Format
+from service.encoders.libraries import list_compressions
 from service.engine.curvatures.ranges import NAMES
 from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.models import NOT_PATCHES, find_largest_coordinate, to_patches
@@ -22,9 +22,9 @@ from service.errors import InvalidRequest, Issue, UnsupportedByFormat
 from service.pipeline.cost import lowering_memory
 from service.pipeline.limits import Limits, check_count
 from service.surface.checks import MAX_COORDINATE
+from service.surface.curve_model import SweepModel
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sizes import SurfaceSize
-from service.surface.sweep_model import SweepModel
 
 NOT_PARAMETRIC = Issue(
     "not_parametric",

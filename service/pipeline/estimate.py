@@ -31,9 +31,9 @@ from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.pipeline.mesh import keep_storable_channels
 from service.pipeline.mesh_counts import mesh_size
 from service.pipeline.mesh_plan import PLAIN, build_plan, estimate_stored_size, shares_meshes
+from service.surface.curve_model import SweepModel
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sizes import SurfaceKind
-from service.surface.sweep_model import SweepModel
 
 ROUNDING_SHARE = 2.0**-16
 """A tolerance above this share of the largest coordinate is larger than all rounding."""

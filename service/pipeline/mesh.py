@@ -4,8 +4,7 @@ from dataclasses import dataclass, fields, replace
 from functools import partial
 from operator import attrgetter
 
-from service.encoders.format import EncodeOptions, Format
-from service.encoders.split_content import Content
+from service.encoders.format import Content, EncodeOptions, Format
 from service.engine.bounds.mesh_deviation import round_up
 from service.engine.build import build, build_scene, draw_lines
 from service.engine.curvatures.placement_scale import add_stretches

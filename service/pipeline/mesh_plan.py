@@ -4,8 +4,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from service.cancellation import checkpoint
-from service.encoders.format import EncodeOptions, Format, MeshSize
-from service.encoders.split_content import Content
+from service.encoders.format import Content, EncodeOptions, Format, MeshSize
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
 from service.engine.plans.counts import Counts

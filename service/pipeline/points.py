@@ -2,7 +2,8 @@
 
 from functools import partial
 
-from service.encoders import json_points
+from service.encoders.json_mesh import points_bound
+from service.encoders.text import json_document
 from service.engine.points.evaluate import estimate_effort, evaluate_points
 from service.engine.points.places import PointsQuery, locate
 from service.measuring import Measured
@@ -25,7 +26,7 @@ def plan_points(
     """
     where, count = f"/{query.field}", len(query.places)
     check_items(count, limits.max_points, "points", where)
-    limits.check_bytes(json_points.byte_bound(count, query.order), where)
+    limits.check_bytes(points_bound(count, query.order), where)
     size = surface.stored_size()
     check_surface(size, limits)
     cost = points_cost(size, count, query.order)
@@ -53,4 +54,4 @@ def _evaluate(surface: SurfaceKind, query: PointsQuery, limits: Limits) -> bytes
     )
     with Measured("points"):
         columns = evaluate_points(model, places, query.order)
-    return json_points.encode(columns)
+    return json_document(columns)

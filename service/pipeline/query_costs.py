@@ -6,7 +6,7 @@ Sizes and memory are upper bounds, coarse and safe; the time is approximate.
 from dataclasses import replace
 from typing import NamedTuple
 
-from service.encoders import json_points
+from service.encoders.json_mesh import points_bound
 from service.engine.measures.integrals import NODES
 from service.pipeline.cost import MIN_SCRATCH_BYTES, Cost, lowering_memory, with_scratch
 from service.surface.sizes import SurfaceSize
@@ -34,7 +34,7 @@ that compare planes with patches."""
 
 def points_cost(size: SurfaceSize, count: int, order: int) -> Cost:
     """The cost of evaluating a surface at `count` places, with partials up to `order`."""
-    file_bytes = json_points.byte_bound(count, order)
+    file_bytes = points_bound(count, order)
     memory = with_scratch(lowering_memory(size) + ITEM_BYTES * count + 2 * file_bytes)
     degree = max(size.degree)
     seconds = 5e-4 + 4e-6 * size.patches + 2e-9 * size.peak_bytes

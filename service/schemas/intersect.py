@@ -14,10 +14,9 @@ from service.engine.sections.planes import (
 )
 from service.errors import InvalidRequest, Issue
 from service.schemas.fields import Omittable, StrictModel, conflict_issue, optional
-from service.schemas.planes import PlaneSet
+from service.schemas.planes import VECTORS, PlaneSet, pair_rows, validate_directions
 from service.schemas.request import SurfaceRequest
 from service.schemas.validation import to_invalid
-from service.schemas.vectors import VECTORS, pair_rows, validate_directions
 from service.surface.checks import validate_points
 
 MIN_THICKNESS = 1e-12

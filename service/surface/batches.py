@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.bases import triangle
+from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import FloatArray
-from service.bases.homogeneous import to_homogeneous
 from service.bases.triangle_polynomials import tensor_net
 from service.surface.sides import along_sides, take_side
 

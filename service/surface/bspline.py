@@ -7,7 +7,7 @@ import numpy as np
 from service.bases import knots as knot
 from service.bases.arrays import FloatArray
 from service.bases.extraction import plan_extraction
-from service.bases.restriction import restrict_to_cells
+from service.bases.polynomials import restrict_to_cells
 from service.bases.row_batches import row_slices
 from service.surface.batches import TensorPatches
 from service.surface.channels import NO_CHANNELS, Channels

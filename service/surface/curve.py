@@ -10,7 +10,7 @@ from service.bases.arrays import FloatArray
 from service.bases.extraction import extract_bezier_points
 from service.errors import InvalidRequest, Issue, count_nouns
 from service.surface.checks import MAX_DEGREE, Up, check_up, validate_points, validate_weights
-from service.surface.curve_pieces import CurvePieces
+from service.surface.curve_model import CurvePieces
 from service.surface.knots import (
     Knots,
     build_knot_vector,

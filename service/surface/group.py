@@ -10,10 +10,10 @@ import numpy as np
 from service.bases.arrays import FloatArray
 from service.errors import InvalidRequest, Issue, count_nouns, pointer
 from service.surface.checks import Up, check_up
+from service.surface.curve_model import SweepModel
 from service.surface.lowered import Color, GroupModel, PatchModel, PlacedModel
 from service.surface.placement import check_box, place_box, turn_upright, validate_matrix
 from service.surface.sizes import SurfaceKind, SurfaceSize, group_sizes
-from service.surface.sweep_model import SweepModel
 
 MAX_MEMBERS = 4096
 """The most members of a group: meshing even a small member takes at least 0.5 ms, a tube 2 ms."""

@@ -1,7 +1,7 @@
 """Lowered models: what every kind of surface becomes before it is computed.
 
 A model is batches of Bézier patches (`service.surface.batches`), a sweep
-(`service.surface.sweep_model`), or a group of these. The engine and the encoders use only models,
+(`service.surface.curve_model`), or a group of these. The engine and the encoders use only models,
 and not the kinds of surface.
 """
 
@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from service.bases.arrays import FloatArray
 from service.surface.batches import Patches
 from service.surface.checks import Up
+from service.surface.curve_model import SweepModel
 from service.surface.placement import Box, join_boxes, place_box
-from service.surface.sweep_model import SweepModel
 
 
 @dataclass(frozen=True, slots=True)

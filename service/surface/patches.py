@@ -21,12 +21,15 @@ from service.surface.grids import (
     NO_GRIDS,
     Grids,
     IndexGrid,
+    PartMembers,
     check_indices,
+    check_parts,
+    first_patch,
     group_by_degree,
+    order_parts,
     validate_grids,
 )
 from service.surface.lowered import PatchModel
-from service.surface.parts import PartMembers, check_parts, first_patch, order_parts
 from service.surface.placement import Box, find_box
 from service.surface.sizes import NUMBER, SurfaceKind, SurfaceSize, tensor_size
 

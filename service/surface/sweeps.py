@@ -9,9 +9,9 @@ from service.bases.arrays import FloatArray
 from service.errors import InvalidRequest, Issue, count_nouns
 from service.surface.checks import MAX_COORDINATE, MAX_DEGREE, Up, check_up
 from service.surface.curve import Curve
+from service.surface.curve_model import Profile, Ribbon, SweepModel, Tube
 from service.surface.placement import check_box
 from service.surface.sizes import SurfaceKind, SurfaceSize
-from service.surface.sweep_model import Profile, Ribbon, SweepModel, Tube
 
 MIN_SIDES, MAX_SIDES = 3, 1024
 

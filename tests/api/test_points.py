@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from service.api.app import create_app
-from service.encoders import json_points
+from service.encoders.json_mesh import points_bound
 from service.engine.points.evaluate import COLUMNS
 from service.settings.values import Settings
 from service.surface.batches import TensorPatches
@@ -104,7 +104,7 @@ def test_responses_with_the_longest_numbers_are_within_byte_bound(client: Client
     for order in (0, 1, 2):
         document = {"surface": {"control_net": net_of_long_numbers}, "uv": uv, "derivatives": order}
         content = client.post("/v1/points", document).content
-        assert len(content) <= json_points.byte_bound(50, order)
+        assert len(content) <= points_bound(50, order)
 
 
 @pytest.mark.parametrize("name", EXAMPLES)

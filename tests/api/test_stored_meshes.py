@@ -149,9 +149,7 @@ def test_a_processor_that_rounds_differently_has_other_tags(
 ) -> None:
     url = store_surface(client)["glb"]
     tag = client.get(url, PLAIN).headers["etag"]
-    monkeypatch.setattr(
-        "service.encoders.arithmetic.describe_platform", lambda: "another processor"
-    )
+    monkeypatch.setattr("service.encoders.libraries.describe_platform", lambda: "another processor")
     with start_client(create_app(Settings())) as other_client:
         store_surface(other_client)
         response = other_client.get(url, {**PLAIN, "If-None-Match": tag})

@@ -5,12 +5,10 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
 from hypothesis import strategies as st
 
-from oracles.splines import basis_values, find_span, to_fractions
 from service.bases import knots as knot
-from tests.spline_strategies import KnotVector, knot_vectors
+from tests.spline_strategies import KnotVector
 
 shares_of_the_domain = st.floats(0, 1)
 
@@ -51,22 +49,3 @@ def test_spans_are_right_continuous() -> None:
     vector = np.array([0, 0, 0, 1, 1, 2, 4, 4, 4.0])
     np.testing.assert_array_equal(knot.spans(vector, 2), [2, 4, 5])
     np.testing.assert_array_equal(knot.breaks(vector, 2), [0, 1, 2, 4])
-    result = knot.find_span(vector, 2, [0, np.nextafter(1, 0), 1, 1.5, 2, 3.9, 4])
-    np.testing.assert_array_equal(result, [2, 2, 4, 4, 5, 5, 5])
-
-
-@given(knot_vectors(discontinuous=True), st.lists(shares_of_the_domain, max_size=4))
-def test_basis_values_agree_with_the_recursion_of_cox_and_de_boor(
-    vector: KnotVector, shares: list[float]
-) -> None:
-    """The service returns p + 1 values at each parameter; all other basis functions are 0 there."""
-    t = choose_parameters(vector, shares)
-    span, values = knot.evaluate_basis(*vector, t)
-    exact_knots = to_fractions(vector.knots)
-    for row, parameter in enumerate(t):
-        (exact_t,) = to_fractions([parameter])
-        expected = [float(x) for x in basis_values(exact_knots, vector.degree, exact_t)]
-        assert span[row] == find_span(exact_knots, vector.degree, exact_t)
-        actual = np.zeros(vector.point_count)
-        actual[span[row] - vector.degree : span[row] + 1] = values[row]
-        np.testing.assert_allclose(actual, expected, atol=1e-15)

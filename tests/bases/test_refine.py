@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from oracles.splines import spline_point, to_fractions
 from service.bases.affine_combination import combine
+from service.bases.blossoms import find_refinement, raise_knots
 from service.bases.knots import breaks, domain
-from service.bases.refine import find_refinement, raise_knots
 from tests.spline_strategies import KnotVector, knot_vectors, random_points, random_weights
 
 seeds = st.integers(0, 10**6)

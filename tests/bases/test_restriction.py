@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from oracles.exact import curve_point, surface_point, to_exact_net
-from service.bases.restriction import restrict_to_cells, restriction_matrices
+from service.bases.polynomials import restrict_to_cells, restriction_matrices
 
 breaks_in_quarters = st.lists(st.integers(-20, 20), min_size=2, max_size=6, unique=True).map(
     lambda numbers: np.array(sorted(numbers)) / 4

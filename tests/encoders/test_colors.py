@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from service.encoders.colors import add_opacity, is_translucent, to_bytes
+from service.encoders.content import add_opacity, is_translucent, to_bytes
 from service.engine.scenes.colors import to_linear
 
 LINEAR = {

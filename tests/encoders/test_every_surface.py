@@ -23,9 +23,9 @@ from service.pipeline.mesh import keep_storable_channels, render
 from service.schemas.request import MeshRequest
 from service.schemas.validation import validate_document
 from service.surface.batches import TrianglePatches
+from service.surface.curve_model import SweepModel
 from service.surface.examples.catalogue import EXAMPLES
 from service.surface.lowered import GroupModel
-from service.surface.sweep_model import SweepModel
 from tests.clients.geomview import read_oogl
 from tests.clients.gltf_validator import list_issues
 from tests.forms import REQUESTS

@@ -1,8 +1,11 @@
 """Meshes of B-splines: seams, creases, discontinuous surfaces, parameters."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
+from oracles.splines import basis_values, to_fractions
 from service.bases import knots
 from service.bases.arrays import RealArray
 from service.engine.mesh.mesh_value import Mesh
@@ -108,11 +111,11 @@ def test_uvs_are_parameters_of_the_domain(weld: bool) -> None:
         assert len(np.unique(mesh.uvs[:, 1])) == 7
     assert np.isin([-1, 0.1, 0.7, 2], mesh.uvs[:, 0]).all()
     for (u, v), position in zip(mesh.uvs, mesh.positions, strict=True):
-        # The p + 1 basis functions that do not vanish in span s belong to the points s − p to s.
-        (s,), (basis_u,) = knots.evaluate_basis(vector, 2, [u])
-        (t,), (basis_v,) = knots.evaluate_basis(knots.uniform_knots(5, 3), 3, [v])
-        window = surface.control_net[s - 2 : s + 1, t - 3 : t + 1]
-        expected = np.einsum("i,j,ijd->d", basis_u, basis_v, window)
+        basis_u, basis_v = (
+            np.array(basis_values(to_fractions(each), degree, Fraction(t)), dtype=float)
+            for each, degree, t in ((vector, 2, u), (knots.uniform_knots(5, 3), 3, v))
+        )
+        expected = np.einsum("i,j,ijd->d", basis_u, basis_v, surface.control_net)
         np.testing.assert_allclose(position, expected, atol=1e-13)
 
 

@@ -18,7 +18,7 @@ from service.schemas.validation import parse_request
 from service.surface.bspline import BsplineSurface
 from service.surface.convert.operations import Elevate
 from service.surface.convert.table import convert
-from service.surface.examples.spline_shapes import CIRCLE
+from service.surface.examples.splines import CIRCLE
 
 WEIGHT = np.sqrt(0.5)
 """The weight of the corner between two points of a quarter circle."""

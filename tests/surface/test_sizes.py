@@ -16,12 +16,12 @@ from service.bases.arrays import FloatArray
 from service.schemas.kinds import KINDS
 from service.schemas.request import MeshRequest
 from service.surface.batches import TrianglePatches
+from service.surface.curve_model import SweepModel
 from service.surface.examples.catalogue import EXAMPLES, find
 from service.surface.group import GroupSurface
 from service.surface.kinds import Surface
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sizes import SurfaceKind
-from service.surface.sweep_model import SweepModel
 
 SERVICE = Path(__file__).parents[2] / "service"
 

@@ -36,10 +36,9 @@ from service.errors import SurfaceError
 from service.schemas.convert import ConvertRequest
 from service.schemas.curves import CurveRequest
 from service.schemas.document import DocumentBudget, DocumentLimits
-from service.schemas.points import PointsRequest
-from service.schemas.query import canonical_query, parse_mesh_query
+from service.schemas.queries import PointsRequest
+from service.schemas.query import canonical_query, document_from_query, parse_mesh_query
 from service.schemas.request import MeshRequest, SignRequest, SurfaceRequest
-from service.schemas.surface_query import document_from_query
 from service.schemas.validation import parse_request, validate_document
 from service.server.run import make_server
 from service.settings.values import Settings

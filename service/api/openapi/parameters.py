@@ -17,8 +17,7 @@ from service.decoders.registry import DECODERS
 from service.encoders.format import FileFormat
 from service.encoders.registry import FORMATS
 from service.schemas.options import MeshOptionFields
-from service.schemas.query import LIST_NAMES, MeshQuery
-from service.schemas.surface_query import FIELDS
+from service.schemas.query import FIELDS, LIST_NAMES, MeshQuery
 from service.surface.checks import MAX_DEGREE
 from service.surface.examples.catalogue import EXAMPLES
 from service.surface.knots import NAMED

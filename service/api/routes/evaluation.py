@@ -15,7 +15,7 @@ from service.pipeline.documents import plan_conversion
 from service.pipeline.points import plan_points
 from service.schemas.convert import ConvertRequest
 from service.schemas.curves import CurveRequest
-from service.schemas.points import PointsRequest
+from service.schemas.queries import PointsRequest
 from service.surface.convert.nets import SizeLimits
 
 

@@ -30,8 +30,8 @@ from service.api.record import Timing, record_of
 from service.api.responses import FileResponse, disposition, report_headers
 from service.api.services import ContextDep, Services
 from service.api.stored import content_id, exists, mesh_url, surface_of
-from service.encoders.arithmetic import describe_writer
 from service.encoders.format import Format
+from service.encoders.libraries import describe_writer
 from service.encoders.registry import FORMATS
 from service.pipeline.cost import Work, compression_cost
 from service.pipeline.mesh import plan_mesh, select_encode_options

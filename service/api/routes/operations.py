@@ -14,7 +14,7 @@ from service.api.observing.health import is_ready
 from service.api.openapi.parameters import Json
 from service.api.openapi.responses import error
 from service.api.responses import HEADERS, json_response
-from service.encoders.compression import list_compressions
+from service.encoders.libraries import list_compressions
 from service.encoders.registry import FORMATS
 from service.engine.mesh.report import ENGINE
 

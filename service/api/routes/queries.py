@@ -27,8 +27,7 @@ from service.pipeline.measure import plan_measure
 from service.pipeline.project import plan_project
 from service.pipeline.section import plan_sections
 from service.schemas.intersect import IntersectRequest
-from service.schemas.measure import MeasureRequest
-from service.schemas.project import ProjectRequest
+from service.schemas.queries import MeasureRequest, ProjectRequest
 
 
 class IntersectRoute(ArrayRoute):

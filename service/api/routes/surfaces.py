@@ -48,9 +48,9 @@ from service.errors import Issue, UnknownSurface
 from service.pipeline.documents import plan_definition
 from service.schemas.request import SignRequest, SurfaceRequest
 from service.storage.canonical import plan_content
+from service.surface.curve_model import SweepModel
 from service.surface.examples.catalogue import EXAMPLES, Example
 from service.surface.lowered import GroupModel, Model
-from service.surface.sweep_model import SweepModel
 
 
 class SurfaceRoute(BodyRoute):

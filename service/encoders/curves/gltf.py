@@ -21,7 +21,7 @@ from service.encoders.gltf.document import (
     write_gltf,
 )
 from service.encoders.gltf.glb import write_glb
-from service.encoders.gltf.materials import LINE_MATERIAL
+from service.encoders.gltf.primitives import LINE_MATERIAL
 from service.encoders.text import FLOAT64_CHARS, LONGEST_ESCAPE
 from service.engine.curves.polyline import Polyline
 

@@ -1,8 +1,13 @@
-"""Builds a glTF document from nodes, meshes and arrays, and writes it as one JSON text.
+"""Builds the glTF document of a mesh, and writes a document as one JSON text.
+
+The root node has the name of the mesh and, if z is up, the rotation from z up to y up. Below the
+root, every part with faces and every overlay is a named node with one mesh and with the local
+origin as its translation. Every attribute has a buffer view of its own, aligned to 4 bytes.
 
 References
 ----------
-Khronos, glTF 2.0 Specification: 3.2 asset, 3.5.3 transformations, 3.6.1 buffers, 3.12 extensions.
+Khronos, glTF 2.0 Specification: 3.2 asset, 3.5 nodes and transformations, 3.6.1 buffers, 3.12
+extensions.
 """
 
 import base64
@@ -11,11 +16,14 @@ from typing import TypeAlias
 
 from service.bases.arrays import FloatArray
 from service.bases.row_batches import row_runs
+from service.encoders.content import report_object
 from service.encoders.format import EncodeOptions
-from service.encoders.gltf import meshopt, quantized
+from service.encoders.gltf import meshopt
 from service.encoders.gltf.buffer import BufferBuilder, JsonObject, PackedBuffer
-from service.encoders.gltf.materials import LINE_MATERIAL, UNLIT
+from service.encoders.gltf.columns import QUANTIZATION, grid_transform
+from service.encoders.gltf.primitives import LINE_MATERIAL, UNLIT, build_drawables
 from service.encoders.text import json_text
+from service.engine.mesh.mesh_value import Mesh
 
 GENERATOR = "Surface Service"
 """The name of this program in a file. It has no version, because the bytes of a file may change
@@ -37,7 +45,7 @@ contain it, because JSON escapes quotation marks."""
 BASE64_STEP = 3 << 16
 """The number of bytes that are converted to base64 at once; a multiple of 3."""
 
-REQUIRED = frozenset({quantized.EXTENSION, meshopt.EXTENSION})
+REQUIRED = frozenset({QUANTIZATION, meshopt.EXTENSION})
 """The extensions without which a reader cannot read the file."""
 
 
@@ -57,7 +65,7 @@ def build_whole_document(
         meshopt.compress_buffer(buffer) if options.compression == "meshopt" else buffer.pack()
     )
     extensions = [UNLIT] if LINE_MATERIAL in arrays["materials"] else []
-    extensions += [quantized.EXTENSION] if buffer.is_quantized else []
+    extensions += [QUANTIZATION] if buffer.is_quantized else []
     extensions += packed_buffer.extensions
     document: JsonObject = {
         "asset": {
@@ -113,3 +121,52 @@ def _base64(chunks: Iterable[memoryview | bytes]) -> Iterator[bytes]:
             remainder = content[length:]
             yield base64.b64encode(content[:length])
     yield base64.b64encode(remainder)
+
+
+def encode_gltf(mesh: Mesh, options: EncodeOptions) -> bytes:
+    """The mesh as one glTF JSON document, which contains the buffer as base64.
+
+    Raises
+    ------
+    UnsupportedByFormat
+        The mesh has quads.
+    """
+    return write_gltf(*build_document(mesh, options))
+
+
+def node_transform(mesh: Mesh) -> JsonObject:
+    """The fields `translation` and `scale` of a node: from stored to model coordinates."""
+    if mesh.step:
+        return grid_transform(mesh)
+    return {"translation": mesh.origin.tolist()} if mesh.origin.any() else {}
+
+
+def build_document(mesh: Mesh, options: EncodeOptions) -> File:
+    """The glTF document of a mesh, and its buffer."""
+    buffer = BufferBuilder()
+    pairs = [(each, each.material()) for each in build_drawables(mesh, buffer, options)]
+    materials: list[JsonObject] = []
+    for _, material in pairs:
+        if material not in materials:
+            materials.append(material)
+    meshes: list[JsonObject] = [
+        {
+            "name": drawable.name,
+            "primitives": [drawable.primitive | {"material": materials.index(material)}],
+        }
+        for drawable, material in pairs
+    ]
+    transform = node_transform(mesh)
+    nodes = [{"name": m["name"], "mesh": k, **transform} for k, m in enumerate(meshes)]
+
+    root: JsonObject = {"name": mesh.name, "children": list(range(1, len(nodes) + 1))}
+    if mesh.up == "z":
+        root["rotation"] = Z_UP_TO_Y_UP
+    arrays: JsonObject = {
+        "nodes": [root, *nodes] if nodes else [],
+        "meshes": meshes,
+        "materials": materials,
+    }
+    return build_whole_document(
+        mesh.name, report_object(mesh.report, mesh.parts), arrays, buffer, options
+    )

@@ -21,14 +21,12 @@ from numpy.typing import NDArray
 
 from service.bases.arrays import Ints
 from service.bases.cache import derive_once
-from service.encoders.colors import is_translucent
-from service.encoders.content import find_nonempty, report_object
-from service.encoders.format import EncodeOptions
+from service.encoders.content import find_nonempty, is_translucent, report_object
+from service.encoders.format import Content, EncodeOptions, SplitContent
 from service.encoders.gltf.buffer import JsonObject, PackedBuffer
 from service.encoders.gltf.columns import Columns, build_plain_columns
-from service.encoders.gltf.mesh_document import build_document
+from service.encoders.gltf.document import build_document
 from service.encoders.gltf.primitives import split_parts
-from service.encoders.split_content import Content, SplitContent
 from service.encoders.text import json_text
 from service.engine.extent import is_moved
 from service.engine.mesh.mesh_value import Mesh

@@ -20,9 +20,14 @@ from service.bases.arrays import FloatArray
 from service.encoders.content import report_object
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf.buffer import BufferBuilder, JsonObject
-from service.encoders.gltf.document import Z_UP_TO_Y_UP, File, build_whole_document, write_gltf
+from service.encoders.gltf.document import (
+    Z_UP_TO_Y_UP,
+    File,
+    build_whole_document,
+    node_transform,
+    write_gltf,
+)
 from service.encoders.gltf.glb import write_glb
-from service.encoders.gltf.mesh_document import node_transform
 from service.encoders.gltf.primitives import Drawable, build_drawables
 from service.engine.scenes.scene import Scene, scene_parts
 from service.surface.lowered import Color, PlacedModel

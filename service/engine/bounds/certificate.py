@@ -43,8 +43,7 @@ from itertools import pairwise
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.row_batches import row_slices
-from service.bases.unique_rows import unique_values
+from service.bases.row_batches import row_slices, unique_values
 from service.engine.bounds.clip import Parts, PatchPieces, clip_parts, find_images
 from service.engine.bounds.degree_reduction import DIRECT, sort_by_box
 from service.engine.bounds.faces import SPAN, Faces

@@ -43,10 +43,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import FloatArray
 from service.bases.cache import PLANS
-from service.bases.homogeneous import to_homogeneous
-from service.bases.restriction import restriction_matrices
+from service.bases.polynomials import restriction_matrices
 from service.bases.row_batches import row_slices
 from service.engine.evaluation.triangle_nets import partial_nets
 from service.surface.batches import Patches, TensorPatches, TrianglePatches

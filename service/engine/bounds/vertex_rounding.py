@@ -18,9 +18,9 @@ from typing import NamedTuple
 import numpy as np
 
 from service.bases import triangle, triangle_basis
+from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import FloatArray, RealArray
 from service.bases.bernstein import sample_basis
-from service.bases.homogeneous import to_homogeneous
 from service.bases.row_batches import row_slices
 from service.engine.connectivity.connectivity import SAME_WEIGHT
 from service.engine.connectivity.degree_matching import SAME_CURVE

@@ -18,7 +18,7 @@ from service.engine.nets.partials import net_partials
 from service.engine.nets.query_nets import LocalPoints, QueryNets, curve_nets, surface_nets
 from service.engine.signs.signs import WELD_TOLERANCE, compute_signs
 from service.engine.vectors import cross, dot, length
-from service.surface.curve_pieces import CurvePieces, to_space
+from service.surface.curve_model import CurvePieces, to_space
 from service.surface.lowered import PatchModel
 
 Columns: TypeAlias = dict[str, NDArray[Any]]

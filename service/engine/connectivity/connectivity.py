@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.bases.arrays import Bools, Ints
-from service.bases.unique_rows import unique_rows
+from service.bases.row_batches import unique_rows
 from service.surface.batches import Patches, TrianglePatches
 from service.surface.sides import BEGINS, ENDS
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from service.bases import triangle
 from service.bases.arrays import FloatArray, Ints
-from service.bases.unique_rows import find_first_rows
+from service.bases.row_batches import find_first_rows
 from service.engine.connectivity.connectivity import SAME_WEIGHT, Connectivity
 from service.engine.connectivity.degree_matching import find_candidates
 from service.engine.connectivity.edges import EdgeCurves, orient_edges

@@ -11,10 +11,10 @@ from types import MappingProxyType
 
 import numpy as np
 
+from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import sample_basis
 from service.bases.cache import PLANS
-from service.bases.homogeneous import to_homogeneous
 from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.options import Method
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.bases.unique_rows import unique_rows
+from service.bases.row_batches import unique_rows
 from service.engine.options import MAX_WELD_TOLERANCE
 from service.surface.lowered import PatchModel
 

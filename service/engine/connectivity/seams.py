@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.unique_rows import find_first_rows, unique_rows
+from service.bases.row_batches import find_first_rows, unique_rows
 from service.cancellation import checkpoint
 from service.engine.clustering import find_leaders
 from service.engine.connectivity.connectivity import SAME_WEIGHT, Connectivity

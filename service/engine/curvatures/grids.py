@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases import triangle, triangle_basis
+from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import sample_basis, sample_basis_columns, sample_grid_basis
-from service.bases.homogeneous import to_homogeneous
 from service.bases.row_batches import row_runs
 from service.engine.curvatures.forms import Planes, find_squared_norm
 from service.engine.evaluation.evaluate import choose_formulation

@@ -12,8 +12,8 @@ from typing import TypeVar
 import numpy as np
 
 from service.bases.arrays import FloatArray
+from service.surface.curve_model import SweepModel
 from service.surface.lowered import GroupModel, Model, PatchModel
-from service.surface.sweep_model import SweepModel
 
 EQUAL_SCALINGS = 1e-10
 """The largest relative difference of two scalings that count as equal."""

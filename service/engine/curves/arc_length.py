@@ -13,7 +13,7 @@ from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import bernstein
 from service.engine.curves.evaluation import CHUNK, CurveSamples
 from service.engine.vectors import UNIT, length
-from service.surface.curve_pieces import CurvePieces
+from service.surface.curve_model import CurvePieces
 
 COARSE, FINE = (leggauss(count) for count in (6, 12))
 """Nodes and weights over [−1, 1] of two rules. If both rules give nearly the same integral, the

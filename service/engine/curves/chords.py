@@ -7,14 +7,14 @@ is larger than the rounding errors; the service refuses smaller tolerances.
 
 import numpy as np
 
+from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import FloatArray, RealArray
-from service.bases.homogeneous import to_homogeneous
 from service.bases.row_batches import row_slices
 from service.engine.bounds.chords import bound_chord_deviations, halve, project_nets
 from service.engine.curves.evaluation import CurveSamples
 from service.engine.vectors import UNIT
 from service.errors import InvalidRequest, Issue, TooLarge, count_nouns
-from service.surface.curve_pieces import CurvePieces
+from service.surface.curve_model import CurvePieces
 
 MAX_HALVINGS = 48
 """The most halvings of a piece: up to 48, parameters remain exact in float64. By the bound above,

@@ -13,7 +13,7 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import bernstein
 from service.bases.row_batches import row_slices
 from service.engine.extent import find_unit_scales
-from service.surface.curve_pieces import CurvePieces
+from service.surface.curve_model import CurvePieces
 
 CHUNK = 1 << 18
 """The most numbers in the work arrays of one chunk."""

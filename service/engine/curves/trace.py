@@ -16,7 +16,7 @@ from service.engine.curves.evaluation import CurveSamples, evaluate_positions, e
 from service.engine.curves.options import CurveOptions
 from service.engine.curves.polyline import Polyline, PolylineReport
 from service.engine.extent import choose_origin, find_extent
-from service.surface.curve_pieces import CurvePieces
+from service.surface.curve_model import CurvePieces
 
 
 def choose_samples(

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.bases import triangle_basis
+from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import Bools, FloatArray
-from service.bases.homogeneous import to_homogeneous
 from service.bases.row_batches import row_slices
 from service.engine.evaluation.degenerate import VANISHING
 from service.engine.evaluation.normals import unit_normals

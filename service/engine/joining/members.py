@@ -18,8 +18,8 @@ from service.engine.joining.composing import compose
 from service.engine.joining.join import Allow, allow_any, join, join_each
 from service.engine.joining.neighbours import find_neighbours
 from service.engine.options import MeshOptions
+from service.surface.curve_model import SweepModel
 from service.surface.lowered import GroupModel, Part, PatchModel, PlacedModel
-from service.surface.sweep_model import SweepModel
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ stay two points, and points that differ from an end by rounding alone form a gro
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.unique_rows import unique_rows
+from service.bases.row_batches import unique_rows
 from service.engine.connectivity.equal_points import find_possible_neighbours
 
 MAX_ROUNDS = 8

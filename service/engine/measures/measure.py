@@ -9,8 +9,8 @@ lowering, placing and joining (`local_nets`, `solids`).
 
 import numpy as np
 
+from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import Ints
-from service.bases.homogeneous import to_homogeneous
 from service.engine.connectivity.orientation import OrientedSides, orient_sides
 from service.engine.joining.join import Allow, allow_any
 from service.engine.measures.boundaries import join_open_sides

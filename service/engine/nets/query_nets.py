@@ -32,11 +32,11 @@ from math import frexp, ldexp
 import numpy as np
 
 from service.bases import triangle
+from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import FloatArray, Ints
-from service.bases.homogeneous import to_homogeneous
 from service.bases.triangle_polynomials import tensor_net
 from service.surface.batches import Patches, TrianglePatches
-from service.surface.curve_pieces import CurvePieces
+from service.surface.curve_model import CurvePieces
 
 _A, _B, _C = np.eye(3)
 _CENTROID = (_A + _B + _C) / 3

@@ -14,7 +14,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, Ints
 from service.bases.cache import MESH_PLANS
-from service.bases.unique_rows import unique_rows
+from service.bases.row_batches import unique_rows
 from service.engine.connectivity.connectivity import Connectivity
 from service.engine.plans.creases import Averages
 from service.engine.plans.patterns import AnyShape, Shape, TriangleShape

@@ -8,8 +8,8 @@ which are computed on the same surface as a tensor-product patch.
 import numpy as np
 
 from service.bases import triangle_basis
+from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import FloatArray, Ints
-from service.bases.homogeneous import to_homogeneous
 from service.engine.evaluation.nets import PARTIALS, DerivativeNets
 from service.engine.evaluation.triangle_nets import partial_nets, to_barycentric
 from service.engine.evaluation.triangle_normals import normals_at, tensor_u, triangles_of_samples

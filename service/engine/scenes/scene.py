@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from service.bases.arrays import FloatArray, IndexArray, RealArray
-from service.bases.unique_rows import unique_rows
+from service.bases.row_batches import unique_rows
 from service.engine.curvatures.ranges import round_ranges
 from service.engine.extent import choose_origin, find_extent
 from service.engine.mesh.mesh_value import Mesh, MeshPart

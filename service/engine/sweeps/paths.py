@@ -18,7 +18,7 @@ from service.engine.curves.arc_length import Speeds, arc_lengths
 from service.engine.curves.evaluation import CurveSamples, evaluate_positions, evaluate_tangents
 from service.engine.sweeps.frames import find_perpendicular
 from service.engine.vectors import dot
-from service.surface.curve_pieces import CurvePieces, to_space
+from service.surface.curve_model import CurvePieces, to_space
 
 MAX_MITRE_TURN = radians(90)
 """The largest turn at a mitred corner. In the plane of the corner a tube is 1 / cos(half the turn)

@@ -10,7 +10,7 @@ from service.engine.sweeps.paths import Paths, bound_station_count, build_path
 from service.engine.sweeps.profiles import build_ribbons, build_tubes
 from service.engine.sweeps.rows import SweptGrids
 from service.engine.sweeps.swept_mesh import build_swept_mesh
-from service.surface.sweep_model import Ribbon, SweepModel, Tube
+from service.surface.curve_model import Ribbon, SweepModel, Tube
 
 MAX_SLOPE = 1e6
 """The largest derivative of the radius by the length. A steeper tube counts as a step, with a

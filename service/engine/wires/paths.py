@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.unique_rows import unique_rows
+from service.bases.row_batches import unique_rows
 from service.engine.clustering import find_leaders
 from service.engine.points.differential import evaluate_jets
 from service.engine.points.triangle_differential import evaluate_triangle_jets

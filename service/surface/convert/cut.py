@@ -13,6 +13,7 @@ from service.errors import InvalidRequest, Issue, format_number
 from service.surface.bezier import BezierSurface
 from service.surface.convert.elevate import elevate_nets, elevate_triangle_nets
 from service.surface.convert.nets import (
+    Batch,
     SizeLimits,
     add_batch_axis,
     apply_along,
@@ -23,9 +24,9 @@ from service.surface.convert.nets import (
     move_axis,
     require_patch,
     require_triangle,
+    share_vertices,
 )
 from service.surface.convert.operations import Interval, Restrict, Split, ToTriangle
-from service.surface.convert.sharing import Batch, share_vertices
 from service.surface.patches import PatchSurface
 from service.surface.triangle import TriangleSurface
 

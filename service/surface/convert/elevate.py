@@ -9,19 +9,20 @@ import numpy as np
 from service.bases import polynomials, triangle, triangle_polynomials
 from service.bases.arrays import FloatArray
 from service.bases.polynomials import Net
-from service.bases.unique_rows import unique_rows
+from service.bases.row_batches import unique_rows
 from service.errors import InvalidRequest, Issue
 from service.surface.bezier import BezierSurface
 from service.surface.convert.nets import (
+    Batch,
     SizeLimits,
     apply_along,
     check_count,
     check_degree,
     count_channel_numbers,
+    share_vertices,
 )
 from service.surface.convert.operations import Elevate, degree_pointer
 from service.surface.convert.seams import match_shared_edges
-from service.surface.convert.sharing import Batch, share_vertices
 from service.surface.patches import PatchSurface
 from service.surface.sides import take_side
 from service.surface.triangle import TriangleSurface

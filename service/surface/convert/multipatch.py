@@ -11,9 +11,15 @@ from service.bases.arrays import FloatArray
 from service.bases.triangle import degree_of
 from service.surface.bspline import BsplineSurface
 from service.surface.convert.elevate import elevate_nets, elevate_triangle_nets
-from service.surface.convert.nets import SizeLimits, add_batch_axis, check_count, map_channels
+from service.surface.convert.nets import (
+    Batch,
+    SizeLimits,
+    add_batch_axis,
+    check_count,
+    map_channels,
+    share_vertices,
+)
 from service.surface.convert.operations import Operation, ToBezier
-from service.surface.convert.sharing import Batch, share_vertices
 from service.surface.convert.spline import bezier_of_spline
 from service.surface.grids import group_by_degree
 from service.surface.multipatch import MultipatchSurface, Single

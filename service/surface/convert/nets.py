@@ -1,18 +1,24 @@
-"""Helpers of the conversions: nets along an axis, surfaces of one patch, limits of size."""
+"""Helpers of the conversions: nets along an axis, surfaces of one patch, limits of size, sharing.
 
-from collections.abc import Callable
+A surface of patches is made from control nets: equal control points become one vertex.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
-from service.bases.arrays import FloatArray
+from service.bases.arrays import FloatArray, Ints
 from service.bases.polynomials import Net
+from service.bases.row_batches import find_first_rows
 from service.errors import InvalidRequest, Issue, TooLarge, count_nouns
 from service.surface.bezier import BezierSurface
-from service.surface.channels import MAX_NUMBERS, Channels
-from service.surface.checks import MAX_DEGREE
-from service.surface.patches import PatchSurface
+from service.surface.channels import MAX_NUMBERS, NO_CHANNELS, Channels
+from service.surface.checks import MAX_DEGREE, Up
+from service.surface.grids import NO_GRIDS, PartMembers
+from service.surface.patches import NO_TRIANGLES, PatchSurface
 from service.surface.triangle import TriangleSurface
 
 NetChange: TypeAlias = Callable[[Net], Net]
@@ -133,3 +139,106 @@ def check_degree(degree: int, allowed: SizeLimits, where: str = "") -> None:
                 f"degrees up to {allowed.degree}",
             )
         )
+
+
+class Batch(NamedTuple):
+    """The nets of P patches of one degree, and the nets of their channels in the same degree.
+
+    `net` has points of shape (P, p+1, q+1, 3) for grids, or (P, (n+1)(n+2)/2, 3) for triangles.
+    Its weights, or None, have the same shape without the last axis. The nets of channels differ
+    from the points only in the last axis.
+
+    A batch may begin as one patch, without the axis of patches and with channels of other degrees,
+    if a function that adds the axis and elevates the nets is then applied to it.
+    """
+
+    net: Net
+    channels: Channels = NO_CHANNELS
+
+    @staticmethod
+    def from_surface(surface: PatchSurface, indices: NDArray[np.int64]) -> "Batch":
+        """The nets of some patches of a surface: of grids of one degree, or of triangles.
+
+        `indices` are the vertex indices of these patches, with the patches along axis 0.
+        """
+        weights = None if surface.weights is None else surface.weights[indices]
+        channels = map_channels(surface.channels, lambda values: values[indices])
+        return Batch((surface.vertices[indices], weights), channels)
+
+    @staticmethod
+    def join(batches: Sequence["Batch"], numbers: Sequence[Ints]) -> "Batch":
+        """Join batches of one degree.
+
+        `numbers` has, for each batch, the numbers of its patches in the joined batch.
+        """
+        if len(batches) == 1:
+            return batches[0]
+        order = np.argsort(np.concatenate(numbers))
+
+        def join(arrays: Iterable[FloatArray]) -> FloatArray:
+            return np.concatenate(list(arrays))[order]
+
+        first_batch = batches[0]
+        # Every batch has the same channels, in the same order.
+        nets_of_batches = [iter([net for *_, net in batch.channels.each()]) for batch in batches]
+        channels = map_channels(
+            first_batch.channels, lambda _: join(next(nets) for nets in nets_of_batches)
+        )
+        weights = None
+        if first_batch.net[1] is not None:
+            weights = join(batch.net[1] for batch in batches if batch.net[1] is not None)
+        return Batch((join(batch.net[0] for batch in batches), weights), channels)
+
+    def apply(self, change: NetChange) -> "Batch":
+        """The batch after `change` was applied to its nets and to the nets of its channels."""
+        return Batch(
+            change(self.net), map_channels(self.channels, lambda values: change((values, None))[0])
+        )
+
+    @property
+    def columns(self) -> list[FloatArray]:
+        """Positions, channels and weights, each as an array of one row for each control point."""
+        points, weights = self.net
+        count = points.size // 3
+        values = [points, *(net for _, _, _, net in self.channels.each())]
+        values += [] if weights is None else [weights]
+        return [value.reshape(count, -1) for value in values]
+
+
+def share_vertices(
+    grids: Batch | None,
+    triangles: Batch | None = None,
+    parts: PartMembers = (),
+    up: Up = "y",
+    name: str = "surface",
+) -> PatchSurface:
+    """A surface of patches in which equal control points are one vertex.
+
+    Control points are equal if their position, weight and channels are equal. Vertices are numbered
+    in the order in which they first occur, vertices of grids before vertices of triangles.
+    """
+    batches = [batch for batch in (grids, triangles) if batch is not None]
+    columns = [np.concatenate(arrays) for arrays in zip(*(b.columns for b in batches), strict=True)]
+    rows = np.concatenate(columns, axis=1) + 0.0  # −0 becomes 0
+    first, indices = find_first_rows(rows)
+    # Positions, channels and weights of the vertices: `next` takes them in the order of
+    # `Batch.columns`.
+    vertex_columns = iter([column[first] for column in columns])
+    # `indices` has first the control points of the grids, then those of the triangles.
+    grid_count = 0 if grids is None else grids.net[0].size // 3
+    return PatchSurface(
+        vertices=next(vertex_columns),
+        channels=map_channels(batches[0].channels, lambda _: next(vertex_columns)),
+        weights=None if batches[0].net[1] is None else next(vertex_columns)[:, 0],
+        patches=(
+            NO_GRIDS if grids is None else indices[:grid_count].reshape(grids.net[0].shape[:-1])
+        ),
+        triangles=(
+            NO_TRIANGLES
+            if triangles is None
+            else indices[grid_count:].reshape(triangles.net[0].shape[:-1])
+        ),
+        parts=parts,
+        up=up,
+        name=name,
+    )

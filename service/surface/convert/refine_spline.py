@@ -14,9 +14,9 @@ from service.bases import knots as knot
 from service.bases import polynomials
 from service.bases.affine_combination import combine
 from service.bases.arrays import FloatArray, Ints
+from service.bases.blossoms import find_refinement, raise_knots
 from service.bases.extraction import SAME_SHARE
 from service.bases.polynomials import Net
-from service.bases.refine import find_refinement, raise_knots
 from service.errors import InvalidRequest, Issue, TooLarge
 from service.surface.bspline import BsplineSurface
 from service.surface.checks import MAX_DEGREE

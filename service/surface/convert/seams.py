@@ -12,8 +12,8 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.polynomials import Net
+from service.bases.row_batches import unique_rows
 from service.bases.triangle import degree_of, side_rows
-from service.bases.unique_rows import unique_rows
 from service.surface.sides import take_side
 
 SAME_WEIGHT = 2.0**-44

@@ -11,11 +11,13 @@ from service.surface.bspline import BsplineSurface
 from service.surface.convert.cut import barycentric_issue, check_inside, check_within
 from service.surface.convert.elevate import check_degrees, elevate_nets
 from service.surface.convert.nets import (
+    Batch,
     SizeLimits,
     check_count,
     check_degree,
     count_channel_numbers,
     map_channels,
+    share_vertices,
 )
 from service.surface.convert.operations import (
     Elevate,
@@ -34,7 +36,6 @@ from service.surface.convert.refine_spline import (
     refine_over,
     snap_to_knot,
 )
-from service.surface.convert.sharing import Batch, share_vertices
 from service.surface.group import GroupSurface, Member
 from service.surface.knots import find_least_span
 from service.surface.patches import PatchSurface

@@ -44,7 +44,7 @@ def cup() -> PatchSurface:
     """A cup of radius 1 and height 1, with a handle at y > 0."""
     outside = revolve([(0.0, 0.0, 1.0), (1.0, 0.0, 1.0), (1.0, 1.0, 1.0)])
     inside = revolve([(1.0, 1.0, 1.0), (0.94, 0.07, 1.0), (0.0, 0.07, 1.0)])
-    return assemble("cup", [("cup", outside + inside), ("handle", _handle(0.25, 0.05))])
+    return assemble("cup", {"cup": outside + inside, "handle": _handle(0.25, 0.05)})
 
 
 def _handle(radius: float, thickness: float) -> list[Patch]:

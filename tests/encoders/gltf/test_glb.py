@@ -6,9 +6,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from service.encoders.format import EncodeOptions
+from service.encoders.format import EncodeOptions, SplitContent
 from service.encoders.gltf.glb import PLACEHOLDER, encode_glb
-from service.encoders.split_content import SplitContent
 from service.engine.build import build
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions

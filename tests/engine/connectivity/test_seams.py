@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from oracles.deviation import measure_surface_to_mesh
 from oracles.sheets import build_bezier_sheet
-from service.bases.unique_rows import unique_rows
+from service.bases.row_batches import unique_rows
 from service.engine.connectivity.seams import find_seams
 from service.engine.mesh.mesh_value import Mesh
 from service.surface.batches import TensorPatches

@@ -18,7 +18,7 @@ from service.engine.curves.polyline import Polyline
 from service.engine.curves.trace import choose_samples, trace_curve
 from service.errors import InvalidRequest, TooLarge
 from service.surface.curve import BezierCurve, BsplineCurve, Curve
-from service.surface.curve_pieces import CurvePieces
+from service.surface.curve_model import CurvePieces
 
 ROOT = math.sqrt(0.5)
 QUARTER = BezierCurve(np.array([[1.0, 0], [1, 1], [0, 1]]), np.array([1, ROOT, 1]))

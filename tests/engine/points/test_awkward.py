@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.encoders import json_points
+from service.encoders.json_mesh import points_bound
+from service.encoders.text import json_document
 from service.engine.points.evaluate import evaluate_points
 from service.engine.points.places import PointsQuery, locate
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
@@ -32,8 +33,8 @@ def check_columns(model: PatchModel, query: PointsQuery) -> dict[str, Any]:
     result = evaluate_points(model, locate(model, query), query.order)
     assert np.isfinite(result["positions"]).all()
     np.testing.assert_allclose(np.linalg.norm(result["normals"], axis=1), 1, atol=1e-12)
-    content = json_points.encode(result)
-    assert len(content) <= json_points.byte_bound(len(query.places), query.order)
+    content = json_document(result)
+    assert len(content) <= points_bound(len(query.places), query.order)
     columns: dict[str, Any] = orjson.loads(content)
     assert set(columns) == set(result)
     return columns

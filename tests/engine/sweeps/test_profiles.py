@@ -14,7 +14,7 @@ from service.engine.sweeps.profiles import build_ribbons, build_tubes
 from service.engine.sweeps.rows import SweptGrids
 from service.engine.sweeps.swept_mesh import build_swept_mesh
 from service.surface.curve import BezierCurve
-from service.surface.curve_pieces import CurvePieces
+from service.surface.curve_model import CurvePieces
 
 ARCH = [[0, 0, 0], [1, 1, 0], [0, 1, 1], [1, 0, 3]]
 CUSP = [[0, 0, 0], [1, 1, 0], [0, 1, 0], [1, 0, 0]]

@@ -15,7 +15,7 @@ from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import Faces, MeshOptions
 from service.engine.sweeps.sweep import predict_sweep
 from service.surface.curve import BezierCurve, BsplineCurve, Curve
-from service.surface.examples.swept_shapes import curl, streamer, trefoil
+from service.surface.examples.splines import curl, streamer, trefoil
 from service.surface.sweeps import RibbonSurface, TubeSurface
 
 

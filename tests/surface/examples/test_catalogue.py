@@ -8,7 +8,7 @@ from service.engine.options import MeshOptions
 from service.engine.tessellate import tessellate
 from service.errors import UnknownSurface
 from service.surface.examples.catalogue import EXAMPLES, find
-from service.surface.examples.colored import COLD, HOT
+from service.surface.examples.patches import COLD, HOT
 from tools.examples import lower_patches
 
 PATCHES = {

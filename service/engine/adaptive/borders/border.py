@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.row_batches import expand_runs
-from service.bases.unique_rows import unique_values
+from service.bases.row_batches import expand_runs, unique_values
 from service.engine.adaptive.borders.chains import find_chains
 from service.engine.adaptive.borders.curves import SideNormals
 from service.engine.adaptive.borders.division import divide_chains

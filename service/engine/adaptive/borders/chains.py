@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, Ints
-from service.bases.row_batches import expand_runs
-from service.bases.unique_rows import unique_rows, unique_values
+from service.bases.row_batches import expand_runs, unique_rows, unique_values
 from service.engine.bounds.faces import Faces
 from service.engine.connectivity.seams import Seams
 from service.surface.sides import BEGINS, ENDS

@@ -10,10 +10,9 @@ from itertools import pairwise
 
 import numpy as np
 
+from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.homogeneous import to_homogeneous
-from service.bases.row_batches import expand_runs
-from service.bases.unique_rows import unique_rows
+from service.bases.row_batches import expand_runs, unique_rows
 from service.engine.adaptive.borders.chains import Chains
 from service.engine.adaptive.borders.curve_shapes import bound_net_rounding
 from service.engine.bounds.faces import SPAN

@@ -18,8 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, Ints
-from service.bases.row_batches import expand_runs
-from service.bases.unique_rows import unique_values
+from service.bases.row_batches import expand_runs, unique_values
 from service.engine.adaptive.borders.border import BorderPlaces
 from service.engine.adaptive.cutting.cells import Cells, Leaves
 from service.engine.adaptive.limits import build_depth_error

@@ -2,7 +2,7 @@
 
 BLAS and NumPy add numbers in an order that suits the processor, and rounding depends on the order.
 So two machines may compute meshes of the same surface that differ in some last digits. Both meshes
-are valid.
+are valid. Which kinds of compression the service has depends on the installed libraries, too.
 """
 
 import platform
@@ -11,8 +11,21 @@ from functools import cache
 import numpy as np
 from threadpoolctl import threadpool_info
 
-from service.encoders.compression import find_version
 from service.encoders.format import Compression
+from service.encoders.gltf import meshopt
+
+
+def list_compressions() -> tuple[Compression, ...]:
+    """The kinds of compression whose library is installed, without `none`."""
+    return ("meshopt",) if meshopt.is_available() else ()
+
+
+def find_version(compression: Compression) -> str:
+    """The name and version of the library of a compression; "" for `none`.
+
+    Another version may compress the same content to other bytes.
+    """
+    return f"meshopt {meshopt.library_version()}" if compression == "meshopt" else ""
 
 
 def describe_writer(compression: Compression) -> str:

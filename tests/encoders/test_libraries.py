@@ -12,7 +12,7 @@ from tools.programs import run_python
 OLD_CORES = {"x86_64": ("Prescott", "Nehalem"), "aarch64": ("ARMV8", "NEOVERSEN1")}
 """Two processors whose code in OpenBLAS runs on all processors of the same architecture."""
 
-PROGRAM = "from service.encoders.arithmetic import describe_platform; print(describe_platform())"
+PROGRAM = "from service.encoders.libraries import describe_platform; print(describe_platform())"
 
 
 def describe_with_core(core: str) -> str:
