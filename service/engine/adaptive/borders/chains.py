@@ -1,6 +1,7 @@
 """Chains: edges along the sides of faces that are divided together, as one curve."""
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
@@ -67,23 +68,6 @@ class _Steps:
     end: Ints
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class _ChainRuns:
-    """K distinct chains of one length n, and the runs along them.
-
-    `steps` (K, n) has the rows of `_Steps` along each chain, from its first edge to its last;
-    `turned` (K,) marks chains that run against the sides of these rows; `side`, `first`, `chain`
-    and `reversed` are those of `Chains`.
-    """
-
-    steps: Ints
-    turned: Bools
-    side: Ints
-    first: Ints
-    chain: Ints
-    reversed: Bools
-
-
 def find_chains(faces: Faces, seams: Seams) -> Chains:
     """The chains of the sides of all faces.
 
@@ -100,7 +84,7 @@ def find_chains(faces: Faces, seams: Seams) -> Chains:
         degree[group.ids] = group.points.shape[1] - 1
     along, against = _number_steps(steps, seams, count[steps.side] > 1)
     single = np.ones(len(steps.edge), dtype=bool)
-    groups: list[_ChainRuns] = []
+    groups: list[_ChainGroup] = []
     # Sides of several edges, by their numbers of edges.
     for length in (np.bincount(count)[2:].nonzero()[0] + 2).tolist():
         sides = (count == length).nonzero()[0]
@@ -118,11 +102,12 @@ def find_chains(faces: Faces, seams: Seams) -> Chains:
         chosen = first[is_chain]
         leaders = np.where(turned[chosen, None], rows[chosen, ::-1], rows[chosen])
         chain = (np.cumsum(is_chain) - 1)[number[is_alike]]
-        side = steps.side[rows[is_alike, 0]]
-        groups.append(
-            _ChainRuns(leaders, turned[chosen], side, np.zeros_like(side), chain, turned[is_alike])
-        )
-    return _join_chains(steps, [_list_single_chains(steps, single), *groups])
+        groups.append((leaders, turned[chosen], rows[is_alike, 0], chain, turned[is_alike]))
+    # All other edges, each a chain of its own, in its own direction.
+    rows = single.nonzero()[0]
+    first, chain = unique_values(steps.edge[rows])
+    turned = steps.backward[rows]
+    return _join_chains(steps, [(rows[first, None], turned[first], rows, chain, turned), *groups])
 
 
 def _list_steps(faces: Faces, seams: Seams) -> _Steps:
@@ -180,45 +165,35 @@ def _is_before(rows: Ints, others: Ints) -> Bools:
     return before
 
 
-def _list_single_chains(steps: _Steps, single: Bools) -> _ChainRuns:
-    """Edges as separate chains, in their directions."""
-    rows = single.nonzero()[0]
-    first, chain = unique_values(steps.edge[rows])
-    leaders, turned = rows[first], steps.backward[rows]
-    return _ChainRuns(
-        leaders[:, None], turned[first], steps.side[rows], steps.span[rows], chain, turned
-    )
+_ChainGroup: TypeAlias = tuple[Ints, Bools, Ints, Ints, Bools]
+"""K chains of n edges, and their runs, by rows of `_Steps`: the rows (K, n) along each chain, from
+its first edge to its last; whether a chain runs against the sides of these rows; and for each run
+the row at which it begins on its side, its chain, and whether it begins at the end of the chain."""
 
 
-def _join_chains(steps: _Steps, groups: list[_ChainRuns]) -> Chains:
+def _join_chains(steps: _Steps, groups: list[_ChainGroup]) -> Chains:
     """All chains in one list, and all runs in the order of their sides."""
-    edges, backward, corners, chain = [], [], [], []
-    length = np.repeat(
-        [runs.steps.shape[1] for runs in groups], [len(runs.steps) for runs in groups]
-    )
-    count = 0
-    for runs in groups:
-        against = runs.turned[:, None]
-        begin = np.where(against, steps.end[runs.steps], steps.begin[runs.steps])
-        last = runs.steps[:, -1:]
-        end = np.where(against, steps.begin[last], steps.end[last])
-        edges.append(steps.edge[runs.steps].ravel())
-        backward.append((steps.backward[runs.steps] ^ against).ravel())
-        corners.append(np.concatenate([begin, end], axis=1).ravel())
-        chain.append(runs.chain + count)
-        count += len(runs.steps)
-    side, first, turned = (
-        np.concatenate([getattr(runs, name) for runs in groups])
-        for name in ("side", "first", "reversed")
-    )
-    order = np.lexsort((first, side))
+    leaders, turned, rows, chains, is_reversed = zip(*groups, strict=True)
+    counts = [len(group) for group in leaders]
+    length = np.repeat([group.shape[1] for group in leaders], counts)
+    start = np.concatenate([[0], np.cumsum(length)]).astype(np.intp)
+    step = np.concatenate([group.ravel() for group in leaders])
+    against = np.concatenate(turned).repeat(length)
+    # The corners at which the edges begin, with the end of each chain after its last edge.
+    begin = np.where(against, steps.end[step], steps.begin[step])
+    end = np.where(against, steps.begin[step], steps.end[step])
+    corner = np.insert(begin, start[1:], end[start[1:] - 1])
+    chain = np.concatenate(chains)
+    chain += np.repeat(np.cumsum(counts) - counts, [len(group) for group in chains])
+    row = np.concatenate(rows)  # steps are in the order of their sides
+    order = row.argsort()
     return Chains(
-        np.concatenate([[0], np.cumsum(length)]).astype(np.intp),
-        np.concatenate(edges),
-        np.concatenate(backward),
-        np.concatenate(corners),
-        side[order],
-        first[order],
-        np.concatenate(chain)[order],
-        turned[order],
+        start,
+        steps.edge[step],
+        steps.backward[step] ^ against,
+        corner,
+        steps.side[row[order]],
+        steps.span[row[order]],
+        chain[order],
+        np.concatenate(is_reversed)[order],
     )
