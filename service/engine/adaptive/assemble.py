@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from service.bases.arrays import FloatArray, IndexArray, Ints
+from service.bases.unique_rows import unique_values
 from service.engine.adaptive.borders.border import Border
 from service.engine.adaptive.samples import (
     PatchPlaces,
@@ -211,20 +212,13 @@ def _draw_control_net(model: PatchModel, storage: Storage, origin: FloatArray) -
 
 def _draw_sides(border: Border, storage: Storage, origin: FloatArray) -> Overlay:
     """All sides of faces as lines through vertices of the mesh; a shared side occurs once."""
-    ends = _list_segments(border)
-    used, number = np.unique(ends, return_inverse=True)
-    segments = number.reshape(-1, 2).astype(np.uint32)
-    return Overlay("boundary", storage.store_positions(border.points[used], origin), segments)
-
-
-def _list_segments(border: Border) -> Ints:
-    """Pairs (L, 2) of neighbouring vertices on the sides, each pair once, in order of sides."""
-    has_next = np.ones(len(border.vertex), dtype=bool)
+    has_next = np.ones(len(border.at), dtype=bool)
     has_next[border.start[1:] - 1] = False
     begin = has_next.nonzero()[0]
-    pairs = np.stack([border.vertex[begin], border.vertex[begin + 1]], axis=1)
-    pairs = pairs[pairs[:, 0] != pairs[:, 1]]
-    pairs.sort(axis=1)
-    _, first = np.unique(pairs[:, 0] * (len(border.points) + 1) + pairs[:, 1], return_index=True)
-    distinct: Ints = pairs[np.sort(first)]
-    return distinct
+    ends = np.sort(np.stack([border.vertex[begin], border.vertex[begin + 1]], axis=1), axis=1)
+    ends = ends[ends[:, 0] != ends[:, 1]]
+    # Each segment once, in the order in which they occur first.
+    first, _ = unique_values(ends[:, 0] * (len(border.points) + 1) + ends[:, 1])
+    used, number = np.unique(ends[np.sort(first)], return_inverse=True)
+    segments = number.reshape(-1, 2).astype(np.uint32)
+    return Overlay("boundary", storage.store_positions(border.points[used], origin), segments)

@@ -52,9 +52,10 @@ def build_triangles(
     """
     corners, leaf = _triangulate_leaves(boundaries, leaves, points, selected)
     none = np.full(len(leaf), -1)
-    if not len(boundaries.segment):
+    rows = segments[boundaries.segment].nonzero()[0]  # lifted corners of these strips
+    if not len(rows):
         return TriangleRows(corners, leaf, none, none)
-    strips = _triangulate_strips(boundaries, segments[boundaries.segment].nonzero()[0])
+    strips = _triangulate_strips(boundaries, rows)
     return TriangleRows(
         np.concatenate([corners, strips.corners]),
         np.concatenate([leaf, strips.leaf]),
@@ -120,10 +121,6 @@ def _triangulate_strips(boundaries: CellBoundaries, rows: Ints) -> TriangleRows:
     corners of the strips. In the result, `base` has rows of the result, where the bases are first.
     """
     segment, lifted = boundaries.segment[rows], boundaries.lifted[rows]
-    count = len(segment)
-    if not count:
-        none = np.empty(0, dtype=np.intp)
-        return TriangleRows(np.empty((0, 3), dtype=np.intp), none, none, none)
     u, v = boundaries.u, boundaries.v
     low, high = boundaries.ends[:, rows]
     # Twice the distance of each lifted corner from the middle of its segment, negative in the first
@@ -137,7 +134,7 @@ def _triangulate_strips(boundaries: CellBoundaries, rows: Ints) -> TriangleRows:
     count_before = np.add.reduceat((from_middle <= 0).astype(np.intp), start)
     tip = start + np.maximum(count_before - 1, 0)
     from_pole, to_pole = boundaries.is_polar[:, rows[start]]
-    last = np.append(start[1:], count) - 1
+    last = np.append(start[1:], len(rows)) - 1
     tip = np.where(to_pole & ~from_pole, last, np.where(from_pole & ~to_pole, start, tip))
     # Each lifted corner that follows another one of its strip makes a triangle with that one and
     # with an end of the segment: with a up to the tip, with b after the tip.
