@@ -40,8 +40,8 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import expand_runs, row_runs
 from service.engine.adaptive.borders.border import Border
-from service.engine.adaptive.cutting.cells import Cells, Leaves, Task, build_whole_cells
-from service.engine.adaptive.cutting.planes import maximize_heights
+from service.engine.adaptive.cutting.cells import Leaves, Task, build_whole_cells
+from service.engine.adaptive.cutting.heights import maximize_heights
 from service.engine.adaptive.cutting.subdivision import AHEAD, divide_cells
 from service.engine.adaptive.drafts.draft import Draft
 from service.engine.adaptive.drafts.draft_triangles import Store
@@ -136,7 +136,7 @@ def replace_failing(task: Task, failing: Leaves, along_v: Bools, is_plain: Bools
     fans = replace(fans, is_fan=np.ones(len(fans), dtype=bool))
     if not len(rest):
         return fans
-    halves = divide_cells(task, Cells.join([*rest.halve(along_v[~to_fan])]))
+    halves = divide_cells(task, rest.halve(along_v[~to_fan]))
     return Leaves.join([halves, fans])
 
 
@@ -204,7 +204,7 @@ def _find_failing(draft: Draft, meets_goal: Bools) -> tuple[Ints, Bools, Ints]:
     """The leaves to be cut, whether to halve v, and segments of the border whose strips fail."""
     leaves, triangles, samples = draft.polygons.leaves, draft.triangles, draft.samples
     fails, along_v = np.zeros(len(leaves), dtype=bool), leaves.along_v.copy()
-    box = leaves.box
+    box = leaves.rectangle
     has_reference = triangles.reference >= 0
     # Triangles of strips have leaf −1.
     orphans = triangles.leaf[triangles.is_alive & ~has_reference & (triangles.leaf >= 0)]
@@ -251,7 +251,7 @@ def _prefer_vertices(draft: Draft, cut: Ints, along_v: Bools) -> Bools:
     polygons, samples = draft.polygons, draft.samples
     leaf, row = expand_runs(polygons.size[cut], polygons.first[cut])
     leaves, corner = polygons.leaves.take(cut), polygons.polygon[row]
-    u0, u1, v0, v1 = leaves.box[:, leaf]
+    u0, u1, v0, v1 = leaves.rectangle[:, leaf]
     u, v = samples.u[corner], samples.v[corner]
     # Corners at an end of the cut that halves u, and of the cut that halves v.
     ends_u_cut = (2 * u == u0 + u1) & ((v == v0) | (v == v1))

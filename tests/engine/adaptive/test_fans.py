@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from service.engine.adaptive.cutting.cells import Leaves, Task, build_whole_cells
-from service.engine.adaptive.cutting.planes import measure_fans
+from service.engine.adaptive.cutting.heights import measure_fans
 from service.engine.adaptive.cutting.subdivision import divide_cells
 from service.engine.adaptive.limits import MeshLimits
 from service.engine.adaptive.refine import replace_failing
@@ -102,7 +102,7 @@ def test_leaves_that_fail_become_fans_once_and_are_halved_then() -> None:
     is_plain, along_v = np.ones(1, dtype=bool), np.zeros(1, dtype=bool)
     fan = replace_failing(task, whole, along_v, is_plain)
     assert fan.is_fan.tolist() == [True]
-    assert fan.box.tolist() == whole.box.tolist()
+    assert fan.rectangle.tolist() == whole.rectangle.tolist()
     assert len(replace_failing(task, fan, along_v, is_plain)) == 2
     assert len(replace_failing(task, whole, along_v, ~is_plain)) == 2
     # Over the sides along u heights are 0.02, for a fan as for two triangles.

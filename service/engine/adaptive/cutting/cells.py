@@ -1,4 +1,4 @@
-"""Cells are boxes of places of a face; leaves are cells that need no cut. Nets of cells.
+"""Cells are rectangles of places of a face; leaves are cells that need no cut. Nets of cells.
 
 Nets are arrays (p+1, q+1, D, m): the last axis counts cells, and all arithmetic is elementwise, so
 that the bits of the net of a cell do not depend on other cells. D is 3, or 4 if the net is
@@ -15,9 +15,10 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.limits import MeshLimits, build_depth_error
 from service.engine.bounds.faces import SPAN, Faces
 from service.engine.bounds.goal import Goal
+from service.engine.cells.cells import Cells
 from service.engine.nets.blossoms import build_blossoms, build_box_nets
 from service.engine.nets.patch_nets import Nets, PatchNets
-from service.engine.vectors import Items, Vectors
+from service.engine.vectors import Vectors, project
 
 SHORTEST = 16
 """Least side of a cell, in units of places. It leaves room for corners that are moved into the face
@@ -25,36 +26,33 @@ by a share of this side, where the border has no vertex."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Cells(Items):
-    """Boxes of places: `face` (m,), and `box` (4, m) with the rows u0, u1, v0, v1."""
+class FaceCells(Cells):
+    """m rectangles of places, shape (4, m), each of the face (m,) with this number."""
 
+    rectangle: Ints
     face: Ints
-    box: Ints
 
-    def __len__(self) -> int:
-        return len(self.face)
+    @property
+    def extents(self) -> Ints:
+        """Lengths along u and along v, shape (2, m)."""
+        return self.rectangle[1::2] - self.rectangle[::2]
 
-    def halve(self, along_v: Bools) -> tuple["Cells", "Cells"]:
-        """First and second halves: v is halved where `along_v` is true, u elsewhere.
+    def halve(self, along_v: Bools) -> "FaceCells":
+        """All first halves, then all second ones: v is halved where `along_v`, u elsewhere.
 
         A cell of several spans is cut at the knot nearest its middle, all others at their middles.
         """
-        low = np.where(along_v, self.box[2], self.box[0])
-        high = np.where(along_v, self.box[3], self.box[1])
+        low, high = np.where(along_v, self.rectangle[2:], self.rectangle[:2])
         knot = (low // SPAN + high // SPAN) // 2 * SPAN
         middle = np.where(high - low > SPAN, knot, (low + high) // 2)
         if (np.minimum(middle - low, high - middle) < SHORTEST).any():
             raise build_depth_error()
-        first, second = self.box.copy(), self.box.copy()
-        first[1] = np.where(along_v, first[1], middle)
-        first[3] = np.where(along_v, middle, first[3])
-        second[0] = np.where(along_v, second[0], middle)
-        second[2] = np.where(along_v, middle, second[2])
-        return Cells(self.face, first), Cells(self.face, second)
+        cells = FaceCells(self.rectangle, self.face)  # without fields of subclasses
+        return FaceCells.join(cells.cut(along_v, middle))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Leaves(Cells):
+class Leaves(FaceCells):
     """m cells that are estimated to be near enough to their triangles, or candidates for leaves.
 
     A leaf becomes two triangles on either side of a diagonal, or a fan: one triangle for each piece
@@ -87,8 +85,8 @@ NO_NUMBERS = np.empty(0, dtype=np.intp)
 """An empty array, for example of leaves to be cut."""
 
 NO_LEAVES = Leaves(
-    NO_NUMBERS,
     np.empty((4, 0), dtype=np.intp),
+    NO_NUMBERS,
     np.zeros(0, dtype=bool),
     np.zeros(0, dtype=bool),
     np.zeros(0, dtype=bool),
@@ -105,9 +103,9 @@ class Task:
     goal: Goal
     limits: MeshLimits
 
-    def find_patches(self, cells: Cells) -> Ints:
+    def find_patches(self, cells: FaceCells) -> Ints:
         """The patches (m,) in which cells of one span lie."""
-        return self.find_patches_at(cells.face, cells.box[0], cells.box[2])
+        return self.find_patches_at(cells.face, cells.rectangle[0], cells.rectangle[2])
 
     def find_patches_at(self, face: Ints, u: Ints, v: Ints) -> Ints:
         """The patches (m,) at places; on a knot line the patch after it, if there is one."""
@@ -117,12 +115,12 @@ class Task:
         patch: Ints = faces.first[face] + span_u * faces.stride[face] + span_v
         return patch
 
-    def find_border_sides(self, cells: Cells) -> Bools:
+    def find_border_sides(self, cells: FaceCells) -> Bools:
         """Which sides ab, bc, cd, da of cells are on the border of their face, shape (4, m).
 
         The corners a, b, c, d are those at (u0, v0), (u1, v0), (u1, v1), (u0, v1).
         """
-        (end_u, end_v), (u0, u1, v0, v1) = self.faces.spans[cells.face].T * SPAN, cells.box
+        (end_u, end_v), (u0, u1, v0, v1) = self.faces.spans[cells.face].T * SPAN, cells.rectangle
         return np.array([v0 == 0, u1 == end_u, v1 == end_v, u0 == 0])
 
     def evaluate_points(self, face: Ints, u: Ints, v: Ints) -> FloatArray:
@@ -154,11 +152,12 @@ class Task:
         return self.goal.view.eye[:, np.newaxis] - self.patch_nets.middles.take(patch, axis=1)
 
 
-def build_whole_cells(faces: Faces) -> Cells:
+def build_whole_cells(faces: Faces) -> FaceCells:
     """One cell for each face."""
     zero = np.zeros(len(faces.first), dtype=np.intp)
     high = faces.spans * SPAN
-    return Cells(np.arange(len(faces.first)), np.array([zero, high[:, 0], zero, high[:, 1]]))
+    rectangle = np.array([zero, high[:, 0], zero, high[:, 1]])
+    return FaceCells(rectangle, np.arange(len(faces.first)))
 
 
 def elevate(nets: FloatArray) -> FloatArray:
@@ -182,12 +181,7 @@ def evaluate_nine_points(nets: FloatArray) -> FloatArray:
     points = np.empty((3, 3, *nets.shape[2:]))
     points[:, 0], points[:, 2] = lines[:, 0], lines[:, -1]
     points[:, 1] = _evaluate_middle(lines.swapaxes(0, 1))
-    return project_cells(points)
-
-
-def project_cells(nets: FloatArray) -> FloatArray:
-    """Control points, weights divided out: shape (p+1, q+1, 3, m)."""
-    return nets if nets.shape[2] == 3 else nets[:, :, :3] / nets[:, :, 3:]
+    return project(points)
 
 
 def _evaluate_middle(rows: FloatArray) -> FloatArray:
@@ -225,9 +219,9 @@ def build_quadratic_matrix(degree: int) -> FloatArray:
     return net
 
 
-def restrict(nets: Nets, rows: Ints, cells: Cells) -> FloatArray:
+def restrict(nets: Nets, rows: Ints, cells: FaceCells) -> FloatArray:
     """Nets over cells of one span, with degrees of at least 2, from patches in rows of `nets`."""
-    low, high = cells.box[::2], cells.box[1::2]
+    low, high = cells.rectangle[::2], cells.rectangle[1::2]
     first = low // SPAN * SPAN
     if (high - low == SPAN).all():
         return elevate(nets.take(rows))

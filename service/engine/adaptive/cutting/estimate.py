@@ -2,19 +2,14 @@
 
 The estimate need not be exact, because the certificate decides. But it must not miss a bend, so it
 uses the whole net, not only samples of the surface: a cell is a biquadratic surface through nine of
-its points, plus a remainder whose control points all count (`planes`).
+its points, plus a remainder whose control points all count (`heights`).
 """
 
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray
-from service.engine.adaptive.cutting.cells import Cells, Leaves, evaluate_nine_points, project_cells
-from service.engine.adaptive.cutting.normal_variation import (
-    Scale,
-    compare_normals,
-    find_height_limit,
-)
-from service.engine.adaptive.cutting.planes import (
+from service.engine.adaptive.cutting.cells import FaceCells, Leaves, evaluate_nine_points
+from service.engine.adaptive.cutting.heights import (
     NEARLY,
     find_planes,
     measure_fans,
@@ -22,8 +17,13 @@ from service.engine.adaptive.cutting.planes import (
     measure_remainder,
     measure_sag,
 )
+from service.engine.adaptive.cutting.normal_variation import (
+    Scale,
+    compare_normals,
+    find_height_limit,
+)
 from service.engine.bounds.goal import Goal
-from service.engine.vectors import Vectors, dot, length
+from service.engine.vectors import Vectors, dot, length, project
 
 REMAINDER_SHARE, FAN_SHARE = 0.5, 0.95
 """A cell passes as two triangles if its height plus `REMAINDER_SHARE` times its remainder is at
@@ -47,7 +47,7 @@ LENGTH = 1e-3
 
 
 def estimate_cells(
-    cells: Cells,
+    cells: FaceCells,
     nets: FloatArray,
     goal: Goal,
     *,
@@ -91,7 +91,7 @@ def estimate_cells(
     tried = (fits | may_fan).nonzero()[0]
     if len(tried):
         normals = np.where(is_rising, planes.normals[:2], planes.normals[2:]).take(tried, axis=-1)
-        net, no_plane = project_cells(nets.take(tried, axis=-1)), flat[tried]
+        net, no_plane = project(nets.take(tried, axis=-1)), flat[tried]
         remainder = measure_remainder(
             net, grid.take(tried, axis=-1), normals, no_plane, goal.two_sided
         )
@@ -119,7 +119,7 @@ def estimate_cells(
         fails |= turning
         along_v = np.where(turning, turns_along_v, along_v)
         is_fan &= ~fails
-    return fails, Leaves(cells.face, cells.box, along_v, is_rising, is_fan, form)
+    return fails, Leaves(cells.rectangle, cells.face, along_v, is_rising, is_fan, form)
 
 
 def build_forms(
@@ -165,6 +165,6 @@ def find_allowed(nets: FloatArray, goal: Goal, eye: Vectors | None) -> FloatArra
     """The deviations (m,) allowed at the least distances of boxes about nets from the eye."""
     if eye is None:
         return np.full(nets.shape[3], goal.tolerance)
-    net = project_cells(nets)
+    net = project(nets)
     low, high = net.min(axis=(0, 1)), net.max(axis=(0, 1))
     return goal.find_allowed(length(np.maximum(np.maximum(low - eye, eye - high), 0.0)))

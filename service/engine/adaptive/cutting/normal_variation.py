@@ -13,8 +13,7 @@ from math import pi, sin, tan
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray
-from service.engine.adaptive.cutting.cells import project_cells
-from service.engine.vectors import Vectors, cross, dot, length
+from service.engine.vectors import Vectors, cross, dot, length, project
 
 TINY = 1e-7
 """Partials have no normal if the sine of their angle is below this (at a pole, or along a cusp), or
@@ -223,6 +222,6 @@ def _find_legs(nets: FloatArray, far_u: bool, far_v: bool) -> tuple[Vectors, Vec
     p, q = len(nets) - 1, nets.shape[1] - 1
     rows, columns = (p, p - 1) if far_u else (0, 1), (q, q - 1) if far_v else (0, 1)
     # The corner and its neighbours. At a far end the leg points backwards: minus.
-    around = project_cells(nets[np.ix_(rows, columns)])
+    around = project(nets[np.ix_(rows, columns)])
     along_u, along_v = around[1, 0] - around[0, 0], around[0, 1] - around[0, 0]
     return along_u * (-p if far_u else p), along_v * (-q if far_v else q)

@@ -5,23 +5,23 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.adaptive.cutting.cells import Cells, Leaves, Task, project_cells
+from service.engine.adaptive.cutting.cells import FaceCells, Leaves, Task
 from service.engine.adaptive.cutting.estimate import (
     build_forms,
     choose_directions,
     find_allowed,
 )
+from service.engine.adaptive.cutting.heights import (
+    NEARLY,
+    CellPlanes,
+    find_planes,
+    measure_remainder,
+    measure_sag,
+)
 from service.engine.adaptive.cutting.normal_variation import (
     estimate_normals,
     find_chord,
     find_height_limit,
-)
-from service.engine.adaptive.cutting.planes import (
-    NEARLY,
-    Planes,
-    find_planes,
-    measure_remainder,
-    measure_sag,
 )
 from service.engine.adaptive.cutting.span_pieces import (
     NinePoints,
@@ -29,10 +29,12 @@ from service.engine.adaptive.cutting.span_pieces import (
     build_nets,
     split_cells,
 )
-from service.engine.vectors import Vectors, dot, length
+from service.engine.vectors import Vectors, dot, length, project
 
 
-def estimate_span_cells(task: Task, cells: Cells, nine_points: NinePoints) -> tuple[Bools, Leaves]:
+def estimate_span_cells(
+    task: Task, cells: FaceCells, nine_points: NinePoints
+) -> tuple[Bools, Leaves]:
     """Which cells must be cut, and all cells as leaves; each cell has several spans."""
     pieces, goal = split_cells(cells), task.goal
     piece_cells, cell = pieces.as_cells, pieces.cell
@@ -56,8 +58,10 @@ def estimate_span_cells(task: Task, cells: Cells, nine_points: NinePoints) -> tu
         diagonal = np.sqrt(np.maximum(squares[4], squares[5]))
         allowed = np.minimum(allowed, find_height_limit(goal.angle, diagonal))
     distance_share = np.where(planes.flat, 1.0, 0.5 if goal.two_sided else 0.0)
-    box, box_size = cells.box.take(cell, axis=1), cells.box[1::2] - cells.box[::2]
-    low, high = ((piece_cells.box[k::2] - box[::2]) / box_size.take(cell, axis=1) for k in (0, 1))
+    box, box_size = cells.rectangle.take(cell, axis=1), cells.extents
+    low, high = (
+        (piece_cells.rectangle[k::2] - box[::2]) / box_size.take(cell, axis=1) for k in (0, 1)
+    )
     # Parameters of the cell, from 0 to 1, at the ends and the middle of each piece: (2, 3, N).
     shares = np.array([low, (low + high) * 0.5, high]).swapaxes(0, 1)
 
@@ -87,7 +91,7 @@ def estimate_span_cells(task: Task, cells: Cells, nine_points: NinePoints) -> tu
     # Row 4 of `Leaves.form` is b, and 8 b is (S_00 − S_10 + S_11 − S_01) · n of the corners.
     along_v = choose_directions(bends, lengths, form[4] * 8.0, allowed)
     is_fan = np.zeros(len(cells), dtype=bool)
-    return fails, Leaves(cells.face, cells.box, along_v, is_rising, is_fan, form)
+    return fails, Leaves(cells.rectangle, cells.face, along_v, is_rising, is_fan, form)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -98,14 +102,14 @@ class _CellTriangles:
     ----------
     corner : ndarray of float64, shape (4, 3, m)
         The corners a, b, c, d.
-    planes : Planes
+    planes : CellPlanes
     distance_share : ndarray of float64, shape (m,)
         1 for cells without planes, ½ for other cells if the goal has two sides, otherwise 0. The
         larger of a height and this share of the distance at equal parameters counts.
     """
 
     corner: FloatArray
-    planes: Planes
+    planes: CellPlanes
     distance_share: FloatArray
 
     def measure_heights(
@@ -202,7 +206,7 @@ def _find_turning(pieces: SpanPieces, points: FloatArray, normal: Vectors, angle
 def _find_allowed(task: Task, pieces: SpanPieces) -> FloatArray:
     """The deviations (m,) allowed at the piece of each cell that is nearest to the eye."""
     if task.goal.view is None:
-        return np.full(len(pieces.unsplit), task.goal.tolerance)
+        return np.full(len(pieces.start), task.goal.tolerance)
     allowed = np.empty(len(pieces.cell))
     for net, rows in build_nets(task, pieces.as_cells, np.arange(len(pieces.cell))):
         eye = task.find_eyes(task.find_patches(pieces.as_cells.take(rows)))
@@ -235,7 +239,7 @@ def _measure_remainders(
     two_sided = task.goal.two_sided
     values = np.zeros((3, len(pieces.cell)))
     for net, rows in build_nets(task, pieces.as_cells, cells[pieces.cell].nonzero()[0]):
-        cell, projected = pieces.cell[rows], project_cells(net)
+        cell, projected = pieces.cell[rows], project(net)
         under, no_plane = normals.take(cell, axis=-1), flat[cell]
         values[0, rows] = measure_remainder(
             projected, points.take(rows, axis=-1), under, no_plane, two_sided

@@ -7,7 +7,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.bases.row_batches import expand_runs
-from service.engine.adaptive.cutting.cells import Cells, Task, evaluate_nine_points, restrict
+from service.engine.adaptive.cutting.cells import FaceCells, Task, evaluate_nine_points, restrict
 from service.engine.bounds.faces import SPAN
 
 BLOCK = 1 << 14
@@ -22,16 +22,15 @@ class SpanPieces:
 
     Attributes
     ----------
-    unsplit, as_cells : Cells
-        The m cells before they are split, and the N pieces as cells of one span.
+    as_cells : FaceCells
+        The N pieces as cells of one span.
     cell : ndarray of int, shape (N,)
         The cell of each piece.
     start, end, width : ndarray of int, shape (m,)
         The first and the last piece of each cell, and its number of pieces along v.
     """
 
-    unsplit: Cells
-    as_cells: Cells
+    as_cells: FaceCells
     cell: Ints
     start: Ints
     end: Ints
@@ -58,21 +57,21 @@ class SpanPieces:
         )
 
 
-def count_spans(cells: Cells) -> Ints:
+def count_spans(cells: FaceCells) -> Ints:
     """Number of spans that cells intersect, shape (m,)."""
     along_u, along_v = _count_along(cells)
     counts: Ints = along_u * along_v
     return counts
 
 
-def _count_along(cells: Cells) -> Ints:
+def _count_along(cells: FaceCells) -> Ints:
     """Number of spans that cells intersect along u and along v: shape (2, m)."""
     # The rows of a box are u0, u1, v0, v1. The first term is the end, rounded up.
-    counts: Ints = -(-cells.box[1::2] // SPAN) - cells.box[::2] // SPAN
+    counts: Ints = -(-cells.rectangle[1::2] // SPAN) - cells.rectangle[::2] // SPAN
     return counts
 
 
-def split_cells(cells: Cells) -> SpanPieces:
+def split_cells(cells: FaceCells) -> SpanPieces:
     """The pieces of cells."""
     along_u, along_v = _count_along(cells)
     count = along_u * along_v
@@ -80,16 +79,16 @@ def split_cells(cells: Cells) -> SpanPieces:
     start = end - count
     cell, number = expand_runs(count)
     width = along_v[cell]
-    box = cells.box.take(cell, axis=1)
+    box = cells.rectangle.take(cell, axis=1)
     low, high = box[::2], box[1::2]
     begin = (low // SPAN + np.array([number // width, number % width])) * SPAN
     boxes = np.empty_like(box)
     np.maximum(low, begin, out=boxes[::2])
     np.minimum(high, begin + SPAN, out=boxes[1::2])
-    return SpanPieces(cells, Cells(cells.face[cell], boxes), cell, start, end - 1, along_v)
+    return SpanPieces(FaceCells(boxes, cells.face[cell]), cell, start, end - 1, along_v)
 
 
-def build_nets(task: Task, cells: Cells, rows: Ints) -> Iterator[tuple[FloatArray, Ints]]:
+def build_nets(task: Task, cells: FaceCells, rows: Ints) -> Iterator[tuple[FloatArray, Ints]]:
     """Nets of the pieces in these rows, in blocks, with the rows of each block."""
     patch = task.find_patches(cells)
     for nets, selected in task.patch_nets.split_by_group(patch[rows]):
@@ -111,12 +110,12 @@ class NinePoints:
         self.column = np.full(len(task.patch_nets.sizes), -1)
         self.points = np.empty((3, 3, 3, 0))
 
-    def evaluate(self, cells: Cells, patch: Ints) -> FloatArray:
+    def evaluate(self, cells: FaceCells, patch: Ints) -> FloatArray:
         """Nine points (3, 3, 3, N) of pieces in these patches, as in `evaluate_nine_points`.
 
         Coordinates are relative to the middles of the patches.
         """
-        is_span = (cells.box[1::2] - cells.box[::2] == SPAN).all(axis=0)
+        is_span = (cells.extents == SPAN).all(axis=0)
         fresh = (is_span & (self.column[patch] < 0)).nonzero()[0]
         if len(fresh):
             # Pieces of many cells may be the same span.

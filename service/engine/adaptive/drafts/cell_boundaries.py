@@ -20,7 +20,7 @@ import numpy as np
 from service.bases.arrays import Bools, Ints
 from service.bases.row_batches import expand_runs, unique_values
 from service.engine.adaptive.borders.border import BorderPlaces
-from service.engine.adaptive.cutting.cells import Cells, Leaves
+from service.engine.adaptive.cutting.cells import FaceCells, Leaves
 from service.engine.adaptive.limits import build_depth_error
 from service.engine.bounds.faces import SPAN
 
@@ -90,9 +90,9 @@ def trace_boundaries(border_places: BorderPlaces, leaves: Leaves, halvings: Ints
     """
     count, border, fan = len(leaves), border_places.border, leaves.is_fan.nonzero()[0]
     # Places (2, 4, L) and vertices (4, L) of the corners of leaves; −1 stands for a new vertex.
-    places, vertex = leaves.box[CORNER_ROWS], np.full((4, count), -1)
+    places, vertex = leaves.rectangle[CORNER_ROWS], np.full((4, count), -1)
     corner, leaf, segment, touching = _lift(border_places, leaves, halvings, (places, vertex))
-    u0, u1, v0, v1 = leaves.box.take(fan, axis=1)
+    u0, u1, v0, v1 = leaves.rectangle.take(fan, axis=1)
     face = np.concatenate([*[leaves.face] * 4, border_places.side // 4, leaves.face[fan]])
     u = np.concatenate([places[0].ravel(), border_places.u, (u0 + u1) // 2])
     v = np.concatenate([places[1].ravel(), border_places.v, (v0 + v1) // 2])
@@ -124,8 +124,8 @@ def trace_boundaries(border_places: BorderPlaces, leaves: Leaves, halvings: Ints
     del sample
     order = by_v.argsort()
     by_v = by_v[order]
-    begin_u, end_u = lines_u.searchsorted(low_u[leaves.face] + leaves.box[:2])
-    begin_v, end_v = lines_v.searchsorted(low_v[leaves.face] + leaves.box[2:])
+    begin_u, end_u = lines_u.searchsorted(low_u[leaves.face] + leaves.rectangle[:2])
+    begin_v, end_v = lines_v.searchsorted(low_v[leaves.face] + leaves.rectangle[2:])
     # The runs of samples along each side: below with both corners, on the right and above without
     # the first, on the left with none. A lifted corner is not on its line; it is in the run of the
     # other side that it ends.
@@ -172,7 +172,7 @@ def _rank(values: Ints) -> tuple[Ints, Ints]:
 
 
 def _lift(
-    border_places: BorderPlaces, cells: Cells, halvings: Ints, corners: tuple[Ints, Ints]
+    border_places: BorderPlaces, cells: FaceCells, halvings: Ints, corners: tuple[Ints, Ints]
 ) -> tuple[Ints, Ints, Ints, Ints]:
     """Lift corners of leaves that are on the border, but not at a vertex of the border.
 
@@ -189,7 +189,7 @@ def _lift(
     touching : ndarray of int, shape (2, E)
         See `CellBoundaries`.
     """
-    (places, vertex), box, border = corners, cells.box, border_places.border
+    (places, vertex), box, border = corners, cells.rectangle, border_places.border
     face_boxes = np.zeros((len(border_places.faces.spans), 4), dtype=np.intp)
     face_boxes[:, 1::2] = border_places.faces.spans * SPAN
     # A leaf is at side s of its face if row s of its box is equal to that of the face.

@@ -15,7 +15,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import expand_runs
 from service.engine.adaptive.borders.border import Border, BorderPlaces
-from service.engine.adaptive.cutting.cells import NO_NUMBERS, Cells, Leaves, Task
+from service.engine.adaptive.cutting.cells import NO_NUMBERS, FaceCells, Leaves, Task
 from service.engine.adaptive.cutting.subdivision import divide_cells
 from service.engine.adaptive.drafts.cell_boundaries import CellBoundaries, trace_boundaries
 from service.engine.adaptive.drafts.draft_triangles import DraftSamples, DraftTriangles, Store
@@ -83,11 +83,11 @@ class Draft:
             if not len(crowded):
                 break
             along_v = find_crowded_directions(boundaries, leaves, crowded)
-            halves = leaves.take(crowded).halve(along_v)
+            halves = divide_cells(self.task, leaves.take(crowded).halve(along_v))
             of_fresh = crowded[crowded < len(fresh)]
             of_near = crowded[crowded >= len(fresh)] - len(fresh)
             others = fresh.take(np.delete(np.arange(len(fresh)), of_fresh))
-            fresh = Leaves.join([others, divide_cells(self.task, Cells.join([*halves]))])
+            fresh = Leaves.join([others, halves])
             cut = np.concatenate([cut, near[of_near]])
         # Finding neighbours takes much memory, so all temporary arrays are freed before. `pop`
         # leaves no name for the rows, so that `add` can free them too.
@@ -187,7 +187,7 @@ def find_crowded(task: Task, leaves: Leaves, size: Ints) -> Ints:
         return many
     # Corners, each with the middle of the side after it. Then the distances of these middles from
     # the chords of the sides, and the largest of each leaf.
-    u0, u1, v0, v1 = leaves.box[:, many]
+    u0, u1, v0, v1 = leaves.rectangle[:, many]
     u, v = (u0 + u1) // 2, (v0 + v1) // 2
     us, vs = np.array([u0, u, u1, u1, u1, u, u0, u0]), np.array([v0, v0, v0, v, v1, v1, v1, v])
     face = np.concatenate([leaves.face[many]] * 8)
@@ -201,13 +201,13 @@ def find_crowded(task: Task, leaves: Leaves, size: Ints) -> Ints:
     return crowded
 
 
-def find_crowded_directions(boundaries: CellBoundaries, cells: Cells, crowded: Ints) -> Bools:
+def find_crowded_directions(boundaries: CellBoundaries, cells: FaceCells, crowded: Ints) -> Bools:
     """Whether to halve v, not u, of crowded leaves: whether more of their corners are along v."""
     begin = boundaries.start[crowded]
     size = boundaries.start[crowded + 1] - begin
     row, entry = expand_runs(size, begin)
     corner = boundaries.corner[entry]
-    u0, u1, v0, v1 = cells.box.take(crowded[row], axis=1)
+    u0, u1, v0, v1 = cells.rectangle.take(crowded[row], axis=1)
     u, v = boundaries.u[corner], boundaries.v[corner]
     # The sides u = u0 and u = u1 run along v.
     has_end_u, has_end_v = (u == u0) | (u == u1), (v == v0) | (v == v1)

@@ -20,7 +20,7 @@ from math import comb
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.engine.adaptive.cutting.planes import NEARLY, maximize_heights
+from service.engine.adaptive.cutting.heights import NEARLY, maximize_heights
 from service.engine.vectors import NEXT, dot
 
 ALL = 9

@@ -102,7 +102,7 @@ def _triangulate_polygons(
     size = boundaries.start[rows + 1] - start
     polygon, entry = expand_runs(size, start)
     corners = boundaries.corner[entry]
-    u0, u1, v0, v1 = leaves.box.take(rows[polygon], axis=1)
+    u0, u1, v0, v1 = leaves.rectangle.take(rows[polygon], axis=1)
     x, y = (boundaries.u[corners] - u0) / (u1 - u0), (boundaries.v[corners] - v0) / (v1 - v0)
     triangles, polygon = triangulate_polygons(
         size, x, y, points[corners].T, leaves.form.take(rows, axis=1)

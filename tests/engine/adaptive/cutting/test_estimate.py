@@ -6,7 +6,7 @@ import pytest
 from service.bases.arrays import FloatArray
 from service.engine.adaptive.cutting.cells import build_whole_cells
 from service.engine.adaptive.cutting.estimate import build_forms
-from service.engine.adaptive.cutting.planes import find_planes, measure_heights
+from service.engine.adaptive.cutting.heights import find_planes, measure_heights
 from service.engine.adaptive.cutting.span_estimate import estimate_span_cells
 from service.engine.adaptive.cutting.span_pieces import NinePoints
 from service.engine.bounds.faces import SPAN
@@ -44,7 +44,7 @@ def test_form_of_several_spans_is_that_of_one_span(bend: float) -> None:
     net = np.stack([x, y, z], axis=-1)
     task = build_task(BsplineSurface(net, (2, 2), (knots, knots)).lower(), Goal(1.0))
     cells = build_whole_cells(task.faces)
-    assert cells.box.ravel().tolist() == [0, 3 * SPAN, 0, 3 * SPAN]
+    assert cells.rectangle.ravel().tolist() == [0, 3 * SPAN, 0, 3 * SPAN]
     _, leaves = estimate_span_cells(task, cells, NinePoints(task))
     # The normal of the cell is orthogonal to both diagonals, (1, 1, 1.5 bend + 0.3) and
     # (−1, 1, −bend / 2); its last coordinate is n.

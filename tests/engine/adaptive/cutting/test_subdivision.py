@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from oracles.exact import surface_point, to_exact_net
 from service.engine.adaptive.cutting.cells import (
-    Cells,
+    FaceCells,
     Leaves,
     Task,
     build_quadratic_matrix,
@@ -42,7 +42,7 @@ def build_leaves(model: PatchModel, goal: Goal) -> Leaves:
 
 def count_cuts(leaves: Leaves) -> tuple[int, int]:
     """Numbers of different places along u and along v at which leaves begin."""
-    return len(np.unique(leaves.box[0])), len(np.unique(leaves.box[2]))
+    return len(np.unique(leaves.rectangle[0])), len(np.unique(leaves.rectangle[2]))
 
 
 @given(nets(), st.sampled_from([0, 1]), st.sets(st.integers(0, 8), min_size=2, max_size=2))
@@ -57,7 +57,7 @@ def test_nets_of_cells_are_the_same_surface(net: Array, axis: int, eighths: set[
     halve(nets_of_cells, axis, halved)
     box = np.array([[0], [SPAN], [0], [SPAN]])
     box[2 * axis : 2 * axis + 2] = [[int(low * SPAN)], [int(high * SPAN)]]
-    cell = restrict(Nets(zero, nets_of_cells), zero, Cells(zero, box))
+    cell = restrict(Nets(zero, nets_of_cells), zero, FaceCells(box, zero))
     exact = to_exact_net(net)
     halves = [(0.0, 0.5, halved[..., 0, :]), (0.5, 1.0, halved[..., 1, :])]
     for begin, end, built in [*halves, (low, high, cell)]:
@@ -90,7 +90,7 @@ def test_leaves_cover_the_face(net: tuple[Array, Array | None], tolerance: float
     leaves = build_leaves(
         build_model([points], None if weights is None else [weights]), Goal(tolerance)
     )
-    u0, u1, v0, v1 = leaves.box.astype(object)
+    u0, u1, v0, v1 = leaves.rectangle.astype(object)
     assert sum((u1 - u0) * (v1 - v0)) == SPAN**2
     order = list(zip(u0, v0, strict=True))
     assert order == sorted(set(order))
@@ -124,6 +124,6 @@ def test_flat_spans_stay_together() -> None:
     net = np.stack([u, v, np.where((u == 40) & (v == 11), 3.0, 0.0)], axis=-1)
     bump = BsplineSurface(net, (3, 3), ("clamped", "clamped")).lower()
     leaves = build_leaves(bump, Goal(0.01))
-    size = np.prod(leaves.box[1::2] - leaves.box[::2], axis=0, dtype=float)
+    size = np.prod(leaves.extents, axis=0, dtype=float)
     assert len(leaves) < 400
     assert size.max() > 100.0 * SPAN**2

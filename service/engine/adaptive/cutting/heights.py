@@ -57,11 +57,11 @@ OPPOSITE, AFTER_CORNER = np.array([2, 3, 0, 1]), np.array([1, 2, 3, 0])
 """For each of four corners the opposite one, and the next one."""
 
 NO_DIFFERENCE = np.zeros(1, dtype=np.intp)
-"""`Planes.worse` if all triangles have an area."""
+"""`CellPlanes.worse` if all triangles have an area."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Planes:
+class CellPlanes:
     """Unit normals of the two triangles on either side of each diagonal of m cells.
 
     Attributes
@@ -80,12 +80,12 @@ class Planes:
     worse: Ints
 
 
-def find_planes(points: FloatArray) -> tuple[Planes, Vectors, FloatArray, FloatArray]:
+def find_planes(points: FloatArray) -> tuple[CellPlanes, Vectors, FloatArray, FloatArray]:
     """Planes of cells, given nine points (9, 3, m) of each.
 
     Returns
     -------
-    planes : Planes
+    planes : CellPlanes
     normal : ndarray of float64, shape (3, m)
         Unit normals of the cells, orthogonal to both diagonals; or zero.
     steps : ndarray of float64, shape (6, 3, m)
@@ -105,16 +105,16 @@ def find_planes(points: FloatArray) -> tuple[Planes, Vectors, FloatArray, FloatA
     size[4] = np.maximum(size[4], np.finfo(float).tiny)
     if not has_no_area.any():
         crossed /= size[:, np.newaxis]
-        return Planes(crossed[:4], has_no_area[0], NO_DIFFERENCE), crossed[4], steps, squares
+        return CellPlanes(crossed[:4], has_no_area[0], NO_DIFFERENCE), crossed[4], steps, squares
     size[:4] = np.where(has_no_area, 1.0, size[:4])
     crossed /= size[:, np.newaxis]
     normals = np.where(has_no_area[:, np.newaxis], crossed[[1, 0, 3, 2]], crossed[:4])
     worse = has_no_area[:2].sum(axis=0) - has_no_area[2:].sum(axis=0)
-    return Planes(normals, has_no_area.all(axis=0), worse), crossed[4], steps, squares
+    return CellPlanes(normals, has_no_area.all(axis=0), worse), crossed[4], steps, squares
 
 
 def measure_heights(
-    points: FloatArray, planes: Planes, normal: Vectors, two_sided: bool
+    points: FloatArray, planes: CellPlanes, normal: Vectors, two_sided: bool
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Heights of nine points (9, 3, m) of cells over planes and along unit normals (3, m).
 
