@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from service.bases.arrays import FloatArray, IndexArray, Ints
-from service.bases.unique_rows import unique_values
+from service.bases.row_batches import unique_values
 from service.engine.adaptive.borders.border import Border
 from service.engine.adaptive.samples import (
     PatchPlaces,
