@@ -66,13 +66,16 @@ def normalize(a: FloatArray, axis: int = -2) -> FloatArray:
     return unit
 
 
-def project(points: FloatArray, axis: int = -2) -> FloatArray:
-    """Divide homogeneous points (w x, w y, w z, w) by their weights; others stay as they are."""
-    if points.shape[axis] == 3:
+def project(points: FloatArray, axis: int = -2, dimension: int = 3) -> FloatArray:
+    """Divide homogeneous points (w x, w y, w z, w) by their weights; others stay as they are.
+
+    `dimension` is the number of coordinates that are not weights.
+    """
+    if points.shape[axis] == dimension:
         return points
     rest: Index = (slice(None),) * (-1 - axis)
-    inner: Index = (..., slice(3), *rest)
-    weights: Index = (..., slice(3, 4), *rest)
+    inner: Index = (..., slice(dimension), *rest)
+    weights: Index = (..., slice(dimension, dimension + 1), *rest)
     projected: FloatArray = points[inner] / points[weights]
     return projected
 

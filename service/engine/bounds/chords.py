@@ -1,4 +1,4 @@
-"""Bounds of the distance from a Bézier curve to a chord, and the halves of a curve.
+"""Bounds of the distance from a Bézier curve to a chord.
 
 A point of a Bézier curve is a mean of its control points, Σ_i R_i P_i, also of a rational one with
 positive weights. The distance to a segment is a convex function d, so
@@ -17,6 +17,7 @@ not depend on other curves.
 import numpy as np
 
 from service.bases.arrays import FloatArray
+from service.engine.vectors import project
 
 
 def bound_chord_deviations(nets: FloatArray, chords: FloatArray) -> FloatArray:
@@ -33,7 +34,7 @@ def bound_chord_deviations(nets: FloatArray, chords: FloatArray) -> FloatArray:
     """
     weights = nets[..., -1] if nets.shape[-1] > chords.shape[-1] else None
     return bound_from_distances(
-        measure_distances(project_nets(nets, chords.shape[-1]), chords), weights
+        measure_distances(project(nets, -1, chords.shape[-1]), chords), weights
     )
 
 
@@ -86,19 +87,3 @@ def _dot(one: list[FloatArray], other: list[FloatArray]) -> FloatArray:
     for x, y in zip(one[1:], other[1:], strict=True):
         total = total + x * y
     return total
-
-
-def project_nets(nets: FloatArray, dimension: int) -> FloatArray:
-    """Control points of nets; those of homogeneous nets are divided by their weights."""
-    return nets if nets.shape[-1] == dimension else nets[..., :-1] / nets[..., -1:]
-
-
-def halve(nets: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The nets of the first and of the second halves, by de Casteljau's algorithm."""
-    left, right = [nets[:, 0]], [nets[:, -1]]
-    row = nets
-    while row.shape[1] > 1:
-        row = (row[:, :-1] + row[:, 1:]) / 2
-        left.append(row[:, 0])
-        right.append(row[:, -1])
-    return np.stack(left, axis=1), np.stack(right[::-1], axis=1)

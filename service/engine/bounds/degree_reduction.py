@@ -23,6 +23,7 @@ from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import bernstein, elevation_matrix
 from service.bases.cache import PLANS
 from service.engine.nets.blossoms import build_blossoms, build_box_nets
+from service.engine.vectors import project
 
 DIRECT = 8
 """Up to this degree p + q the nets of triangles are computed directly, without reduction."""
@@ -114,7 +115,7 @@ def _reduce_nets(boxes: FloatArray) -> tuple[FloatArray, FloatArray]:
     is_positive = least > 0
     least = np.where(is_positive, least, 1.0)
     low[:, 3] = np.where(is_positive[:, np.newaxis, np.newaxis], low[:, 3], 1.0)
-    low_points = low[:, :3] / low[:, 3:]
+    low_points = project(low, -3)
     # max ‖S' − C‖
     size = np.sqrt((low_points * low_points).sum(axis=1).max(axis=(1, 2)))
     error = point_error + weight_error * size

@@ -18,7 +18,7 @@ from service.engine.bounds.distance import bound_distances, bound_heights
 from service.engine.bounds.reference_triangles import ReferenceTriangles, build_reference_triangles
 from service.engine.nets.blossoms import build_triangle_nets, list_exponents
 from service.engine.nets.patch_nets import Nets, PatchNets
-from service.engine.vectors import UNIT
+from service.engine.vectors import UNIT, project
 
 FAR = 2.0**300
 """Largest coordinate relative to the middle of the patch, in units of the piece. A triangle across
@@ -141,7 +141,7 @@ class LocalFrames:
         # piece is in this convex cube, so this never increases the distance.
         difference = np.clip(eye[:, np.newaxis] - self.middle, -FAR * self.unit, FAR * self.unit)
         local_eye = self.triangles.to_frames(difference.T[..., np.newaxis], 1.0 / self.unit)[..., 0]
-        points = project_local_nets(piece.net)
+        points = project(piece.net)
         gap = np.maximum(points.min(axis=2) - local_eye, local_eye - points.max(axis=2)).T
         gap = np.maximum(gap, 0.0)
         length = np.sqrt(gap[0] * gap[0] + gap[1] * gap[1] + gap[2] * gap[2])
@@ -173,7 +173,7 @@ class LocalFrames:
         # Each coordinate of S − A is bounded as heights are.
         rises = bound_heights(difference[:, :3], degree + 1)
         by_coordinates = self._bound_quotients(np.sqrt((rises * rises).sum(axis=1)), net)
-        points = project_local_nets(difference)
+        points = project(difference)
         by_hull = np.sqrt(((points * points).sum(axis=1)).max(axis=1))
         bound: FloatArray = np.minimum(by_coordinates, by_hull) + piece.gap
         return bound
@@ -181,7 +181,7 @@ class LocalFrames:
     def _bound_deviation(self, net: FloatArray) -> FloatArray:
         """Bounds of the distances from surfaces to the triangles and their neighbours."""
         rise = self._bound_quotients(bound_heights(net[:, 2:3], degree_of(net.shape[2]))[:, 0], net)
-        return bound_distances(project_local_nets(net), self.triangles, rise)
+        return bound_distances(project(net), self.triangles, rise)
 
     def _bound_quotients(self, numerator: FloatArray, net: FloatArray) -> FloatArray:
         """Bounds (m,) of heights or lengths, given bounds (m,) of their numerators.
@@ -218,12 +218,7 @@ def _bound_by_hulls(
 ) -> FloatArray:
     """Bounds (m,) of deviations by the hulls of nets (m, D, …), whose points are scaled first."""
     net = triangles.to_frames(nets.reshape(*nets.shape[:2], -1), scale)
-    return bound_distances(project_local_nets(net), triangles)
-
-
-def project_local_nets(net: FloatArray) -> FloatArray:
-    """Points (m, 3, N) of nets (m, D, N); homogeneous ones are divided by their weights."""
-    return net if net.shape[1] == 3 else net[:, :3] / net[:, 3:]
+    return bound_distances(project(net), triangles)
 
 
 def find_units(sizes: FloatArray) -> FloatArray:

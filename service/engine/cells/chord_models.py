@@ -15,7 +15,7 @@ from service.bases.arrays import FloatArray, Ints
 from service.engine.cells import models as model_rows
 from service.engine.cells.tree import Table
 from service.engine.nets.third_partials import largest_length
-from service.engine.vectors import UNIT, dot
+from service.engine.vectors import UNIT, dot, project
 
 SIZE_A, SIZE_B, AREA, GAP_FACTOR, CORNERS, ROW_COUNT = 5, 6, 7, 8, 9, 21
 """The rows of a model, after ball and error: the lengths along a and b, Σ A without g, the factor
@@ -29,10 +29,7 @@ def chord_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
     `largest` from the origin.
     """
     p, q = nets.shape[0] - 1, nets.shape[1] - 1
-    points, weights = nets, None
-    if nets.shape[2] == 4:
-        weights = nets[:, :, 3]
-        points = nets[:, :, :3] / nets[:, :, 3:]
+    points, weights = project(nets), nets[:, :, 3] if nets.shape[2] == 4 else None
     table = np.empty((ROW_COUNT, nets.shape[3]))
     # A bound of the errors of control points: `cell_models` has the proof. Below it is taken twice,
     # for the two cells beside an edge.

@@ -52,7 +52,7 @@ from service.engine.nets.third_partials import (
     largest_length,
     partials_at_center,
 )
-from service.engine.vectors import UNIT, cross, dot, length
+from service.engine.vectors import UNIT, cross, dot, length, project
 
 # The rows of a model, which is a column of numbers. For a vector: the first of its three rows.
 CENTER, RADIUS, ERROR = 0, 3, 4
@@ -111,10 +111,9 @@ def cell_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
     error = 4 * UNIT * largest * (depth + 2) * (p + q + 2)
     center, partials = partials_at_center(nets)
     ratio = np.ones(())
-    points, weights = nets, None
+    points, weights = project(nets), None
     if is_rational:
         weights = nets[:, :, 3:]
-        points = nets[:, :, :3] / weights
         ratio = (weights.max(axis=(0, 1)) / weights.min(axis=(0, 1)))[0]
     points_about_center = points - center
     radius = largest_length(points_about_center)

@@ -19,7 +19,7 @@ from service.engine.cells import models as model_rows
 from service.engine.cells.cells import NetCells
 from service.engine.cells.models import cell_models
 from service.engine.nets.query_nets import QueryNets
-from service.engine.vectors import UNIT
+from service.engine.vectors import UNIT, project
 
 MAX_HALVINGS = 96
 """The most halvings of a cell, along both directions together. If 48 of them are along each
@@ -109,7 +109,7 @@ class CellTree:
     def __init__(self, nets: QueryNets, table: Table = FULL) -> None:
         self.nets, self._table = nets, table
         self.largest = max(
-            float(np.abs(_points(g.nets)).max(initial=0.0)) * 3**0.5 for g in nets.groups
+            float(np.abs(project(g.nets, -1)).max(initial=0.0)) * 3**0.5 for g in nets.groups
         )
         # Twice the bound that the docstring of `net_partials` states, with `largest` for M.
         self.errors = np.repeat(
@@ -150,7 +150,7 @@ class CellTree:
     @cached_property
     def box(self) -> tuple[FloatArray, FloatArray]:
         """Least and greatest coordinates (3,) of all control points."""
-        points = [_points(group.nets).reshape(-1, 3) for group in self.nets.groups]
+        points = [project(group.nets, -1).reshape(-1, 3) for group in self.nets.groups]
         return (
             np.min([group_points.min(axis=0) for group_points in points], axis=0),
             np.max([group_points.max(axis=0) for group_points in points], axis=0),
@@ -218,7 +218,7 @@ class CellTree:
         """
         if nets.shape[2] == 1:
             return np.zeros((4, len(nets)), bool)
-        points = _points(nets)
+        points = project(nets, -1)
         sides = points[:, 0], points[:, -1], points[:, :, 0], points[:, :, -1]
         tolerance = 4 * UNIT * self.largest
         return np.stack([(np.abs(s - s[:, :1]) <= tolerance).all(axis=(1, 2)) for s in sides])
@@ -282,8 +282,3 @@ class CellTree:
             new = np.empty((*old.shape[:-1], size), old.dtype)
             new[..., : self.count] = old[..., : self.count]
             setattr(self, name, new)
-
-
-def _points(nets: FloatArray) -> FloatArray:
-    """The control points (…, 3) of nets, without weights."""
-    return nets if nets.shape[3] == 3 else nets[..., :3] / nets[..., 3:]

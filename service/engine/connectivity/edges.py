@@ -17,6 +17,7 @@ from service.bases.bernstein import sample_basis
 from service.bases.cache import PLANS
 from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.options import Method
+from service.engine.vectors import project
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -132,7 +133,7 @@ def _sample_by_method(
     else:
         values = method(to_homogeneous(points, weights), divisions)
         values[_find_polynomial(weights), :, 3] = 1.0
-        values = values[..., :3] / values[..., 3:]
+        values = project(values, -1)
     values[:, 0], values[:, -1] = points[:, 0], points[:, -1]
     values[is_reversed] = values[is_reversed, ::-1]
     return values.swapaxes(0, 1)

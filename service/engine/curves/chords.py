@@ -10,9 +10,10 @@ import numpy as np
 from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import FloatArray, RealArray
 from service.bases.row_batches import row_slices
-from service.engine.bounds.chords import bound_chord_deviations, halve, project_nets
+from service.engine.bounds.chords import bound_chord_deviations
 from service.engine.curves.evaluation import CurveSamples
-from service.engine.vectors import UNIT
+from service.engine.nets.halving import halve
+from service.engine.vectors import UNIT, project
 from service.errors import InvalidRequest, Issue, TooLarge, count_nouns
 from service.surface.curve_model import CurvePieces
 
@@ -76,8 +77,7 @@ def halve_chords(
     while stack:
         piece, t, depth, nets = stack.pop()
         is_near = (
-            bound_chord_deviations(nets, project_nets(nets[:, [0, -1]], pieces.dimension))
-            <= allowed
+            bound_chord_deviations(nets, project(nets[:, [0, -1]], -1, pieces.dimension)) <= allowed
         )
         if depth == MAX_HALVINGS:
             is_near[:] = True  # accepted without a proof: `certify_chords` bounds all chords later
@@ -89,10 +89,11 @@ def halve_chords(
         for rows in (
             np.array_split(remaining, -(-2 * len(remaining) // block)) if len(remaining) else ()
         ):
-            first, second = halve(nets[rows])
+            halves = np.empty((2, len(rows), *nets.shape[1:]))
+            halve(nets[rows].transpose(1, 2, 0), 0, halves.transpose(2, 3, 0, 1))
             half_parameters = np.concatenate([t[rows], t[rows] + step])
             half_pieces = np.concatenate([piece[rows], piece[rows]])
-            stack.append((half_pieces, half_parameters, depth + 1, np.concatenate([first, second])))
+            stack.append((half_pieces, half_parameters, depth + 1, np.concatenate(halves)))
     piece, t = np.concatenate(samples).T
     order = np.lexsort((t, piece))
     return CurveSamples(piece[order].astype(np.intp), t[order])

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from service.bases.arrays import FloatArray
 from service.bases.bernstein import multiply
 from service.engine.extent import find_unit_scales
-from service.engine.vectors import BEFORE, NEXT
+from service.engine.vectors import BEFORE, NEXT, project
 from service.surface.batches import TensorPatches
 
 PARTIALS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
@@ -96,7 +96,7 @@ class DerivativeNets:
         dv = evaluate_at(self.dv, net_numbers, along_u[0], along_v[1])
         if self.is_rational:
             point = evaluate_at(self.point, net_numbers, along_u[0], along_v[0])
-            position = point[:, :3] / point[:, 3:]
+            position = project(point, -1)
             du = du[:, :3] - position * du[:, 3:]
             dv = dv[:, :3] - position * dv[:, 3:]
         return du, dv

@@ -19,7 +19,7 @@ from service.engine.evaluation.degenerate import VANISHING
 from service.engine.evaluation.normals import unit_normals
 from service.engine.evaluation.triangle_nets import partial_nets, to_barycentric
 from service.engine.extent import find_unit_scales
-from service.engine.vectors import cross, length
+from service.engine.vectors import cross, length, project
 from service.surface.batches import TrianglePatches
 
 CHUNK_POINTS = 1 << 18
@@ -127,7 +127,7 @@ def _find_regular_normals(
     if local.weights is not None:
         basis = triangle_basis.triangle_bernstein(local.degree, barycentric)
         point = _combine(basis, nets, patch_numbers)
-        position = point[:, :3] / point[:, 3:]
+        position = project(point, -1)
         ds = ds[:, :3] - position * ds[:, 3:]
         dt = dt[:, :3] - position * dt[:, 3:]
     vectors = cross(ds, dt, -1)

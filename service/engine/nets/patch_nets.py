@@ -14,6 +14,7 @@ from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import bernstein
 from service.bases.row_batches import row_slices
 from service.bases.triangle import degree_of, row_starts
+from service.engine.vectors import project
 from service.surface.batches import Patches, TrianglePatches
 from service.surface.lowered import PatchModel
 
@@ -136,9 +137,7 @@ class PatchNets:
             net = nets.take(self.row[ids])
             p, q = nets.degree
             local = _combine(net, bernstein(p, u[indices]).T, bernstein(q, v[indices]).T)
-            if nets.is_rational:
-                local = local[:3] / local[3]
-            points[:, indices] = local + self.middles.take(ids, axis=1)
+            points[:, indices] = project(local) + self.middles.take(ids, axis=1)
         return np.ascontiguousarray(points.T)
 
     def _chunks(self, patch: Ints) -> Iterator[tuple[Nets, Ints]]:

@@ -34,8 +34,8 @@ from service.bases.row_batches import row_slices
 from service.cancellation import checkpoint
 from service.engine.bounds.chords import bound_chord_deviations
 from service.engine.nets.query_nets import NetGroup
-from service.engine.sections.heights import LocalPlanes, points_of, restrict
-from service.engine.vectors import cross, dot, length, normalize
+from service.engine.sections.heights import LocalPlanes, restrict
+from service.engine.vectors import cross, dot, length, normalize, project
 
 SLACK = 2.0**-44
 """A bound of the rounding errors of control points for p + q ≤ 64, in the coordinates of the
@@ -105,7 +105,7 @@ def _bounds(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
         direction_along[rows_without_chord] = normalize(direction, -1)
     direction_across = cross(normal, direction_along, -1)
     # x = e · (P − A), y = g · (P − A) and the height h of all control points P.
-    points = points_of(restrict(nets, pieces.low, pieces.high))
+    points = project(restrict(nets, pieces.low, pieces.high), -1)
     difference = points - first[:, np.newaxis, np.newaxis]
     x = np.matmul(difference, direction_along[:, np.newaxis, :, np.newaxis])[..., 0]
     y = np.matmul(difference, direction_across[:, np.newaxis, :, np.newaxis])[..., 0]
@@ -138,7 +138,7 @@ def side_bounds(
     """
     lines = restrict(group.nets[net - group.first], low, high)
     lines = lines[:, :, 0] if axis == 0 else lines[:, 0]
-    return bound_chord_deviations(lines, points_of(lines[:, [0, -1]])) + slack_of(group.nets)
+    return bound_chord_deviations(lines, project(lines[:, [0, -1]], -1)) + slack_of(group.nets)
 
 
 def cell_sizes(group: NetGroup, net: Ints, low: FloatArray, high: FloatArray) -> FloatArray:
@@ -146,7 +146,7 @@ def cell_sizes(group: NetGroup, net: Ints, low: FloatArray, high: FloatArray) ->
     sizes = np.empty(len(net))
     for rows in row_slices(len(sizes), group.nets[0].size, MAX_NUMBERS):
         cells = restrict(group.nets[net[rows] - group.first], low[rows], high[rows])
-        points = points_of(cells).reshape(len(cells), -1, 3)
+        points = project(cells, -1).reshape(len(cells), -1, 3)
         sides = points.max(axis=1) - points.min(axis=1)
         sizes[rows] = length(sides, -1) + slack_of(group.nets)
     return sizes
@@ -164,7 +164,7 @@ def _points_at(nets: FloatArray, parameters: FloatArray) -> FloatArray:
     basis_u = bernstein(rows - 1, parameters[:, 0])[:, np.newaxis]
     basis_v = bernstein(columns - 1, parameters[:, 1])[:, np.newaxis]
     lines = np.matmul(basis_u, nets.reshape(m, rows, -1)).reshape(m, columns, width)
-    return points_of(np.matmul(basis_v, lines)[:, 0])
+    return project(np.matmul(basis_v, lines)[:, 0], -1)
 
 
 def _slopes(values: FloatArray) -> FloatArray:

@@ -22,6 +22,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.nets.query_nets import NetGroup, QueryNets
 from service.engine.sections.planes import Planes
+from service.engine.vectors import project
 
 THICKNESS = 2.0**-40
 """The largest height that counts as zero, in the coordinates of the nets."""
@@ -60,7 +61,7 @@ class Boxes:
     def __init__(self, nets: QueryNets) -> None:
         low, high = [], []
         for group in nets.groups:
-            flat = points_of(group.nets).reshape(len(group.nets), -1, 3)
+            flat = project(group.nets, -1).reshape(len(group.nets), -1, 3)
             low.append(flat.min(axis=1))
             high.append(flat.max(axis=1))
         lows, highs = np.concatenate(low), np.concatenate(high)
@@ -74,11 +75,6 @@ class Boxes:
         may_meet = np.abs(height) <= np.abs(normals) @ self.half.T + 2 * THICKNESS
         plane, net = np.nonzero(may_meet)
         return plane + first, net
-
-
-def points_of(nets: FloatArray) -> FloatArray:
-    """The control points (…, 3) of polynomial or homogeneous nets."""
-    return nets if nets.shape[-1] == 3 else nets[..., :3] / nets[..., 3:]
 
 
 def height_nets(
@@ -101,7 +97,7 @@ def height_nets(
         Whether the patch lies in the plane.
     """
     nets = group.nets[net - group.first]
-    heights = planes.heights(plane, points_of(nets))
+    heights = planes.heights(plane, project(nets, -1))
     heights[np.abs(heights) <= THICKNESS] = 0.0
     is_coplanar = np.asarray(~heights.any(axis=(1, 2)))
     floor = np.full(len(net), THICKNESS)

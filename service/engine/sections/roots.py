@@ -22,6 +22,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.cancellation import checkpoint
+from service.engine.nets.halving import halve
 
 MAX_HALVINGS = 50
 """The most halvings of an interval; its length is then near the precision of float64."""
@@ -73,8 +74,9 @@ def roots(rows: FloatArray, floor: FloatArray) -> tuple[Ints, FloatArray]:
         if not len(to_halve):
             break
         depth += 1
-        low, high = _halves(nets[to_halve])
-        nets = np.concatenate([low, high])
+        halves = np.empty((2, len(to_halve), nets.shape[1]))
+        halve(nets[to_halve].T, 0, halves.transpose(2, 0, 1))
+        nets = np.concatenate(halves)
         row_of = np.concatenate([row_of[to_halve], row_of[to_halve]])
         begin = np.concatenate([begin[to_halve], begin[to_halve] + 0.5**depth])
     if not parts:
@@ -82,18 +84,6 @@ def roots(rows: FloatArray, floor: FloatArray) -> tuple[Ints, FloatArray]:
     row, t = (np.concatenate(column) for column in zip(*parts, strict=True))
     order = np.lexsort((t, row))
     return row[order], t[order]
-
-
-def _halves(nets: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The coefficients (m, n+1) over [0, ½] and over [½, 1]."""
-    rows = nets.T
-    n = len(rows) - 1
-    low, high = np.empty_like(rows), np.empty_like(rows)
-    low[0], high[n] = rows[0], rows[n]
-    for k in range(1, n + 1):
-        rows = (rows[:-1] + rows[1:]) / 2
-        low[k], high[n - k] = rows[0], rows[-1]
-    return low.T, high.T
 
 
 def _find_single(nets: FloatArray, is_negative: Bools) -> FloatArray:

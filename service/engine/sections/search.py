@@ -33,6 +33,7 @@ from service.engine.sections.cells import (
 from service.engine.sections.flatness import Pieces, is_zero, piece_bounds, side_bounds
 from service.engine.sections.graphs import bound_slopes, classify, find_border_points
 from service.engine.sections.heights import NOISE, LocalPlanes, height_nets
+from service.engine.vectors import project
 from service.surface.sides import take_side
 
 MIN_SIZE = 2.0**-20
@@ -146,9 +147,7 @@ class CellSearch:
 
     def _sizes(self, cells: OpenCells, sizes_in_units: Ints) -> FloatArray:
         """Approximate sizes (n,) of cells on the surface."""
-        points = self.group.nets[..., :3]
-        if self.group.is_rational:
-            points = points / self.group.nets[..., 3:]
+        points = project(self.group.nets, -1)
         speeds = []
         for axis in (1, 2):
             steps = np.abs(np.diff(points, axis=axis)).max(axis=(1, 2, 3))

@@ -12,10 +12,9 @@ from service.engine.bounds.chords import (
     bound_from_distances,
     find_row_maxima,
     measure_distances,
-    project_nets,
 )
 from service.engine.bounds.faces import DEPTH
-from service.engine.vectors import UNIT
+from service.engine.vectors import UNIT, project
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -83,14 +82,14 @@ def measure_shapes(
     tangents : two arrays, or None
         The result of `find_tangents`; None to leave `cosine` 1.
     """
-    points = project_nets(nets, 3)
+    points = project(nets, -1)
     weights = nets[..., 3] if nets.shape[2] == 4 else None
     curve = bound_from_distances(measure_distances(points, chords), weights)
     # Without weights the elevated net is within 4/3 of the bound of the curve, at every degree.
     net = curve * (4 / 3)
     if weights is not None:
         rational = (weights != 1.0).any(axis=1)
-        elevated = project_nets(_elevate(nets[rational]), 3)
+        elevated = project(_elevate(nets[rational]), -1)
         net[rational] = find_row_maxima(measure_distances(elevated, chords[rational]))
     cosine = np.ones(len(nets)) if tangents is None else _find_least_cosine(points, tangents)
     apart = (
@@ -106,7 +105,7 @@ def find_tangents(nets: FloatArray, slack: FloatArray) -> tuple[FloatArray, Floa
     They have the directions of the first and the last leg of the net that is longer than `slack`
     (M,), the rounding of the net; they are 0 if the net has no such leg.
     """
-    legs, length = _find_legs(project_nets(nets, 3))
+    legs, length = _find_legs(project(nets, -1))
     is_long = length > slack[:, None]
     rows = np.arange(len(nets))
     tangents = []

@@ -35,10 +35,10 @@ from service.engine.adaptive.borders.flatness import (
 )
 from service.engine.adaptive.cutting.normal_variation import FALLING, find_chord
 from service.engine.adaptive.limits import SidePieces
-from service.engine.bounds.chords import project_nets
 from service.engine.bounds.faces import SPAN
 from service.engine.bounds.goal import Goal
 from service.engine.connectivity.seams import Seams
+from service.engine.vectors import project
 
 CHUNK = 1 << 18
 """Coordinates of the nets in one block."""
@@ -117,7 +117,7 @@ def _divide_curves(curves: Curves, goal: Goal, pieces: SidePieces) -> tuple[Ints
         np.concatenate(columns) for columns in zip(*straight_parts, strict=True)
     )
     owner = curves.owner[row]
-    points = project_nets(first_points[:, None], 3)[:, 0] + curves.origin[owner]
+    points = project(first_points[:, None], -1)[:, 0] + curves.origin[owner]
     return curves.chain[owner], at + (row - curves.start[owner]) * SPAN, points
 
 
@@ -204,7 +204,7 @@ def _judge_parts(
     """
     owner = curves.owner[row]
     slack = curves.slack[owner]
-    ends = project_nets(nets[:, [0, -1]], 3)
+    ends = project(nets[:, [0, -1]], -1)
     tangents = find_tangents(nets, slack) if goal.angle < inf else None
     shapes = measure_shapes(
         nets, ends, chord_parts=ends if goal.two_sided else None, tangents=tangents

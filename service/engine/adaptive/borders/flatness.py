@@ -21,9 +21,9 @@ from service.engine.adaptive.borders.curves import Curves
 from service.engine.adaptive.cutting.estimate import CURVE_SHARE
 from service.engine.adaptive.cutting.normal_variation import find_chord
 from service.engine.adaptive.limits import SidePieces
-from service.engine.bounds.chords import project_nets
 from service.engine.bounds.faces import DEPTH
 from service.engine.bounds.goal import Goal
+from service.engine.vectors import project
 from service.errors import InvalidRequest, Issue
 
 NET_SHARE = 0.95
@@ -210,7 +210,7 @@ def _judge_runs(
         into, _ = find_tangents(curves.nets[first], slack)
         _, out = find_tangents(curves.nets[last - 1], slack)
         tangents = into[run], out[run]
-    chords = project_nets(ends, 3)
+    chords = project(ends, -1)
     chord_parts = None
     if goal.two_sided:
         # All spans have one length, so each has an equal share of the chord.
