@@ -28,13 +28,39 @@ direction, the parameters of its sides are multiples of 2^−48, which float64 s
 COARSE_HALVINGS = 6
 """A cell that was halved fewer times than this counts as coarse if it is not nearly flat."""
 
-MAX_BYTES = 96 << 20
-"""The most bytes of all cells and their nets, without the cells that are never dropped."""
 
-MAX_ADDITIONS = 600_000_000
-"""The most additions of numbers for halving cells in a request; each takes 6 to 40 ns, so all take
-at most 24 s. At degree 32 halving a cell takes a millisecond. At low degrees, queries first reach
-their limits of pairs of a point or ray and a cell."""
+@dataclass(frozen=True, slots=True)
+class WorkLimits:
+    """The most work of a search over pairs of an item (a point or a ray) and a cell or a sphere.
+
+    Attributes
+    ----------
+    pairs : int
+        Pairs with cells, of all items of a request.
+    of_item : int
+        Pairs of one item on one level of cells.
+    open : int
+        Pairs of all items of a chunk on one level of cells or spheres. If there are more, fewer
+        items are searched again; a single one has no such limit.
+    spheres, free_spheres : int
+        Pairs with spheres that the tree may fail to exclude, of all items of a request, without the
+        first `free_spheres` of each item. A pair takes some 2 µs. The search of an item with too
+        many pairs ends in the tree.
+    additions : int
+        Additions of numbers for halving cells in a request; each takes 6 to 40 ns, so all take at
+        most 24 s. At degree 32 halving a cell takes a millisecond. At low degrees, queries first
+        reach their limits of pairs.
+    bytes : int
+        Bytes of all cells and their nets, without the cells that are never dropped.
+    """
+
+    pairs: int
+    of_item: int
+    open: int = 1 << 18
+    spheres: int = 4_000_000
+    free_spheres: int = 128
+    additions: int = 600_000_000
+    bytes: int = 96 << 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +111,7 @@ class CellTree:
     Attributes
     ----------
     nets : QueryNets
+    limits : WorkLimits
     first : ndarray of int
         The cells at which queries begin; together they cover all nets.
     count : int
@@ -106,8 +133,8 @@ class CellTree:
         Whether each of the sides u = 0, u = 1, v = 0, v = 1 of a net is one point.
     """
 
-    def __init__(self, nets: QueryNets, table: Table = FULL) -> None:
-        self.nets, self._table = nets, table
+    def __init__(self, nets: QueryNets, limits: WorkLimits, table: Table = FULL) -> None:
+        self.nets, self.limits, self._table = nets, limits, table
         self.largest = max(
             float(np.abs(project(g.nets, -1)).max(initial=0.0)) * 3**0.5 for g in nets.groups
         )
@@ -157,8 +184,8 @@ class CellTree:
         )
 
     def drop_if_large(self) -> None:
-        """Drop all cells but the `roots`, if they take more than half of `MAX_BYTES`."""
-        if self.nbytes <= MAX_BYTES // 2:
+        """Drop all cells but the `roots`, if they take more than half of the bytes."""
+        if self.nbytes <= self.limits.bytes // 2:
             return
         self.count = self.roots
         for space, count in zip(self._spaces, self._root_counts, strict=True):
@@ -182,8 +209,8 @@ class CellTree:
 
     @property
     def is_full(self) -> bool:
-        """Whether the cells take more than `MAX_BYTES`, so that no more cells can be halved."""
-        return self.nbytes > MAX_BYTES
+        """Whether the cells take too many bytes, so that no more cells can be halved."""
+        return self.nbytes > self.limits.bytes
 
     def is_coarse(self, cells: Ints, strain: float) -> Bools:
         """Which cells have a `STRAIN` above `strain`, and fewer than `COARSE_HALVINGS` halvings."""
@@ -192,7 +219,7 @@ class CellTree:
 
     def can_halve(self, cells: Ints) -> Bools:
         """Which cells have children or can be halved."""
-        if self.is_full or self.additions > MAX_ADDITIONS:
+        if self.is_full or self.additions > self.limits.additions:
             return np.asarray(self._first_child[cells] >= 0)
         return np.asarray(self._depth[cells] < MAX_HALVINGS)
 

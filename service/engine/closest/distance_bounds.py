@@ -40,21 +40,20 @@ TANGENT_ERROR_a d + CENTER_ERROR_a, where TANGENT_ERROR_a ≥ 8 u |A| includes t
 Each bound is moved by such errors to the safe side.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.cells import models as model_rows
-from service.engine.vectors import UNIT, dot
+from service.engine.vectors import UNIT, Items, dot
 
 SAFE = 1 + 64 * UNIT
 """A factor that is larger than all rounding of a few products."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Minima:
+class Minima(Items):
     """Bounds of the minima of N pairs of a point and a settled cell.
 
     Attributes
@@ -79,20 +78,6 @@ class Minima:
     sides: FloatArray
     convexity: FloatArray
     loss: FloatArray
-
-    def take(self, rows: Ints) -> "Minima":
-        """The bounds of the pairs with these rows."""
-        return Minima(*(getattr(self, name).take(rows, axis=-1) for name in Minima.__slots__))
-
-    @staticmethod
-    def join(minima: Sequence["Minima"]) -> "Minima":
-        """The bounds of all parts, one after another."""
-        return Minima(
-            *(
-                np.concatenate([getattr(part, name) for part in minima], axis=-1)
-                for name in Minima.__slots__
-            )
-        )
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -10,16 +10,20 @@ other cells are farther. Here `low` has squared lower bounds of distances, but i
 they are not squared.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import row_slices
 from service.cancellation import checkpoint
 from service.engine.cells import models as model_rows
-from service.engine.cells.bounding_spheres import PatchTree, sphere_bounds
-from service.engine.cells.shares import Share
+from service.engine.cells.bounding_spheres import BoundingSpheres, sphere_bounds
+from service.engine.cells.pair_search import (
+    NO_PAIRS,
+    PairBudget,
+    Pairs,
+    TreeSearch,
+    join_pairs,
+)
 from service.engine.closest.distance_bounds import Minima, cell_bounds, least_change
 from service.engine.closest.nearest import ClosestPoints, Nearest
 from service.engine.closest.newton import measure_surface_points
@@ -27,9 +31,6 @@ from service.engine.vectors import UNIT
 
 CHUNK_PAIRS = 1 << 13
 """How many pairs of a point and a cell are computed at once; this limits the memory."""
-
-MAX_PAIRS_OF_POINT, MAX_OPEN_PAIRS = 1000, 1 << 18
-"""The most cells that may be open on one level: for one point, and for all points together."""
 
 MIN_RELATIVE_WIDTH, MIN_WIDTH = 48 * 2.0**-53, 2.0**-36
 """Intervals at most as wide as one of these are narrow enough at any tolerance. The first is
@@ -52,82 +53,83 @@ MAX_DISTANCE_TO_MINIMUM = 2.0**-40
 """Newton's method ends at this distance from the minimum, in the coordinates of the nets."""
 
 
-NO_PAIRS = np.zeros(0, np.intp), np.zeros(0, np.intp)
-"""An empty list of pairs (point, cell)."""
-
-
-class ClosestLevels:
+class ClosestLevels(TreeSearch):
     """The search for the closest points to some points.
 
     Parameters
     ----------
-    patches : PatchTree
+    spheres : BoundingSpheres
     points : ndarray of float64, shape (m, 3)
-    share : Share
-        The pairs whose bounds may be computed.
+    budget : PairBudget
     tolerance : float
         The largest width of intervals, in the coordinates of the nets.
-    max_pairs : int
-        The most pairs that one point may have in the tree of patches.
     can_split : bool
-        Whether the search may stop if too many pairs are open, so that the caller searches again
-        with fewer points at a time. (The tree of patches may always stop in this case.)
-
-    Attributes
-    ----------
-    is_crowded : bool
-        Whether the search stopped because too many pairs were open; its result is then useless.
-    most_open : int
-        The most pairs that were open on one level.
-    in_tree : ndarray of int, shape (m,)
-        How many pairs of each point the tree of patches could not exclude.
+        Whether the caller can search fewer points at a time.
     """
 
     def __init__(
         self,
-        patches: PatchTree,
+        spheres: BoundingSpheres,
         points: FloatArray,
-        share: Share,
+        budget: PairBudget,
         tolerance: float,
-        max_pairs: int,
         *,
         can_split: bool,
     ) -> None:
-        self.can_split, self.is_crowded, self.most_open = can_split, False, 0
-        self.max_pairs, self.in_tree = max_pairs, np.zeros(len(points), np.intp)
-        self.share, self.cells, self.patches = share, patches.cells, patches
+        super().__init__(spheres, budget, can_split=can_split)
         self.min_width = max(WIDTH_SHARE * tolerance, MIN_WIDTH)
         self.x = np.ascontiguousarray(points.T)  # (3, m)
         self.nearest = Nearest(self.cells, self.x, tolerance)
+        # Squared upper bounds of the least distances, from the centres of spheres.
+        self.sphere_best = np.full(self.count, np.inf)
         self.settled_pairs: list[tuple[Ints, Ints, Minima]] = []
-        self.waiting_pairs = NO_PAIRS
 
     def search(self) -> ClosestPoints | None:
-        """Search all levels until no pair is open; None if the tree of patches has too many."""
-        candidates = self.patches.candidates(self.x, self.max_pairs)
-        if candidates is None:
+        """Search all levels until no pair is open; None if fewer points must be searched."""
+        root_count = self.spheres.levels[0].shape[1]
+        every = np.arange(self.count)
+        pairs = self.descend_tree(
+            every.repeat(root_count), np.tile(np.arange(root_count), self.count)
+        )
+        if pairs is None:
             return None
-        for ended_point, ended_cell, low, upper in candidates.ended:
-            self.nearest.add_centers(ended_point, ended_cell, upper)
-            self.nearest.end_open_cells(ended_point, ended_cell, low)
-        point_lists = [candidates.point, *(ended[0] for ended in candidates.ended)]
-        self.in_tree = np.bincount(np.concatenate(point_lists), minlength=self.x.shape[1])
-        self.most_open = candidates.max_pairs
-        point, cell = candidates.point, candidates.cell
+        point, cell = pairs
+        for level, ended_point, sphere in self.ended:
+            # The centre of a sphere is that of a cell, with which the bounds are recorded.
+            low, upper = self._bound_spheres(level, ended_point, sphere)
+            middle = self.spheres.middles[level][sphere]
+            self.nearest.add_centers(ended_point, middle, upper)
+            self.nearest.end_open_cells(ended_point, middle, low)
+        points = np.concatenate([point, *(ended_point for _, ended_point, _ in self.ended)])
+        self.in_tree = np.bincount(points, minlength=self.count)
+        self.charge_tree()
         while len(point):
             checkpoint()
-            open_point, open_cell = self.step(point, cell)
-            next_pairs = [(open_point, open_cell)]
+            next_pairs = [self.step(point, cell)]
             settled_count = sum(len(settled_point) for settled_point, _, _ in self.settled_pairs)
-            if settled_count >= len(open_point):
+            if settled_count >= len(next_pairs[0][0]):
                 # Compute minima before the next level, as they exclude most open cells.
                 next_pairs.append(self.find_minima())
-            next_pairs.append(self.waiting_pairs)
-            self.waiting_pairs = NO_PAIRS
-            point, cell = _join_pairs(next_pairs)
-        return self.nearest.answer()
+            point, cell = join_pairs([*next_pairs, self.waiting_pairs])
+        return None if self.takes_too_much else self.nearest.answer()
 
-    def step(self, point: Ints, cell: Ints) -> tuple[Ints, Ints]:
+    def examine_spheres(self, level: int, item: Ints, sphere: Ints) -> Ints:
+        """The rows of spheres that are not farther than the centre of another sphere."""
+        low, upper = self._bound_spheres(level, item, sphere)
+        starts = np.flatnonzero(np.diff(item, prepend=-1))
+        points = item[starts]
+        best = np.minimum(self.sphere_best[points], np.minimum.reduceat(upper, starts))
+        self.sphere_best[points] = best
+        return np.flatnonzero(low <= self.sphere_best[item])
+
+    def _bound_spheres(
+        self, level: int, point: Ints, sphere: Ints
+    ) -> tuple[FloatArray, FloatArray]:
+        """Squared bounds of the distances of pairs: `sphere_bounds`."""
+        spheres = self.spheres.levels[level].take(sphere, axis=1)
+        return sphere_bounds(spheres, self.x.take(point, axis=1))
+
+    def step(self, point: Ints, cell: Ints) -> Pairs:
         """Examine one level of pairs; returns the pairs of the next level.
 
         Pairs that are settled on this level are stored for `find_minima`.
@@ -138,9 +140,10 @@ class ClosestLevels:
             model = self.cells.models[:5].take(cell[chunk], axis=1)
             low[chunk], upper = sphere_bounds(model, self.x.take(point[chunk], axis=1))
             self.nearest.add_centers(point[chunk], cell[chunk], upper)
-        near_rows = self.allot_pairs(
-            np.flatnonzero(low <= self.nearest.limit(point)), point, cell, low
+        near_rows, ended = self.allot_pairs(
+            np.flatnonzero(low <= self.nearest.limit(point)), point, cell
         )
+        self.nearest.end_open_cells(point[ended], cell[ended], low[ended])
         # For each of `near_rows`: coarse cells stay open without bounds.
         is_open = self.cells.is_coarse(cell[near_rows], MAX_STRAIN)
         examined = np.flatnonzero(~is_open)
@@ -149,23 +152,7 @@ class ClosestLevels:
             rows = near_rows[chosen]
             is_open[chosen], low[rows] = self.bound_pairs(point[rows], cell[rows], low[rows])
         rows = near_rows[is_open]
-        return self.halve(point[rows], cell[rows], low[rows])
-
-    def allot_pairs(self, near_rows: Ints, point: Ints, cell: Ints, low: FloatArray) -> Ints:
-        """Allot pairs to points; returns the rows of `near_rows` whose points may continue.
-
-        The pairs of other points wait for a later level, or end now.
-        """
-        is_served, is_ended = self.share.allot(
-            np.bincount(point[near_rows], minlength=self.x.shape[1])
-        )
-        if is_served.all():
-            return near_rows
-        rows = near_rows[is_ended[point[near_rows]]]
-        self.nearest.end_open_cells(point[rows], cell[rows], low[rows])
-        rows = near_rows[~(is_served | is_ended)[point[near_rows]]]
-        self.waiting_pairs = point[rows], cell[rows]
-        return near_rows[is_served[point[near_rows]]]
+        return self.halve_open(point[rows], cell[rows], low[rows])
 
     def bound_pairs(self, point: Ints, cell: Ints, low: FloatArray) -> tuple[Bools, FloatArray]:
         """Compute bounds of pairs; returns which pairs stay open, and squared lower bounds."""
@@ -186,7 +173,7 @@ class ClosestLevels:
             self.settled_pairs.append((point[rows], cell[rows], bounds.minima(rows)))
         return is_near & ~(bounds.is_empty | bounds.is_settled), low
 
-    def halve(self, point: Ints, cell: Ints, low: FloatArray) -> tuple[Ints, Ints]:
+    def halve_open(self, point: Ints, cell: Ints, low: FloatArray) -> Pairs:
         """Halve the cells of open pairs; returns the pairs with the halves.
 
         Pairs end here if their intervals are narrow enough, if their point has too many pairs, or
@@ -194,25 +181,15 @@ class ClosestLevels:
         """
         best = np.sqrt(self.nearest.best)
         is_ended = best[point] - np.sqrt(np.maximum(low, 0.0)) <= self.allowed_width(best[point])
-        is_ended |= np.bincount(point, minlength=len(best))[point] > MAX_PAIRS_OF_POINT
-        is_ended |= ~self.cells.can_halve(cell)
-        if is_ended.any():
-            self.nearest.end_open_cells(point[is_ended], cell[is_ended], low[is_ended])
-            point, cell = point[~is_ended], cell[~is_ended]
-        self.most_open = max(self.most_open, len(point))
-        if len(point) > MAX_OPEN_PAIRS and self.can_split:
-            self.is_crowded = True
-            point, cell = point[:0], cell[:0]
-        if not len(point):
-            return point, cell
-        children, parents = self.cells.children(cell)
-        return point[parents], children
+        is_ended |= self.must_end(point, cell)
+        self.nearest.end_open_cells(point[is_ended], cell[is_ended], low[is_ended])
+        return self.halve(point[~is_ended], cell[~is_ended])
 
     def allowed_width(self, distance: FloatArray) -> FloatArray:
         """The widths at which intervals are narrow enough, for these distances."""
         return np.maximum(self.min_width, MIN_RELATIVE_WIDTH * distance)
 
-    def find_minima(self) -> tuple[Ints, Ints]:
+    def find_minima(self) -> Pairs:
         """Apply Newton's method in settled cells, the nearest first.
 
         Returns the pairs of the next level, with the halves of cells whose minimum was not found.
@@ -233,7 +210,7 @@ class ClosestLevels:
                 open_rows.append(rows[~self.descend(point[rows], cell[rows], bounds.take(rows))])
         rows = np.concatenate(open_rows) if open_rows else np.zeros(0, np.intp)
         rows = rows[np.lexsort((cell[rows], point[rows]))]
-        return self.halve(point[rows], cell[rows], bounds.low[rows])
+        return self.halve_open(point[rows], cell[rows], bounds.low[rows])
 
     def descend(self, point: Ints, cell: Ints, minima: Minima) -> Bools:
         """Compute the minima of settled pairs by Newton's method; returns which pairs ended."""
@@ -279,13 +256,3 @@ class ClosestLevels:
                 for columns_of_pairs in (rectangle, errors, x)
             )
         return is_ended
-
-
-def _join_pairs(pairs: Sequence[tuple[Ints, Ints]]) -> tuple[Ints, Ints]:
-    """Join lists of pairs of a point and a cell to one list, in the order of points."""
-    filled = [pair_list for pair_list in pairs if len(pair_list[0])]
-    if len(filled) < 2:
-        return filled[0] if filled else NO_PAIRS
-    point, cell = (np.concatenate(pair_list) for pair_list in zip(*filled, strict=True))
-    order = np.argsort(point, kind="stable")
-    return point[order], cell[order]

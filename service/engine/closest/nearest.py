@@ -7,7 +7,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.cells.tree import CellTree
 from service.engine.closest.newton import SurfacePoints, measure_surface_points
-from service.engine.vectors import dot
+from service.engine.vectors import Items, dot
 
 TIE_WIDTH = 1 / 16
 """Two points of the surface count as equally near if their distances differ by at most this, in
@@ -22,16 +22,16 @@ STEPS = 7
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class ClosestPoints:
+class ClosestPoints(Items):
     """The closest points to m points, in the coordinates of the nets.
 
     Attributes
     ----------
     net : ndarray of int, shape (m,)
         The number of the net on which the closest point lies.
-    parameters : ndarray of float64, shape (m, 2)
+    parameters : ndarray of float64, shape (2, m)
         The parameters (u, v) of the closest point in its net.
-    position : ndarray of float64, shape (m, 3)
+    position : ndarray of float64, shape (3, m)
     distance, low, high : ndarray of float64, shape (m,)
         The distance of the position, and an interval that contains the least distance.
     is_tied : ndarray of bool, shape (m,)
@@ -70,10 +70,10 @@ class Nearest:
 
     def limit(self, point: Ints) -> FloatArray:
         """Squared distances beyond which a cell has neither a closest nor an equally near point."""
-        reach = np.sqrt(self.best.take(point))
-        reach += TIE_WIDTH * self._tolerance
-        reach *= reach
-        return np.asarray(reach)
+        distance = np.sqrt(self.best.take(point))
+        distance += TIE_WIDTH * self._tolerance
+        distance *= distance
+        return np.asarray(distance)
 
     def add_centers(self, point: Ints, cell: Ints, upper: FloatArray) -> None:
         """Update the nearest centres of cells by some pairs, which are in the order of points.
@@ -108,8 +108,9 @@ class Nearest:
 
     def end_open_cells(self, point: Ints, cell: Ints, low: FloatArray) -> None:
         """Record squared lower bounds of cells that the search leaves open."""
-        self.end_cells(point, low)
-        self._open_cells.append((point, cell, low))
+        if len(point):
+            self.end_cells(point, low)
+            self._open_cells.append((point, cell, low))
 
     def answer(self) -> ClosestPoints:
         """The result of the search: the closest points, with intervals of their distances."""
@@ -124,8 +125,8 @@ class Nearest:
         high = np.maximum(high, distance)
         low = np.minimum(np.sqrt(np.maximum(self._low, 0.0)), high)
         is_tied = self._find_ties(point, found, position, distance)
-        parameters = found.parameters[:, chosen].T
-        return ClosestPoints(net[chosen], parameters, position.T, distance, low, high, is_tied)
+        parameters = found.parameters[:, chosen]
+        return ClosestPoints(net[chosen], parameters, position, distance, low, high, is_tied)
 
     def _descend(self) -> None:
         """Find a surface point for each x that has none nearer than the nearest centre of a cell.

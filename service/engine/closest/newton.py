@@ -1,6 +1,5 @@
 """One step of Newton's method towards the point of a cell that is nearest to a given point."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,7 +7,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.cells.tree import CellTree
 from service.engine.nets.partials import net_partials
-from service.engine.vectors import UNIT, dot
+from service.engine.vectors import UNIT, Items, dot
 
 RIDGE = 2.0**-33
 """The second partials by aa and bb are increased by this share of the sum of their sizes. If a
@@ -17,7 +16,7 @@ Newton's method small."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class SurfacePoints:
+class SurfacePoints(Items):
     """Points of the surface, one in each of n cells, with their distances from n points x.
 
     Attributes
@@ -42,26 +41,10 @@ class SurfacePoints:
     low: FloatArray
     high: FloatArray
 
-    def take(self, rows: Ints) -> "SurfacePoints":
-        """The points with these rows."""
-        return SurfacePoints(
-            *(getattr(self, name).take(rows, axis=-1) for name in SurfacePoints.__slots__)
-        )
-
     def replace_where(self, by: "SurfacePoints", where: Bools) -> "SurfacePoints":
         """These points; where `where` (n,) is true, the points of `by` replace them."""
         names = SurfacePoints.__slots__
         return SurfacePoints(*(np.where(where, getattr(by, n), getattr(self, n)) for n in names))
-
-    @staticmethod
-    def join(parts: Sequence["SurfacePoints"]) -> "SurfacePoints":
-        """The points of all parts, one after another."""
-        return SurfacePoints(
-            *(
-                np.concatenate([getattr(part, name) for part in parts], axis=-1)
-                for name in SurfacePoints.__slots__
-            )
-        )
 
     def next(self, cell_parameters: FloatArray, sides_of_minimum: FloatArray) -> FloatArray:
         """The next parameters (a, b) of Newton's method in the cells: (2, n), in [−1, 1]².

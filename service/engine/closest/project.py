@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.cells.tree import WorkLimits
 from service.engine.closest.nearest import ClosestPoints
-from service.engine.closest.search import ClosestSearch
+from service.engine.closest.search import find_closest
 from service.engine.connectivity.connect import connect, connect_if_apart
 from service.engine.connectivity.connectivity import triangular_patches
 from service.engine.connectivity.seams import Seams
@@ -30,6 +31,9 @@ MIN_SINE, or if |S_u × S_v|, in coordinates of the nets, is at most MIN_SINE².
 RELATIVE_TOLERANCE = 1e-9
 """The default width of intervals of distances, in diagonals of the box of control points."""
 
+LIMITS = WorkLimits(pairs=12_000_000, of_item=1000)
+"""A pair takes 1 to 2.5 µs, so a response takes at most half a minute."""
+
 MAX_GAP = 1e-12
 """A point counts as on a side of its patch if its parameters are at most this far from the side."""
 
@@ -46,11 +50,14 @@ class ProjectQuery:
         The largest width of the intervals of distances, in diagonals of the box of control points.
     sign : bool
         Whether to compute which points are inside a closed surface.
+    limits : WorkLimits
+        The most work of the search for closest points.
     """
 
     points: FloatArray
     relative_tolerance: float = RELATIVE_TOLERANCE
     sign: bool = False
+    limits: WorkLimits = LIMITS
 
 
 def project_on_surface(model: PatchModel, query: ProjectQuery) -> Columns:
@@ -71,7 +78,7 @@ def project_on_surface(model: PatchModel, query: ProjectQuery) -> Columns:
     """
     nets = surface_nets(model.batches)
     local_points = nets.to_near_points(query.points)
-    closest, columns = _closest(nets, local_points, query.relative_tolerance)
+    closest, columns = _closest(nets, local_points, query)
     seams = None
     if query.sign:
         # None if points on borders may be nearly, but not exactly equal: then `compute_signs` makes
@@ -79,7 +86,7 @@ def project_on_surface(model: PatchModel, query: ProjectQuery) -> Columns:
         seams = connect_if_apart(model, WELD_TOLERANCE)
         columns["signs"] = compute_signs(model, seams, nets, local_points.points, closest.low)
     patch = nets.patch[closest.net]
-    local = nets.parameters(closest.net, closest.parameters)
+    local = nets.parameters(closest.net, closest.parameters.T)
     normals = net_normals(nets, closest.net, closest.parameters)
     columns |= surface_columns(model, patch, local, normals)
     columns["on_boundary"] = _on_boundary(model, seams or connect(model), patch, local)
@@ -97,17 +104,17 @@ def project_on_curve(pieces: CurvePieces, query: ProjectQuery) -> Columns:
     """
     nets = curve_nets(pieces)
     local_points = nets.to_near_points(to_space(query.points))
-    closest, columns = _closest(nets, local_points, query.relative_tolerance)
+    closest, columns = _closest(nets, local_points, query)
     columns["positions"] = columns["positions"][:, : pieces.dimension]
-    samples = CurveSamples(closest.net, closest.parameters[:, 0])
+    samples = CurveSamples(closest.net, closest.parameters[0])
     columns["parameters"] = samples.parameters(pieces.breaks)
     columns["tangents"] = evaluate_tangents(pieces, samples)
     return columns
 
 
 def net_normals(nets: QueryNets, net: Ints, parameters: FloatArray) -> tuple[FloatArray, Bools]:
-    """Unit normals (m, 3) at parameters (m, 2) of nets, and whether each is precise (m,)."""
-    _, du, dv = net_partials(nets, net, parameters.T, 1)
+    """Unit normals (m, 3) at parameters (2, m) of nets, and whether each is precise (m,)."""
+    _, du, dv = net_partials(nets, net, parameters, 1)
     return regular_normals(du.T, dv.T)
 
 
@@ -172,18 +179,18 @@ def in_domains(model: PatchModel, patch: Ints, local: FloatArray) -> tuple[Float
 
 
 def _closest(
-    nets: QueryNets, local_points: LocalPoints, relative_tolerance: float
+    nets: QueryNets, local_points: LocalPoints, query: ProjectQuery
 ) -> tuple[ClosestPoints, Columns]:
     """Find the closest points; returns them, and the arrays that surfaces and curves share."""
-    width = relative_tolerance * nets.diagonal
-    closest = ClosestSearch(nets, width / nets.scale).find(local_points.points)
+    width = query.relative_tolerance * nets.diagonal
+    closest = find_closest(nets, width / nets.scale, local_points.points, query.limits)
     # `LocalPoints` moves very far points nearer; their distances have an error below one rounding.
     is_moved = local_points.shift > 0
     low = np.where(is_moved, np.nextafter(closest.low, 0.0), closest.low)
     high = np.where(is_moved, np.nextafter(closest.high, np.inf), closest.high)
     bounds = np.stack([local_points.model_lengths(low), local_points.model_lengths(high)], axis=1)
     return closest, {
-        "positions": nets.origin + closest.position * nets.scale,
+        "positions": nets.origin + closest.position.T * nets.scale,
         "distances": local_points.model_lengths(closest.distance),
         "distance_bounds": bounds,
         "reached": bounds[:, 1] - bounds[:, 0] <= width,

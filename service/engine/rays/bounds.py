@@ -44,18 +44,21 @@ surface, which is the point (0, 0, 0) of the nets. The new ray is at most 4 u (|
 old ray, which the slack includes.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.row_batches import row_slices
 from service.engine.cells import models as model_rows
 from service.engine.nets.query_nets import QueryNets
-from service.engine.vectors import UNIT, cross, dot, length
+from service.engine.vectors import UNIT, Items, cross, dot, length
 
 MAX_CONTRACTION = 0.5
 """The largest ν of settled cells: Newton's method then finds their roots in few steps."""
+
+CHUNK_PAIRS = 1 << 13
+"""How many pairs of a ray and a sphere or cell are computed at once; this limits the memory."""
 
 SAFE = 1 + 64 * UNIT
 """A factor that is larger than all rounding of a few products."""
@@ -66,7 +69,7 @@ not count as a point is more than 8 times the slack (`ray_levels`)."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Rays:
+class Rays(Items):
     """m rays, in the coordinates of the nets.
 
     Attributes
@@ -86,10 +89,6 @@ class Rays:
     near: FloatArray
     slack: FloatArray
     thickness: FloatArray
-
-    def take(self, rays: Ints | slice) -> "Rays":
-        """The rays with these numbers."""
-        return Rays(*(getattr(self, name)[..., rays] for name in Rays.__slots__))
 
 
 @np.errstate(all="ignore")
@@ -136,8 +135,36 @@ def sphere_misses(
     return misses, low
 
 
+def find_met_spheres(spheres: FloatArray, rays: Rays) -> tuple[Ints, Ints]:
+    """The pairs of a ray and a sphere that the ray may meet, in the order of rays.
+
+    All pairs of m rays and n spheres are tested, in arrays (m, n). With g = c − o, the squared
+    distance of a centre from the line of a ray is |g|² − (g · d)², up to 16 u |g|²; twice this
+    error is subtracted.
+    """
+    pairs = []
+    center, radius = spheres[:3, np.newaxis], spheres[3]
+    for rows in row_slices(len(rays.near), spheres.shape[1], CHUNK_PAIRS):
+        o, d = rays.origin[:, rows, np.newaxis], rays.direction[:, rows, np.newaxis]
+        g = center - o
+        along_ray, squared_distance = dot(g, d, -3), dot(g, g, -3)
+        squared_distance *= 1 - 32 * UNIT
+        squared_along_ray = along_ray * along_ray
+        squared_distance -= squared_along_ray
+        radius_with_slack = radius + rays.slack[rows, np.newaxis]
+        along_ray += radius_with_slack
+        is_met = along_ray >= rays.near[rows, np.newaxis]
+        radius_with_slack *= radius_with_slack
+        radius_with_slack *= SAFE
+        is_met &= squared_distance <= radius_with_slack
+        ray, sphere = np.nonzero(is_met)
+        pairs.append((ray + rows.start, sphere))
+    ray, sphere = (np.concatenate(column) for column in zip(*pairs, strict=True))
+    return ray, sphere
+
+
 @dataclass(frozen=True, eq=False, slots=True)
-class RootBounds:
+class RootBounds(Items):
     """The bounds of the roots of N settled pairs of a ray and a cell.
 
     Attributes
@@ -163,18 +190,6 @@ class RootBounds:
     contraction: FloatArray
     start: FloatArray
     exists: Bools
-
-    def take(self, rows: Ints | Bools) -> "RootBounds":
-        """The bounds of the pairs with these rows."""
-        return RootBounds(*(getattr(self, name)[..., rows] for name in RootBounds.__slots__))
-
-    @staticmethod
-    def join(bounds: Sequence["RootBounds"]) -> "RootBounds":
-        """The bounds of all parts, one after another."""
-        names = RootBounds.__slots__
-        return RootBounds(
-            *(np.concatenate([getattr(part, name) for part in bounds], axis=-1) for name in names)
-        )
 
 
 @np.errstate(all="ignore")

@@ -47,18 +47,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.arrays import Bools, FloatArray
 from service.engine.cells import models as model_rows
 from service.engine.rays.bounds import SAFE
 from service.engine.vectors import UNIT, cross, dot
-
-_VECTORS = (
-    model_rows.TANGENT_A,
-    model_rows.TANGENT_B,
-    model_rows.SECOND_AA,
-    model_rows.SECOND_AB,
-    model_rows.SECOND_BB,
-)
 
 MAX_SLOPE = 0.25
 """The largest |d · n| at the centre of a cell that counts as almost tangent to the ray."""
@@ -87,10 +79,6 @@ class Strips:
     is_along_b: Bools
     line: FloatArray
     spread: FloatArray
-
-    def take(self, rows: Ints | Bools) -> "Strips":
-        """The strips with these rows."""
-        return Strips(*(getattr(self, name)[..., rows] for name in Strips.__slots__))
 
 
 @np.errstate(all="ignore")
@@ -123,7 +111,7 @@ def find_grazed_strips(
     w = w / np.sqrt(dot(w, w))
     z = cross(d, w)
     to_center = model[:3] - o
-    vectors = [model[k : k + 3] for k in _VECTORS]
+    vectors = [model[k : k + 3] for k in m.VECTORS[:5]]
     ta, tb, taa, tab, tbb = (dot(d, vector) for vector in vectors)
     pa, pb, paa, pab, pbb = (dot(w, vector) for vector in vectors)
     ha, hb, haa, hab, hbb = (dot(z, vector) for vector in vectors)
@@ -138,13 +126,13 @@ def find_grazed_strips(
     hxx, hyy = np.where(is_along_b, haa, hbb), np.where(is_along_b, hbb, haa)
     x0, x1 = -dot(w, to_center) / px, -py / px
     error = (0.5 * np.abs(paa) + np.abs(pab) + 0.5 * np.abs(pbb) + rest) / np.abs(px) * SAFE
-    reach = np.abs(x0) + np.abs(x1)
+    max_x = np.abs(x0) + np.abs(x1)
     is_empty = np.abs(x0) > (1 + np.abs(x1) + error) * SAFE
     h0 = dot(z, to_center) + hx * x0 + 0.5 * hxx * x0 * x0
     h1 = hx * x1 + hy + hxx * x0 * x1 + hab * x0
     h2 = 0.5 * hxx * x1 * x1 + hab * x1 + 0.5 * hyy
-    delta = error * (np.abs(hx) + np.abs(hxx) * (reach + 0.5 * error) + np.abs(hab)) + height_error
-    delta += 16 * UNIT * (1 + reach) * (np.abs(hx) + np.abs(hab) + np.abs(hxx) * (1 + reach))
+    delta = error * (np.abs(hx) + np.abs(hxx) * (max_x + 0.5 * error) + np.abs(hab)) + height_error
+    delta += 16 * UNIT * (1 + max_x) * (np.abs(hx) + np.abs(hab) + np.abs(hxx) * (1 + max_x))
     max_variation = (np.abs(h1) + np.abs(h2) + delta) * SAFE
     is_empty |= np.abs(h0) > max_variation
     is_thin = np.abs(h0) + max_variation <= thickness / 2

@@ -1,7 +1,7 @@
 """Hits of rays, and the merging of hits that several cells report at one place.
 
 Every hit represents some points of the surface on its ray, and has an interval of t that contains
-them all. There are four sources of hits: a *proved* root, a point at which a cell meets the ray; a
+them all. There is evidence of four kinds: a *proved* root, a point at which a cell meets the ray; a
 root that is so *near* the border of its cell that it may be outside, and is not proved; an end of a
 *strip*, a curve in a cell that the ray is almost tangent to; and a *point*, a cell much smaller
 than the thickness of the ray. Hits of one ray whose intervals overlap are at one place, and form a
@@ -21,15 +21,14 @@ cluster. A cluster is merged by these rules:
   only makes the interval of the crossing longer.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.rays.bounds import Rays
-from service.engine.vectors import cross, dot
+from service.engine.vectors import Items, cross, dot
 
 MIN_LENGTH_ALONG = 32
 """The least length of the interval of a hit *along*, in units of √(thickness · diagonal).
@@ -47,7 +46,7 @@ MAX_TANGENT_SINE = 1e-3
 """A ray and the surface are almost tangent if the sine of their angle is at most this."""
 
 
-class Source(IntEnum):
+class Evidence(IntEnum):
     """How a hit was found: as a proved root, near the border of a cell, as a strip or a point."""
 
     PROVED = 0
@@ -65,7 +64,7 @@ class Kind(IntEnum):
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Hits:
+class Hits(Items):
     """n hits of rays.
 
     Attributes
@@ -80,7 +79,7 @@ class Hits:
     residual : ndarray of float64, shape (n,)
         The distance of the position from the ray.
     label : ndarray of int, shape (n,)
-        Before merging a `Source`, after merging a `Kind`.
+        Before merging an `Evidence`, after merging a `Kind`.
     """
 
     ray: Ints
@@ -95,21 +94,6 @@ class Hits:
     residual: FloatArray
     label: Ints
 
-    def take(self, rows: Ints | Bools) -> "Hits":
-        """The hits with these rows."""
-        return Hits(*(getattr(self, field.name)[..., rows] for field in fields(Hits)))
-
-    @staticmethod
-    def join(parts: "Sequence[Hits]") -> "Hits":
-        """The hits of all parts, one after another."""
-        if not parts:
-            vectors, scalars, numbers = np.zeros((3, 0)), np.zeros(0), np.zeros(0, np.intp)
-            points = np.zeros((2, 0)), vectors, vectors, vectors
-            return Hits(numbers, numbers, *points, scalars, scalars, scalars, scalars, numbers)
-        return Hits(
-            *(np.concatenate([getattr(p, f.name) for p in parts], axis=-1) for f in fields(Hits))
-        )
-
     def sines(self, direction: FloatArray) -> FloatArray:
         """Sines (n,) of the angles between directions (3, n) and the surface at these hits.
 
@@ -118,6 +102,15 @@ class Hits:
         normal = cross(self.du, self.dv)
         length = np.sqrt(dot(normal, normal))
         return dot(normal, direction) / np.where(length > 0, length, 1.0)
+
+
+_NUMBERS, _VALUES, _VECTORS = np.zeros(0, np.intp), np.zeros(0), np.zeros((3, 0))
+
+NO_HITS = Hits(
+    *(_NUMBERS, _NUMBERS, np.zeros((2, 0)), _VECTORS, _VECTORS, _VECTORS),
+    *(_VALUES, _VALUES, _VALUES, _VALUES, _NUMBERS),
+)
+"""An empty list of hits."""
 
 
 def merge_hits(hits: Hits, rays: Rays, min_length_along: float) -> Hits:
@@ -130,7 +123,7 @@ def merge_hits(hits: Hits, rays: Rays, min_length_along: float) -> Hits:
     sines = hits.sines(rays.direction[:, hits.ray])
     # Enlarge the intervals of strips: a surface that is almost tangent to the ray is also near the
     # ray before and after the strip.
-    pad = np.where(hits.label == Source.STRIP, STRIP_PADDING * min_length_along, 0.0)
+    pad = np.where(hits.label == Evidence.STRIP, STRIP_PADDING * min_length_along, 0.0)
     order = np.lexsort((*hits.parameters[::-1], hits.net, hits.low - pad, hits.ray))
     hits, sines, pad = hits.take(order), sines[order], pad[order]
     max_variation = MAX_VARIATION * rays.thickness[hits.ray]
@@ -142,8 +135,10 @@ def merge_hits(hits: Hits, rays: Rays, min_length_along: float) -> Hits:
     is_kept = np.ones(len(cluster), bool)
     # `first` has the first row of each cluster. A cluster needs merging if it has a strip or a
     # point, or several hits of which one is not proved.
-    max_source = np.maximum.reduceat(hits.label, first) if len(first) else first
-    needs_merging = (max_source >= Source.STRIP) | ((sizes > 1) & (max_source > Source.PROVED))
+    max_evidence = np.maximum.reduceat(hits.label, first) if len(first) else first
+    needs_merging = (max_evidence >= Evidence.STRIP) | (
+        (sizes > 1) & (max_evidence > Evidence.PROVED)
+    )
     for k in np.flatnonzero(needs_merging).tolist():
         rows = np.arange(first[k], first[k] + sizes[k])
         is_kept[rows] = False
@@ -178,20 +173,20 @@ def _merge_cluster(
     hit *along* and, for each hit, the largest variation of distances, and whether it is behind the
     origin of its ray.
     """
-    source, t = hits.label[rows], hits.t[rows]
-    proved, unproved = rows[source == Source.PROVED], rows[source == Source.NEAR]
-    strips = rows[source >= Source.STRIP]  # and points
+    evidence, t = hits.label[rows], hits.t[rows]
+    proved, unproved = rows[evidence == Evidence.PROVED], rows[evidence == Evidence.NEAR]
+    strips = rows[evidence >= Evidence.STRIP]  # and points
     merged: list[tuple[int, Kind]] = []
     if len(strips):
         # Unproved hits between the strips, at which the ray is not almost tangent, are another
         # sheet; the other unproved hits join the strips.
-        ends = t[source >= Source.STRIP]
+        ends = t[evidence >= Evidence.STRIP]
         is_between_ends = (hits.low[unproved] > ends.min()) & (hits.high[unproved] < ends.max())
         is_sheet = is_between_ends & (np.abs(sines[unproved]) > MAX_TANGENT_SINE)
         strips, unproved = np.concatenate([strips, unproved[~is_sheet]]), unproved[is_sheet]
         tangent_rows = proved[np.abs(sines[proved]) <= MAX_TANGENT_SINE]
-        strip_sines, are_points = sines[strips], (hits.label[strips] == Source.POINT).all()
-        residuals = hits.residual[rows[source == Source.STRIP]]
+        strip_sines, are_points = sines[strips], (hits.label[strips] == Evidence.POINT).all()
+        residuals = hits.residual[rows[evidence == Evidence.STRIP]]
         min_length_along, max_variation, is_behind = limits
         if np.ptp(ends) > min_length_along and _are_nearly_equal(residuals, max_variation[rows[0]]):
             low, high = hits.low[strips].min(), hits.high[strips].max()

@@ -6,15 +6,20 @@ from typing import Any
 import numpy as np
 
 from service.bases.arrays import FloatArray
+from service.engine.cells.tree import WorkLimits
 from service.engine.closest.project import regular_normals, surface_columns
 from service.engine.nets.query_nets import surface_nets
-from service.engine.rays.hits import Hits, Kind
+from service.engine.rays.hits import NO_HITS, Hits, Kind
 from service.engine.rays.search import RaySearch
 from service.errors import Issue, TooLarge
 from service.surface.lowered import PatchModel
 
 RELATIVE_THICKNESS = 1e-9
 """The default thickness of rays, in diagonals of the box of control points."""
+
+LIMITS = WorkLimits(pairs=8_000_000, of_item=4096)
+"""Most rays need 10 to 40 pairs; a pair takes 0.5 to 5 µs, including its new cells, so all pairs of
+a request take at most 40 s. The search of a ray with too many pairs on a level ends."""
 
 NAMES = np.array([kind.name.lower() for kind in Kind])
 """The name of each `Kind`, in lower case."""
@@ -33,12 +38,15 @@ class RayQuery:
     relative_thickness : float
         The largest distance from a ray at which a point of the surface may count as a hit, in
         diagonals of the box of control points.
+    limits : WorkLimits
+        The most work of the search.
     """
 
     origins: FloatArray
     directions: FloatArray
     only_first: bool = True
     relative_thickness: float = RELATIVE_THICKNESS
+    limits: WorkLimits = LIMITS
 
 
 def intersect_rays(model: PatchModel, query: RayQuery, max_hits: int) -> dict[str, Any]:
@@ -70,7 +78,7 @@ def intersect_rays(model: PatchModel, query: RayQuery, max_hits: int) -> dict[st
         `too_many_hits`: more than `max_hits`.
     """
     nets = surface_nets(model.batches)
-    search = RaySearch(nets, query.relative_thickness * nets.diagonal / nets.scale)
+    search = RaySearch(nets, query.relative_thickness * nets.diagonal / nets.scale, query.limits)
     count = 0
     parts: list[Hits] = []
     # For each hit, the sine of the angle between the ray and the tangent plane of the surface. A
@@ -87,7 +95,7 @@ def intersect_rays(model: PatchModel, query: RayQuery, max_hits: int) -> dict[st
             needed = f"at most {max_hits}; fewer rays, or their first hits alone"
             got = f"more than {max_hits} hits"
             raise TooLarge(Issue("too_many_hits", message, "/rays", got, needed))
-    hits = Hits.join(parts)
+    hits = Hits.join(parts or [NO_HITS])
     kind = hits.label  # after merging, `label` has the `Kind` of each hit
     with np.errstate(all="ignore"):
         lengths = np.sqrt(np.square(query.directions).sum(axis=1))[hits.ray]

@@ -17,30 +17,31 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import row_slices
 from service.cancellation import checkpoint
 from service.engine.cells import models as model_rows
-from service.engine.cells.bounding_spheres import PatchTree
-from service.engine.cells.shares import Share
+from service.engine.cells.bounding_spheres import BoundingSpheres
+from service.engine.cells.pair_search import (
+    NO_PAIRS,
+    PairBudget,
+    Pairs,
+    TreeSearch,
+    join_pairs,
+)
 from service.engine.rays.bounds import (
+    CHUNK_PAIRS,
     MAX_CONTRACTION,
     Rays,
     RootBounds,
+    find_met_spheres,
     root_bounds,
     sphere_misses,
 )
 from service.engine.rays.grazing import MAX_SLOPE, find_grazed_strips
-from service.engine.rays.hits import Hits, Source
+from service.engine.rays.hits import NO_HITS, Evidence, Hits
 from service.engine.rays.newton import (
     find_roots,
     find_strips,
     take_points,
 )
 from service.engine.vectors import dot
-
-CHUNK_PAIRS = 1 << 13
-"""How many pairs of a ray and a cell are computed at once; this limits the memory."""
-
-MAX_PAIRS_OF_RAY, MAX_OPEN_PAIRS = 4096, 1 << 18
-"""The most pairs that may be open on one level: of one ray, and of all rays that are searched
-together. The search of a ray with more ends; with more in all, fewer rays are searched again."""
 
 MAX_STRAIN = MAX_CONTRACTION / 3
 """A cell with more strain than this is halved without computing bounds, because no ray can be
@@ -59,104 +60,94 @@ MAX_NEAR_SHARE = 1 / 4
 """If only first hits are requested, the pairs with farther cells join the search later: when the
 open pairs with nearer cells are at most this share of the pairs with farther cells."""
 
-NO_PAIRS = np.zeros(0, np.intp), np.zeros(0, np.intp)
-"""An empty list of pairs (ray, cell)."""
 
-
-def _join_pairs(pairs: list[tuple[Ints, Ints]]) -> tuple[Ints, Ints]:
-    """Join lists of pairs of a ray and a cell to one list, in the order of rays."""
-    filled = [pair for pair in pairs if len(pair[0])]
-    if len(filled) < 2:
-        return filled[0] if filled else NO_PAIRS
-    ray, cell = (np.concatenate(pair) for pair in zip(*filled, strict=True))
-    order = np.argsort(ray, kind="stable")
-    return ray[order], cell[order]
-
-
-class RayLevels:
+class RayLevels(TreeSearch):
     """The search for the hits of some rays.
 
     Parameters
     ----------
-    patches : PatchTree
+    spheres : BoundingSpheres
     rays : Rays
-    share : Share
-        How many pairs may still have their bounds computed; this number is divided among the rays.
-    max_pairs_of_ray : int
-        The most pairs that one ray may have in the tree of patches.
+    budget : PairBudget
     only_first : bool
         Whether only the first hit of each ray is needed.
     can_split : bool
-        Whether the search may end without a result if too many pairs are open, because the caller
-        can then search fewer rays at a time.
+        Whether the caller can search fewer rays at a time.
 
     Attributes
     ----------
     reached : ndarray of bool, shape (m,)
         For each ray, whether `search` returns all of its hits.
-    is_crowded : bool
-        Whether the search ended because too many pairs were open.
-    most_open : int
-        The most pairs that were open on one level.
-    in_tree : ndarray of int, shape (m,)
-        How many pairs of each ray the tree of patches could not exclude.
     """
 
     def __init__(
         self,
-        patches: PatchTree,
+        spheres: BoundingSpheres,
         rays: Rays,
-        share: Share,
-        max_pairs_of_ray: int,
+        budget: PairBudget,
         *,
         only_first: bool,
         can_split: bool,
     ) -> None:
-        self.can_split, self.is_crowded, self.most_open = can_split, False, 0
-        self.max_pairs_of_ray, self.in_tree = max_pairs_of_ray, np.zeros(len(rays.near), np.intp)
-        self.share, self.waiting_pairs = share, NO_PAIRS
-        """Pairs of the rays whose share is too small for this level; they are examined again."""
-        self.only_first = only_first
-        self.cells, self.patches, self.rays = patches.cells, patches, rays
-        self.farthest = np.full(len(rays.near), np.inf)
-        """For each ray, the largest t of interest."""
+        super().__init__(spheres, budget, can_split=can_split)
+        self.rays, self.only_first = rays, only_first
+        # For each ray, the largest t of interest.
+        self.farthest = np.full(self.count, np.inf)
         self.reached = np.isfinite(rays.slack)
-        self.is_later = np.zeros(len(rays.near), bool)
-        """Which rays have pairs with farther cells that have not joined the search."""
+        # Which rays have pairs with farther cells that have not joined the search.
+        self.is_later = np.zeros(self.count, bool)
+        # Pairs for `apply_newton`: rays, cells, lower bounds of t, and bounds of the roots.
         self.settled_pairs: list[tuple[Ints, Ints, FloatArray, RootBounds]] = []
-        """Pairs for `apply_newton`: rays, cells, lower bounds of t, and bounds of the roots."""
         self.hits: list[Hits] = []
 
     def search(self) -> Hits | None:
-        """Search all levels until no pair is open; None if the tree of patches leaves too many."""
-        candidates = self.patches.candidates_on(self.rays, self.max_pairs_of_ray)
-        if candidates is None:
+        """Search all levels until no pair is open; None if fewer rays must be searched."""
+        pairs = self.descend_tree(*find_met_spheres(self.spheres.levels[0], self.rays))
+        if pairs is None:
             return None
-        self.reached &= ~candidates.is_ended
-        self.in_tree = np.bincount(candidates.ray, minlength=len(candidates.is_ended))
-        # Rays that ended in the tree count with all pairs that they were allowed.
-        self.in_tree[candidates.is_ended] = self.max_pairs_of_ray
-        self.most_open = candidates.max_pairs
-        (ray, cell), later_pairs = self.split_by_distance(candidates.ray, candidates.cell)
+        ray, cell = pairs
+        if len(self.spheres.levels) > 1:
+            is_met = self.find_met(self.cells.models, ray, cell)
+            ray, cell = ray[is_met], cell[is_met]
+        self.in_tree = np.bincount(ray, minlength=self.count)
+        for _, ended_ray, _ in self.ended:
+            # Rays that ended in the tree count with all pairs that they were allowed.
+            self.reached[ended_ray], self.in_tree[ended_ray] = False, self.budget.max_spheres
+        self.charge_tree()
+        (ray, cell), later_pairs = self.split_by_distance(ray, cell)
         self.is_later[later_pairs[0]] = True
         while len(ray) or self.settled_pairs or len(later_pairs[0]):
             if len(ray) - len(self.waiting_pairs[0]) <= MAX_NEAR_SHARE * len(later_pairs[0]):
-                ray, cell = _join_pairs([(ray, cell), later_pairs])
+                ray, cell = join_pairs([(ray, cell), later_pairs])
                 later_pairs = NO_PAIRS
                 self.is_later[:] = False
-            pairs = [self.step(ray, cell)]
+            next_pairs = [self.step(ray, cell)]
             # Collect settled pairs until there are no more open pairs than settled pairs, because
             # Newton's method is faster for many pairs together.
-            if sum(len(pair[0]) for pair in self.settled_pairs) >= len(pairs[0][0]):
-                pairs.append(self.apply_newton())
-            ray, cell = _join_pairs([*pairs, self.waiting_pairs])
-        hits = Hits.join(self.hits)
+            if sum(len(pair[0]) for pair in self.settled_pairs) >= len(next_pairs[0][0]):
+                next_pairs.append(self.apply_newton())
+            ray, cell = join_pairs([*next_pairs, self.waiting_pairs])
+        if self.takes_too_much:
+            return None
+        hits = Hits.join(self.hits or [NO_HITS])
         # Hits before the beginning of the ray do not count.
         return hits.take(hits.high >= self.rays.near[hits.ray])
 
-    def split_by_distance(
-        self, ray: Ints, cell: Ints
-    ) -> tuple[tuple[Ints, Ints], tuple[Ints, Ints]]:
+    def examine_spheres(self, level: int, item: Ints, sphere: Ints) -> Ints:
+        """The rows of spheres that rays may meet; those of the first level are known to be met."""
+        if level == 0:
+            return np.arange(len(item))
+        return np.flatnonzero(self.find_met(self.spheres.levels[level], item, sphere))
+
+    def find_met(self, spheres: FloatArray, ray: Ints, sphere: Ints) -> Bools:
+        """Which pairs of a ray and a sphere, or the sphere of a cell, may meet."""
+        is_met = np.empty(len(ray), bool)
+        for rows in row_slices(len(ray), 1, CHUNK_PAIRS):
+            chosen = spheres[:4].take(sphere[rows], axis=1)
+            is_met[rows] = ~sphere_misses(chosen, self.rays, ray[rows], np.array(np.inf))[0]
+        return is_met
+
+    def split_by_distance(self, ray: Ints, cell: Ints) -> tuple[Pairs, Pairs]:
         """Split the first pairs into those with the nearer cells, and those with the farther cells.
 
         If all hits are needed, all pairs are in the first list.
@@ -171,12 +162,11 @@ class RayLevels:
         is_near = low <= np.repeat(middle, np.diff(starts, append=len(ray)))
         return (ray[is_near], cell[is_near]), (ray[~is_near], cell[~is_near])
 
-    def step(self, ray: Ints, cell: Ints) -> tuple[Ints, Ints]:
+    def step(self, ray: Ints, cell: Ints) -> Pairs:
         """Examine one level of pairs; returns the pairs of the next level.
 
         Pairs that are settled on this level are stored for `apply_newton`.
         """
-        self.waiting_pairs = NO_PAIRS
         meets, low = np.zeros(len(ray), bool), np.empty(len(ray))
         models, limit = self.cells.models, self.farthest[ray]
         for rows in row_slices(len(ray), 1, CHUNK_PAIRS):
@@ -192,7 +182,8 @@ class RayLevels:
             points = met_rows[is_point]
             self.hits.append(take_points(self.cells, self.rays, ray[points], cell[points]))
             met_rows = met_rows[~is_point]
-        met_rows = self.allot_pairs(met_rows, ray, cell)
+        met_rows, ended = self.allot_pairs(met_rows, ray, cell, self.is_later)
+        self.reached[ray[ended]] = False
         is_coarse = models[model_rows.STRAIN, cell[met_rows]] > MAX_STRAIN
         open_pairs = [(ray[met_rows[is_coarse]], cell[met_rows[is_coarse]])]
         met_rows = met_rows[~is_coarse]
@@ -202,21 +193,9 @@ class RayLevels:
         ):
             checkpoint()
             open_pairs.append(self.bound_pairs(ray[chunk], cell[chunk], low[chunk]))
-        return self.halve(*(np.concatenate(column) for column in zip(*open_pairs, strict=True)))
+        return self.halve_open(*(np.concatenate(c) for c in zip(*open_pairs, strict=True)))
 
-    def allot_pairs(self, met_rows: Ints, ray: Ints, cell: Ints) -> Ints:
-        """Allot pairs to rays; returns the rows of `met_rows` whose rays may continue.
-
-        The pairs of other rays wait for a later level, or end now.
-        """
-        counts = np.bincount(ray[met_rows], minlength=len(self.reached))
-        is_served, is_ended = self.share.allot(counts, self.is_later)
-        self.reached &= ~is_ended
-        rows = met_rows[~(is_served | is_ended)[ray[met_rows]]]
-        self.waiting_pairs = ray[rows], cell[rows]
-        return met_rows[is_served[ray[met_rows]]]
-
-    def bound_pairs(self, ray: Ints, cell: Ints, low: FloatArray) -> tuple[Ints, Ints]:
+    def bound_pairs(self, ray: Ints, cell: Ints, low: FloatArray) -> Pairs:
         """Compute the bounds of pairs; returns the pairs that stay open."""
         models, rays = self.cells.models, self.rays
         o, d = rays.origin.take(ray, axis=1), rays.direction.take(ray, axis=1)
@@ -262,28 +241,20 @@ class RayLevels:
         """Do not search behind the hit at t, except for other hits at the same place."""
         np.minimum.at(self.farthest, ray, t + MAX_DISTANCE_BEHIND * self.rays.thickness[ray])
 
-    def halve(self, ray: Ints, cell: Ints) -> tuple[Ints, Ints]:
+    def halve_open(self, ray: Ints, cell: Ints) -> Pairs:
         """Halve the cells of open pairs; returns the pairs with the halves.
 
         Rays that have too many pairs, or whose cells cannot be halved, end: they are not `reached`.
         """
-        is_ended = np.bincount(ray, minlength=len(self.reached))[ray] > MAX_PAIRS_OF_RAY
-        is_ended |= ~self.cells.can_halve(cell)
-        if is_ended.any():
-            self.reached[ray[is_ended]] = False
+        must_end = self.must_end(ray, cell)
+        if must_end.any():
+            self.reached[ray[must_end]] = False
             is_kept = self.reached[ray]
             ray, cell = ray[is_kept], cell[is_kept]
-        self.most_open = max(self.most_open, len(ray))
-        if len(ray) > MAX_OPEN_PAIRS and self.can_split:
-            self.is_crowded = True
-            ray, cell = ray[:0], cell[:0]
-        if not len(ray):
-            return ray, cell
         order = np.argsort(ray, kind="stable")
-        children, parents = self.cells.children(cell[order])
-        return ray[order][parents], children
+        return self.halve(ray[order], cell[order])
 
-    def apply_newton(self) -> tuple[Ints, Ints]:
+    def apply_newton(self) -> Pairs:
         """Apply Newton's method to the settled pairs.
 
         If only first hits are requested, the nearest cell of each ray comes first: a hit there may
@@ -313,7 +284,9 @@ class RayLevels:
                 self.hits.append(hits)
                 open_rows.append(chunk[~is_done])
                 if self.only_first:
-                    is_sure = (hits.label == Source.PROVED) & (hits.low > self.rays.near[hits.ray])
+                    is_sure = (hits.label == Evidence.PROVED) & (
+                        hits.low > self.rays.near[hits.ray]
+                    )
                     self.limit_search(hits.ray[is_sure], hits.t[is_sure])
         rows = np.concatenate(open_rows) if open_rows else np.zeros(0, np.intp)
-        return self.halve(ray[rows], cell[rows])
+        return self.halve_open(ray[rows], cell[rows])

@@ -10,7 +10,7 @@ from service.engine.cells.tree import CellTree
 from service.engine.nets.partials import net_partials
 from service.engine.rays.bounds import Rays, RootBounds
 from service.engine.rays.grazing import Strips
-from service.engine.rays.hits import Hits, Kind, Source
+from service.engine.rays.hits import NO_HITS, Evidence, Hits, Kind
 from service.engine.vectors import UNIT, cross, dot
 
 MAX_STEPS = 8
@@ -73,9 +73,14 @@ class _RayPoints:
         )
 
     def to_hits(
-        self, rows: Ints, ray: Ints, net: Ints, ends: tuple[FloatArray, FloatArray], source: Source
+        self,
+        rows: Ints,
+        ray: Ints,
+        net: Ints,
+        ends: tuple[FloatArray, FloatArray],
+        evidence: Evidence,
     ) -> Hits:
-        """The points `rows` as hits that were found as `source`.
+        """The points `rows` as hits that were found as `evidence`.
 
         `ray` and `net` are the numbers of their rays and nets; `ends` are the lower and the upper
         ends of their intervals of t.
@@ -83,7 +88,7 @@ class _RayPoints:
         t, residual = self.t[rows], self.residual[rows]
         low, high = ends
         points = self.position[:, rows], self.du[:, rows], self.dv[:, rows]
-        labels = np.full(len(rows), source)
+        labels = np.full(len(rows), evidence)
         return Hits(ray, net, self.parameters[:, rows], *points, t, low, high, residual, labels)
 
 
@@ -170,16 +175,16 @@ def find_roots(
                 ray[hit_rows],
                 cells.net[cell[hit_rows]],
                 (t - half_width, t + half_width),
-                Source.NEAR,
+                Evidence.NEAR,
             )
-            hits.label[is_inside] = Source.PROVED
+            hits.label[is_inside] = Evidence.PROVED
             hits_by_step.append(hits)
         is_done[rows[is_outside | is_near]] = True
         is_open = ~(is_outside | is_near | is_stuck)
         rows, cell_parameters = rows[is_open], next_parameters[:, is_open]
         if not len(rows):
             break
-    return Hits.join(hits_by_step), is_done
+    return Hits.join(hits_by_step or [NO_HITS]), is_done
 
 
 @np.errstate(all="ignore")
@@ -234,7 +239,7 @@ def find_strips(
     t = np.stack([points.t[rows] for points in ends])
     low, high = t.min(axis=0) - padding, t.max(axis=0) + padding
     net = cells.net[cell[rows]]
-    hits = [points.to_hits(rows, ray[rows], net, (low, high), Source.STRIP) for points in ends]
+    hits = [points.to_hits(rows, ray[rows], net, (low, high), Evidence.STRIP) for points in ends]
     return Hits.join(hits), is_done
 
 
@@ -245,7 +250,7 @@ def take_points(cells: CellTree, rays: Rays, ray: Ints, cell: Ints) -> Hits:
     half_width = 2 * cells.models[model_rows.RADIUS, cell] + points.rounding
     rows, net = np.arange(len(ray)), cells.net[cell]
     return points.to_hits(
-        rows, ray, net, (points.t - half_width, points.t + half_width), Source.POINT
+        rows, ray, net, (points.t - half_width, points.t + half_width), Evidence.POINT
     )
 
 

@@ -35,35 +35,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray
-from service.cancellation import checkpoint
 from service.engine.cells import models as model_rows
-from service.engine.cells.bounding_spheres import FREE_PAIRS, MAX_PAIRS_IN_TREE, PatchTree
-from service.engine.cells.shares import Share
-from service.engine.cells.tree import CellTree
+from service.engine.cells.bounding_spheres import BoundingSpheres
+from service.engine.cells.pair_search import Chunks, PairBudget
+from service.engine.cells.tree import CellTree, WorkLimits
 from service.engine.nets.query_nets import QueryNets
-from service.engine.rays.bounds import (
-    Rays,
-    local_rays,
-)
+from service.engine.rays.bounds import Rays, local_rays
 from service.engine.rays.hits import MIN_LENGTH_ALONG, Hits, Kind, merge_hits
-from service.engine.rays.levels import MAX_OPEN_PAIRS, MAX_STRAIN, RayLevels
-from service.engine.rays.newton import (
-    begin_at_origins,
-)
+from service.engine.rays.levels import MAX_STRAIN, RayLevels
+from service.engine.rays.newton import begin_at_origins
 
-MIN_CHUNK, FIRST_CHUNK, MAX_CHUNK = 16, 1 << 14, 1 << 16
-"""How many rays are searched together: `FIRST_CHUNK` at first, later up to `MAX_CHUNK` if few pairs
-are open. A search of more than `MIN_CHUNK` rays ends if their pairs or cells take too much memory;
-then fewer rays are searched again."""
-
-MAX_PAIRS = 8_000_000
-"""The most pairs whose bounds are computed in a request. Most rays need 10 to 40; a pair takes 0.5
-to 5 µs, including its new cells, so all pairs of a request take at most 40 s."""
+CHUNK_SIZES = 16, 1 << 14, 1 << 16
+"""How many rays are searched together (`Chunks`)."""
 
 MAX_FIRST_CELLS, MAX_NUMBERS = 128, 1 << 16
 """Before the search, patches are halved into at most `MAX_FIRST_CELLS` cells, whose nets have at
 most `MAX_NUMBERS` numbers together; these cells are tested with every ray. If there are more
-patches, at most `MAX_FIRST_CELLS` spheres of the tree of patches are tested with every ray."""
+patches, at most `MAX_FIRST_CELLS` spheres of the tree of spheres are tested with every ray."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -93,26 +81,22 @@ class RaySearch:
     nets : QueryNets
     thickness : float
         τ, in the coordinates of the nets.
+    limits : WorkLimits
     """
 
-    def __init__(self, nets: QueryNets, thickness: float) -> None:
+    def __init__(self, nets: QueryNets, thickness: float, limits: WorkLimits) -> None:
         self.thickness = thickness
         # The diagonal of the model, divided by the scale, is in the coordinates of the nets.
         self.min_length_along = MIN_LENGTH_ALONG * (thickness * nets.diagonal / nets.scale) ** 0.5
-        self.cells = CellTree(nets)
+        self.cells = CellTree(nets, limits)
         max_cells = min(
             MAX_FIRST_CELLS, MAX_NUMBERS // max(group.nets[0].size for group in nets.groups)
         )
         # In cells with more strain than this no ray can be settled.
         self.cells.halve_first(max_cells, model_rows.STRAIN, MAX_STRAIN)
-        self.patches = PatchTree(self.cells, MAX_FIRST_CELLS)
+        self.spheres = BoundingSpheres(self.cells, MAX_FIRST_CELLS)
+        # The most pairs that were open on one level, in all searches.
         self.most_open = 0
-        """The most pairs that were open on one level, in all searches."""
-        self.in_tree = 0
-        """How many pairs the tree of patches could not exclude, for all rays of a request, without
-        the first `FREE_PAIRS` of each ray."""
-        self.max_pairs_of_ray = FREE_PAIRS
-        """The search of a ray that has more pairs on a level of the tree ends there."""
 
     def find(
         self, origins: FloatArray, directions: FloatArray, *, only_first: bool
@@ -123,38 +107,23 @@ class RaySearch:
         ray is found.
         """
         rays = local_rays(self.cells.nets, origins, directions, self.thickness)
-        first, size, remaining_pairs, self.in_tree = 0, FIRST_CHUNK, MAX_PAIRS, 0
-        while first < len(origins):
-            checkpoint()
-            remaining_rays = len(origins) - first
-            chunk_rays = rays.take(slice(first, first + size))
-            share = Share(
-                remaining_pairs * len(chunk_rays.near) // remaining_rays, len(chunk_rays.near)
-            )
-            # Twice an equal share of the remaining pairs in the tree: most rays need much less.
-            self.max_pairs_of_ray = max(
-                FREE_PAIRS, 2 * (MAX_PAIRS_IN_TREE - self.in_tree) // remaining_rays
-            )
+        chunks = Chunks(self.cells, len(origins), CHUNK_SIZES)
+        for rows, budget in chunks:
             result = self._search(
-                chunk_rays, share, only_first=only_first, can_split=size > MIN_CHUNK
+                rays.take(rows), budget, only_first=only_first, can_split=chunks.can_split
             )
-            remaining_pairs -= int(share.spent.sum())
             if result is None:
-                # Search again with fewer rays, whose pairs and cells take less memory.
-                size = max(1, min(size, len(chunk_rays.near)) // 4)
+                chunks.split()
             else:
-                result.hits.ray[:] += first
+                result.hits.ray[:] += rows.start
                 yield result
-                first = first + size
-                if 2 * self.most_open <= MAX_OPEN_PAIRS:
-                    size = min(2 * size, MAX_CHUNK)
-            self.cells.drop_if_large()
+                chunks.grow(self.most_open)
 
     def _search(
-        self, rays: Rays, share: Share, *, only_first: bool, can_split: bool
+        self, rays: Rays, budget: PairBudget, *, only_first: bool, can_split: bool
     ) -> RayHits | None:
-        """Find the hits of some rays; None if their cells take too much memory."""
-        merged = self._search_merged(rays, share, only_first=only_first, can_split=can_split)
+        """Find the hits of some rays; None if fewer rays must be searched."""
+        merged = self._search_merged(rays, budget, only_first=only_first, can_split=can_split)
         if merged is None:
             return None
         hits, reached = merged
@@ -163,21 +132,23 @@ class RaySearch:
             # The search ended behind proved crossings, so the intervals of other first hits may be
             # incomplete: search these rays again for all hits.
             rows = np.flatnonzero(hits.label != Kind.CROSSING)
-            repeated_rays = hits.ray[rows]
-            share_of_repeated = Share(share.pairs - int(share.spent.sum()), len(rows))
-            complete_result = None
             if len(rows):
-                complete_result = self._search_merged(
-                    rays.take(repeated_rays), share_of_repeated, only_first=False, can_split=False
+                repeated_rays = hits.ray[rows]
+                rest = PairBudget(
+                    budget.pairs - int(budget.spent.sum()), len(rows), budget.max_spheres
                 )
-                share.spent[repeated_rays] += share_of_repeated.spent
-            if complete_result:
-                complete_hits = _take_first_hits(complete_result[0])
-                complete_hits.ray[:] = repeated_rays[complete_hits.ray]
-                reached[repeated_rays] &= complete_result[1]
-                crossing_rows = np.flatnonzero(hits.label == Kind.CROSSING)
-                hits = Hits.join([hits.take(crossing_rows), complete_hits])
-                hits = hits.take(np.argsort(hits.ray, kind="stable"))
+                complete_result = self._search_merged(
+                    rays.take(repeated_rays), rest, only_first=False, can_split=False
+                )
+                budget.spent[repeated_rays] += rest.spent
+                budget.spent_spheres += rest.spent_spheres
+                if complete_result:
+                    complete_hits = _take_first_hits(complete_result[0])
+                    complete_hits.ray[:] = repeated_rays[complete_hits.ray]
+                    reached[repeated_rays] &= complete_result[1]
+                    crossings = hits.take(hits.label == Kind.CROSSING)
+                    hits = Hits.join([crossings, complete_hits])
+                    hits = hits.take(np.argsort(hits.ray, kind="stable"))
         # From here on, t is 0 at the origin of the request, where the ray begins.
         begins = rays.near[hits.ray]
         t, low, high = (np.maximum(value - begins, 0.0) for value in (hits.t, hits.low, hits.high))
@@ -187,25 +158,16 @@ class RaySearch:
         return RayHits(hits, hits.sines(rays.direction[:, hits.ray]), reached)
 
     def _search_merged(
-        self, rays: Rays, share: Share, *, only_first: bool, can_split: bool
+        self, rays: Rays, budget: PairBudget, *, only_first: bool, can_split: bool
     ) -> tuple[Hits, Bools] | None:
         """Find the hits of some rays, merged to one for each place, and which rays are reached."""
-        levels = RayLevels(
-            self.patches,
-            rays,
-            share,
-            self.max_pairs_of_ray,
-            only_first=only_first,
-            can_split=can_split,
-        )
+        levels = RayLevels(self.spheres, rays, budget, only_first=only_first, can_split=can_split)
         hits = levels.search()
         self.most_open = max(self.most_open, levels.most_open)
-        if hits is None or (can_split and (levels.is_crowded or self.cells.is_full)):
+        if hits is None:
             return None
-        self.in_tree += int(np.maximum(levels.in_tree - FREE_PAIRS, 0).sum())
-        return begin_at_origins(
-            self.cells, rays, merge_hits(hits, rays, self.min_length_along)
-        ), levels.reached
+        merged = merge_hits(hits, rays, self.min_length_along)
+        return begin_at_origins(self.cells, rays, merged), levels.reached
 
 
 def _take_first_hits(hits: Hits) -> Hits:

@@ -9,7 +9,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.engine.cells.chord_models import CHORDS
-from service.engine.cells.tree import CellTree
+from service.engine.cells.tree import CellTree, WorkLimits
 from service.engine.connectivity.orientation import orient_sides
 from service.engine.connectivity.seams import Seams
 from service.engine.joining.join import allow_any, join_further
@@ -25,9 +25,19 @@ SAME_EDGE = 2.0**-40
 """Two sides may count as one edge although their weights differ by rounding. Their distance is at
 most this share of the diagonal."""
 
+LIMITS = WorkLimits(pairs=20_000_000, of_item=1 << 14)
+"""After this number of pairs in a request, which takes 20 to 35 s, no further points are begun;
+their winding numbers are uncertain. So is that of a point with too many pairs on one level."""
+
 
 def compute_signs(
-    model: PatchModel, seams: Seams | None, nets: QueryNets, x: FloatArray, low: FloatArray
+    model: PatchModel,
+    seams: Seams | None,
+    nets: QueryNets,
+    x: FloatArray,
+    low: FloatArray,
+    *,
+    limits: WorkLimits = LIMITS,
 ) -> FloatArray:
     """Compute the signs (m,) of points: −1 inside, +1 outside, NaN if this is uncertain.
 
@@ -45,6 +55,7 @@ def compute_signs(
         The points, in the coordinates of the nets.
     low : ndarray of float64, shape (m,)
         Lower bounds of their distances from the surface, in the coordinates of the nets.
+    limits : WorkLimits
     """
     # Borders that are equal up to rounding, or up to knots and degree, are edges, as in a mesh.
     # `allow_any`: the joined model may have any size.
@@ -52,5 +63,5 @@ def compute_signs(
     if not orient_sides(seams).is_closed:
         return np.full(len(x), np.nan)
     gap = (joined.moved + SAME_EDGE * model.diagonal) / nets.scale
-    numbers = compute_winding_numbers(CellTree(nets, CHORDS), x, low, gap)
+    numbers = compute_winding_numbers(CellTree(nets, limits, CHORDS), x, low, gap)
     return np.where(np.isnan(numbers), np.nan, np.where(numbers != 0, -1.0, 1.0))

@@ -48,8 +48,8 @@ from math import pi
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.cancellation import checkpoint
 from service.engine.cells.chord_models import AREA, CORNERS, GAP_FACTOR
+from service.engine.cells.pair_search import Chunks, Pairs, PairSearch
 from service.engine.cells.tree import CellTree
 from service.engine.vectors import UNIT
 
@@ -70,16 +70,6 @@ in radii of the ball."""
 
 CHUNK_PAIRS = 1 << 15
 """How many pairs of a point and a cell are computed at once; this limits the memory."""
-
-MAX_PAIRS = 20_000_000
-"""After this number of pairs in a request, which takes 20 to 35 s, no further points are begun;
-their winding numbers are uncertain."""
-
-MAX_PAIRS_OF_POINT = 1 << 14
-"""The most pairs of one point on one level; if there are more, its winding number is uncertain."""
-
-MIN_CHUNK = 1
-"""If cells take too much memory, fewer points are searched together, but at least this number."""
 
 
 def compute_winding_numbers(
@@ -111,25 +101,23 @@ def compute_winding_numbers(
     distinct_numbers = np.where(is_in_box, np.nan, 0.0)
     inner = np.flatnonzero(is_in_box)
     # Each point begins with one pair for each of the `roots` cells; these fill about one chunk.
-    remaining_pairs, first, size = MAX_PAIRS, 0, max(MIN_CHUNK, CHUNK_PAIRS // cells.roots)
-    while first < len(inner) and remaining_pairs > 0:
-        checkpoint()
-        chunk = inner[first : first + size]
+    size = max(1, CHUNK_PAIRS // cells.roots)
+    chunks = Chunks(cells, len(inner), (1, size, size))
+    for chunk, budget in chunks:
+        if chunks.pairs <= 0:
+            break
+        points = inner[chunk]
         for small_bound in SMALL_BOUNDS:
-            search = _Chunk(cells, grid_points[chunk].T, gap, small_bound)
-            distinct_numbers[chunk] = search.numbers()
-            remaining_pairs -= search.pair_count
+            search = _Chunk(cells, grid_points[points].T, gap, small_bound)
+            distinct_numbers[points] = search.numbers()
+            budget.spent[0] += search.pair_count
             # Only points whose sum of bounds is too large are searched again, with a smaller limit.
-            chunk = chunk[search.bound > MAX_BOUND]
-            if not len(chunk) or cells.is_full:
+            points = points[search.bound > MAX_BOUND]
+            if not len(points) or cells.is_full:
                 break
-        if cells.is_full and size > MIN_CHUNK:
-            distinct_numbers[inner[first : first + size]] = np.nan
-            # Search again with fewer points, whose cells take less memory.
-            size = max(MIN_CHUNK, min(size, len(inner) - first) // 4)
-        else:
-            first += size
-        cells.drop_if_large()
+        if cells.is_full and chunks.can_split:
+            distinct_numbers[inner[chunk]] = np.nan
+            chunks.split()
     numbers[rows] = distinct_numbers[inverse.ravel()]
     return numbers
 
@@ -143,26 +131,25 @@ def _grid_points(x: FloatArray, low: FloatArray) -> FloatArray:
     return np.asarray(np.rint(x / step) * step + 0.0)  # + 0.0 turns −0.0 into 0.0
 
 
-class _Chunk:
+class _Chunk(PairSearch):
     """The search for the winding numbers of some points (3, m).
 
     Cells with bounds of at most `small_bound` are not halved. `angle` and `bound` are the sums of
     the angles and of their bounds so far. `is_given_up` marks points that stay uncertain, because
-    they have a cell that cannot be halved, or more than `MAX_PAIRS_OF_POINT` pairs on a level.
+    they have a cell that cannot be halved, or too many pairs on a level.
     """
 
     def __init__(self, cells: CellTree, x: FloatArray, gap: float, small_bound: float) -> None:
-        self.cells, self.x, self.gap = cells, np.ascontiguousarray(x), gap
-        self.small_bound = small_bound
+        super().__init__(cells, x.shape[1], can_split=False)
+        self.x, self.gap, self.small_bound = np.ascontiguousarray(x), gap, small_bound
         self.pair_count = 0
-        self.angle, self.bound = np.zeros(x.shape[1]), np.zeros(x.shape[1])
-        self.is_given_up = np.zeros(x.shape[1], bool)
+        self.angle, self.bound = np.zeros((2, self.count))
+        self.is_given_up = np.zeros(self.count, bool)
 
     def numbers(self) -> FloatArray:
         """The winding numbers (m,), after all levels; NaN where they are uncertain."""
-        m = self.x.shape[1]
-        point = np.repeat(np.arange(m), self.cells.roots)
-        cell = np.tile(np.arange(self.cells.roots), m)
+        point = np.repeat(np.arange(self.count), self.cells.roots)
+        cell = np.tile(np.arange(self.cells.roots), self.count)
         while len(point):
             self.pair_count += len(point)
             point, cell = self.step(point, cell)
@@ -172,9 +159,9 @@ class _Chunk:
         is_certain &= self.bound <= MAX_BOUND
         return np.where(is_certain & ~self.is_given_up, winding_number, np.nan)
 
-    def step(self, point: Ints, cell: Ints) -> tuple[Ints, Ints]:
+    def step(self, point: Ints, cell: Ints) -> Pairs:
         """Add the angles of pairs that are precise enough; returns the pairs of the next level."""
-        m = self.x.shape[1]
+        m = self.count
         angle, bound = self.angles(point, cell)
         # Points whose sum of bounds is small enough without further halving.
         is_certain = self.bound + np.bincount(point, bound, m) <= MAX_BOUND
@@ -182,15 +169,9 @@ class _Chunk:
         self.angle += np.bincount(point[is_precise], angle[is_precise], m)
         self.bound += np.bincount(point[is_precise], bound[is_precise], m)
         point, cell = point[~is_precise], cell[~is_precise]
-        must_end = ~self.cells.can_halve(cell)
-        must_end |= np.bincount(point, minlength=m)[point] > MAX_PAIRS_OF_POINT
-        self.is_given_up[point[must_end]] = True
+        self.is_given_up[point[self.must_end(point, cell)]] = True
         is_kept = ~self.is_given_up[point]
-        point, cell = point[is_kept], cell[is_kept]
-        if not len(point):
-            return point, cell
-        children, parents = self.cells.children(cell)
-        return point[parents], children
+        return self.halve(point[is_kept], cell[is_kept])
 
     def angles(self, point: Ints, cell: Ints) -> tuple[FloatArray, FloatArray]:
         """Solid angles of the triangles of cells, and bounds of their errors.

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from service.engine.cells import models as model_rows
-from service.engine.cells.tree import CellTree
+from service.engine.cells.tree import CellTree, WorkLimits
 from service.engine.models import to_patches
 from service.engine.nets.partials import net_partials
 from service.engine.nets.query_nets import surface_nets
@@ -22,7 +22,8 @@ PAIRS = ((1, 1, 3), (1, 2, 4), (2, 2, 5))
     "family", ["bicubic, wild", "rational, weights to 1000", "triangles", "poles", "degree 15"]
 )
 def test_bounds_of_cells_hold_at_all_samples(family: str) -> None:
-    cells = CellTree(surface_nets(to_patches(FAMILIES[family].surface(seed=6).lower()).batches))
+    model = to_patches(FAMILIES[family].surface(seed=6).lower())
+    cells = CellTree(surface_nets(model.batches), WorkLimits(pairs=0, of_item=0))
     for _ in range(4):  # halves the last 60 cells
         cells.children(np.arange(cells.count)[-60:])
     selected_cells = np.unique(np.linspace(0, cells.count - 1, 60).astype(int))
@@ -36,9 +37,9 @@ def test_bounds_of_cells_hold_at_all_samples(family: str) -> None:
     partials = net_partials(cells.nets, cells.net[cell], low + half * np.stack([a + 1, b + 1]))
     scale = np.stack([half[0] ** i * half[1] ** j for i, j in ORDERS[:6]])
     s = partials * scale[:, np.newaxis]  # S and its partials by a and b
-    model = cells.models[:, cell]
+    models = cells.models[:, cell]
     # Row k of `s` and `vectors[k − 1]` are the same partial, at the samples and at the centre.
-    center, *vectors = (model[k : k + 3] for k in (model_rows.CENTER, *model_rows.VECTORS))
+    center, *vectors = (models[k : k + 3] for k in (model_rows.CENTER, *model_rows.VECTORS))
     da, db, daa, dab, dbb, normal = vectors
     offset = s[0] - center
     remainder = offset - (da * a + db * b + daa * a * a / 2 + dab * a * b + dbb * b * b / 2)
@@ -55,8 +56,8 @@ def test_bounds_of_cells_hold_at_all_samples(family: str) -> None:
         observed += [(np.abs(spread), model_rows.SPREAD_AA + k)]
     for value, row in observed:
         slack = 1e-13 * (1 + np.abs(s).max())
-        assert (value <= model[row] + slack).all(), row
+        assert (value <= models[row] + slack).all(), row
     # In some cell the last bound, SPREAD_BB, is at most 12 times the largest value: if it were far
     # above all values, the test would prove nothing.
     value, row = observed[-1]
-    assert (value.reshape(-1, SAMPLES**2).max(axis=1) > model[row, :: SAMPLES**2] / 12).any()
+    assert (value.reshape(-1, SAMPLES**2).max(axis=1) > models[row, :: SAMPLES**2] / 12).any()

@@ -1,6 +1,7 @@
 """Closest points, compared with exhaustive searches, exact fractions and formulas."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,9 +10,9 @@ from oracles import quadrics
 from oracles.closest import find_nearest, least_distance
 from oracles.exact import to_exact_net
 from oracles.sheets import Array, bernstein, build_bezier_sheet, build_sheets
-from service.engine.cells import tree as cells
-from service.engine.closest import search as closest
+from service.engine.cells.tree import WorkLimits
 from service.engine.closest.project import (
+    LIMITS,
     Columns,
     ProjectQuery,
     project_on_curve,
@@ -41,12 +42,16 @@ SPLINEPY_389 = np.array(
 points of it."""
 
 
-def project(surface: SurfaceKind, points: Array, tolerance: float = 1e-9) -> Columns:
+def project(
+    surface: SurfaceKind, points: Array, tolerance: float = 1e-9, limits: WorkLimits = LIMITS
+) -> Columns:
     """The closest points of a surface.
 
     `tolerance` is the largest width of intervals of distances, in diagonals of the bounding box.
     """
-    return project_on_surface(to_patches(surface.lower()), ProjectQuery(points, tolerance))
+    return project_on_surface(
+        to_patches(surface.lower()), ProjectQuery(points, tolerance, limits=limits)
+    )
 
 
 def scatter_points(surface: SurfaceKind, count: int, seed: int = 0) -> Array:
@@ -130,31 +135,30 @@ def test_the_interval_for_the_centre_of_a_sphere_is_wider_than_the_tolerance() -
     np.testing.assert_allclose(columns["positions"][1], [0, 0, 1], atol=1e-9)
 
 
-def test_intervals_are_wider_but_right_if_the_budget_ends(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_intervals_are_wider_but_right_if_the_budget_ends() -> None:
     near_centre = RNG(5).normal(0, 1e-3, (100, 3))
     points = np.concatenate([near_centre, RNG(6).uniform(-2, 2, (300, 3))])
-    monkeypatch.setattr(closest, "MAX_PAIRS", 100 * len(points))
-    columns = project(find("sphere").surface(), points)
+    limits = replace(LIMITS, pairs=100 * len(points))
+    columns = project(find("sphere").surface(), points, limits=limits)
     low, high = columns["distance_bounds"].T
     expected_distance = np.abs(quadrics.sphere(points)[0])
     assert ((low <= expected_distance + 1e-15) & (expected_distance - 1e-15 <= high)).all()
     assert not columns["reached"][:100].any()
     assert columns["reached"][100:].mean() > 0.95  # only the points with the most pairs end early
     # A second run ends at the same pairs.
-    second_bounds = project(find("sphere").surface(), points)["distance_bounds"]
+    second_bounds = project(find("sphere").surface(), points, limits=limits)["distance_bounds"]
     np.testing.assert_array_equal(second_bounds, columns["distance_bounds"])
 
 
 @pytest.mark.parametrize(("point_distance", "tolerance"), [(1e3, 1e-12), (1e9, 1e-9), (1e30, 1e-3)])
 def test_cells_are_not_halved_if_rounding_limits_the_interval(
-    point_distance: float, tolerance: float, monkeypatch: pytest.MonkeyPatch
+    point_distance: float, tolerance: float
 ) -> None:
     """Earlier, cells were halved without effect: 200 points took more than a minute."""
     points = RNG(4).normal(size=(40, 3)) * point_distance
-    monkeypatch.setattr(closest, "MAX_PAIRS", 100 * len(points))
-    low, high = project(find("sphere").surface(), points, tolerance)["distance_bounds"].T
+    limits = replace(LIMITS, pairs=100 * len(points))
+    columns = project(find("sphere").surface(), points, tolerance, limits)
+    low, high = columns["distance_bounds"].T
     expected_distance = np.abs(quadrics.sphere(points)[0])
     assert (
         (low <= expected_distance * (1 + 1e-15)) & (expected_distance * (1 - 1e-15) <= high)
@@ -179,15 +183,14 @@ def test_ties_are_marked_and_the_first_patch_is_taken() -> None:
     np.testing.assert_allclose(columns["uv"], [[0.25, 0.5], [0.25, 0.5], [1, 0.5]], atol=1e-9)
 
 
-def test_closest_points_do_not_depend_on_other_points(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_closest_points_do_not_depend_on_other_points() -> None:
     for name in ("rational", "triangles", "NURBS"):
         surface = FAMILIES[name].surface(seed=5)
         points = scatter_points(surface, 30)
         all_columns = project(surface, points)
         single_columns = [project(surface, point[np.newaxis]) for point in points[::9]]
-        with monkeypatch.context() as patch:
-            patch.setattr(cells, "MAX_BYTES", 1 << 17)  # the cache of cells is too small for all
-            with_small_cache = project(surface, points)
+        # The cache of cells is too small for all.
+        with_small_cache = project(surface, points, limits=replace(LIMITS, bytes=1 << 17))
         for column, values in all_columns.items():
             np.testing.assert_array_equal(
                 np.concatenate([a[column] for a in single_columns]), values[::9]
@@ -245,13 +248,10 @@ def test_closest_points_of_curves_agree_with_fine_samples(
     assert np.abs(tangential_parts[is_inner]).max() < 1e-6
 
 
-def test_a_budget_of_additions_for_halving_makes_intervals_wider(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_budget_of_additions_for_halving_makes_intervals_wider() -> None:
     surface, points = BezierSurface(RNG(2).random((25, 25, 3))), RNG(3).random((5, 3))
     without_limit = project(surface, points)
-    monkeypatch.setattr(cells, "MAX_ADDITIONS", 1_000_000)
-    columns = project(surface, points)
+    columns = project(surface, points, limits=replace(LIMITS, additions=1_000_000))
     assert without_limit["reached"].all()
     assert not columns["reached"].all()
     low, high = columns["distance_bounds"].T

@@ -1,5 +1,6 @@
 """Hits of rays, compared with formulas of 50 digits, and with exhaustive searches."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -7,8 +8,9 @@ import pytest
 
 from oracles.rays import Ints, find_crossings, torus_roots
 from oracles.sheets import Array, build_sheets
+from service.engine.cells.tree import WorkLimits
 from service.engine.models import to_patches
-from service.engine.rays.intersect import RayQuery, intersect_rays
+from service.engine.rays.intersect import LIMITS, RayQuery, intersect_rays
 from service.errors import TooLarge
 from service.surface.bezier import BezierSurface
 from service.surface.examples.catalogue import find
@@ -23,11 +25,17 @@ ROOF = np.array([[[0.0, 0, 0], [0, 3, 0]], [[1, 0, 1], [1, 3, 1]]])
 
 
 def find_hits(
-    surface: SurfaceKind, origins: Any, directions: Any, hits: str = "all", thickness: float = 1e-9
+    surface: SurfaceKind,
+    origins: Any,
+    directions: Any,
+    hits: str = "all",
+    thickness: float = 1e-9,
+    *,
+    limits: WorkLimits = LIMITS,
 ) -> dict[str, Any]:
     """The columns of all hits, or of the first hit, of rays."""
     o, d = (np.atleast_2d(np.asarray(rows, np.float64)) for rows in (origins, directions))
-    query = RayQuery(o, d, only_first=hits == "first", relative_thickness=thickness)
+    query = RayQuery(o, d, hits == "first", thickness, limits)
     return intersect_rays(to_patches(surface.lower()), query, 10**6)
 
 
@@ -225,12 +233,12 @@ def test_more_hits_than_allowed_are_refused() -> None:
         intersect_rays(to_patches(SQUARE.lower()), rays, max_hits=2)
 
 
-def test_the_number_of_pairs_of_a_request_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_number_of_pairs_of_a_request_is_bounded() -> None:
     """20 rays cross the cylinder; two rays run along it and need more pairs than are allowed."""
-    monkeypatch.setattr("service.engine.rays.search.MAX_PAIRS", 1000)
     origins = [[0.1, 2, k / 50] for k in range(20)] + [[0.8, 0.6, -4.0], [0.8, 0.6, 3.0]]
     directions = [[0, -1, 0]] * 20 + [[0, 0, 1], [0, 0, -1]]
-    result = find_hits(find("cylinder").surface(), origins, directions)
+    limits = replace(LIMITS, pairs=1000)
+    result = find_hits(find("cylinder").surface(), origins, directions, limits=limits)
     assert result["reached"].tolist() == [True] * 20 + [False] * 2
     assert result["counts"].tolist()[:20] == [2] * 20
 

@@ -1,6 +1,7 @@
 """Signs of distances, compared with formulas, and with solid angles of fine meshes."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,13 +10,13 @@ from oracles import quadrics
 from oracles.sheets import Array, bernstein
 from service.engine.build import build
 from service.engine.cells import chord_models
-from service.engine.cells import tree as cells
 from service.engine.cells.cells import NetCells
 from service.engine.closest.project import Columns, ProjectQuery, project_on_surface
+from service.engine.connectivity.connect import connect_if_apart
 from service.engine.models import to_patches
 from service.engine.nets.query_nets import surface_nets
 from service.engine.options import MeshOptions
-from service.engine.signs import winding
+from service.engine.signs.signs import LIMITS, WELD_TOLERANCE, compute_signs
 from service.surface.batches import TensorPatches
 from service.surface.examples.catalogue import find
 from service.surface.group import GroupSurface, Member
@@ -181,25 +182,32 @@ def test_open_and_inconsistent_surfaces_have_no_signs() -> None:
         assert np.isnan(project(model, inner_point)["signs"][0]) != is_closed
 
 
+def compute_signs_within(points: Array, **changes: int) -> Array:
+    """The signs of points about the sphere, with these limits of work."""
+    nets = surface_nets(SPHERE.batches)
+    low = np.abs(np.linalg.norm(points, axis=1) - 1) * 0.999 / nets.scale
+    seams = connect_if_apart(SPHERE, WELD_TOLERANCE)
+    limits = replace(LIMITS, **changes)
+    return compute_signs(SPHERE, seams, nets, nets.local(points), low, limits=limits)
+
+
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_signs_of_few_points_whose_cells_take_too_much_memory_are_right_or_unknown(
-    count: int, monkeypatch: pytest.MonkeyPatch
+    count: int,
 ) -> None:
     points = np.array([[0.0, 0.0, 0.9999], [0.1, 0.2, 0.9], [0.3, 0.4, 0.8]])[:count]
     for max_bytes in (1 << 12, 1 << 16, 1 << 19):
-        monkeypatch.setattr(cells, "MAX_BYTES", max_bytes)
-        assert (np.nan_to_num(project(SPHERE, points)["signs"], nan=-1) == -1).all()
+        signs = compute_signs_within(points, bytes=max_bytes)
+        assert (np.nan_to_num(signs, nan=-1) == -1).all()
 
 
-def test_signs_do_not_depend_on_other_points(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_signs_do_not_depend_on_other_points() -> None:
     points = RNG(7).uniform(-1.5, 1.5, (80, 3))
     all_signs = project(SPHERE, points)["signs"]
     single_signs = [project(SPHERE, point[np.newaxis])["signs"][0] for point in points[::8]]
     np.testing.assert_array_equal(all_signs[::8], single_signs)
-    with monkeypatch.context() as patch:
-        patch.setattr(cells, "MAX_BYTES", 1 << 19)  # the cache of cells is too small for all
-        np.testing.assert_array_equal(all_signs, project(SPHERE, points)["signs"])
-    monkeypatch.setattr(winding, "MAX_PAIRS", 0)
+    # The cache of cells is too small for all points.
+    np.testing.assert_array_equal(all_signs, compute_signs_within(points, bytes=1 << 19))
     # No pair of a point and a cell is allowed: only points outside the bounding box have signs.
     is_outside = np.abs(points).max(axis=1) > 1
-    np.testing.assert_array_equal(np.isnan(project(SPHERE, points)["signs"]), ~is_outside)
+    np.testing.assert_array_equal(np.isnan(compute_signs_within(points, pairs=0)), ~is_outside)
