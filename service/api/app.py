@@ -34,12 +34,10 @@ from service.api.services import JobMiddleware, Services
 from service.api.single_flight import SingleFlight
 from service.api.static_files import StaticFiles
 from service.api.threads import Threads
-from service.errors import InvalidSettings
 from service.settings.environment import read_environment
 from service.settings.runtime import collect_rarely, limit_plans, pin_blas, share_heap
 from service.settings.values import Settings, document_limits, result_limits
-from service.storage.address import InvalidStore, open_store
-from service.storage.store import SurfaceStore
+from service.storage.address import open_store
 
 
 def create_app(settings: Settings | None = None, log: Write | None = None) -> "Application":
@@ -77,7 +75,9 @@ def create_app(settings: Settings | None = None, log: Write | None = None) -> "A
     services = app.state.services = _build_services(app, settings)
     problem_handlers.add_error_handlers(app, routes)
     app.state.ready = True
-    _add_middleware(app, services, log)
+    inner = JobMiddleware(partial(FastAPI.__call__, app), services.threads)
+    guard = build_guard(CacheMiddleware(inner, services.cache, services.origins), settings)
+    app.outermost = add_telemetry(app, guard, log)
     return app
 
 
@@ -110,7 +110,7 @@ def _build_services(app: FastAPI, settings: Settings) -> Services:
         settings=settings,
         document_limits=document_limits(settings),
         limits=result_limits(settings),
-        store=_open_store(settings),
+        store=open_store(settings.store, settings.store_quota),
         threads=threads,
         cache=cache,
         flights=SingleFlight(threads),
@@ -145,21 +145,6 @@ def _select_routers(settings: Settings) -> list[APIRouter]:
     if settings.metrics != "off":
         routers.append(operations.metrics)
     return routers
-
-
-def _add_middleware(app: "Application", services: Services, log: Write | None) -> None:
-    """Puts middleware in front of FastAPI: telemetry, guard, cache, jobs."""
-    inner = JobMiddleware(partial(FastAPI.__call__, app), services.threads)
-    guard = build_guard(CacheMiddleware(inner, services.cache, services.origins), services.settings)
-    app.outermost = add_telemetry(app, guard, log)
-
-
-def _open_store(settings: Settings) -> SurfaceStore:
-    """Opens the store; raises `InvalidSettings` for an invalid address."""
-    try:
-        return open_store(settings.store, settings.store_quota)
-    except InvalidStore as error:
-        raise InvalidSettings(f"SURFACE_STORE: {error}") from None
 
 
 @asynccontextmanager

@@ -8,7 +8,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.api.caching.cache import ResponseCache
 from service.api.caching.cached_response import CachedResponse, Variant, find_match, matches_all
-from service.api.caching.codings import AcceptedCodings, parse_accepted_codings
+from service.api.caching.codings import Codings, parse_accepted_codings
 from service.api.cors import Origins
 from service.api.record import record_of
 from service.api.responses import CHUNK, MAX_BUFFERED, send_in_chunks
@@ -79,21 +79,21 @@ _METHODS = frozenset({"GET", "HEAD"})
 
 
 def _choose_variant(
-    entry: CachedResponse, accepted: AcceptedCodings, condition: bytes | None
+    entry: CachedResponse, accepted: Codings, condition: bytes | None
 ) -> tuple[Variant, bool] | None:
     """The variant to send, and whether the client has it already; None if it must be made."""
-    if not accepted.accepts_plain:
+    if "identity" not in accepted:
         return None  # the client accepts only compressed bodies, even if they are not smaller
     unchanged = find_match(condition, _cached_variants(entry, accepted), _TAG)
     if unchanged is not None:
         return unchanged, True
-    variant = entry.variants.get(accepted.order[0])
+    variant = entry.variants.get(accepted[0])
     return None if variant is None else (variant, condition is not None and matches_all(condition))
 
 
-def _cached_variants(entry: CachedResponse, accepted: AcceptedCodings) -> Iterator[Variant]:
+def _cached_variants(entry: CachedResponse, accepted: Codings) -> Iterator[Variant]:
     """The variants in memory that the client accepts, best first."""
-    return (entry.variants[coding] for coding in accepted.order if coding in entry.variants)
+    return (entry.variants[coding] for coding in accepted if coding in entry.variants)
 
 
 _TAG: Callable[[Variant], bytes] = attrgetter("tag")

@@ -12,7 +12,7 @@ from starlette.requests import Request
 
 from service.api.caching.codings import (
     CODINGS,
-    AcceptedCodings,
+    Codings,
     parse_accepted_codings,
     parse_quality_values,
 )
@@ -158,7 +158,7 @@ def check_engine(engine: int | None) -> None:
         raise EngineGone(Issue("engine_gone", message, "/engine", got, needed))
 
 
-def codings_of(request: Request) -> AcceptedCodings:
+def codings_of(request: Request) -> Codings:
     """The codings that the client accepts.
 
     Raises
@@ -174,7 +174,7 @@ def condition_of(request: Request) -> bytes | None:
     return _header(request, "if-none-match")
 
 
-def codings_by_header(header: bytes | None) -> AcceptedCodings:
+def codings_by_header(header: bytes | None) -> Codings:
     """The codings that an Accept-Encoding header allows.
 
     Raises
@@ -183,7 +183,7 @@ def codings_by_header(header: bytes | None) -> AcceptedCodings:
         If the header allows no coding of this service.
     """
     accepted = parse_accepted_codings(header)
-    if not accepted.order:
+    if not accepted:
         message = "The Accept-Encoding header excludes every coding of this service."
         got, needed = "no coding of this service", "one of " + ", ".join(CODINGS)
         raise NotAcceptable(Issue("not_acceptable", message, "/Accept-Encoding", got, needed))

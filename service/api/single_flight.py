@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Awaitable, Callable, Hashable
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, TypeVar
 
@@ -11,16 +12,14 @@ from service.api.threads import Threads
 Result = TypeVar("Result")
 
 
+@dataclass(eq=False, slots=True)
 class _Flight:
     """One computation, and the number of requests that wait for or use its result."""
 
-    __slots__ = ("job", "key", "task", "users")
-
-    def __init__(self, key: Hashable, job: Job) -> None:
-        self.key = key
-        self.job = job
-        self.users = 0
-        self.task: asyncio.Task[Any]
+    key: Hashable
+    job: Job
+    task: asyncio.Task[Any]
+    users: int = 0
 
 
 class SingleFlight:
@@ -54,8 +53,8 @@ class SingleFlight:
         """
         flight = self._flights.get(key)
         if flight is None:
-            flight = self._flights[key] = _Flight(key, Job(self._threads))
-            flight.task = asyncio.create_task(_run(work, flight.job))
+            job = Job(self._threads)
+            flight = self._flights[key] = _Flight(key, job, asyncio.create_task(_run(work, job)))
             flight.task.add_done_callback(partial(self._end_if_failed, flight))
         flight.users += 1
         callbacks.append(partial(self._leave, flight))

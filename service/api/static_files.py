@@ -58,8 +58,8 @@ class StaticFiles:
         """
         accepted, condition = codings_of(request), condition_of(request)
         file = await self._load(name)
-        coding, body = await self._encode_file(file, accepted.order[0])
-        unchanged_coding = find_match(condition, accepted.order, partial(entity_tag, file.hash))
+        coding, body = await self._encode_file(file, accepted[0])
+        unchanged_coding = find_match(condition, accepted, partial(entity_tag, file.hash))
         if condition is not None and matches_all(condition):
             unchanged_coding = coding
         headers = {

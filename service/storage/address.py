@@ -11,6 +11,7 @@ from anyio import CapacityLimiter
 from obstore.exceptions import BaseError
 from obstore.store import LocalStore, MemoryStore, from_url
 
+from service.errors import InvalidSettings
 from service.storage.backends import STAGING, Bucket, Folder, make_folder
 from service.storage.failures import DISK_FULL, reason_of
 from service.storage.keys import SURFACES
@@ -29,10 +30,6 @@ _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*):")
 _RETRIES: "RetryConfig" = {"max_retries": 3, "retry_timeout": timedelta(seconds=30)}
 
 
-class InvalidStore(ValueError):
-    """The address names no store, or the service cannot write to the store."""
-
-
 def open_store(address: str, quota: int) -> SurfaceStore:
     """Opens the store at an address.
 
@@ -47,7 +44,8 @@ def open_store(address: str, quota: int) -> SurfaceStore:
 
     Raises
     ------
-    InvalidStore
+    InvalidSettings
+        The address names no store, or the service cannot write to the store.
     """
     scheme = _SCHEME.match(address)
     if scheme is None:
@@ -57,13 +55,13 @@ def open_store(address: str, quota: int) -> SurfaceStore:
         return SurfaceStore(_open_folder(_path_of(address)), quota)
     if name == "memory":
         if urlsplit(address)[1:] != ("", "", "", ""):
-            raise InvalidStore(f"got {address!r}, needed memory:// alone.")
+            raise InvalidSettings(f"SURFACE_STORE: got {address!r}, needed memory:// alone.")
         return SurfaceStore(Bucket(MemoryStore()), quota)
     if name in BUCKETS:
         return SurfaceStore(_open_bucket(address), quota)
     schemes = ", ".join(f"{scheme}://" for scheme in ("file", "memory", *BUCKETS))
     needed = f"a folder, or an address that begins with {schemes}"
-    raise InvalidStore(f"got {address!r}, needed {needed}.")
+    raise InvalidSettings(f"SURFACE_STORE: got {address!r}, needed {needed}.")
 
 
 def _path_of(address: str) -> Path:
@@ -71,7 +69,9 @@ def _path_of(address: str) -> Path:
     parts = urlsplit(address)
     path = unquote(parts.path)
     if parts.netloc not in ("", "localhost") or not path.startswith("/") or parts.query:
-        raise InvalidStore(f"got {address!r}, needed file:// and the whole path of a folder.")
+        raise InvalidSettings(
+            f"SURFACE_STORE: got {address!r}, needed file:// and the whole path of a folder."
+        )
     return Path(path)
 
 
@@ -86,10 +86,14 @@ def _open_folder(path: Path) -> Folder:
     except OSError as error:
         # If only the disk is full, the service still serves the stored surfaces.
         if error.errno not in DISK_FULL or not (root / STAGING).is_dir():
-            text = f"surfaces cannot be kept in the folder {str(path)!r}: {reason_of(error)}."
-            raise InvalidStore(text) from None
+            raise InvalidSettings(
+                f"SURFACE_STORE: surfaces cannot be kept in the folder {str(path)!r}: "
+                f"{reason_of(error)}."
+            ) from None
     except (RuntimeError, ValueError) as error:  # no home folder, or a null character in the path
-        raise InvalidStore(f"got {str(path)!r}, needed a folder: {error}.") from None
+        raise InvalidSettings(
+            f"SURFACE_STORE: got {str(path)!r}, needed a folder: {error}."
+        ) from None
     return Folder(LocalStore(root), root, CapacityLimiter(1))
 
 
@@ -99,4 +103,6 @@ def _open_bucket(address: str) -> Bucket:
         return Bucket(from_url(address, retry_config=_RETRIES))
     except (BaseError, ValueError, TypeError) as error:
         reason = str(error).partition("\n")[0]
-        raise InvalidStore(f"got {address!r}, needed the address of a bucket: {reason}.") from None
+        raise InvalidSettings(
+            f"SURFACE_STORE: got {address!r}, needed the address of a bucket: {reason}."
+        ) from None

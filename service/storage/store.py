@@ -14,7 +14,7 @@ from anyio import CapacityLimiter, Lock, to_thread
 from service.errors import DamagedObject, Issue, StoreFailed, SurfaceError, UnknownSurface
 from service.storage.backends import Bucket
 from service.storage.failures import Operations, translate_errors
-from service.storage.keys import SURFACES, is_id, key_of
+from service.storage.keys import SURFACES, key_of
 from service.storage.quota import Usage
 
 MAX_CONCURRENT = 8
@@ -43,7 +43,8 @@ class SurfaceStore:
     """Stores contents under their SHA-256.
 
     Several processes may share one backend: under the same key they write the same bytes, so the
-    order of their writes does not matter.
+    order of their writes does not matter. Every method raises ValueError for an id that is no hash
+    (`key_of`).
     """
 
     def __init__(self, backend: Bucket, quota: int) -> None:
@@ -78,10 +79,9 @@ class SurfaceStore:
             The id is not the hash of the content.
         """
         with self.operations.count("put"):
-            return await self._put(id, content)
+            return await self._put(id, key_of(id), content)
 
-    async def _put(self, id: str, content: bytes) -> bool:
-        key = key_of(id)
+    async def _put(self, id: str, key: str, content: bytes) -> bool:
         async with self._limiter:
             if await _hash(content) != id:
                 raise ValueError("the id is not the hash of the content")
@@ -115,8 +115,6 @@ class SurfaceStore:
         DamagedObject, StoreFailed
             The log has the details.
         """
-        if not is_id(id):
-            raise _build_unknown_error()
         with self.operations.count("get"):
             return await self._get(id, reserve)
 
@@ -132,32 +130,25 @@ class SurfaceStore:
 
     async def has(self, id: str) -> bool:
         """Whether an object has this id; does not read the object."""
-        if not is_id(id):
-            return False
         with self.operations.count("has"):
             return await self._size(key_of(id)) is not None
 
     async def delete(self, id: str) -> bool:
         """Removes the object with this id, even if it is damaged; returns whether it existed."""
-        if not is_id(id):
-            return False
-        with self.operations.count("delete"):
-            return await self._delete(id)
-
-    async def _delete(self, id: str) -> bool:
         key = key_of(id)
-        async with self._lock(id):
-            size = await self._size(key)
-            if size is None:
-                return False
-            async with self._limiter:
+        with self.operations.count("delete"):
+            async with self._lock(id):
+                size = await self._size(key)
+                if size is None:
+                    return False
                 with translate_errors(f"deleting {key}"):
                     try:
-                        await obstore.delete_async(self._backend.objects, key)
+                        async with self._limiter:
+                            await obstore.delete_async(self._backend.objects, key)
                     except FileNotFoundError:
                         return False
-            self._usage.add(-size)
-        return True
+                self._usage.add(-size)
+                return True
 
     async def is_ready(self) -> bool:
         """Whether the store answers: a short check with a deadline, at most once in 5 s."""

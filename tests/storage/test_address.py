@@ -14,7 +14,7 @@ from service.cli.main import main
 from service.errors import InvalidSettings, StoreFailed
 from service.settings.values import Settings
 from service.storage import address
-from service.storage.address import InvalidStore, open_store
+from service.storage.address import open_store
 from tests.storage.backends import compute_id, list_files, set_account
 
 pytestmark = pytest.mark.anyio
@@ -59,7 +59,7 @@ async def test_addresses_of_folders_may_be_relative_absolute_or_urls(
     ],
 )
 def test_invalid_addresses_are_refused(store_address: str, message: str) -> None:
-    with pytest.raises(InvalidStore, match=message):
+    with pytest.raises(InvalidSettings, match=message):
         open_store(store_address, quota=0)
 
 
@@ -81,7 +81,7 @@ def test_a_folder_without_write_permission_is_refused(tmp_path: Path) -> None:
     open_store(str(folder), quota=0)
     for path in (folder, *folder.iterdir()):
         path.chmod(0o555)
-    with drop_privileges(), pytest.raises(InvalidStore, match="Permission denied"):
+    with drop_privileges(), pytest.raises(InvalidSettings, match="Permission denied"):
         open_store(str(folder), quota=0)
 
 
@@ -95,7 +95,7 @@ async def test_on_a_full_disk_an_existing_store_opens_and_a_new_one_is_refused(
     monkeypatch.setattr(address, "make_folder", raise_disk_full)
     store = open_store(str(tmp_path), quota=0)
     assert await store.get(compute_id(CONTENT)) == CONTENT
-    with pytest.raises(InvalidStore, match="No space left"):
+    with pytest.raises(InvalidSettings, match="No space left"):
         open_store(str(tmp_path / "new"), quota=0)
 
 

@@ -18,7 +18,6 @@ from service.api.app import create_app
 from service.api.body import decoder_of_body
 from service.api.caching.cached_response import matches_all, parse_tags
 from service.api.guard.keys import (
-    InvalidKeys,
     find_name,
     format_entry,
     join_entries,
@@ -32,7 +31,7 @@ from service.api.record import caller_trace_id
 from service.decoders.registry import BY_NAME as DECODERS
 from service.decoders.registry import DECODERS as ALL_DECODERS
 from service.encoders.registry import FORMATS
-from service.errors import SurfaceError
+from service.errors import InvalidSettings, SurfaceError
 from service.schemas.convert import ConvertRequest
 from service.schemas.curves import CurveRequest
 from service.schemas.document import DocumentBudget, DocumentLimits
@@ -152,7 +151,7 @@ _PROXIES = Proxies(["10.0.0.0/8", "fd00::/8"])
 
 def parse_keys(content: bytes) -> None:
     """Parses a file of API keys."""
-    with suppress(InvalidKeys):
+    with suppress(InvalidSettings):
         join_entries(parse_entries(content.decode("utf-8", "replace").splitlines()), _KEYS)
 
 

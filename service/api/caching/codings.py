@@ -9,7 +9,6 @@ import struct
 import sys
 import zlib
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 from types import MappingProxyType
 from typing import Literal, TypeAlias
@@ -42,8 +41,9 @@ def parse_quality_values(header: str) -> Iterator[tuple[str, float]]:
 
 
 Coding: TypeAlias = Literal["zstd", "gzip", "identity"]
+Codings: TypeAlias = tuple[Coding, ...]
 
-CODINGS: tuple[Coding, ...] = ("zstd", "gzip", "identity")
+CODINGS: Codings = ("zstd", "gzip", "identity")
 """All codings, in the order in which the service prefers them if the client has no preference."""
 
 ZSTD_LEVEL, GZIP_LEVEL = 6, 4
@@ -57,28 +57,13 @@ MAX_RATIO = 0.95
 """A compressed body is used if it has at most this fraction of the bytes of the plain body."""
 
 
-@dataclass(frozen=True, slots=True)
-class AcceptedCodings:
-    """The codings that a client accepts.
+def parse_accepted_codings(header: bytes | None) -> Codings:
+    """The codings that an Accept-Encoding header allows, the preferred one first.
 
-    Attributes
-    ----------
-    order : tuple of Coding
-        The coding that the client prefers comes first.
+    Only `identity` without a header.
     """
-
-    order: tuple[Coding, ...]
-
-    @property
-    def accepts_plain(self) -> bool:
-        """Whether the client accepts an uncompressed body."""
-        return "identity" in self.order
-
-
-def parse_accepted_codings(header: bytes | None) -> AcceptedCodings:
-    """The codings that an Accept-Encoding header allows; only `identity` without a header."""
     if header is None:
-        return _PLAIN
+        return ("identity",)
     return _parse_cached(header) if len(header) <= _MAX_CACHED else _parse_codings(header)
 
 
@@ -118,12 +103,11 @@ def compress(coding: Coding, content: bytes) -> bytes | None:
     return body if len(body) <= MAX_RATIO * len(content) else None
 
 
-_PLAIN = AcceptedCodings(("identity",))
 _MAX_CACHED = 200
 """Most bytes of a header whose parsed form is cached, so that no client can fill the memory."""
 
 
-def _parse_codings(header: bytes) -> AcceptedCodings:
+def _parse_codings(header: bytes) -> Codings:
     by_name: dict[str, float] = {}
     for item, quality in parse_quality_values(header.decode("latin-1")):
         name = item.removeprefix("x-")  # x-gzip is gzip (section 8.4.1.3)
@@ -137,7 +121,7 @@ def _parse_codings(header: bytes) -> AcceptedCodings:
     if accepts_plain and "identity" not in by_name:
         qualities["identity"] = min_quality
     order = sorted((c for c in CODINGS if qualities[c] > 0), key=lambda c: -qualities[c])
-    return AcceptedCodings(tuple(order))
+    return tuple(order)
 
 
 _parse_cached = lru_cache(maxsize=256)(_parse_codings)

@@ -5,15 +5,13 @@ no keys, secrets, rates and proxies, the application runs without a guard.
 """
 
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.api.caching.cached_response import RawHeaders
 from service.api.cors import is_preflight
-from service.api.guard.keys import InvalidKeys, KnownKeys, find_name, parse_bearer, parse_entries
+from service.api.guard.keys import KnownKeys, find_name, parse_bearer, parse_entries
 from service.api.guard.policy import (
     EXEMPT,
     Policy,
@@ -23,9 +21,9 @@ from service.api.guard.policy import (
     private_headers,
     rate_limited,
 )
-from service.api.guard.proxies import InvalidProxies, Proxies
+from service.api.guard.proxies import Proxies
 from service.api.guard.rates import Rates, caller_name
-from service.api.guard.signatures import InvalidSecrets, Signer, is_signed
+from service.api.guard.signatures import Signer, is_signed
 from service.api.record import record_of, route_path
 from service.errors import InvalidSettings, SurfaceError
 from service.settings.values import Settings
@@ -35,16 +33,6 @@ _HSTS = (b"strict-transport-security", b"max-age=31536000")
 
 Sent only if a trusted proxy says that the client used https.
 """
-
-
-@dataclass(frozen=True, slots=True)
-class Checks:
-    """The checks of the guard; a check that the settings do not configure is None."""
-
-    keys: KnownKeys | None
-    signer: Signer | None
-    rates: Rates | None
-    proxies: Proxies | None
 
 
 @dataclass(slots=True)
@@ -68,12 +56,15 @@ class Guard:
 
     The guard sets the name of the key in the request record, never the key itself. In the scope it
     sets the client's address, `client`, and the query without its signature: so the application
-    sees the URL that was signed.
+    sees the URL that was signed. A check that the settings do not configure is None.
     """
 
     app: ASGIApp
     policy: Policy
-    checks: Checks
+    keys: KnownKeys | None
+    signer: Signer | None
+    rates: Rates | None
+    proxies: Proxies | None
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Handles one request."""
@@ -101,8 +92,8 @@ class Guard:
 
     def _check_access(self, scope: Scope, result: _GuardResult) -> None:
         """Returns if the request is allowed; otherwise raises the error for its response."""
-        if self.checks.proxies is not None:
-            self.checks.proxies.set_client(scope)
+        if self.proxies is not None:
+            self.proxies.set_client(scope)
             if scope["scheme"] == "https":
                 result.headers.append(_HSTS)
         if is_preflight(scope):
@@ -117,11 +108,10 @@ class Guard:
             self._count_request(scope, name, result)
         allows_signature = need == "key or signature"
         result.is_private = allows_signature
-        signer = self.checks.signer
         # Also where nothing is needed: the application must see the query without its signature.
-        if need != "key" and signer is not None and is_signed(path, scope["query_string"]):
+        if need != "key" and self.signer is not None and is_signed(path, scope["query_string"]):
             now = time.time()
-            query, expires = signer.verify(path, scope["query_string"], now)
+            query, expires = self.signer.verify(path, scope["query_string"], now)
             scope["query_string"] = query
             result.seconds_left = int(expires - now)
         elif need != "nothing" and name is None:
@@ -129,11 +119,10 @@ class Guard:
 
     def _find_key(self, scope: Scope) -> tuple[bool, str | None]:
         """Whether the request has a key, and the name of that key if the service knows it."""
-        keys = self.checks.keys
-        key = None if keys is None else parse_bearer(_header(scope, b"authorization"))
-        if keys is None or key is None:
+        key = None if self.keys is None else parse_bearer(_header(scope, b"authorization"))
+        if self.keys is None or key is None:
             return False, None
-        return True, find_name(key, keys())
+        return True, find_name(key, self.keys())
 
     def _count_request(self, scope: Scope, name: str | None, result: _GuardResult) -> None:
         """Counts a request for its key, or without a valid key for its address.
@@ -142,15 +131,14 @@ class Guard:
         ------
         RateLimited
         """
-        rates = self.checks.rates
-        if rates is None:
+        if self.rates is None:
             return
         client = scope.get("client")
-        decision = rates.count(caller_name(name, client[0] if client else None))
-        result.headers.extend(rates.headers(decision))
+        decision = self.rates.count(caller_name(name, client[0] if client else None))
+        result.headers.extend(self.rates.headers(decision))
         if not decision.is_allowed:
             result.retry_after = decision.retry_after
-            raise rate_limited(rates.limit, decision.retry_after)
+            raise rate_limited(self.rates.limit, decision.retry_after)
 
 
 def _header(scope: Scope, name: bytes) -> bytes | None:
@@ -168,24 +156,22 @@ def build_guard(app: ASGIApp, settings: Settings) -> ASGIApp:
         The settings of keys, secrets, rates and proxies are invalid, or contradict each other.
     """
     policy = Policy(settings)
-    checks = Checks(
-        keys=_build_keys(settings) if policy.has_keys else None,
-        signer=build_signer(settings),
-        rates=Rates(settings.rate_limit) if settings.rate_limit else None,
-        proxies=_build_proxies(settings),
-    )
-    if settings.metrics == "key" and not policy.has_keys:
+    keys = _build_keys(settings) if policy.has_keys else None
+    signer = build_signer(settings)
+    rates = Rates(settings.rate_limit) if settings.rate_limit else None
+    proxies = Proxies(settings.trusted_proxies) if settings.trusted_proxies else None
+    if settings.metrics == "key" and keys is None:
         raise InvalidSettings(
             "SURFACE_METRICS: got 'key' without API keys, needed SURFACE_API_KEYS too."
         )
-    if not settings.public_reads and not policy.has_keys and checks.signer is None:
+    if not settings.public_reads and keys is None and signer is None:
         raise InvalidSettings(
             "SURFACE_PUBLIC_READS: got 'false' where no client could read, needed SURFACE_API_KEYS "
             "or SURFACE_SIGNING_KEYS too."
         )
-    if checks == Checks(None, None, None, None):
+    if all(check is None for check in (keys, signer, rates, proxies)):
         return app
-    return Guard(app, policy, checks)
+    return Guard(app, policy, keys, signer, rates, proxies)
 
 
 def build_signer(settings: Settings) -> Signer | None:
@@ -196,30 +182,15 @@ def build_signer(settings: Settings) -> Signer | None:
     InvalidSettings
         A secret is too short, or listed twice.
     """
-    if not settings.signing_keys:
-        return None
-    with _name_setting("SURFACE_SIGNING_KEYS"):
-        return Signer([secret.get_secret_value() for secret in settings.signing_keys])
+    secrets = [secret.get_secret_value() for secret in settings.signing_keys]
+    return Signer(secrets) if secrets else None
 
 
 def _build_keys(settings: Settings) -> KnownKeys:
-    with _name_setting("SURFACE_API_KEYS"):
-        entries = parse_entries(settings.api_keys)
-    with _name_setting("SURFACE_API_KEYS_FILE" if settings.api_keys_file else "SURFACE_API_KEYS"):
-        return KnownKeys(entries, settings.api_keys_file)
-
-
-def _build_proxies(settings: Settings) -> Proxies | None:
-    if not settings.trusted_proxies:
-        return None
-    with _name_setting("SURFACE_TRUSTED_PROXIES"):
-        return Proxies(settings.trusted_proxies)
-
-
-@contextmanager
-def _name_setting(name: str) -> Iterator[None]:
-    """Adds the setting's name to an error."""
+    name = "SURFACE_API_KEYS"
     try:
-        yield
-    except (InvalidKeys, InvalidProxies, InvalidSecrets) as error:
+        entries = parse_entries(settings.api_keys)
+        name = "SURFACE_API_KEYS_FILE" if settings.api_keys_file else name
+        return KnownKeys(entries, settings.api_keys_file)
+    except InvalidSettings as error:
         raise InvalidSettings(f"{name}: {error}") from None

@@ -19,6 +19,8 @@ from itertools import chain
 from pathlib import Path
 from typing import TypeAlias
 
+from service.errors import InvalidSettings
+
 PREFIX = "sfk_"
 """The first letters of every key, so that scanners for leaked secrets find it."""
 
@@ -37,10 +39,6 @@ NAME_FORM = "1 to 64 letters, digits, `.`, `_` or `-`, the first a letter or a d
 
 ENTRY_FORM = "name:hash, as `surface key NAME` prints it"
 """Valid entries of the list of keys, in words."""
-
-
-class InvalidKeys(ValueError):
-    """A list of keys is invalid; the text of the error does not repeat the list."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,16 +69,18 @@ def parse_entries(lines: Iterable[str]) -> tuple[KeyEntry, ...]:
 
     Raises
     ------
-    InvalidKeys
+    InvalidSettings
         Names the line by its number, and says what it must be.
     """
     keys: list[KeyEntry] = []
     for number, line in enumerate(lines, 1):
         name, _, digest = line.partition(":")
         if not is_key_name(name):
-            raise InvalidKeys(f"key {number} has no valid name: {NAME_FORM}; needed {ENTRY_FORM}.")
+            raise InvalidSettings(
+                f"key {number} has no valid name: {NAME_FORM}; needed {ENTRY_FORM}."
+            )
         if not _HASH.fullmatch(digest.lower()):
-            raise InvalidKeys(
+            raise InvalidSettings(
                 f"key {number} has no hash, 64 hexadecimal digits, after its name; needed "
                 f"{ENTRY_FORM}."
             )
@@ -89,12 +89,12 @@ def parse_entries(lines: Iterable[str]) -> tuple[KeyEntry, ...]:
 
 
 def join_entries(*lists: tuple[KeyEntry, ...]) -> tuple[KeyEntry, ...]:
-    """Joins several lists; raises `InvalidKeys` for a repeated key, or too many keys."""
+    """Joins several lists; raises `InvalidSettings` for a repeated key, or too many keys."""
     joined = tuple(chain(*lists))
     if len({entry.digest for entry in joined}) < len(joined):
-        raise InvalidKeys("one key is listed twice; needed each key once.")
+        raise InvalidSettings("one key is listed twice; needed each key once.")
     if len(joined) > MAX_KEYS:
-        raise InvalidKeys(f"{len(joined)} keys are too many; needed at most {MAX_KEYS}.")
+        raise InvalidSettings(f"{len(joined)} keys are too many; needed at most {MAX_KEYS}.")
     return joined
 
 
@@ -144,7 +144,7 @@ class KnownKeys:
 
     Raises
     ------
-    InvalidKeys
+    InvalidSettings
         Only the constructor raises this.
     """
 
@@ -173,7 +173,7 @@ class KnownKeys:
                 if _file_state(self._file) != self._state:
                     self._read(self._file)
                     _log.info("the file of keys was read again: %d keys", len(self._entries))
-            except InvalidKeys as error:
+            except InvalidSettings as error:
                 _log.error("the file of keys is not used, the keys known before stay: %s", error)
         return self._entries
 
@@ -184,12 +184,12 @@ class KnownKeys:
             with file.open("rb") as stream:
                 content = stream.read(MAX_BYTES + 1)
             if len(content) > MAX_BYTES:
-                raise InvalidKeys(f"it is too long; needed at most {MAX_BYTES} bytes.")
+                raise InvalidSettings(f"it is too long; needed at most {MAX_BYTES} bytes.")
             lines = [line.strip() for line in content.decode("utf-8-sig").splitlines()]
         except OSError as error:
-            raise InvalidKeys(f"it cannot be read: {error.strerror}.") from None
+            raise InvalidSettings(f"it cannot be read: {error.strerror}.") from None
         except UnicodeDecodeError:
-            raise InvalidKeys("it is not a text in UTF-8.") from None
+            raise InvalidSettings("it is not a text in UTF-8.") from None
         entry_lines = [line for line in lines if line and not line.startswith("#")]
         self._entries = join_entries(self._setting_entries, parse_entries(entry_lines))
 

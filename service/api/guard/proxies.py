@@ -12,6 +12,8 @@ from typing import TypeAlias
 
 from starlette.types import Scope
 
+from service.errors import InvalidSettings
+
 Address: TypeAlias = IPv4Address | IPv6Address
 
 UNIX = "unix"
@@ -29,21 +31,17 @@ CACHED_ADDRESSES = 4096
 _SCHEMES = {b"http": "http", b"https": "https"}
 
 
-class InvalidProxies(ValueError):
-    """The setting of trusted proxies has an invalid item."""
-
-
 class Proxies:
-    """The trusted proxies; raises `InvalidProxies` for an invalid address or network."""
+    """The trusted proxies; raises `InvalidSettings` for an invalid address or network."""
 
     def __init__(self, trusted: Sequence[str]) -> None:
         self._trusts_unix = UNIX in trusted
         try:
             self._networks = tuple(ip_network(text) for text in trusted if text != UNIX)
         except ValueError:
-            raise InvalidProxies(
-                "needed addresses, or networks without host bits, such as 10.0.0.0/8, "
-                f"fd00::/8 or {UNIX}."
+            raise InvalidSettings(
+                "SURFACE_TRUSTED_PROXIES: needed addresses, or networks without host bits, such as "
+                f"10.0.0.0/8, fd00::/8 or {UNIX}."
             ) from None
 
     def set_client(self, scope: Scope) -> None:

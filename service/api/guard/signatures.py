@@ -13,7 +13,7 @@ from urllib.parse import parse_qsl, unquote_plus, urlencode
 
 from service.api.errors import SignatureExpired, SignatureInvalid
 from service.encoders.registry import FORMATS
-from service.errors import InvalidRequest, Issue
+from service.errors import InvalidRequest, InvalidSettings, Issue
 from service.schemas.request import MAX_SECONDS, SignRequest
 
 EXPIRES, SIGNATURE = "expires", "signature"
@@ -38,26 +38,25 @@ _PREFIX = "surface-service 1\nread\n"
 _Pairs = list[tuple[str, str]]
 
 
-class InvalidSecrets(ValueError):
-    """The signing secrets are too short, or repeated."""
-
-
 class Signer:
     """Signs with the first secret, and accepts signatures of all secrets.
 
     Raises
     ------
-    InvalidSecrets
+    InvalidSettings
         A secret is too short, or listed twice.
     """
 
     def __init__(self, secrets: Sequence[str]) -> None:
         if any(len(secret) < MIN_SECRET for secret in secrets):
-            raise InvalidSecrets(
-                f"one secret is too short; needed {MIN_SECRET} letters or more each."
+            raise InvalidSettings(
+                "SURFACE_SIGNING_KEYS: one secret is too short; "
+                f"needed {MIN_SECRET} letters or more each."
             )
         if len(set(secrets)) < len(secrets):
-            raise InvalidSecrets("one secret is listed twice; needed each secret once.")
+            raise InvalidSettings(
+                "SURFACE_SIGNING_KEYS: one secret is listed twice; needed each secret once."
+            )
         self._secrets = [secret.encode() for secret in secrets]
 
     def sign(self, path: str, query: str, expires: int) -> str:

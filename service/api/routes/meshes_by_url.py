@@ -1,7 +1,6 @@
 """Route for meshes by URL, which browsers, and caches between them and the service, may keep."""
 
 from functools import partial
-from typing import NamedTuple
 from urllib.parse import parse_qsl
 
 from fastapi import APIRouter, Request, Response
@@ -13,7 +12,7 @@ from service.api.caching.cached_response import (
     find_match,
     matches_all,
 )
-from service.api.caching.codings import COMPRESS_FUNCTIONS, AcceptedCodings, compress
+from service.api.caching.codings import COMPRESS_FUNCTIONS, Codings, compress
 from service.api.job import Job
 from service.api.models.meshes import Mesh
 from service.api.negotiation import check_engine, codings_of, condition_of, format_by_suffix
@@ -38,21 +37,6 @@ from service.pipeline.mesh import plan_mesh, select_encode_options
 from service.schemas.query import canonical_query, parse_mesh_query
 
 by_url = APIRouter()
-
-
-class MeshTarget(NamedTuple):
-    """The mesh that a URL names; `query` is its canonical query."""
-
-    subject: Subject
-    fmt: Format
-    query: str
-
-
-class ComputedResponse(NamedTuple):
-    """A computed response, and the times of its steps."""
-
-    entry: CachedResponse
-    timing: Timing
 
 
 @by_url.get(
@@ -109,7 +93,7 @@ async def get_surface_mesh(
     )
     cache, record = services.cache, record_of(request.scope)
     entry = cache.get(subject.url)
-    unchanged_coding = find_match(condition, accepted.order, subject.tag)
+    unchanged_coding = find_match(condition, accepted, subject.tag)
     async with job.until_deadline():
         if unchanged_coding is not None and (entry is not None or await exists(services.store, id)):
             return FileResponse(
@@ -126,12 +110,11 @@ async def get_surface_mesh(
             cache.misses += 1
             record.cache = "miss"
             counters: RequestCounters = request.app.state.counters
-            compute = partial(_compute, services, counters, MeshTarget(subject, fmt, query))
+            compute = partial(_compute, services, counters, subject, fmt=fmt, query=query)
             # With the generation in the key, requests after a deletion share no older computation.
-            computed = await services.flights.join(
-                (subject.url, cache.generation), compute, job.on_end
-            )
-            entry, timing = computed.entry, Timing("cache;desc=miss", computed.timing)
+            key = (subject.url, cache.generation)
+            computed = await services.flights.join(key, compute, job.on_end)
+            entry, timing = computed[0], Timing("cache;desc=miss", computed[1])
         variant = await _choose_variant(services, job, entry, accepted, timing)
     # The next request with the same spelling of the URL is answered from the cache at once.
     cache.alias(entry, request.scope["path"], request.scope["query_string"], has_engine=has_engine)
@@ -145,10 +128,18 @@ async def get_surface_mesh(
 
 
 async def _compute(
-    services: Services, counters: RequestCounters, target: MeshTarget, job: Job
-) -> ComputedResponse:
-    """Computes the mesh of the canonical query, and puts the response into the cache if it fits."""
-    subject, fmt, query = target
+    services: Services,
+    counters: RequestCounters,
+    subject: Subject,
+    job: Job,
+    *,
+    fmt: Format,
+    query: str,
+) -> tuple[CachedResponse, Timing]:
+    """Computes the mesh of the canonical query, and puts the response into the cache if it fits.
+
+    Returns the response and the times of its steps.
+    """
     cache = services.cache
     generation = cache.generation
     with job.timing.step("surface"):
@@ -168,11 +159,11 @@ async def _compute(
     )
     entry = CachedResponse(subject, bytes(mesh_file.content), headers)
     cache.put(entry, generation)
-    return ComputedResponse(entry, job.timing)
+    return entry, job.timing
 
 
 async def _choose_variant(
-    services: Services, job: Job, entry: CachedResponse, accepted: AcceptedCodings, timing: Timing
+    services: Services, job: Job, entry: CachedResponse, accepted: Codings, timing: Timing
 ) -> Variant:
     """The response in the coding that the client prefers, compressed now if necessary.
 
@@ -181,20 +172,20 @@ async def _choose_variant(
     hold memory that other requests wait for.
     """
     cache, threads = services.cache, services.threads
-    coding = accepted.order[0]
+    coding, accepts_plain = accepted[0], "identity" in accepted
     # The variant for a coding may be the uncompressed body, if compression saves too little.
     variant = entry.variants.get(coding)
-    if variant is not None and (accepted.accepts_plain or variant.coding == coding):
+    if variant is not None and (accepts_plain or variant.coding == coding):
         return variant
     # If the client accepts no plain body, it needs the compressed one even if it is hardly smaller.
-    function = partial(compress, coding) if accepted.accepts_plain else COMPRESS_FUNCTIONS[coding]
+    function = partial(compress, coding) if accepts_plain else COMPRESS_FUNCTIONS[coding]
     work: Work[bytes | None] = Work(
         compression_cost(len(entry.plain)), partial(function, entry.plain)
     )
     has_room = (
         cache.holds(entry) and not threads.queue_length and threads.has_room(work.cost.memory)
     )
-    if accepted.accepts_plain and not has_room:
+    if accepts_plain and not has_room:
         return entry.variants["identity"]
 
     async def compress_entry(job: Job) -> Variant:
@@ -202,6 +193,6 @@ async def _choose_variant(
         job.finish_work(0 if body is None else len(body))
         return cache.add(entry, coding, body)
 
-    key = (entry.subject.url, cache.generation, coding, accepted.accepts_plain)
+    key = (entry.subject.url, cache.generation, coding, accepts_plain)
     with timing.step("compress"):
         return await services.flights.join(key, compress_entry, job.on_end)

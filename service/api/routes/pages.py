@@ -15,6 +15,7 @@ import orjson
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import HTMLResponse
 
+from service.api.record import route_path
 from service.api.responses import HEADERS, PAGE_HEADERS
 from service.api.services import ContextDep
 from service.api.static_files import StaticFile
@@ -65,12 +66,6 @@ async def editor(request: Request, context: ContextDep) -> Response:
     return await context.services.static_files.respond(request, "page")
 
 
-@pages.get("/page/{file}")
-async def editor_file(file: str, request: Request, context: ContextDep) -> Response:
-    """A module of the editor, its style, a picture or three.js."""
-    return await context.services.static_files.respond(request, f"page/{file}")
-
-
 @pages.get("/docs")
 async def documentation(request: Request, context: ContextDep) -> Response:
     """Swagger UI for /openapi.json, or a page that says how to install Swagger UI."""
@@ -84,10 +79,11 @@ async def documentation(request: Request, context: ContextDep) -> Response:
     return await context.services.static_files.respond(request, "docs")
 
 
+@pages.get("/page/{file}")
 @pages.get("/docs/{asset}")
-async def documentation_file(asset: str, request: Request, context: ContextDep) -> Response:
-    """A script or the style of the documentation."""
-    return await context.services.static_files.respond(request, f"docs/{asset}")
+async def page_file(request: Request, context: ContextDep) -> Response:
+    """A script, a style or a picture of these two pages."""
+    return await context.services.static_files.respond(request, route_path(request.scope)[1:])
 
 
 @pages.get("/openapi.json")

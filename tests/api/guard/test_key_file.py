@@ -9,12 +9,12 @@ import pytest
 
 from service.api.guard.keys import (
     MAX_BYTES,
-    InvalidKeys,
     KeyEntry,
     KnownKeys,
     format_entry,
     parse_entries,
 )
+from service.errors import InvalidSettings
 
 ALICE, BOB, CAROL = (format_entry(name, name) for name in ("alice", "bob", "carol"))
 
@@ -127,5 +127,5 @@ def test_an_invalid_file_is_an_error_at_the_start(file: Path, content: bytes | N
         file.unlink()
     else:
         file.write_bytes(content)
-    with pytest.raises(InvalidKeys):
+    with pytest.raises(InvalidSettings):
         KnownKeys((), str(file))

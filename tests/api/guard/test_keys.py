@@ -6,13 +6,13 @@ import pytest
 
 from service.api.guard import keys
 from service.api.guard.keys import (
-    InvalidKeys,
     find_name,
     format_entry,
     make_key,
     parse_bearer,
     parse_entries,
 )
+from service.errors import InvalidSettings
 from tools.programs import run_python
 
 OLD, NEW = make_key(), make_key()
@@ -71,25 +71,25 @@ def test_a_key_is_compared_with_all_entries(
     "line", ["alice", "alice:", "alice:00", ":" + "0" * 64, "a b:" + "0" * 64, "alice:" + "g" * 64]
 )
 def test_invalid_entries_are_named_by_their_number_and_not_repeated(line: str) -> None:
-    with pytest.raises(InvalidKeys, match="key 2 ") as error:
+    with pytest.raises(InvalidSettings, match="key 2 ") as error:
         parse_entries([format_entry("bob", NEW), line])
     assert "alice" not in str(error.value)
     assert "0000" not in str(error.value)
 
 
 def test_a_key_in_place_of_its_hash_is_refused_and_not_repeated() -> None:
-    with pytest.raises(InvalidKeys) as error:
+    with pytest.raises(InvalidSettings) as error:
         parse_entries([f"alice:{NEW}"])
     assert NEW not in str(error.value)
 
 
 def test_repeated_keys_and_too_many_keys_are_refused() -> None:
-    with pytest.raises(InvalidKeys, match="twice"):
+    with pytest.raises(InvalidSettings, match="twice"):
         keys.join_entries(
             parse_entries([format_entry("alice", NEW)]), parse_entries([format_entry("bob", NEW)])
         )
     entries = parse_entries([format_entry("alice", str(i)) for i in range(keys.MAX_KEYS + 1)])
-    with pytest.raises(InvalidKeys, match="too many"):
+    with pytest.raises(InvalidSettings, match="too many"):
         keys.join_entries(entries)
 
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.api.app import create_app
-from service.api.guard.proxies import InvalidProxies, Proxies, parse_address
+from service.api.guard.proxies import Proxies, parse_address
 from service.errors import InvalidSettings
 from service.settings.values import Settings
 from tools.client import start_client
@@ -116,8 +116,6 @@ def test_texts_that_are_not_addresses_are_ignored(text: str) -> None:
 
 @pytest.mark.parametrize("trusted", [["proxy.local"], ["10.0.0.1/8"], ["*"], ["10.0.0.0/33"]])
 def test_invalid_proxies_are_refused_at_the_start(trusted: list[str]) -> None:
-    with pytest.raises(InvalidProxies):
-        Proxies(trusted)
     with pytest.raises(InvalidSettings, match=r"^SURFACE_TRUSTED_PROXIES: needed addresses"):
         create_app(Settings(trusted_proxies=tuple(trusted)))
 

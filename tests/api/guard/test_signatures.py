@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from service.api.errors import SignatureExpired, SignatureInvalid
 from service.api.guard import signatures
-from service.api.guard.signatures import InvalidSecrets, Signer, is_signed
+from service.api.guard.signatures import Signer, is_signed
+from service.errors import InvalidSettings
 
 OLD, NEW = "old secret of thirty-two letters", "new secret of thirty-two letters"
 SIGNER = Signer([NEW])
@@ -189,7 +190,7 @@ def test_the_rest_of_a_query_keeps_its_bytes() -> None:
 def test_weak_or_equal_secrets_are_refused_by_an_error_that_does_not_contain_them(
     secrets: list[str],
 ) -> None:
-    with pytest.raises(InvalidSecrets) as error:
+    with pytest.raises(InvalidSettings) as error:
         Signer(secrets)
     assert not any(secret in str(error.value) for secret in secrets if secret)
 
