@@ -1,4 +1,4 @@
-"""The program `surface`, one file for each command.
+"""The program `surface`: its commands are rows of tables.
 
-Each command imports slow modules inside its functions, so that `--help` is fast.
+Slow modules are imported inside functions, so that `--help` is fast.
 """

@@ -1,98 +1,40 @@
-"""`surface convert`: writes a surface, or a part of it, in another form with the same points."""
+"""`surface convert`: writes a surface, or a part of it, in another form with the same points.
+
+A malformed number in a flag stays a string, which the model of the request then refuses.
+"""
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
-from service.cli.document import parse_request, perform_document
-from service.cli.nets import add_fields, field_line, read_field_flags
+from service.cli.documents import Document, Query, parse_request
+from service.cli.flags import Flag
+from service.cli.nets import field_line, read_field_flags
 from service.cli.refusals import issue_line
-from service.cli.source import (
-    Commands,
-    add_command,
-    add_output,
-    add_source,
-    check_output,
-    surface_document,
-    surface_source,
-)
-from service.errors import Issue
+from service.errors import InvalidRequest, Issue, MalformedJson
 
 
-def add(commands: Commands) -> None:
-    """Adds the command and its flags."""
-    text = "write a surface, or a part of it, in another form with the same points"
-    convert = add_command(commands, "convert", text)
-    add_source(convert, "operations")
-    add_output(convert, formats=False)
-    _add_operations(convert)
-    add_fields(convert)
-    convert.set_defaults(run=_run)
+def _name_text(name: str, text: str) -> tuple[str, str]:
+    return name, text
 
 
-class _Append(argparse.Action):
-    """Appends the flag's name and its text to the list of operations."""
-
-    def __call__(
-        self,
-        parser: argparse.ArgumentParser,
-        namespace: argparse.Namespace,
-        values: str | Sequence[Any] | None,
-        option_string: str | None = None,
-    ) -> None:
-        """Called for each flag of an operation, in the order of the command line."""
-        del parser, option_string
-        text = values if isinstance(values, str) else ""  # argparse gives [] if a flag has no text
-        namespace.operations = [*(namespace.operations or []), (self.flag_name, text)]
-
-    @property
-    def flag_name(self) -> str:
-        """The flag's name without its hyphens."""
-        return self.option_strings[0].removeprefix("--")
+def _operation_flag(name: str, metavar: str | None, text: str) -> Flag:
+    """The flag of an operation; its name and its text are appended to a list, in their order."""
+    value = None if metavar else _name_text(name, "")
+    read = partial(_name_text, name)
+    return Flag(f"--{name}", text, metavar, read, "operations", is_list=True, value=value)
 
 
-def _add_operations(convert: argparse.ArgumentParser) -> None:
-    """Adds the flags of operations; if any is used, they replace the operations in the file."""
-    group = convert.add_argument_group("operations, applied in the order of the flags")
-    for flag, metavar, text in (
-        ("elevate", "P,Q|N", "raise the degree"),
-        ("split", "u=A,v=B|R,S,T", "cut at u, at v or at both; a triangle at a point"),
-        ("restrict", "u=A:B,v=C:D", "cut out a piece"),
-        ("transpose", None, "exchange u and v"),
-        ("reverse", "u|v", "reverse u or v"),
-        ("bezier", None, "convert a B-spline to Bézier patches"),
-        ("triangle", "lower|upper", "make a triangular patch of half a patch"),
-        ("operations", "JSON", "a list of operations, as in a request"),
-    ):
-        nargs = 0 if metavar is None else None
-        group.add_argument(
-            f"--{flag}", action=_Append, dest="operations", nargs=nargs, metavar=metavar, help=text
-        )
+def _merge_operations(document: Document, values: Document) -> Document:
+    """Flags of operations replace the operations in the file."""
+    if "operations" in values:
+        _, values["operations"] = operations_from_text(values["operations"])
+    return document
 
 
-def _run(arguments: argparse.Namespace) -> int:
-    from service.cli.operations import operations_from_text
-
-    check_output(arguments)
-    source = surface_source(arguments)
-    flags: list[str] = []
-    document = surface_document(source)
-    if arguments.operations is not None:
-        flags, operations = operations_from_text(arguments.operations)
-        document = document | {"operations": operations}
-    fields = read_field_flags(arguments)
-    return perform_document(
-        arguments,
-        "/v1/convert",
-        document,
-        _compute,
-        line=lambda issue: _operation_line(issue, flags, fields),
-    )
-
-
-def _compute(document: Mapping[str, Any]) -> bytes:
-    """Converts the surface in this process."""
+def _compute(document: Document) -> bytes:
     from service.pipeline.documents import plan_conversion
     from service.schemas.convert import ConvertRequest
     from service.settings.environment import command_settings
@@ -100,18 +42,113 @@ def _compute(document: Mapping[str, Any]) -> bytes:
 
     request, limits = parse_request(ConvertRequest, document)
     settings = command_settings()
-    surface, operations = request.to_surface(), request.to_operations()
     size_limits = SizeLimits(settings.max_control_points, settings.max_degree)
-    return plan_conversion(surface, operations, size_limits, limits).run()
+    return plan_conversion(request.to_surface(), request.to_operations(), size_limits, limits).run()
 
 
-def _operation_line(issue: Issue, flags: Sequence[str], fields: Mapping[str, str]) -> str:
-    """An issue as a line that names the flag of the operation that has the error.
-
-    `flags` has the flag of each operation; `fields` are the fields of the surface set by flags.
-    """
+def _operation_line(issue: Issue, arguments: argparse.Namespace) -> str:
+    """An issue as a line that names the flag of the operation that has the error."""
+    flags, _ = operations_from_text(arguments.operations or ())
     # "/operations/2/…" is split into "", "operations", "2", …; a shorter pointer is filled with "".
     _, field, number = (*issue.pointer.split("/"), "", "")[:3]
     if field == "operations" and number.isdecimal() and int(number) < len(flags):
         return issue_line(replace(issue, pointer=f"/{flags[int(number)]}"), flags)
-    return field_line(issue, fields)
+    return field_line(issue, read_field_flags(arguments))
+
+
+CONVERT = Query(
+    "convert",
+    "write a surface, or a part of it, in another form with the same points",
+    "/v1/convert",
+    "operations",
+    "operations, applied in the order of the flags",
+    (
+        _operation_flag("elevate", "P,Q|N", "raise the degree"),
+        _operation_flag(
+            "split", "u=A,v=B|R,S,T", "cut at u, at v or at both; a triangle at a point"
+        ),
+        _operation_flag("restrict", "u=A:B,v=C:D", "cut out a piece"),
+        _operation_flag("transpose", None, "exchange u and v"),
+        _operation_flag("reverse", "u|v", "reverse u or v"),
+        _operation_flag("bezier", None, "convert a B-spline to Bézier patches"),
+        _operation_flag("triangle", "lower|upper", "make a triangular patch of half a patch"),
+        _operation_flag("operations", "JSON", "a list of operations, as in a request"),
+    ),
+    _compute,
+    _merge_operations,
+    line=_operation_line,
+)
+
+
+def operations_from_text(arguments: Iterable[tuple[str, str]]) -> tuple[list[str], list[Any]]:
+    """The flag of each operation, and the operations as a JSON body has them.
+
+    Parameters
+    ----------
+    arguments : iterable of (str, str)
+        The name of each flag, and its text.
+
+    Raises
+    ------
+    InvalidRequest
+        A text is not a JSON list, or a name is repeated.
+    """
+    flags: list[str] = []
+    operations: list[Any] = []
+    for name, text in arguments:
+        parsed = _parse_list(text) if name == "operations" else [_parse_operation(name, text)]
+        operations += parsed
+        flags += [name] * len(parsed)
+    return flags, operations
+
+
+def _parse_operation(name: str, text: str) -> dict[str, object]:
+    from service.schemas.query import number_from_text
+
+    fields: dict[str, object] = {}
+    match name:
+        case "elevate":
+            degrees = _parse_numbers(text, ",")
+            fields = {"degree": degrees[0] if len(degrees) == 1 else degrees}
+        case "split" if "=" in text:
+            fields = {key: number_from_text(value) for key, value in _parse_pairs(name, text)}
+        case "split":
+            fields = {"at": _parse_numbers(text, ",")}
+        case "restrict":
+            fields = {key: _parse_numbers(value, ":") for key, value in _parse_pairs(name, text)}
+        case "reverse":
+            fields = {"direction": text}
+        case "triangle":
+            fields = {"half": text}
+    return {"op": name} | fields
+
+
+def _parse_numbers(text: str, separator: str) -> list[int | float | str]:
+    from service.schemas.query import number_from_text
+
+    return [number_from_text(part) for part in text.split(separator)]
+
+
+def _parse_pairs(flag: str, text: str) -> list[tuple[str, str]]:
+    """Names and values of "u=…,v=…"; refuses a repeated name."""
+    parts = [part.partition("=") for part in text.split(",")]
+    names = {key for key, _, _ in parts}
+    if len(names) < len(parts):
+        texts = "A name is repeated.", f"--{flag}", "the name again", "each name once"
+        raise InvalidRequest(Issue("repeated_key", *texts))
+    return [(key, value) for key, _, value in parts]
+
+
+def _parse_list(text: str) -> list[Any]:
+    from service.schemas.document import parse_document
+
+    try:
+        value = parse_document(text.encode())
+    except (MalformedJson, UnicodeEncodeError):
+        value = None
+    except InvalidRequest as error:
+        raise error.within("--operations") from None
+    if not isinstance(value, list):
+        message, got = "This must be a JSON list of operations.", "something else"
+        raise InvalidRequest(Issue("wrong_type", message, "--operations", got, '[{"op": …}, …]'))
+    return value

@@ -2,24 +2,9 @@
 
 import argparse
 
+from service.cli.flags import Command, Flag
 from service.cli.output import print_lines
 from service.cli.refusals import OK
-from service.cli.source import Commands
-
-
-def add(commands: Commands) -> None:
-    """Adds the commands and their flags."""
-    examples = commands.add_parser("examples", help="list the built-in surfaces")
-    examples.set_defaults(run=_examples)
-    formats = commands.add_parser("formats", help="list the formats")
-    formats.set_defaults(run=_formats)
-    openapi = commands.add_parser("openapi", help="print the OpenAPI document")
-    openapi.add_argument(
-        "--all",
-        action="store_true",
-        help="with all optional features; otherwise with those that the settings switch on",
-    )
-    openapi.set_defaults(run=_openapi)
 
 
 def _examples(_: argparse.Namespace) -> int:
@@ -48,3 +33,19 @@ def _openapi(arguments: argparse.Namespace) -> int:
     app = create_app(build_full_settings() if arguments.all else None)
     print_lines([json.dumps(app.openapi(), indent=2, ensure_ascii=False)])
     return OK
+
+
+EXAMPLES = Command("examples", "list the built-in surfaces", _examples)
+FORMATS = Command("formats", "list the formats", _formats)
+OPENAPI = Command(
+    "openapi",
+    "print the OpenAPI document",
+    _openapi,
+    (
+        Flag(
+            "--all",
+            "with all optional features; otherwise with those that the settings switch on",
+            value=True,
+        ),
+    ),
+)

@@ -4,23 +4,10 @@ import argparse
 from collections.abc import Sequence
 
 from service import __version__
-from service.cli import (
-    convert,
-    curve,
-    estimate,
-    health,
-    intersect,
-    key,
-    lists,
-    measure,
-    mesh,
-    points,
-    project,
-    section,
-    serve,
-    sign,
-    store,
-)
+from service.cli.convert import CONVERT
+from service.cli.lists import EXAMPLES, FORMATS, OPENAPI
+from service.cli.mesh import ESTIMATE, MESH
+from service.cli.queries import CURVE, INTERSECT, MEASURE, POINTS, PROJECT, SECTION
 from service.cli.refusals import (
     EXIT_CODES,
     REFUSED,
@@ -31,26 +18,29 @@ from service.cli.refusals import (
     issue_line,
     print_error,
 )
+from service.cli.services import HEALTH, KEY, SERVE, SIGN, STORE
 from service.errors import BadAddress, InvalidSettings, ServiceFailed, SurfaceError
 
 COMMANDS = (
-    serve,
-    health,
-    mesh,
-    estimate,
-    points,
-    project,
-    intersect,
-    section,
-    measure,
-    convert,
-    curve,
-    store,
-    sign,
-    key,
-    lists,
+    SERVE,
+    HEALTH,
+    MESH,
+    ESTIMATE,
+    POINTS,
+    PROJECT,
+    INTERSECT,
+    SECTION,
+    MEASURE,
+    CONVERT,
+    CURVE,
+    STORE,
+    SIGN,
+    KEY,
+    EXAMPLES,
+    FORMATS,
+    OPENAPI,
 )
-"""Modules of the commands, in the order of the help."""
+"""All commands, in the order of the help."""
 
 INTERRUPTED = 128 + 2
 """Exit code after Ctrl+C: 128 plus the number of the signal, as shells expect."""
@@ -98,5 +88,5 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"surface {__version__}")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     for command in COMMANDS:
-        command.add(commands)
+        command.add_to(commands)
     return parser

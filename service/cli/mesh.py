@@ -1,64 +1,62 @@
-"""`surface mesh`: writes the mesh of a surface."""
+"""`surface mesh` writes the mesh of a surface, and `surface estimate` its size."""
 
 import argparse
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import partial
+from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from service.cli.document import parse_request
-from service.cli.nets import NetFile, add_fields, field_line, read_field_flags
+from service.cli.documents import parse_request, perform_document
+from service.cli.flags import Command, Flag, option_texts, read_values
+from service.cli.nets import NET_FILES, NetFile, field_line, read_field_flags
 from service.cli.source import (
-    Commands,
-    add_command,
-    add_output,
-    add_source,
+    check_output,
     choose_format,
+    find_format,
     find_stored_id,
+    output_flags,
     perform,
-    read_option_flags,
+    source_flag,
+    surface_document,
     surface_source,
 )
 
 if TYPE_CHECKING:
     from service.encoders.format import Format
 
-_FLAGS = json.loads(Path(__file__).with_name("flags.json").read_bytes())
+_OPTIONS = json.loads(Path(__file__).with_name("flags.json").read_bytes())
 """The options of a mesh, in a file that `make generated` writes: to import their models is slow.
 
 `value` is the metavar of an option, or None if the option is on or off; `text` is its help."""
 
-OPTIONS = tuple(flag["name"] for flag in _FLAGS)
-
-ACCURACY = tuple(flag["name"] for flag in _FLAGS if flag["is_accuracy"])
+ACCURACY = tuple(option["name"] for option in _OPTIONS if option["is_accuracy"])
 """Options that replace a resolution."""
 
 CAMERA_FIELDS = ("camera", "pixel_tolerance")
 """Options that replace a resolution and have no flags: only files have them."""
 
 
-def add(commands: Commands) -> None:
-    """Adds the command and its flags."""
-    mesh = add_command(commands, "mesh", "write the mesh of a surface")
-    add_source(mesh, "options", "; with --url also the id of a surface that is stored there")
-    add_output(mesh)
-    add_options(mesh)
-    add_fields(mesh)
-    mesh.set_defaults(run=_run)
+_TITLES = ("options of the mesh", "instead of a resolution: accuracy, proved")
 
 
-def add_options(mesh: argparse.ArgumentParser) -> None:
-    """Adds the options of a mesh; each overrides the file's."""
-    shape = mesh.add_argument_group("options of the mesh")
-    accuracy = mesh.add_argument_group("instead of a resolution: accuracy, proved")
-    for option in _FLAGS:
-        flag = f"--{option['name'].replace('_', '-')}"
-        group = accuracy if option["is_accuracy"] else shape
-        if option["value"] is None:
-            group.add_argument(flag, action=argparse.BooleanOptionalAction, help=option["text"])
-        else:
-            group.add_argument(flag, metavar=option["value"], help=option["text"])
+def _option_flag(option: Mapping[str, Any]) -> Flag:
+    name, value = option["name"].replace("_", "-"), option["value"]
+    return Flag(f"--{name}", option["text"], value, is_switch=value is None)
+
+
+_GROUPS = tuple(
+    (_TITLES[is_accuracy], tuple(map(_option_flag, options)))
+    for is_accuracy, options in groupby(_OPTIONS, itemgetter("is_accuracy"))
+)
+
+
+def _read_options(arguments: argparse.Namespace) -> dict[str, str]:
+    """The options that flags set, as texts of a query, by name."""
+    return option_texts(read_values(arguments, (flag for _, flags in _GROUPS for flag in flags)))
 
 
 def drop_replaced(source: dict[str, Any], flag_values: Mapping[str, str]) -> dict[str, Any]:
@@ -76,17 +74,17 @@ def drop_replaced(source: dict[str, Any], flag_values: Mapping[str, str]) -> dic
     return {key: value for key, value in source.items() if key not in replaced_names}
 
 
-def _run(arguments: argparse.Namespace) -> int:
+def _run_mesh(arguments: argparse.Namespace) -> int:
     from service.encoders.registry import FORMATS
 
     fmt = choose_format(arguments, FORMATS)
     source = find_stored_id(arguments) or surface_source(arguments)
-    flag_values = read_option_flags(arguments, OPTIONS)
+    flag_values = _read_options(arguments)
     if isinstance(source, dict):
         source = drop_replaced(source, flag_values)
     return perform(
         arguments,
-        lambda: _compute(source, flag_values, fmt),
+        lambda: _compute_mesh(source, flag_values, fmt),
         lambda remote: _request_mesh(remote, arguments.url, source, flag_values, fmt),
         lambda issue: field_line(issue, flag_values | read_field_flags(arguments)),
     )
@@ -109,7 +107,7 @@ def _request_mesh(
     return content
 
 
-def _compute(
+def _compute_mesh(
     source: str | dict[str, Any] | NetFile, flag_values: Mapping[str, str], fmt: "Format"
 ) -> bytes:
     """Computes the file in this process. A `source` that is a text is the id of an example."""
@@ -132,3 +130,64 @@ def _compute(
         request, limits = parse_request(MeshRequest, source | values_from_text(flag_values.items()))
         surface, options = request.to_surface(), request
     return render(surface, options.mesh_options(), fmt, select_encode_options(options), limits)
+
+
+def _run_estimate(arguments: argparse.Namespace) -> int:
+    from service.encoders.registry import FORMATS
+    from service.schemas.query import values_from_text
+
+    check_output(arguments)
+    formats: Sequence[Format] = FORMATS
+    query = {}
+    if arguments.format is not None:
+        formats = (find_format(arguments.format, FORMATS),)
+        query = {"format": str(arguments.format)}
+    source = surface_document(surface_source(arguments))
+    flag_values = _read_options(arguments)
+    return perform_document(
+        arguments,
+        "/v1/estimate",
+        drop_replaced(source, flag_values) | values_from_text(flag_values.items()),
+        partial(_compute_estimate, formats),
+        flags=flag_values,
+        query=query,
+    )
+
+
+def _compute_estimate(formats: "Sequence[Format]", document: Mapping[str, Any]) -> bytes:
+    """Computes the estimate in this process."""
+    from service.encoders.text import json_text
+    from service.pipeline.estimate import plan_estimate
+    from service.pipeline.mesh import select_encode_options
+    from service.schemas.request import MeshRequest
+
+    request, limits = parse_request(MeshRequest, document)
+    options, encode = request.mesh_options(), select_encode_options(request)
+    work = plan_estimate(request.to_surface(), options, encode, limits, formats)
+    return json_text(work.run().to_object())
+
+
+MESH = Command(
+    "mesh",
+    "write the mesh of a surface",
+    _run_mesh,
+    (
+        source_flag("options", "; with --url also the id of a surface that is stored there"),
+        *output_flags(),
+    ),
+    groups=(*_GROUPS, NET_FILES),
+    has_exit_codes=True,
+)
+
+ESTIMATE = Command(
+    "estimate",
+    "write the size of a mesh before it is computed: vertices, faces, bytes, limits",
+    _run_estimate,
+    (
+        source_flag("options"),
+        *output_flags(formats=False),
+        Flag("--format", "estimate this format only", "NAME"),
+    ),
+    groups=(*_GROUPS, NET_FILES),
+    has_exit_codes=True,
+)

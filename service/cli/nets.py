@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from service.cli.flags import Flag
 from service.cli.refusals import UsageError, issue_line
 from service.errors import Issue, first_part
 
@@ -14,6 +15,20 @@ if TYPE_CHECKING:
 
 FIELDS = ("type", "degree", "knots", "up", "name")
 """The fields of a surface that have flags, listed here because to import their module is slow."""
+
+
+NET_FILES = (
+    "files of control points: .npy, .bez, .bbp, .oogl, .teapot",
+    (
+        Flag("--input-format", "json, npy, oogl or teapot; default: by suffix", "NAME"),
+        Flag("--type", "bezier, bspline, patches", "KIND"),
+        Flag("--degree", "degree of a bspline (3)", "P|P,Q"),
+        Flag("--knots", "clamped (default), uniform, periodic", "K|K,K"),
+        Flag("--up", "y (default) or z", "AXIS"),
+        Flag("--name", "name of the surface", "NAME"),
+    ),
+)
+"""The heading and the flags for files of control points."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,19 +48,6 @@ class NetFile:
         net = self.decoder.decode(self.content, self.fields.get("type"), max_points)
         fields = query.surface_fields(self.fields)
         return {"surface": query.add_fields(net, fields)}
-
-
-def add_fields(command: argparse.ArgumentParser) -> None:
-    """Adds the flags for files of control points."""
-    group = command.add_argument_group("files of control points: .npy, .bez, .bbp, .oogl, .teapot")
-    group.add_argument(
-        "--input-format", metavar="NAME", help="json, npy, oogl or teapot; default: by suffix"
-    )
-    group.add_argument("--type", metavar="KIND", help="bezier, bspline, patches")
-    group.add_argument("--degree", metavar="P|P,Q", help="degree of a bspline (3)")
-    group.add_argument("--knots", metavar="K|K,K", help="clamped (default), uniform, periodic")
-    group.add_argument("--up", metavar="AXIS", help="y (default) or z")
-    group.add_argument("--name", metavar="NAME", help="name of the surface")
 
 
 def read_field_flags(arguments: argparse.Namespace) -> dict[str, str]:

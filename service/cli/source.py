@@ -7,37 +7,20 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from service.cli.flags import Flag, Flags
 from service.cli.nets import NetFile, choose_decoder, field_line, read_field_flags, refuse_fields
 from service.cli.output import write
-from service.cli.refusals import EXIT_CODES, OK, Refused, UsageError
+from service.cli.refusals import OK, Refused, UsageError
 from service.errors import Issue, SurfaceError
 
 if TYPE_CHECKING:
     from service.encoders.format import FileFormat
 
 AnyFormat = TypeVar("AnyFormat", bound="FileFormat")
-Commands = Any
-"""The type of the result of `add_subparsers`, which has no public name in argparse."""
-
-_FILE_HELP = (
-    "a JSON file (a surface, or a request with a surface and {}), a file of control points, the id "
-    "of an example, or - for standard input"
-)
 
 
-def add_command(commands: Commands, name: str, text: str) -> argparse.ArgumentParser:
-    """Adds a command that reads a source; its help lists the exit codes."""
-    command: argparse.ArgumentParser = commands.add_parser(
-        name,
-        help=text,
-        epilog=EXIT_CODES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    return command
-
-
-def add_source(command: argparse.ArgumentParser, fields: str, suffix: str = "") -> None:
-    """Adds the source of the surface.
+def source_flag(fields: str, suffix: str = "", *, is_curve: bool = False) -> Flag:
+    """The source of the surface, or of the curve.
 
     Parameters
     ----------
@@ -45,19 +28,24 @@ def add_source(command: argparse.ArgumentParser, fields: str, suffix: str = "") 
         In words, for the help: the fields that a request in a file has beside the surface.
     suffix : str
         Text at the end of the help.
+    is_curve : bool
     """
-    command.add_argument("source", metavar="FILE|EXAMPLE", help=_FILE_HELP.format(fields) + suffix)
+    if is_curve:
+        kind, others, metavar = "curve", "", "FILE"
+    else:
+        kind, others = "surface", "a file of control points, the id of an example, "
+        metavar = "FILE|EXAMPLE"
+    text = f"a JSON file (a {kind}, or a request with a {kind} and {fields}), {others}"
+    return Flag("source", f"{text}or - for standard input{suffix}", metavar)
 
 
-def add_output(command: argparse.ArgumentParser, *, formats: bool = True) -> None:
-    """Adds the output file and `--url`."""
+def output_flags(*, formats: bool = True) -> Flags:
+    """The output file, its format if there are several, and `--url`."""
     kind = "file" if formats else "JSON file"
-    command.add_argument(
-        "-o", "--output", required=True, help=f"{kind} to write, or - for standard output"
-    )
-    if formats:
-        command.add_argument("--format", help="format of the output; default: by its suffix")
-    command.add_argument("--url", help="URL of a service that computes the result")
+    output = Flag("-o --output", f"{kind} to write, or - for standard output", is_required=True)
+    format_flag = Flag("--format", "format of the output; default: by its suffix")
+    url = Flag("--url", "URL of a service that computes the result")
+    return (output, format_flag, url) if formats else (output, url)
 
 
 def perform(
@@ -193,13 +181,3 @@ def surface_document(source: str | dict[str, Any] | NetFile) -> dict[str, Any]:
 
     # By way of JSON, because a document has lists of numbers where a definition has arrays.
     return {"surface": orjson.loads(json_text(definition(find(source).surface())))}
-
-
-def read_option_flags(arguments: argparse.Namespace, names: Sequence[str]) -> dict[str, str]:
-    """The options that flags set, as texts of a query, by name."""
-    flag_values: dict[str, str] = {}
-    for name in names:
-        value = getattr(arguments, name)
-        if value is not None:
-            flag_values[name] = str(value).lower() if isinstance(value, bool) else value
-    return flag_values

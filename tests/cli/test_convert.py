@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
+from service.cli.convert import operations_from_text
 from service.cli.main import main
-from service.cli.operations import operations_from_text
 from service.pipeline.documents import plan_conversion
 from service.surface.convert.nets import SizeLimits
 from service.surface.convert.operations import Elevate, Reverse, Split, Transpose

@@ -1,6 +1,5 @@
 """The program `surface`: its arguments, the files that it reads and writes, and its exit codes."""
 
-import inspect
 import io
 import json
 import os
@@ -14,7 +13,7 @@ import httpx
 import pytest
 
 from service import __version__
-from service.cli.main import COMMANDS, main
+from service.cli.main import main
 from service.encoders.format import Format
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.options import MeshOptions
@@ -178,14 +177,6 @@ def test_examples_and_formats_are_listed(capsys: pytest.CaptureFixture[str]) -> 
     assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == list(EXAMPLES)
     assert main(["formats"]) == 0
     assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == list(BY_NAME)
-
-
-def test_every_module_with_a_command_is_listed() -> None:
-    folder = Path(inspect.getfile(main)).parent
-    texts = {file.stem: file.read_text(encoding="utf-8") for file in folder.glob("*.py")}
-    modules = {name for name, text in texts.items() if "\ndef add(commands:" in text}
-    listed_modules = {command.__name__.rpartition(".")[2] for command in COMMANDS}
-    assert modules == listed_modules, "list the module in COMMANDS of service/cli/main.py"
 
 
 def test_every_option_of_a_mesh_has_a_flag(capsys: pytest.CaptureFixture[str]) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from service.cli.serve import _warn_if_open
+from service.cli.services import _warn_if_open
 from service.server.run import notify, raise_file_limit
 from service.settings.values import Settings
 

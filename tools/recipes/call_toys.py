@@ -137,32 +137,33 @@ COMMAND = Recipe(
     max_files=3,
     steps=(
         Step(
-            "service/cli/kinds.py",
-            '''"""`surface kinds`: prints the kinds of surfaces."""
+            "service/cli/lists.py",
+            insertions=(
+                (
+                    'FORMATS = Command("formats", "list the formats", _formats)\n',
+                    """
 
-import argparse
-
-from service.cli.output import print_lines
-from service.cli.refusals import OK
-from service.cli.source import Commands
-
-
-def add(commands: Commands) -> None:
-    """Adds the command."""
-    kinds = commands.add_parser("kinds", help="list the kinds of surfaces")
-    kinds.set_defaults(run=_run)
-
-
-def _run(_: argparse.Namespace) -> int:
+def _kinds(_: argparse.Namespace) -> int:
     from service.schemas.kinds import KINDS
 
     print_lines(KINDS)
     return OK
-''',
+
+
+KINDS = Command("kinds", "list the kinds of surfaces", _kinds)
+""",
+                ),
+            ),
         ),
         Step(
             "service/cli/main.py",
-            insertions=(("    key,\n", "    kinds,\n"), ("COMMANDS = (\n", "    kinds,\n")),
+            insertions=(
+                (
+                    "from service.cli.lists import EXAMPLES, FORMATS, OPENAPI\n",
+                    "from service.cli.lists import KINDS\n",
+                ),
+                ("COMMANDS = (\n", "    KINDS,\n"),
+            ),
         ),
         Step(
             "tests/cli/test_kinds.py",

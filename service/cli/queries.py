@@ -1,0 +1,294 @@
+"""The commands `points`, `project`, `intersect`, `section`, `measure` and `curve` as a table."""
+
+from collections.abc import Collection, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from service.cli.documents import Document, Query, parse_request
+from service.cli.flags import Flag, option_texts, parse_number, parse_numbers
+from service.cli.refusals import Refused
+from service.errors import SurfaceError
+
+if TYPE_CHECKING:
+    from service.encoders.format import FileFormat
+
+PLACES = ("uv", "barycentric", "patch")
+"""The fields that name the places of a query of points."""
+
+RAY_FIELDS = ("surface", "rays", "hits", "relative_thickness")
+"""The fields of a request with rays. `/v1/intersect` also takes requests with planes."""
+
+TOLERANCES = ("tolerance", "relative_tolerance")
+PLANE_FIELDS = ("surface", "planes", *TOLERANCES)
+"""The fields of a request with planes. `/v1/intersect` also takes requests with rays."""
+
+CURVE_ACCURACY = ("resolution", "tolerance")
+"""Options of a curve that replace each other."""
+
+
+def _drop(document: Document, names: Collection[str]) -> Document:
+    return {key: value for key, value in document.items() if key not in names}
+
+
+def _merge_places(document: Document, values: Document) -> Document:
+    """Places on the command line replace those in the file."""
+    return _drop(document, PLACES) if {"uv", "barycentric"} & values.keys() else document
+
+
+def _compute_points(document: Document) -> bytes:
+    from service.pipeline.points import plan_points
+    from service.schemas.queries import PointsRequest
+
+    request, limits = parse_request(PointsRequest, document)
+    return plan_points(request.to_surface(), request.to_query(), limits).run()
+
+
+def _merge_points(document: Document, values: Document) -> Document:
+    """Reads the points of `--points`, unless there are points on the command line."""
+    file, source = values.pop("file", None), document["surface"]
+    if file is not None and "points" not in values:
+        values["points"] = _read_npy(file, "--points")
+    if isinstance(source, dict) and "curve" in source and "type" not in source:
+        # A request with a curve: it was taken for a surface, because it has no field `surface`.
+        return source
+    return document
+
+
+def _read_npy(name: str, flag: str) -> Any:
+    """The array in a .npy file; an error names the flag."""
+    from service.decoders.npy import read_array
+
+    try:
+        return read_array(Path(name).read_bytes())
+    except SurfaceError as error:
+        raise Refused(*(f"{flag}: {issue.message}" for issue in error.issues)) from None
+
+
+def _compute_project(document: Document) -> bytes:
+    from service.pipeline.project import plan_project
+    from service.schemas.queries import ProjectRequest
+
+    request, limits = parse_request(ProjectRequest, document)
+    return plan_project(request.to_shape(), request.to_query(), limits).run()
+
+
+def _merge_rays(document: Document, values: Document) -> Document:
+    """Reads rays as origins and directions. The file may also have a request with planes."""
+    file, rows = values.pop("file", None), values.get("rays")
+    if rows is None and file is not None:
+        rows = _read_npy(file, "--rays").tolist()
+    if rows is not None:
+        if not all(isinstance(row, list) and len(row) == 6 for row in rows):
+            raise Refused("a ray is six numbers: a point and a direction, X,Y,Z,DX,DY,DZ")
+        origins, directions = [row[:3] for row in rows], [row[3:] for row in rows]
+        values["rays"] = {"origins": origins, "directions": directions}
+    return {key: value for key, value in document.items() if key in RAY_FIELDS}
+
+
+def _compute_hits(document: Document) -> bytes:
+    from service.pipeline.intersect import plan_intersect
+    from service.schemas.intersect import IntersectRequest
+
+    request, limits = parse_request(IntersectRequest, document)
+    return plan_intersect(request.to_surface(), request.to_query(), limits).run()
+
+
+def _merge_planes(document: Document, values: Document) -> Document:
+    """Changes the planes of the file by the flags. The file may also have a request with rays."""
+    kept = {key: value for key, value in document.items() if key in PLANE_FIELDS}
+    normal, offsets, points = (values.pop(name, None) for name in ("normal", "offsets", "point"))
+    if any(value is not None for value in (normal, offsets, points)):
+        file_planes = kept.get("planes")
+        planes = dict(file_planes) if isinstance(file_planes, dict) else {"normals": [[0, 0, 1]]}
+        if normal is not None:
+            planes["normals"] = [normal]
+        # Offsets replace the points of the file, and points its offsets; with both flags, the model
+        # refuses the planes.
+        if offsets is not None:
+            planes["offsets"] = offsets
+            planes.pop("points", None)
+        if points is not None:
+            planes["points"] = points
+            if offsets is None:
+                planes.pop("offsets", None)
+        values["planes"] = planes
+    # Each of the two tolerances replaces both in the file.
+    return _drop(kept, TOLERANCES) if any(name in values for name in TOLERANCES) else kept
+
+
+def _section_formats() -> "Sequence[FileFormat]":
+    from service.encoders.sections.registry import SECTION_FORMATS
+
+    return SECTION_FORMATS
+
+
+def _compute_sections(document: Document, fmt: Any) -> bytes:
+    from service.pipeline.section import plan_sections
+    from service.schemas.intersect import IntersectRequest
+
+    request, limits = parse_request(IntersectRequest, document)
+    return plan_sections(request.to_surface(), request.to_sections(), fmt, limits).run()
+
+
+def _compute_measures(document: Document) -> bytes:
+    from service.pipeline.measure import plan_measure
+    from service.schemas.queries import MeasureRequest
+
+    request, limits = parse_request(MeasureRequest, document)
+    return plan_measure(request.to_surface(), request.to_query(), limits).run()
+
+
+def _merge_curve_options(document: Document, values: Document) -> Document:
+    """Reads the texts of options as those of a query; a new accuracy replaces the old one."""
+    from service.schemas.query import values_from_text
+
+    values.update(values_from_text(option_texts(values).items()))
+    is_new = any(name in values for name in CURVE_ACCURACY)
+    return _drop(document, CURVE_ACCURACY) if is_new else document
+
+
+def _curve_formats() -> "Sequence[FileFormat]":
+    from service.encoders.curves.registry import CURVE_FORMATS
+
+    return CURVE_FORMATS
+
+
+def _compute_curve(document: Document, fmt: Any) -> bytes:
+    from service.pipeline.curve import plan_curve
+    from service.schemas.curves import CurveRequest
+
+    request, limits = parse_request(CurveRequest, document)
+    return plan_curve(request.to_curve(), request.curve_options(), fmt, limits).run()
+
+
+POINTS = Query(
+    "points",
+    "write points, partials, normals and curvatures of a surface",
+    "/v1/points",
+    "places",
+    "places; --uv and --barycentric may be repeated",
+    (
+        Flag("--uv", "parameters of a place", "U,V", parse_numbers, is_list=True),
+        Flag("--barycentric", "a place on a triangle", "R,S,T", parse_numbers, is_list=True),
+        Flag("--patch", "index of the patch, if there are several", "K", parse_number),
+        Flag("--derivatives", "0, 1 (default) or 2", "N", parse_number),
+    ),
+    _compute_points,
+    _merge_places,
+)
+
+PROJECT = Query(
+    "project",
+    "write the closest points of a surface or a curve, with proofs",
+    "/v1/project",
+    "points",
+    "points",
+    (
+        Flag("--point", "a point; may be repeated", "X,Y,Z", parse_numbers, "points", is_list=True),
+        Flag("--points", "a .npy file of points, (m, 3)", "FILE", field="file"),
+        Flag(
+            "--relative-tolerance",
+            "largest width of the interval that is proved to contain a distance, as a share of "
+            "the diagonal (1e-9)",
+            "X",
+            parse_number,
+        ),
+        Flag("--sign", "write signs too: -1 inside a closed surface, 1 outside", value=True),
+    ),
+    _compute_project,
+    _merge_points,
+    suffix="; a request may have a curve instead of a surface",
+)
+
+INTERSECT = Query(
+    "intersect",
+    "write where rays hit a surface; no hit is missed",
+    "/v1/intersect",
+    "rays",
+    "rays",
+    (
+        Flag(
+            "--ray",
+            "a ray from a point in a direction; may be repeated",
+            "X,Y,Z,DX,DY,DZ",
+            parse_numbers,
+            "rays",
+            is_list=True,
+        ),
+        Flag("--rays", "a .npy file with a ray in each row, (m, 6)", "FILE", field="file"),
+        Flag("--all", "all hits of each ray, not only the first", field="hits", value="all"),
+        Flag(
+            "--relative-thickness",
+            "how near a ray may pass to count as a hit, in diagonals (1e-9)",
+            "X",
+            parse_number,
+        ),
+    ),
+    _compute_hits,
+    _merge_rays,
+)
+
+SECTION = Query(
+    "section",
+    "write where planes cut a surface: JSON, glTF, OBJ, OOGL, SVG",
+    "/v1/intersect",
+    "planes",
+    "planes",
+    (
+        Flag("--normal", "normal of all planes (0,0,1)", "X,Y,Z", parse_numbers),
+        Flag(
+            "--offsets",
+            "distances of the planes from the origin, along the normal",
+            "D,D,…",
+            parse_numbers,
+        ),
+        Flag(
+            "--point",
+            "instead of --offsets: a point of a plane; may be repeated",
+            "X,Y,Z",
+            parse_numbers,
+            is_list=True,
+        ),
+        Flag("--tolerance", "largest deviation, in model units", "DISTANCE", parse_number),
+        Flag("--relative-tolerance", "largest deviation, in diagonals (1e-3)", "X", parse_number),
+    ),
+    _compute_sections,
+    _merge_planes,
+    _section_formats,
+)
+
+MEASURE = Query(
+    "measure",
+    "write area, volume, centroid and borders of a surface, with proofs",
+    "/v1/measure",
+    "tolerance",
+    "intervals",
+    (
+        Flag("--tolerance", "relative width of the intervals (1e-6)", "X", parse_number),
+        Flag(
+            "--weld-tolerance",
+            "distance within which borders are joined, as a share of the diagonal (1e-12)",
+            "X",
+            parse_number,
+        ),
+    ),
+    _compute_measures,
+)
+
+CURVE = Query(
+    "curve",
+    "write a curve as points or lines",
+    "/v1/curve",
+    "options",
+    "options of the curve",
+    (
+        Flag("--resolution", "divisions of every piece (16)", "N"),
+        Flag("--tolerance", "instead of --resolution: largest deviation", "DISTANCE"),
+        Flag("--tangents", "unit tangents (yes)", is_switch=True),
+        Flag("--arc-lengths", "arc length up to each point (yes)", is_switch=True),
+    ),
+    _compute_curve,
+    _merge_curve_options,
+    _curve_formats,
+    is_curve=True,
+)

@@ -1,0 +1,200 @@
+"""Commands of a service: `serve`, `health`, `store`, `sign` and `key`.
+
+`surface health`, for container checks, imports no slow modules, and so takes 1/20 of the time in
+which the service starts.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ipaddress
+import logging
+from contextlib import suppress
+from logging.handlers import MemoryHandler
+from typing import TYPE_CHECKING
+
+from service.cli.flags import Command, Flag
+from service.cli.nets import NET_FILES, field_line, read_field_flags
+from service.cli.output import print_lines
+from service.cli.refusals import OK, Refused, UsageError
+from service.cli.source import source_flag, surface_document, surface_source
+from service.errors import SurfaceError
+
+if TYPE_CHECKING:
+    from service.settings.values import Settings
+
+
+def _serve(arguments: argparse.Namespace) -> int:
+    from service.api.app import create_app
+    from service.server.logs import start_logs
+    from service.server.run import serve
+    from service.settings.environment import apply_flags, read_environment
+
+    texts = {"host": arguments.host, "port": arguments.port}
+    flags = {name: text for name, text in texts.items() if text is not None}
+    # Keep log records in memory, whatever their level, until the settings say how to write them, or
+    # until there are 1,000.
+    memory_handler = MemoryHandler(
+        capacity=1000, flushLevel=logging.CRITICAL + 1, target=logging.lastResort
+    )
+    logging.getLogger().addHandler(memory_handler)
+    try:
+        settings = apply_flags(read_environment(), flags)
+        access_log, error_log = start_logs(settings)
+        memory_handler.setTarget(error_log)
+    finally:
+        logging.getLogger().removeHandler(memory_handler)
+        memory_handler.close()
+    error_log.flush()
+    app = create_app(settings, access_log.write)
+    app.state.counters.count_dropped_lines = lambda: access_log.dropped + error_log.dropped
+    _warn_if_open(settings)
+    try:
+        serve(app, settings, app.state)  # ends the process, so that this function does not return
+    except SystemExit:
+        error_log.flush()
+        # uvicorn has logged the reason. Its exit code has another meaning in this program.
+        address = f"{settings.host}, port {settings.port}"
+        raise Refused(f"cannot serve at {address}; the lines above say why") from None
+
+
+def _warn_if_open(settings: Settings) -> None:
+    """Warns if other machines can connect and the service needs no key."""
+    is_private = settings.host == "localhost"
+    with suppress(ValueError):
+        is_private = ipaddress.ip_address(settings.host).is_loopback
+    if not (is_private or settings.api_keys or settings.api_keys_file):
+        logging.getLogger(__name__).warning(
+            "Every client that reaches this service may compute and store: it has no API keys "
+            "(SURFACE_API_KEYS)"
+        )
+
+
+def _ask_health(arguments: argparse.Namespace) -> int:
+    from http.client import HTTPConnection, HTTPException
+
+    from service.settings.listening import find_address
+
+    host, port = find_address(arguments.host, arguments.port)
+    state = "live" if arguments.live else "ready"
+    connection = HTTPConnection(host, port, timeout=2)
+    try:
+        connection.request("GET", f"/health/{state}")
+        status = connection.getresponse().status
+    except (OSError, HTTPException) as error:
+        raise Refused(f"no response at {host}, port {port}: {type(error).__name__}") from None
+    finally:
+        connection.close()
+    if status != 200:
+        raise Refused(f"not {state}: the response at {host}, port {port} is {status}")
+    print_lines([state])
+    return OK
+
+
+def _store(arguments: argparse.Namespace) -> int:
+    from service.remote import remote_store
+
+    document = surface_document(surface_source(arguments))
+    try:
+        urls = remote_store(arguments.url, document)
+    except SurfaceError as error:
+        fields = read_field_flags(arguments)
+        raise Refused(*(field_line(issue, fields) for issue in error.issues)) from None
+    print_lines(f"{name:<5} {url}" for name, url in urls.items())
+    return OK
+
+
+def _sign(arguments: argparse.Namespace) -> int:
+    import time
+
+    from service.api.guard.guard import build_signer
+    from service.api.guard.signatures import build_signed_url
+    from service.schemas.request import SignRequest
+    from service.schemas.validation import validate_document
+    from service.settings.environment import read_environment
+
+    signer = build_signer(read_environment())
+    if signer is None:
+        raise UsageError("SURFACE_SIGNING_KEYS: got nothing, needed a secret to sign with")
+    document: dict[str, object] = {"url": arguments.path}
+    for name in ("seconds", "expires"):
+        text = getattr(arguments, name)
+        if text is not None:
+            # Valid numbers have fewer than 20 digits; of thousands, `int` raises ValueError.
+            if not (text.isascii() and text.isdigit() and len(text) < 20):
+                raise UsageError(f"--{name}: needed a whole number")
+            document[name] = int(text)
+    request = validate_document(SignRequest, document)
+    url, _ = build_signed_url(signer, request, root="", now=time.time())
+    print_lines([url])
+    return OK
+
+
+def _make_key(arguments: argparse.Namespace) -> int:
+    from service.api.guard.keys import NAME_FORM, format_entry, is_key_name, make_key
+
+    if not is_key_name(arguments.name):
+        raise UsageError(f"NAME: needed {NAME_FORM}")
+    key = make_key()
+    print_lines([f"key   {key}", f"line  {format_entry(arguments.name, key)}"])
+    return OK
+
+
+SERVE = Command(
+    "serve",
+    "serve requests over HTTP",
+    _serve,
+    (
+        Flag("--host", "address to listen at (SURFACE_HOST, 127.0.0.1)"),
+        Flag("--port", "port to listen at (SURFACE_PORT, 8000)"),
+    ),
+)
+
+HEALTH = Command(
+    "health",
+    "ask the service on this machine whether it is ready",
+    _ask_health,
+    (
+        Flag("--live", "ask only whether the process runs", value=True),
+        Flag("--host", "address of the service (SURFACE_HOST, 127.0.0.1)"),
+        Flag("--port", "port of the service (SURFACE_PORT, 8000)"),
+    ),
+    description="Exit code 0 if the service is ready for requests, 1 if it is not or does not "
+    "answer.",
+)
+
+STORE = Command(
+    "store",
+    "store a surface at a service and print its URLs",
+    _store,
+    (
+        source_flag("no options"),
+        Flag("--url", "URL of the service that stores it", is_required=True),
+    ),
+    groups=(NET_FILES,),
+    has_exit_codes=True,
+)
+
+SIGN = Command(
+    "sign",
+    "sign a URL of a private surface",
+    _sign,
+    (Flag("path", "surface or mesh, without the host: /v1/surfaces/ID/mesh.glb?engine=4", "URL"),),
+    one_of=(
+        Flag("--seconds", "seconds from now until it expires", "N"),
+        Flag("--expires", "when it expires, in Unix time", "UNIXTIME"),
+    ),
+    description="Signs with the first secret of SURFACE_SIGNING_KEYS and prints the URL, "
+    "which is valid at every service with that secret. It sends no request to a service.",
+    has_exit_codes=True,
+)
+
+KEY = Command(
+    "key",
+    "make an API key",
+    _make_key,
+    (Flag("name", "name of the client, for logs", "NAME"),),
+    description="Prints a new key, for the client, and the line for SURFACE_API_KEYS or for "
+    "the file SURFACE_API_KEYS_FILE, with the hash of the key. The key itself is not stored: "
+    "it cannot be printed again.",
+)
