@@ -186,7 +186,7 @@ release-check: $(VENV)/.dev ## Check that this checkout may be tagged: docs/rele
 clean: ## Remove all built files
 	rm -rf $(VENV) build dist service/api/static web/build web/node_modules tests/web/node_modules
 	rm -rf .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis
-	find service tests tools -name __pycache__ -type d -prune -exec rm -rf {} +
+	find service tests tools oracles -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # A marker file that is newer than its sources records an installation. If there is no wheel of
 # meshopt, the service works without it.

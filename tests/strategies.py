@@ -16,7 +16,6 @@ from oracles import triangles
 from oracles.exact import split
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import Part, PatchModel
-from tools.examples import lower_patches
 
 Array = NDArray[np.float64]
 
@@ -199,13 +198,6 @@ def build_mixed_model(
         kind = TrianglePatches if net.ndim == 2 else TensorPatches
         batches.append(kind(points, batch_weights))
     return PatchModel(name, tuple(batches), (Part(name, 0, len(batches)),))
-
-
-def lower_example(name: str) -> TensorPatches:
-    """The patches of a built-in example that lowers to one batch of tensor-product patches."""
-    (batch,) = lower_patches(name).batches
-    assert isinstance(batch, TensorPatches)
-    return batch
 
 
 @st.composite

@@ -1,5 +1,6 @@
-"""Lowers surfaces for tests that need their patches."""
+"""Lowers surfaces for tests and tools that need their patches."""
 
+from service.surface.batches import TensorPatches
 from service.surface.examples.catalogue import find
 from service.surface.kinds import Surface
 from service.surface.lowered import PatchModel
@@ -11,3 +12,10 @@ def lower_patches(source: str | Surface) -> PatchModel:
     model = surface.lower()
     assert isinstance(model, PatchModel)
     return model
+
+
+def lower_example(name: str) -> TensorPatches:
+    """The patches of a built-in example that lowers to one batch of tensor-product patches."""
+    (batch,) = lower_patches(name).batches
+    assert isinstance(batch, TensorPatches)
+    return batch

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).parents[1]
-FOLDERS = ("service", "tests", "tools", "docs", "deploy", ".github", ".ci")
+FOLDERS = ("service", "tests", "tools", "oracles", "docs", "deploy", ".github", ".ci")
 PAGES = (
     *("README.md", "CONTRIBUTING.md", "SECURITY.md", "CHANGELOG.md"),
     *("Makefile", "Dockerfile", "pyproject.toml"),

@@ -20,7 +20,7 @@ from service.pipeline.curve import plan_curve
 from service.schemas.curves import CurveRequest
 from service.schemas.validation import validate_document
 from service.surface.examples.catalogue import EXAMPLES, Example
-from tests.web.browser import (
+from tools.browser import (
     FOLDER,
     open_browser,
     open_page,
@@ -28,7 +28,7 @@ from tests.web.browser import (
     record_page,
     serve_folder,
 )
-from tests.web.editor import select_point, show
+from tools.editor import select_point, show
 from tools.live import run_service
 from tools.programs import find_chromium
 

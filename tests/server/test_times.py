@@ -7,8 +7,8 @@ import pytest
 from starlette.types import Receive, Scope, Send
 
 from service.settings.values import Settings
-from tests.server.wire import Server, settle
 from tools.live import run_service
+from tools.wire import Server, settle
 
 pytestmark = pytest.mark.anyio
 MIB = 1 << 20

@@ -6,9 +6,9 @@ from urllib.parse import urlsplit
 import pytest
 from playwright.sync_api import Browser
 
-from tests.web.browser import FOLDER, Stage, open_browser, open_page, open_viewer, serve_folder
 from tests.web.clients import open_blank_page
-from tests.web.editor import SADDLE, open_editor
+from tools.browser import FOLDER, Stage, open_browser, open_page, open_viewer, serve_folder
+from tools.editor import SADDLE, open_editor
 from tools.programs import find_chromium, find_node_package
 
 

@@ -3,7 +3,7 @@
 import base64
 from dataclasses import dataclass
 
-from tests.web.browser import Stage
+from tools.browser import Stage
 
 COMPARE = """async (pictures) => {
   const [first, second] = await Promise.all(pictures.map(async (data) => {

@@ -8,8 +8,8 @@ import pytest
 from playwright.sync_api import Page
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from tests.web.browser import Stage
 from tests.web.clients import serve_site, visit
+from tools.browser import Stage
 from tools.live import run_service
 
 SAIL = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}

@@ -18,7 +18,6 @@ from service.api.openapi.document import build_full_settings
 from service.settings.environment import apply_flags
 from service.settings.values import Settings
 from tests.test_readme import run_shell
-from tests.web.browser import FOLDER, Stage
 from tests.web.clients import (
     PAGE,
     SERVED_AT,
@@ -29,6 +28,7 @@ from tests.web.clients import (
     visit,
 )
 from tests.web.compiler import compile_project, write_project
+from tools.browser import FOLDER, Stage
 from tools.live import run_service
 from tools.programs import find_node_package, find_program
 

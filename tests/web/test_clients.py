@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from playwright.sync_api import Browser
 
 from tests.test_readme import run_shell
-from tests.web.browser import Stage
 from tests.web.clients import (
     LIBRARIES,
     MODEL,
@@ -30,6 +29,7 @@ from tests.web.clients import (
     turn_upright,
     visit,
 )
+from tools.browser import Stage
 from tools.programs import find_program
 
 RESOLUTION = 32

@@ -8,9 +8,9 @@ import pytest
 from scipy.spatial import cKDTree
 
 from service.engine.stored_positions import MAX_STEPS
-from tests.web.browser import FILL_PIXELS_SCRIPT, Stage
 from tests.web.clients import TESTED_LIBRARIES, serve_site, visit, write_client
 from tests.web.pictures import compare_pictures
+from tools.browser import FILL_PIXELS_SCRIPT, Stage
 
 pytest.importorskip("meshopt")
 

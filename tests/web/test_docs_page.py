@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import Browser
 
 from service.api.routes.pages import STATIC, SWAGGER
-from tests.web.browser import open_page
+from tools.browser import open_page
 
 
 def test_swagger_ui_sends_a_request_and_connects_to_no_other_host(

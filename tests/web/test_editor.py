@@ -9,8 +9,8 @@ import pytest
 from playwright.sync_api import Page
 
 from service.encoders.registry import FORMATS
-from tests.web.browser import Stage, record_page
-from tests.web.editor import (
+from tools.browser import Stage, record_page
+from tools.editor import (
     READY,
     SADDLE,
     drag,

@@ -11,10 +11,10 @@ from playwright.sync_api import Browser, Page, Request
 from service.api.guard.keys import format_entry, make_key
 from service.settings.values import Settings
 from tests.test_readme import run_shell
-from tests.web.browser import Stage
-from tests.web.editor import READY, SADDLE, open_profile
 from tests.web.test_page_access import list_violations
 from tests.web.test_page_sharing import copy_text
+from tools.browser import Stage
+from tools.editor import READY, SADDLE, open_profile
 from tools.live import run_service
 
 KEY = make_key()

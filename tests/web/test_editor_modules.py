@@ -11,8 +11,8 @@ from service.engine.build import build
 from service.engine.options import MeshOptions
 from service.schemas.surfaces import definition
 from service.surface.examples.catalogue import EXAMPLES, find
-from tests.web.browser import Stage
 from tests.web.clients import visit
+from tools.browser import Stage
 
 
 @pytest.fixture(scope="module")

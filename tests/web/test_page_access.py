@@ -7,8 +7,8 @@ import pytest
 from playwright.sync_api import Page
 
 from service.encoders.registry import FORMATS
-from tests.web.browser import Stage
-from tests.web.editor import READY, WINDOW, read_value, reset_editor, select_point
+from tools.browser import Stage
+from tools.editor import READY, WINDOW, read_value, reset_editor, select_point
 from tools.programs import find_node_package
 
 # Width and height of windows, in pixels.

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from playwright.sync_api import Browser, Page
 
 from tests.test_readme import run_shell
-from tests.web.browser import FILL_PIXELS_SCRIPT, Stage
 from tests.web.clients import read_meshes, serve_site, visit
-from tests.web.editor import (
+from tools.browser import FILL_PIXELS_SCRIPT, Stage
+from tools.editor import (
     READY,
     drag,
     open_editor,

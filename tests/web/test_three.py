@@ -11,8 +11,8 @@ from service.pipeline.mesh import render
 from service.surface.examples.catalogue import find
 from service.surface.group import GroupSurface, Member
 from service.surface.lowered import GroupModel
-from tests.web.browser import Stage
 from tests.web.clients import to_linear, turn_upright
+from tools.browser import Stage
 
 
 def test_the_shading_of_the_teapot_is_smooth(server: str, stage: Stage) -> None:

@@ -18,8 +18,8 @@ from service.schemas.curves import CurveRequest
 from service.schemas.request import MeshRequest
 from service.schemas.validation import validate_document
 from tests.forms import CURVES, REQUESTS
-from tests.web.browser import Stage
 from tests.web.clients import to_linear
+from tools.browser import Stage
 
 
 def turn_rows(up: str, *columns: Any) -> np.ndarray:

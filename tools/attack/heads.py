@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from contextlib import suppress
 from itertools import cycle
 
-from tests.server.test_protocol import AMBIGUOUS
 from tools.attack.wire import (
     BUSY,
     Attack,
@@ -19,6 +18,7 @@ from tools.attack.wire import (
     send_requests,
     summarize,
 )
+from tools.hostile.heads import AMBIGUOUS
 
 SMALL_BODY = b'{"surface":{"control_net":[[[0,0,0],[0,1,1]],[[1,0,1],[1,1,2]]]},"resolution":1}'
 

@@ -14,8 +14,8 @@ import numpy as np
 
 from service.engine.evaluation.evaluate import Formulation, choose_formulation, evaluate
 from service.surface.batches import TensorPatches
-from tests.strategies import lower_example
 from tools.benchmarks.alternately import measure_alternately
+from tools.examples import lower_example
 
 
 @dataclass(frozen=True)

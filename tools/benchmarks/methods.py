@@ -17,8 +17,8 @@ from service.engine.evaluation.forward_difference import MAX_DEGREE
 from service.engine.options import Method
 from service.engine.scratch import Real
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
-from tests.strategies import lower_example
 from tools.benchmarks.alternately import measure_alternately
+from tools.examples import lower_example
 
 METHODS: tuple[Method, ...] = ("matrix", "de_casteljau", "forward_difference")
 DIVISIONS = (64, 256, 1024, 4096)

@@ -14,9 +14,9 @@ from typing import TypeAlias
 import numpy as np
 
 from oracles import triangles
+from oracles.sheets import Array
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import Part, PatchModel
-from tests.strategies import Array
 
 Loop: TypeAlias = tuple[int, ...]
 Pair: TypeAlias = tuple[int, int]

@@ -42,7 +42,7 @@ from service.schemas.validation import parse_request, validate_document
 from service.server.run import make_server
 from service.settings.values import Settings
 from service.storage.canonical import canonical_content, restore_surface
-from tests.server.wire import Wire
+from tools.wire import Wire
 
 KEY = "sfk_" + "0123456789abcdef" * 4
 SECRET = "0123456789abcdef" * 2

@@ -13,7 +13,8 @@ from service.engine.evaluation.evaluate import Formulation, choose_formulation, 
 from service.engine.evaluation.evaluation_state import PatchSamples
 from service.surface.batches import TensorPatches
 from service.surface.checks import MAX_WEIGHT_RATIO
-from tests.strategies import Array, lower_example, resolutions, weighted_nets
+from tests.strategies import Array, resolutions, weighted_nets
+from tools.examples import lower_example
 
 Degree: TypeAlias = tuple[int, int]
 Real: TypeAlias = type[np.float32] | type[np.float64]

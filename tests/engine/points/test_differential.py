@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from oracles import exact
 from service.engine.points.differential import evaluate_jets
 from service.surface.batches import TensorPatches
-from tests.strategies import Array, lower_example, nets, translate, weighted_nets
+from tests.strategies import Array, nets, translate, weighted_nets
+from tools.examples import lower_example
 
 LIMITS = (1e-12, 1e-9, 1e-9, 1e-7, 1e-7, 1e-7)
 """Tolerances of S, S_u, S_v, S_uu, S_uv, S_vv, relative to the size of the net."""

@@ -15,7 +15,7 @@ from playwright.sync_api import Browser, ConsoleMessage, Page, sync_playwright
 
 from tools.live import serve
 
-FOLDER = Path(__file__).parent
+FOLDER = Path(__file__).parents[1] / "tests" / "web"
 
 # WebGL in software, for machines without a graphics card; no connections to other hosts; and no
 # optimization of scripts (`--no-opt`), from which pages that are open so briefly do not gain.

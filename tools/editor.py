@@ -7,7 +7,7 @@ import pytest
 from playwright.sync_api import Browser, Page, ViewportSize
 
 from service.api.routes.pages import STATIC, THREE
-from tests.web.browser import WITHOUT_PIXELS, Stage, record_page
+from tools.browser import WITHOUT_PIXELS, Stage, record_page
 
 READY = 'html[data-state="ready"]'
 """Selector of the page in the state in which no request runs and the last response was a mesh."""
