@@ -1,4 +1,4 @@
-"""What a file format is: its names, its encoder, what it can store; and the content of a file."""
+"""File formats: their names, their encoders, what they can store; and the content of a file."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields

@@ -26,7 +26,6 @@ from tests.strategies import (
     build_model,
     degenerate_nets,
     height_nets,
-    lower_example,
     nets,
     resolutions,
     translate,
@@ -34,6 +33,7 @@ from tests.strategies import (
     weighted_nets,
     weights_like,
 )
+from tools.examples import lower_example
 
 OTHER_METHODS: tuple[Method, ...] = ("de_casteljau", "forward_difference")
 MAX_ERRORS: dict[tuple[Method, Real], float] = {

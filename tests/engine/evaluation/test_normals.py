@@ -19,12 +19,11 @@ from tests.strategies import (
     apply_symmetry,
     degenerate_nets,
     height_nets,
-    lower_example,
     nets,
     weighted_nets,
     weights_like,
 )
-from tools.examples import lower_patches
+from tools.examples import lower_example, lower_patches
 
 ONE = Fraction(1)
 ZERO = Fraction(0)
