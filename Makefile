@@ -40,7 +40,7 @@ SWAGGER := service/api/static/swagger-ui
 THREE   := service/api/static/three
 
 .DEFAULT_GOAL := help
-.PHONY: help serve test check format openapi types generated bench bench-occ bench-queries test-disk test-s3 test-api test-attack fuzz test-rolling lint-deploy certify judge judge-queries memory test-recipes test-libraries test-properties mutants web picture lock image image-test sbom audit licences release-check clean
+.PHONY: help serve test check format openapi types generated bench bench-occ bench-queries test-disk test-s3 test-api test-attack fuzz test-rolling lint-deploy certify judge judge-queries memory test-recipes test-libraries test-properties web picture lock image image-test sbom audit licences release-check clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-13s  %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -137,10 +137,6 @@ test-recipes: $(VENV)/.dev tests/web/node_modules/.package-lock.json ## Follow t
 judge-queries: $(VENV)/.dev ## Search for nearer points and missed hits on surfaces of every family (half an hour)
 	$(BIN)/python -m tools.judge.closest
 	$(BIN)/python -m tools.judge.rays
-
-mutants: $(VENV)/.dev ## Check that the tests detect faults that are put into the code, one at a time (an hour)
-	mkdir -p build
-	$(BIN)/python -m tools.mutants build/mutants.json
 
 web: $(SWAGGER)/LICENSE $(THREE)/LICENSE ## Fetch the scripts of / and /docs from the npm registry
 

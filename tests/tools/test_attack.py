@@ -84,10 +84,10 @@ def test_a_silent_service_is_distinguished_from_a_closed_connection(
             await reader.read()
         writer.close()
 
-    async def read_slowly() -> str:
+    async def read_from_it() -> str:
         server = await asyncio.start_server(read_in_silence, "127.0.0.1", 0)
         async with server:
             port = server.sockets[0].getsockname()[1]
-            return await connections._read_slowly(port, b"GET / HTTP/1.1\r\n\r\n")
+            return await connections.read_slowly(port, b"GET / HTTP/1.1\r\n\r\n")
 
-    assert asyncio.run(read_slowly()) == "no answer"
+    assert asyncio.run(read_from_it()) == "no answer"

@@ -154,13 +154,13 @@ async def send_half_closed(port: int) -> Counter[str]:
 
 async def read_large_responses_slowly(port: int) -> Counter[str]:
     """Requests large responses, of which it reads only a little before it disconnects."""
-    tasks = [_read_slowly(port, LARGE_MESH_REQUEST) for _ in range(16)]
+    tasks = [read_slowly(port, LARGE_MESH_REQUEST) for _ in range(16)]
     cached_request = build_get("/v1/surfaces/tea-service/mesh.json?resolution=24")
-    tasks += [_read_slowly(port, cached_request) for _ in range(64)]
+    tasks += [read_slowly(port, cached_request) for _ in range(64)]
     return Counter(await asyncio.gather(*tasks))
 
 
-async def _read_slowly(port: int, request: bytes) -> str:
+async def read_slowly(port: int, request: bytes) -> str:
     """The status of a response, of which 1000 bytes are read every 0.5 s, for 6 s."""
     try:
         async with asyncio.timeout(PATIENCE):

@@ -1,9 +1,11 @@
 """The first inputs of the fuzzer: valid requests, and invalid requests from the tests."""
 
+import json
 from collections.abc import Callable, Iterator
 from itertools import chain
 
 from service.api.guard.keys import format_entry
+from service.api.openapi.parameters import REQUESTS
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
@@ -19,32 +21,12 @@ MAX_INPUT_BYTES = 1 << 16
 
 TEAPOT_TEXT = b"2\n1,2,3,4\n3,4,5,6\n6\n0,0,0\n0,1,0\n1,0,1\n1,1,1\n2,0,0\n2,1,0\n"
 
-VALID_BODIES = (
-    b'{"surface":{"control_net":[[[0,0,0],[0,1,1]],[[1,0,1],[1,1,2]]]},"resolution":[2,3]}',
-    b'{"surface":{"type":"bspline","control_net":[[[0,0,0],[0,1,0]],[[1,0,0],[1,1,1]]],'
-    b'"degree":1,"knots":[[0,0,1,1],"clamped"],"weights":[[1,2],[1,1]]},"tolerance":0.1}',
-    b'{"surface":{"type":"triangle","control_net":[[[0,0,0],[0,1,0]],[[1,0,0]]]}}',
-    b'{"surface":{"type":"patches","vertices":[[0,0,0],[0,1,0],[1,0,0],[1,1,0]],'
-    b'"patches":[[[0,1],[2,3]]],"parts":{"a":[0]}},"uv":[[0.5,0.5]],"patch":0,"derivatives":2}',
-    b'{"surface":{"type":"tube","curve":{"control_points":[[0,0,0],[1,0,0],[1,1,0]]},'
-    b'"radius":0.1},"faces":"quads","overlays":["boundary"],"isocurves":[2,3]}',
-    b'{"surface":{"type":"ribbon","curve":{"type":"bspline","degree":2,"control_points":'
-    b'[[0,0],[1,2],[3,2],[4,0]],"knots":"uniform"},"width":0.2,"facing":[0,1,0]}}',
-    b'{"surface":{"type":"group","members":[{"name":"a","color":[1,0,0],"surface":{"control_net":'
-    b'[[[0,0,0],[0,1,1]],[[1,0,1],[1,1,2]]]},"matrix":[[1,0,0,2],[0,1,0,0],[0,0,-1,0],[0,0,0,1]]}'
-    b"]}}",
-    b'{"surface":{"control_net":[[[0,0,0],[0,1,1]],[[1,0,1],[1,1,2]]]},"operations":'
-    b'[{"op":"elevate","degree":[3,3]},{"op":"split","u":0.5},{"op":"transpose"}]}',
-    b'{"curve":{"control_points":[[0,0],[1,1],[2,0]],"weights":[1,2,1]},"resolution":3,'
-    b'"tangents":true}',
-    b'{"surface":{"control_net":[[[0,0,0],[0,1,1]],[[1,0,1],[1,1,2]]],"colors":[[[0,0,1]]],'
-    b'"uvs":[[[0,0]]],"attributes":{"a":[[[0]],[[1]]]},"up":"z","name":"n"}}',
-    b'{"surface":{"type":"multipatch","surfaces":[{"control_net":[[[0,0,0],[0,1,1]],[[1,0,1],'
-    b'[1,1,2]]]},{"control_net":[[[1,0,1],[1,1,2]],[[2,0,1],[2,1,2]]]}]},"operations":'
-    b'[{"op":"restrict","u":[0.1,0.9]},{"op":"reverse","direction":"u"},'
-    b'{"op":"bezier"},{"op":"triangle","half":"lower"}]}',
+VALID_BODIES = tuple(
+    json.dumps(example["value"]).encode()
+    for examples in REQUESTS.values()
+    for example in examples.values()
 )
-"""Bodies of valid requests with all kinds of surfaces and all kinds of operations."""
+"""The examples of the OpenAPI document: all kinds of surfaces, and all kinds of operations."""
 
 
 def list_bodies() -> Iterator[bytes]:
