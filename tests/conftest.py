@@ -10,6 +10,7 @@ from typing import TypeVar
 import hypothesis
 import pytest
 
+from tests.clock import Clock, stop_clock
 from tests.scheduling import Scheduling, choose_scheduling
 
 Report = TypeVar("Report", pytest.TestReport, pytest.CollectReport)
@@ -32,6 +33,13 @@ def server() -> Iterator[str]:
 
     with run_service() as url:
         yield url
+
+
+@pytest.fixture
+def clock() -> Iterator[Clock]:
+    """A clock that the test sets, in place of `time.monotonic`."""
+    with stop_clock() as clock:
+        yield clock
 
 
 @pytest.fixture(scope="session")

@@ -34,19 +34,11 @@ class Usage:
         Most bytes that may be in use; 0 sets no limit, and switches counting off.
     list_bytes : callable
         Returns the bytes in use, by a listing of the store.
-    clock : callable
-        Returns the time in seconds; tests have a clock of their own.
     """
 
-    def __init__(
-        self,
-        quota: int,
-        list_bytes: Callable[[], Awaitable[int]],
-        clock: Callable[[], float] = time.monotonic,
-    ) -> None:
+    def __init__(self, quota: int, list_bytes: Callable[[], Awaitable[int]]) -> None:
         self._quota = quota
         self._list_bytes = list_bytes
-        self._clock = clock
         self._used = 0
         self._reserved = 0
         self._added = 0  # bytes added since the last count began
@@ -107,7 +99,7 @@ class Usage:
 
     @property
     def _age(self) -> float:
-        return float("inf") if self._counted_at is None else self._clock() - self._counted_at
+        return float("inf") if self._counted_at is None else time.monotonic() - self._counted_at
 
     def _start_count(self) -> asyncio.Task[None]:
         """The running count, or a new one if no count is running."""
@@ -117,7 +109,7 @@ class Usage:
 
     async def _count(self) -> None:
         self._added = 0
-        start = self._clock()
+        start = time.monotonic()
         listed_bytes = await self._list_bytes()
         self._used = listed_bytes + self._added
         self._counted_at = start

@@ -19,12 +19,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from starlette.requests import ClientDisconnect
 
-from service.api import job as job_module
 from service.api import threads as threads_module
 from service.api.caching.cache import ResponseCache
 from service.api.caching.cached_response import CachedResponse, Subject
-from service.api.job import INLINE_SECONDS, SMALL_BODY, TRIM_BYTES, Job
-from service.api.threads import ALONE_SECONDS, ROUND_SECONDS, Threads
+from service.api.job import INLINE_SECONDS, MAX_INLINE_SECONDS, SMALL_BODY, TRIM_BYTES, Job
+from service.api.threads import ALONE_SECONDS, ROUND_SECONDS, TRIM_PAUSE, Threads
 from service.cancellation import OutOfTime, checkpoint
 from service.errors import Busy, TooLarge
 from service.pipeline.cost import Cost, Work
@@ -34,12 +33,6 @@ from service.settings.values import Settings
 pytestmark = pytest.mark.anyio
 CAPACITY = 1 << 24  # bytes
 LARGEST = CAPACITY * 11 // 16  # bytes that the largest work may take; bodies may take 4/16
-
-
-def build_threads(cache_bytes: int = 0, **settings: Any) -> Threads:
-    """Threads with these settings; by default with one thread and `CAPACITY` bytes."""
-    defaults = {"threads": 1, "memory_bytes": CAPACITY}
-    return Threads(Settings(**(defaults | settings)), ResponseCache(cache_bytes))
 
 
 def build_work(
@@ -60,9 +53,17 @@ async def run_tasks() -> None:
 
 
 @asynccontextmanager
-async def lend_threads(**settings: Any) -> AsyncIterator[Threads]:
-    """Threads with these settings; at the end of the block, all must be released."""
-    threads = build_threads(**settings)
+async def lend_threads(
+    cache: ResponseCache | None = None, **settings: Any
+) -> AsyncIterator[Threads]:
+    """Threads with these settings, by default one thread and `CAPACITY` bytes.
+
+    At the end of the block, all must be released.
+    """
+    defaults = {"threads": 1, "memory_bytes": CAPACITY}
+    threads = Threads(
+        Settings(**(defaults | settings)), ResponseCache(0) if cache is None else cache
+    )
     yield threads
     await run_tasks()
     assert (threads.used_bytes, threads.body_bytes, threads.busy_count, threads.queue_length) == (
@@ -91,15 +92,12 @@ async def test_short_work_runs_on_the_event_loop_and_long_work_in_a_thread() -> 
         job.close()
 
 
-async def test_work_that_takes_longer_than_estimated_moves_to_a_thread(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(job_module, "MAX_INLINE_SECONDS", 0.0)
+async def test_work_that_takes_longer_than_estimated_moves_to_a_thread() -> None:
     callers: list[threading.Thread] = []
 
     def call() -> str:
         callers.append(threading.current_thread())
-        time.sleep(0.001)
+        time.sleep(1.1 * MAX_INLINE_SECONDS)
         checkpoint()
         return "done"
 
@@ -252,8 +250,8 @@ async def test_work_that_needs_memory_drops_cached_responses_that_are_not_being_
 
     The first work takes 11/16, the second 3/16, and each response a little more than 2/16.
     """
-    async with lend_threads(cache_bytes=CAPACITY, threads=2) as threads:
-        cache: ResponseCache = threads._cache
+    cache = ResponseCache(CAPACITY)
+    async with lend_threads(cache, threads=2) as threads:
         sent_entry, *idle_entries = (build_entry(name, CAPACITY // 8) for name in "abc")
         for each in (sent_entry, *idle_entries):
             assert cache.put(each, cache.generation)
@@ -309,7 +307,6 @@ async def test_large_requests_that_end_together_trim_the_heap_once(
 ) -> None:
     calls: list[int] = []
     monkeypatch.setattr(threads_module, "trim_heap", lambda: calls.append(1))
-    monkeypatch.setattr(threads_module, "TRIM_PAUSE", 0.01)
     counts = []
     async with lend_threads() as threads:
         for sizes in ((TRIM_BYTES - 1,), (TRIM_BYTES, TRIM_BYTES), (TRIM_BYTES,)):
@@ -318,8 +315,7 @@ async def test_large_requests_that_end_together_trim_the_heap_once(
                 await job.run(build_work(size, is_long=False), "x")
             for job in jobs:  # all end before the event loop continues
                 job.close()
-            if trimming := threads._trimming:
-                await trimming
+            await asyncio.sleep(TRIM_PAUSE + 0.1)
             counts.append(len(calls))
     assert counts == [0, 1, 2]
     trim_heap()  # the real function, which the test replaced: it must not raise an error

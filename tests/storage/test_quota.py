@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from service.errors import StoreFailed, StoreFull
-from service.storage import quota as module
 from service.storage.quota import FRESH_SECONDS, STALE_SECONDS, Usage
 from service.storage.store import SurfaceStore
+from tests.clock import Clock
 from tests.storage.backends import KINDS, compute_id, compute_path, list_files, open_test_store
 
 pytestmark = pytest.mark.anyio
@@ -69,9 +69,7 @@ async def test_replacing_a_damaged_object_needs_no_more_bytes(tmp_path: Path) ->
     assert await put(store, CONTENTS[0])
 
 
-async def test_bytes_that_other_processes_delete_become_free(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+async def test_bytes_that_other_processes_delete_become_free(tmp_path: Path, clock: Clock) -> None:
     store = open_test_store("folder", tmp_path, 20)
     for content in CONTENTS[:2]:
         await put(store, content)
@@ -79,19 +77,18 @@ async def test_bytes_that_other_processes_delete_become_free(
         path.unlink()
     with pytest.raises(StoreFull):
         await put(store, CONTENTS[2])  # the last count is recent, so the store does not repeat it
-    monkeypatch.setattr(module, "FRESH_SECONDS", -1)
+    clock.now += FRESH_SECONDS + 1
     assert await put(store, CONTENTS[2])
 
 
 class SharedBackend:
-    """A backend that other processes use too, with a clock that tests set.
+    """A backend that other processes use too.
 
     `bytes` is what a listing of its objects reports; `listings` counts the listings.
     """
 
     def __init__(self) -> None:
         self.bytes = 0
-        self.now = 0.0
         self.listings = 0
         self.is_broken = False
 
@@ -103,7 +100,7 @@ class SharedBackend:
         return self.bytes
 
     def build_usage(self, quota: int) -> Usage:
-        return Usage(quota, self.count_bytes, lambda: self.now)
+        return Usage(quota, self.count_bytes)
 
 
 async def store_bytes(usage: Usage, size: int) -> None:
@@ -118,7 +115,7 @@ async def run_tasks() -> None:
         await asyncio.sleep(0)
 
 
-async def test_listings_are_made_only_if_there_is_no_count_or_it_is_too_old() -> None:
+async def test_listings_are_made_only_if_there_is_no_count_or_it_is_too_old(clock: Clock) -> None:
     """The first count is a listing. A count is too old to refuse an object after `FRESH_SECONDS`.
 
     After `STALE_SECONDS` it is too old for objects that fit, too.
@@ -128,13 +125,13 @@ async def test_listings_are_made_only_if_there_is_no_count_or_it_is_too_old() ->
     await asyncio.gather(*(store_bytes(usage, 10) for _ in range(5)))
     assert backend.listings == 1
     backend.bytes = 20
-    backend.now = FRESH_SECONDS + 1
+    clock.now += FRESH_SECONDS + 1
     await store_bytes(usage, 80)  # 50 bytes by our own count, 20 by the listing
     assert backend.listings == 2
     with pytest.raises(StoreFull):
         await store_bytes(usage, 1)
     assert backend.listings == 2, "a full store is not listed for every request"
-    backend.now += STALE_SECONDS + 1
+    clock.now += STALE_SECONDS + 1
     with pytest.raises(StoreFull):
         await store_bytes(usage, 101)
     assert backend.listings == 2, "a content larger than the quota needs no listing"
@@ -143,18 +140,18 @@ async def test_listings_are_made_only_if_there_is_no_count_or_it_is_too_old() ->
     backend.bytes = 0
     await store_bytes(usage, 1)
     assert backend.listings == 3, "without a listing, 1 byte would be refused"
-    backend.now += STALE_SECONDS + 1
+    clock.now += STALE_SECONDS + 1
     await store_bytes(usage, 1)
     await run_tasks()
     assert backend.listings == 4, "an old count starts a listing in the background"
 
 
-async def test_an_old_count_is_used_while_listings_fail() -> None:
+async def test_an_old_count_is_used_while_listings_fail(clock: Clock) -> None:
     backend = SharedBackend()
     usage = backend.build_usage(100)
     await store_bytes(usage, 10)
     backend.is_broken = True
-    backend.now = STALE_SECONDS + 1
+    clock.now += STALE_SECONDS + 1
     await store_bytes(usage, 10)
     await run_tasks()
     assert backend.listings == 2, "the listing in the background has failed"

@@ -11,7 +11,7 @@ import os
 import re
 import secrets
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from hmac import compare_digest
@@ -148,16 +148,10 @@ class KnownKeys:
         Only the constructor raises this.
     """
 
-    def __init__(
-        self,
-        setting_entries: tuple[KeyEntry, ...] = (),
-        file: str = "",
-        clock: Callable[[], float] = time.monotonic,
-    ) -> None:
+    def __init__(self, setting_entries: tuple[KeyEntry, ...] = (), file: str = "") -> None:
         self._setting_entries = setting_entries
         self._file = Path(file) if file else None
-        self._clock = clock
-        self._next_check = clock() + CHECK_INTERVAL
+        self._next_check = time.monotonic() + CHECK_INTERVAL
         self._state: _FileState | None = None
         self._entries: tuple[KeyEntry, ...] = ()
         if self._file is None:
@@ -167,7 +161,7 @@ class KnownKeys:
 
     def __call__(self) -> Sequence[KeyEntry]:
         """The present keys."""
-        if self._file is not None and (now := self._clock()) >= self._next_check:
+        if self._file is not None and (now := time.monotonic()) >= self._next_check:
             self._next_check = now + CHECK_INTERVAL
             try:
                 if _file_state(self._file) != self._state:

@@ -9,7 +9,6 @@ seconds.
 
 import time
 from collections import OrderedDict
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from ipaddress import IPv6Address, ip_address
@@ -57,10 +56,9 @@ class Rates:
         Requests a minute.
     """
 
-    def __init__(self, limit: int, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, limit: int) -> None:
         self.limit = limit
         self._interval = WINDOW / limit
-        self._clock = clock
         self._full_times: OrderedDict[str, float] = OrderedDict()
         self._policy = (b"ratelimit-policy", f'"{_POLICY}";q={limit};w={WINDOW}'.encode())
 
@@ -69,7 +67,7 @@ class Rates:
 
     def count(self, name: str) -> RateDecision:
         """Counts a request of a caller, or refuses it; a refused request does not count."""
-        now = self._clock()
+        now = time.monotonic()
         full_time = max(self._full_times.get(name, now), now)
         next_full_time = full_time + self._interval
         # Rounding: the sum of n intervals may be slightly more than 60 seconds, so 1/1000 of an

@@ -15,18 +15,9 @@ from service.api.guard.keys import (
     parse_entries,
 )
 from service.errors import InvalidSettings
+from tests.clock import Clock
 
 ALICE, BOB, CAROL = (format_entry(name, name) for name in ("alice", "bob", "carol"))
-
-
-class Clock:
-    """A clock that the test sets."""
-
-    def __init__(self) -> None:
-        self.now = 0.0
-
-    def __call__(self) -> float:
-        return self.now
 
 
 def list_names(entries: Sequence[KeyEntry]) -> list[str]:
@@ -56,22 +47,22 @@ def test_keys_of_the_settings_and_of_the_file_are_known(file: Path) -> None:
 
 
 def test_a_changed_file_is_read_again_after_a_second(
-    file: Path, caplog: pytest.LogCaptureFixture
+    file: Path, clock: Clock, caplog: pytest.LogCaptureFixture
 ) -> None:
-    clock = Clock()
-    keys = KnownKeys((), str(file), clock)
+    keys = KnownKeys((), str(file))
     write(file, BOB)
-    clock.now = 0.9
+    clock.now += 0.9
     assert list_names(keys()) == ["alice"]
-    clock.now = 1.0
+    clock.now += 0.2
     with caplog.at_level(logging.INFO):
         assert list_names(keys()) == ["bob"]
     assert "read again" in caplog.text
 
 
-def test_the_file_is_checked_once_a_second(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    clock = Clock()
-    keys = KnownKeys((), str(file), clock)
+def test_the_file_is_checked_once_a_second(
+    file: Path, clock: Clock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    keys = KnownKeys((), str(file))
     checked_paths: list[Path] = []
     stat = os.stat
 
@@ -80,39 +71,37 @@ def test_the_file_is_checked_once_a_second(file: Path, monkeypatch: pytest.Monke
         return stat(path)
 
     monkeypatch.setattr(os, "stat", stat_and_record)
-    for step in range(50):  # tenths of a second
-        clock.now = step / 10
+    for _ in range(50):  # 4.9 s
         keys()
-    assert len(checked_paths) == 4  # at 1, 2, 3 and 4 s
+        clock.now += 0.1
+    assert len(checked_paths) == 4
 
 
 @pytest.mark.parametrize("text", ["alice:", BOB + "\n" + BOB, "x" * (MAX_BYTES + 1)])
 def test_an_invalid_new_file_is_logged_once_and_the_old_keys_stay(
-    text: str, file: Path, caplog: pytest.LogCaptureFixture
+    text: str, file: Path, clock: Clock, caplog: pytest.LogCaptureFixture
 ) -> None:
-    clock = Clock()
-    keys = KnownKeys((), str(file), clock)
+    keys = KnownKeys((), str(file))
     write(file, text)
-    for now in (2, 4, 6):
-        clock.now = now
+    for _ in range(3):
+        clock.now += 2
         assert list_names(keys()) == ["alice"]
     assert [record.levelname for record in caplog.records] == ["ERROR"]
     write(file, CAROL)
-    clock.now = 8
+    clock.now += 2
     assert list_names(keys()) == ["carol"]
 
 
 def test_a_removed_file_keeps_its_keys_until_it_is_written_again(
-    file: Path, caplog: pytest.LogCaptureFixture
+    file: Path, clock: Clock, caplog: pytest.LogCaptureFixture
 ) -> None:
-    clock = Clock()
-    keys = KnownKeys((), str(file), clock)
+    keys = KnownKeys((), str(file))
     file.unlink()
-    clock.now = 2
+    clock.now += 2
     assert list_names(keys()) == ["alice"]
     assert "cannot be read" in caplog.text
     write(file, BOB)
-    clock.now = 4
+    clock.now += 2
     assert list_names(keys()) == ["bob"]
 
 
