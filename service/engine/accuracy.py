@@ -33,31 +33,32 @@ class Camera:
     height: int
 
     def __post_init__(self) -> None:
-        # This form of the comparison refuses NaN too.
-        if not all(abs(x) <= MAX_COORDINATE for x in self.position):
-            raise _build_error(
-                "out_of_range",
-                "/camera/position",
+        # These forms of the comparisons refuse NaN too.
+        for is_valid, name, message, got, needed in (
+            (
+                all(abs(x) <= MAX_COORDINATE for x in self.position),
+                "position",
                 "The position of the camera has coordinates of the model's space.",
                 "a larger coordinate, or NaN",
                 f"coordinates up to {MAX_COORDINATE:.7g}",
-            )
-        if not 0 < self.field_of_view < pi:
-            raise _build_error(
-                "out_of_range",
-                "/camera/field_of_view",
+            ),
+            (
+                0 < self.field_of_view < pi,
+                "field_of_view",
                 "The field of view is the angle between its upper and its lower border.",
                 f"{self.field_of_view:.6g}",
                 "an angle between 0 and π radians",
-            )
-        if self.height < 1:
-            raise _build_error(
-                "out_of_range",
-                "/camera/height",
+            ),
+            (
+                self.height >= 1,
+                "height",
                 "The height of the picture is counted in pixels.",
                 str(self.height),
                 "a whole number above 0",
-            )
+            ),
+        ):
+            if not is_valid:
+                raise _build_error("out_of_range", f"/camera/{name}", message, got, needed)
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,31 +109,37 @@ class Accuracy:
                 value = getattr(self, name)
                 if value is not None and not 0 < value <= max_value:
                     raise _build_error("out_of_range", f"/{name}", message, f"{value:.6g}", needed)
-        if self.tolerance is not None and self.relative_tolerance is not None:
-            raise _build_error(
+        has_both = self.tolerance is not None and self.relative_tolerance is not None
+        # An angle alone bounds no distance.
+        has_bound = not self.two_sided or self._has_any(*TOLERANCES, *BUDGETS)
+        for is_valid, code, where, message, got, needed in (
+            (
+                not has_both,
                 "conflicting_options",
                 "/relative_tolerance",
                 "The tolerance is given in model units, or relative to the model's size.",
                 "both",
                 "one of the two",
-            )
-        # An angle alone bounds no distance.
-        if self.two_sided and not self._has_any(*TOLERANCES, *BUDGETS):
-            raise _build_error(
+            ),
+            (
+                has_bound,
                 "missing_field",
                 "/tolerance",
                 "`two_sided` needs a tolerance or a budget to bound the second distance by.",
                 "two_sided alone",
                 "a tolerance or a budget as well",
-            )
-        if (self.camera is None) != (self.pixel_tolerance is None):
-            raise _build_error(
+            ),
+            (
+                (self.camera is None) == (self.pixel_tolerance is None),
                 "missing_field",
                 "/camera" if self.camera is None else "/pixel_tolerance",
                 "A camera needs a pixel tolerance, and a pixel tolerance needs a camera.",
                 "nothing",
                 "both `camera` and `pixel_tolerance`, or neither",
-            )
+            ),
+        ):
+            if not is_valid:
+                raise _build_error(code, where, message, got, needed)
 
     def _has_any(self, *names: str) -> bool:
         """Whether the request has any of these options."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from service.bases.arrays import Bools, FloatArray, IndexArray, Ints, RealArray
+from service.bases.arrays import FloatArray, IndexArray, Ints, RealArray
 from service.bases.bernstein import bernstein
 from service.bases.row_batches import row_slices
 from service.bases.triangle import degree_of
@@ -56,7 +56,10 @@ def find_samples(faces: Faces, triangulation: Triangulation) -> tuple[PatchPlace
     for axis, at in enumerate((triangulation.u, triangulation.v)):
         inner = (at % SPAN == 0) & (at > 0) & (at < spans[:, axis] * SPAN)
         if inner.any():
-            before |= _is_before_knot(at, triangulation.triangles, inner).astype(np.intp) << axis
+            # A triangle with a corner on a knot line is judged by the mean of its three corners.
+            places = at[triangulation.triangles]
+            is_before = places.sum(axis=1, keepdims=True) < 3 * places
+            before |= (inner[triangulation.triangles] & is_before).astype(np.intp) << axis
     # Each sample of the triangulation has four keys, one for each patch that may be around it.
     key = triangulation.triangles * 4 + before
     used = np.zeros(4 * len(triangulation.face), dtype=bool)
@@ -68,17 +71,6 @@ def find_samples(faces: Faces, triangulation: Triangulation) -> tuple[PatchPlace
     face = triangulation.face[row]
     patch = faces.first[face] + span_u * faces.stride[face] + span_v
     return PatchPlaces(patch, u, v, triangulation.vertex[row]), number[key]
-
-
-def _is_before_knot(at: Ints, triangles: Ints, inner: Bools) -> Bools:
-    """Whether a triangle lies before the knot line through its corner: shape (T, 3).
-
-    `at` has the u, or the v, of all samples; `inner` marks samples on a knot line inside their
-    face. A triangle with a corner there is judged by the mean of its three corners.
-    """
-    places = at[triangles]
-    before: Bools = inner[triangles] & (places.sum(axis=1, keepdims=True) < 3 * places)
-    return before
 
 
 def _split_places(at: Ints, before: Ints, spans: Ints) -> tuple[Ints, FloatArray]:

@@ -135,7 +135,8 @@ def subtract_rounding(goal: Goal, rounding: float, bounds: Box) -> Goal:
 def _subtract(tolerance: float, rounding: float) -> float:
     """The tolerance less `rounding`; an error if rounding is most of it."""
     if tolerance < LEAST_ROUNDINGS * rounding:
-        raise build_tolerance_error(f"a distance of {tolerance:.6g}", LEAST_ROUNDINGS * rounding)
+        needed = f"at least {LEAST_ROUNDINGS * rounding:.3g} for this surface in this format"
+        raise build_tolerance_error(f"a distance of {tolerance:.6g}", needed)
     return tolerance - rounding
 
 

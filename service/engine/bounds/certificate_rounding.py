@@ -94,7 +94,7 @@ def find_least_tolerance(patch_nets: PatchNets, step: float = 0.0) -> float:
     return max(4 * (least + patch_nets.lowering) + 2 * step, LEAST)
 
 
-def check_goal(goal: Goal, least: float, nearest: float = 0.0) -> None:
+def check_goal(goal: Goal, least: float, nearest: float) -> None:
     """Refuses a goal that allows less than `least` at the distance `nearest` from the eye.
 
     Raises
@@ -104,5 +104,5 @@ def check_goal(goal: Goal, least: float, nearest: float = 0.0) -> None:
     """
     allowed = float(goal.find_allowed(np.array([nearest]))[0])
     if allowed < least:
-        pointer = "/tolerance" if goal.view is None else "/pixel_tolerance"
-        raise build_tolerance_error(f"{allowed:.6g}", least, pointer)
+        needed = f"at least {least:.3g} for this surface in this format"
+        raise build_tolerance_error(f"{allowed:.6g}", needed)

@@ -72,14 +72,7 @@ class Goal:
         return float(self.measure_distances_to_eye(low[np.newaxis], high[np.newaxis])[0])
 
 
-def build_tolerance_error(got: str, least: float, pointer: str = "") -> InvalidRequest:
-    """The error `tolerance_too_small` for a goal below `least`, the bound of rounding errors."""
-    return InvalidRequest(
-        Issue(
-            "tolerance_too_small",
-            "The tolerance is below the precision of the numbers in the response.",
-            pointer,
-            got,
-            f"at least {least:.3g} for this surface in this format",
-        )
-    )
+def build_tolerance_error(got: str, needed: str) -> InvalidRequest:
+    """The error `tolerance_too_small`; its pointer is set by those who know the option."""
+    message = "The tolerance is below the precision of the numbers in the response."
+    return InvalidRequest(Issue("tolerance_too_small", message, "", got, needed))

@@ -165,7 +165,7 @@ def halve_edges(
             curves, row, at, nets, goal, cuts=cuts, depth=parts.depth + tree.depth
         )
         exists, cut = tree.walk(decision.cut, decision.closed, parts.forced)
-        refuse_hopeless(decision, exists, slack, goal)
+        refuse_hopeless(decision, exists, slack)
         pieces.add(curves.uses[curves.owner[row[cut]]])
         done = (exists & ~cut).nonzero()[0]
         straight_parts.append((row[done], at[done], nets[done, 0]))

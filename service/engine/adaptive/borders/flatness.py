@@ -22,9 +22,8 @@ from service.engine.adaptive.cutting.estimate import CURVE_SHARE
 from service.engine.adaptive.cutting.normal_variation import find_chord
 from service.engine.adaptive.limits import SidePieces
 from service.engine.bounds.faces import DEPTH
-from service.engine.bounds.goal import Goal
+from service.engine.bounds.goal import Goal, build_tolerance_error
 from service.engine.vectors import project
-from service.errors import InvalidRequest, Issue
 
 NET_SHARE = 0.95
 """Share of the tolerance up to which the net of a piece may deviate from its chord. The nets of
@@ -118,7 +117,7 @@ def decide_cuts(
     return CutDecision(cut, closed, hopeless, allowed)
 
 
-def refuse_hopeless(decision: CutDecision, exists: Bools, slack: FloatArray, goal: Goal) -> None:
+def refuse_hopeless(decision: CutDecision, exists: Bools, slack: FloatArray) -> None:
     """Raise an error if a hopeless piece exists; halves of a piece that is not cut do not exist.
 
     Raises
@@ -130,7 +129,9 @@ def refuse_hopeless(decision: CutDecision, exists: Bools, slack: FloatArray, goa
     hopeless = decision.hopeless & exists
     if hopeless.any():
         least = float(decision.allowed[hopeless].min())
-        raise _build_error(least, float(slack[hopeless].max()), goal)
+        # Well above the limit `slack` / `CURVE_SHARE`.
+        enough = 4 * float(slack[hopeless].max())
+        raise build_tolerance_error(f"{least:.6g}", f"more than {enough:.3g} for this surface")
 
 
 def _measure_distances_to_eye(shapes: Shapes, goal: Goal, origin: FloatArray) -> FloatArray:
@@ -139,22 +140,6 @@ def _measure_distances_to_eye(shapes: Shapes, goal: Goal, origin: FloatArray) ->
         return np.zeros(len(origin))
     eye = goal.view.eye - origin
     return measure_lengths(np.maximum(np.maximum(shapes.low - eye, eye - shapes.high), 0.0))
-
-
-def _build_error(allowed: float, slack: float, goal: Goal) -> InvalidRequest:
-    """The error for a piece with this allowed deviation and this rounding of its net.
-
-    It recommends 4 times the rounding, well above the limit `slack` / `CURVE_SHARE`.
-    """
-    return InvalidRequest(
-        Issue(
-            "tolerance_too_small",
-            "The tolerance is below the precision of the numbers in the response.",
-            "/tolerance" if goal.view is None else "/pixel_tolerance",
-            f"{allowed:.6g}",
-            f"more than {4 * slack:.3g} for this surface",
-        )
-    )
 
 
 def cut_at_knots(
@@ -182,7 +167,7 @@ def cut_at_knots(
             row, cuts, forced = (np.concatenate(parts) for parts in zip(*singles, strict=True))
             return np.concatenate(straight), row, cuts, forced
         decision, slack = _judge_runs(curves, first, last, cuts, goal)
-        refuse_hopeless(decision, np.ones(len(first), dtype=bool), slack, goal)
+        refuse_hopeless(decision, np.ones(len(first), dtype=bool), slack)
         cut = decision.cut | forced
         straight.append(first[~cut])
         first, last = first[cut], last[cut]

@@ -199,7 +199,7 @@ def test_tolerances_below_the_rounding_are_refused() -> None:
         with pytest.raises(InvalidRequest) as refused:
             build_border(model, Goal(tolerance))
         (issue,) = refused.value.issues
-        assert (issue.code, issue.pointer) == ("tolerance_too_small", "/tolerance")
+        assert issue.code == "tolerance_too_small"
 
 
 @pytest.mark.filterwarnings("error")
