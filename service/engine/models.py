@@ -6,20 +6,19 @@ import numpy as np
 
 from service.engine.options import MeshOptions
 from service.engine.scenes.colors import tint
-from service.engine.scenes.scene import place_points
+from service.engine.scenes.placing import place_points
 from service.engine.wires.draw import find_width
 from service.errors import InvalidRequest, Issue
 from service.surface.batches import (
     Channel,
     ChannelKind,
     Patches,
-    TensorPatches,
     TrianglePatches,
 )
 from service.surface.channels import keep_channels
 from service.surface.curve_model import SweepModel
 from service.surface.lowered import Color, GroupModel, Model, Part, PatchModel, PlacedModel
-from service.surface.placement import place_box
+from service.surface.placement import is_mirroring, place_box
 
 NOT_PATCHES = Issue(
     "not_parametric",
@@ -111,19 +110,12 @@ def to_patches(model: Model) -> PatchModel:
 
 def _place(batch: Patches, member: PlacedModel) -> Patches:
     """The patches with their control points placed, in the colour of the member."""
-    matrix = member.matrix
-    if matrix is not None and np.linalg.det(matrix[:3, :3]) < 0:
-        batch = _exchange_parameters(batch)
-    points = place_points(batch.points.reshape(-1, 3), matrix).reshape(batch.points.shape)
+    if is_mirroring(member.matrix):
+        # A triangle becomes a tensor-product patch with a collapsed side.
+        patches = batch.to_tensor() if isinstance(batch, TrianglePatches) else batch
+        batch = patches.exchange_parameters()
+    points = place_points(batch.points, member.matrix)
     return replace(batch, points=points, channels=_paint(batch, member.color))
-
-
-def _exchange_parameters(batch: Patches) -> TensorPatches:
-    """The patches with u and v exchanged; triangles become tensor patches with a collapsed side."""
-    patches = batch.to_tensor() if isinstance(batch, TrianglePatches) else batch
-    weights = None if patches.weights is None else patches.weights.swapaxes(1, 2)
-    channels = tuple(replace(c, nets=c.nets.swapaxes(1, 2)) for c in patches.channels)
-    return TensorPatches(patches.points.swapaxes(1, 2), weights, channels)
 
 
 def _paint(batch: Patches, color: Color | None) -> tuple[Channel, ...]:

@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, RealArray
+from service.bases.arrays import FloatArray
 from service.bases.row_batches import unique_rows
 from service.engine.bounds.mesh_deviation import round_up
 from service.engine.clustering import DisjointSets
@@ -22,7 +22,7 @@ from service.engine.extent import find_extent
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
 from service.engine.scenes.placing import scalings
-from service.engine.scenes.scene import Scene, arrange, find_shown_points, replace_bounds
+from service.engine.scenes.scene import Scene, arrange, store_positions
 from service.engine.stored_positions import (
     MAX_ROUNDING,
     Storage,
@@ -78,32 +78,18 @@ def quantize_mesh(mesh: Mesh, step: float) -> Mesh:
     step = _widen_step(mesh, step)
     storage = Storage(is_float32=True, has_local_origin=True, step=step)
     origin = round_to_grid(mesh.origin, step)
-
-    def move(positions: RealArray) -> RealArray:
-        return storage.store_positions(positions.astype(np.float64) + mesh.origin, origin)
-
-    positions = move(mesh.positions)
-    quantized = replace(
-        mesh,
-        positions=positions,
-        overlays=tuple(replace(o, positions=move(o.positions)) for o in mesh.overlays),
-        origin=origin,
-        step=step,
-    )
-    low, high = (
-        bound.astype(np.float64) + origin for bound in find_extent(find_shown_points(quantized))
-    )
+    quantized = store_positions(mesh, storage, origin)
+    report = quantized.report
     # Both differences are exact, except for the rounding of coordinates far from zero.
-    moves = positions.astype(np.float64) - mesh.positions.astype(np.float64)
+    moves = quantized.positions.astype(np.float64) - mesh.positions.astype(np.float64)
     moves += origin - mesh.origin
     error = float(np.sqrt(np.square(moves).sum(axis=1).max(initial=0.0))) + bound_origin_error(
-        mesh.origin, low, high
+        mesh.origin, np.array(report.bounds_min), np.array(report.bounds_max)
     )
 
     def grow(bound: float | None) -> float | None:
         return None if bound is None else round_up(bound + error)
 
-    report = replace_bounds(mesh.report, low, high)
     return replace(
         quantized,
         parts=tuple(

@@ -16,8 +16,8 @@ from service.cancellation import checkpoint
 from service.engine.bounds.mesh_deviation import bound_deviations, bound_parts, find_largest_bound
 from service.engine.connectivity.closure import OPEN, find_closure
 from service.engine.connectivity.connect import connect, connect_if_apart, may_be_cut
-from service.engine.connectivity.connectivity import hash_arrays
 from service.engine.connectivity.curve_patches import leave_out_curves
+from service.engine.connectivity.incidence import hash_arrays
 from service.engine.curvatures.ranges import find_ranges
 from service.engine.curvatures.rows import layout_curvatures
 from service.engine.extent import AT_ZERO, choose_origin, find_stored_bounds
@@ -29,8 +29,8 @@ from service.engine.mesh.overlays import draw_overlays
 from service.engine.mesh.report import MeshReport
 from service.engine.options import MeshOptions
 from service.engine.plans.creases import Sharing, find_creases
+from service.engine.plans.face_plan import FacePlan, plan_faces
 from service.engine.plans.layout import Layout
-from service.engine.plans.plan import FacePlan, plan_faces
 from service.engine.plans.weld import merge_samples
 from service.engine.scratch import Real
 from service.surface.batches import TrianglePatches
@@ -130,20 +130,21 @@ def predict_size(model: PatchModel, options: MeshOptions) -> tuple[int, int, int
     size = tensor_patches * (ru + 1) * (rv + 1) + triangle_patches * triangle.count_points(
         max(ru, rv)
     )
-    is_framed = False
-    if ru != rv:  # else no patch is framed, because all edges have the same divisions
+    is_stitched = False
+    if ru != rv:  # else no patch is stitched, because all edges have the same divisions
         _, seams = join(model, options.weld_tolerance)
         layout = Layout.plan(seams.connectivity, options.resolution)
-        size, is_framed = layout.size, layout.is_framed
-        # A framed patch has at least two divisions in each direction, also if ru or rv is 1.
+        size, is_stitched = layout.size, layout.is_stitched
+        # A stitched patch has at least two divisions in each direction, also if ru or rv is 1.
         shapes = [(b.resolution, len(b.patches)) for b in layout.blocks if not b.is_triangle]
         cells = sum(along_u * along_v * count for (along_u, along_v), count in shapes)
         border = sum(2 * (along_u + along_v) * count for (along_u, along_v), count in shapes)
-    # A framed patch of V samples, B of them on its border, has 2V - B - 2 triangles: fewer than 2V.
+    # A stitched patch of V samples, B of them on its border, has 2V − B − 2 triangles, fewer than
+    # 2V.
     if options.faces == "quads":
         # Quads at collapsed sides become triangles: at most one for each division of a border.
-        return size, (2 * size if is_framed else border + triangle_faces), cells
-    return size, (2 * size if is_framed else 2 * cells + triangle_faces), 0
+        return size, (2 * size if is_stitched else border + triangle_faces), cells
+    return size, (2 * size if is_stitched else 2 * cells + triangle_faces), 0
 
 
 def _find_sharing(layout: Layout, rows: SampleRows, options: MeshOptions) -> Sharing | None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from service.bases import triangle
 from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import FloatArray
-from service.bases.triangle_polynomials import tensor_net
+from service.bases.triangle_polynomials import exchange_order, tensor_net
 from service.surface.sides import along_sides, take_side
 
 SideNumbers: TypeAlias = tuple[int, int, int, int]
@@ -91,6 +91,17 @@ class _Batch(ABC):
         weights = None if self.weights is None else self.weights[index]
         channels = tuple(replace(c, nets=c.nets[index]) for c in self.channels)
         return replace(self, points=self.points[index], weights=weights, channels=channels)
+
+    def exchange_parameters(self) -> Self:
+        """The patches with u and v exchanged, triangles with s and t."""
+        weights = None if self.weights is None else self._exchange(self.weights)
+        channels = tuple(replace(c, nets=self._exchange(c.nets)) for c in self.channels)
+        return replace(self, points=self._exchange(self.points), weights=weights, channels=channels)
+
+    @staticmethod
+    @abstractmethod
+    def _exchange(nets: FloatArray) -> FloatArray:
+        """Nets of points, weights or channels with both parameters exchanged."""
 
     @property
     @abstractmethod
@@ -188,6 +199,10 @@ class TensorPatches(_Batch):
         weights = None if self.weights is None else take_side(self.weights, number)
         return take_side(self.points, number), weights
 
+    @staticmethod
+    def _exchange(nets: FloatArray) -> FloatArray:
+        return np.ascontiguousarray(nets.swapaxes(1, 2))
+
     def set_collapsed(self, collapsed: NDArray[np.bool_]) -> None:
         """Store the value of the property `collapsed`, if the caller has already computed it."""
         self.__dict__["collapsed"] = collapsed
@@ -267,6 +282,10 @@ class TrianglePatches(_Batch):
         if number < 3:
             rows = triangle.side_rows(self.degree)[number]
         return self.points[:, rows], None if self.weights is None else self.weights[:, rows]
+
+    @staticmethod
+    def _exchange(nets: FloatArray) -> FloatArray:
+        return nets[:, exchange_order(triangle.degree_of(nets.shape[1]), 1, 2)]
 
     def to_tensor(self) -> TensorPatches:
         """These triangles as tensor-product patches of degree (n, n), whose side v = 1 is a point.

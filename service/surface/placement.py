@@ -113,6 +113,11 @@ def check_box(box: Box, where: str, points: str) -> None:
                        f"at most {MAX_COORDINATE:.7g}", where)  # fmt: skip
 
 
+def is_mirroring(matrix: FloatArray | None) -> bool:
+    """Whether a placement mirrors bodies: its determinant is negative."""
+    return matrix is not None and bool(np.linalg.det(matrix[:3, :3]) < 0)
+
+
 def place_box(box: Box, matrix: FloatArray | None) -> Box:
     """The box of a box after a placement."""
     if matrix is None:

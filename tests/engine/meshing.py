@@ -5,12 +5,12 @@ from typing import Any
 import numpy as np
 
 from oracles.topology import Topology, count_topology, winding_agreement
-from service.engine.build import build
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
 from service.surface.examples.catalogue import find
 from service.surface.lowered import Model
 from tests.strategies import Array, build_model
+from tools.building import build
 
 
 def build_mesh(

@@ -17,7 +17,8 @@ from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.accuracy import Accuracy, Camera
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
-from service.engine.scenes.scene import Scene, place_points, scene_parts
+from service.engine.scenes.placing import place_points
+from service.engine.scenes.scene import Scene, scene_parts
 from service.errors import SurfaceError, TooLarge
 from service.pipeline.adaptive import size_of_mesh
 from service.pipeline.limits import Limits

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from service.engine.accuracy import Accuracy
-from service.engine.build import build
 from service.engine.options import MeshOptions
 from service.engine.points.evaluate import evaluate_points
 from service.engine.points.places import PointsQuery, locate
@@ -21,6 +20,7 @@ from service.surface.group import GroupSurface, Member
 from service.surface.kinds import Surface
 from service.surface.multipatch import MAX_SURFACES, MultipatchSurface, Single
 from service.surface.patches import PatchSurface
+from tools.building import build
 
 OPTIONS = (
     MeshOptions(resolution=(4, 4)),

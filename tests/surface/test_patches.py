@@ -7,13 +7,13 @@ import pytest
 
 from service.bases.arrays import FloatArray, Ints
 from service.engine.accuracy import Accuracy
-from service.engine.build import build
 from service.engine.options import MeshOptions
 from service.errors import InvalidRequest, Issue
 from service.surface.convert.operations import Elevate, Reverse, Transpose
 from service.surface.convert.table import convert
 from service.surface.lowered import Part
 from service.surface.patches import PatchSurface
+from tools.building import build
 
 STRIP = np.array([[x, y, x * y] for x in (0.0, 1, 2, 3) for y in (0.0, 1)])
 QUADS = np.array([[[0, 1], [2, 3]], [[2, 3], [4, 5]], [[4, 5], [6, 7]]])

@@ -6,7 +6,7 @@ import pytest
 from service.encoders.registry import BY_NAME
 from service.engine.build import build_scene
 from service.engine.options import MeshOptions
-from service.engine.scenes.scene import place_points
+from service.engine.scenes.placing import place_points
 from service.pipeline.mesh import render
 from service.surface.examples.catalogue import find
 from service.surface.group import GroupSurface, Member

@@ -34,7 +34,6 @@ from oracles.distance import Soup
 from oracles.sheets import build_sheets
 from service.engine.accuracy import Accuracy
 from service.engine.bounds.second_derivatives import bound_second_derivatives, count_blocks
-from service.engine.build import build
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
 from service.settings.runtime import pin_blas, share_heap
@@ -43,6 +42,7 @@ from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.examples.catalogue import find
 from service.surface.lowered import Part, PatchModel
+from tools.building import build
 from tools.certify.surfaces import (
     FAMILIES,
     MODERATE,

@@ -21,10 +21,10 @@ from service.engine.evaluation.scattered import evaluate_scattered_normals
 from service.engine.extent import find_stored_bounds
 from service.engine.mesh.channels import ChannelRows, match_values, split_by_kind
 from service.engine.mesh.mesh_value import Mesh, MeshPart, Overlay
-from service.engine.mesh.overlays import control_net
+from service.engine.mesh.overlays import draw_control_net
 from service.engine.mesh.report import MeshReport, find_largest_angle
 from service.engine.options import MeshOptions
-from service.engine.plans.borders import count_borders
+from service.engine.plans.faces import count_borders
 from service.engine.plans.weld import Welding, count_positions, find_shared_positions, weld
 from service.engine.stored_positions import Storage, bound_origin_error
 from service.surface.lowered import PatchModel
@@ -205,8 +205,8 @@ def draw_overlays(
 def _draw_control_net(model: PatchModel, storage: Storage, origin: FloatArray) -> Overlay:
     """The control net as lines, with stored positions."""
     if not storage.step:
-        return control_net(model, origin, storage.dtype)
-    net = control_net(model, np.zeros(3), np.float64)
+        return draw_control_net(model, origin, storage.dtype)
+    net = draw_control_net(model, np.zeros(3), np.float64)
     return replace(net, positions=storage.store_positions(net.positions.astype(np.float64), origin))
 
 

@@ -34,7 +34,7 @@ from service.engine.connectivity.seams import Seams
 from service.engine.mesh.filling import SampleRows
 from service.engine.options import MeshOptions
 from service.engine.plans.layout import Layout
-from service.engine.plans.runs import Block
+from service.engine.plans.sample_numbers import Block
 from service.engine.scratch import Real
 from service.surface.batches import Patches, TrianglePatches
 from service.surface.lowered import PatchModel
@@ -120,7 +120,7 @@ def _bound_chordal(patches: Patches, layout: Layout, block: Block) -> FloatArray
     patch_numbers = block.first + block.patches
     # `layout.first_extra` is −1 for a side without extra samples. A strip of triangles joins a side
     # with extra samples to the grid.
-    is_separate = layout.first_extra[patch_numbers] >= 0 if layout.is_framed else None
+    is_separate = layout.first_extra[patch_numbers] >= 0 if layout.is_stitched else None
     if is_separate is None or not is_separate.any():
         if is_small(patches, (ru, rv)):
             return bound_grid_deviations(patches, (ru, rv)) + rounding

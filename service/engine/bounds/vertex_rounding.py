@@ -22,9 +22,9 @@ from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import FloatArray, RealArray
 from service.bases.bernstein import sample_basis
 from service.bases.row_batches import row_slices
-from service.engine.connectivity.connectivity import SAME_WEIGHT
 from service.engine.connectivity.degree_matching import SAME_CURVE
 from service.engine.connectivity.edges import sample_edges
+from service.engine.connectivity.incidence import SAME_WEIGHT
 from service.engine.connectivity.seams import Seams
 from service.engine.evaluation.evaluate import choose_formulation
 from service.engine.options import Method
@@ -94,7 +94,7 @@ def bound_edge_error(seams: Seams, layout: Layout, method: Method) -> float:
     """Bound of the errors of samples of edges that two steps cause.
 
     One is that sides of different degrees were joined as one edge. The other is a method other than
-    `matrix`, by which samples of edges are computed in float64: those beside the grid of a framed
+    `matrix`, by which samples of edges are computed in float64: those beside the grid of a stitched
     patch are compared here with samples by `matrix`; `measure_errors` compares all others with
     their patch.
     """
@@ -104,7 +104,7 @@ def bound_edge_error(seams: Seams, layout: Layout, method: Method) -> float:
     if len(curves) > 1 and sum(group.points.shape[1] > 1 for group in curves) > 1:
         max_coordinate = max(float(np.abs(group.points).max(initial=0.0)) for group in curves)
         error += 10 * SAME_CURVE * max_coordinate  # `SAME_CURVE` explains the factor
-    if method == "matrix" or not layout.is_framed:
+    if method == "matrix" or not layout.is_stitched:
         return error
     largest = 0.0
     for divisions, chosen in layout.border_writes.groups:

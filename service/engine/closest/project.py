@@ -11,7 +11,7 @@ from service.engine.cells.tree import WorkLimits
 from service.engine.closest.nearest import ClosestPoints
 from service.engine.closest.search import find_closest
 from service.engine.connectivity.connect import connect, connect_if_apart
-from service.engine.connectivity.connectivity import triangular_patches
+from service.engine.connectivity.incidence import triangular_patches
 from service.engine.connectivity.seams import Seams
 from service.engine.curves.evaluation import CurveSamples, evaluate_tangents
 from service.engine.evaluation.scattered import evaluate_scattered_normals

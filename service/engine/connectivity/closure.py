@@ -23,7 +23,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import bernstein, sample_parameters
-from service.engine.connectivity.connectivity import SAME_WEIGHT, Connectivity
+from service.engine.connectivity.incidence import SAME_WEIGHT, Connectivity
 from service.engine.vectors import cross
 from service.surface.batches import TensorPatches
 from service.surface.lowered import PatchModel

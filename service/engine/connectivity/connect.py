@@ -12,7 +12,6 @@ import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.bases.cache import MESH_PLANS
-from service.engine.connectivity.connectivity import EQUAL_WEIGHT, Connectivity, hash_arrays
 from service.engine.connectivity.edge_patterns import (
     EdgePattern,
     border_points,
@@ -27,6 +26,7 @@ from service.engine.connectivity.equal_points import (
     find_weight_tolerance,
     has_near_points,
 )
+from service.engine.connectivity.incidence import EQUAL_WEIGHT, Connectivity, hash_arrays
 from service.engine.connectivity.seams import Seams, find_seams
 from service.engine.options import MAX_WELD_TOLERANCE
 from service.surface.batches import Patches, TensorPatches, TrianglePatches

@@ -1,9 +1,18 @@
-"""Leaves out patches that are curves: they have no area, so a mesh omits them.
+"""Thin patches: they become curves, and a mesh omits patches that are curves, without area.
 
 Beside a side that is one point, a patch has two *long* sides. The patch is a curve if, on each line
 of control points from one long side to the other, all control points and weights are equal. (A knot
 span of width 0 lowers to patches like this.) The two long sides are then one edge. Triangles
 between them would have no area, and more than two triangles would use the edge.
+
+A patch is *thin* if it is about as narrow as the distance of points that count as equal, as from a
+knot span about as short. After near points were made equal (`service.engine.joining.snap`), the
+control points of its two long sides are equal in pairs, and both sides are one edge, where the two
+neighbours of the patch meet. So on each line of control points from side to side, all control
+points and weights become those of one side. If each control point moves by at most d, and the
+changes of all logarithms of weights lie in an interval of length h, no point of the patch is
+further from the curve than d + (e^h − 1) D / 2, where D is the diagonal of the box about the
+control points (proof: `service.engine.joining.snap`).
 
 The mesh omits the patch if another patch of the same part has this edge; or, for a patch that is
 one point, this corner. Then every point of the patch is also a point of the other patch, which the
@@ -12,24 +21,30 @@ mesh omits them, too; the part then has no triangles, and no bound.
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.triangle_polynomials import exponents, find_index
-from service.engine.connectivity.connectivity import Connectivity
+from service.engine.connectivity.incidence import Connectivity
 from service.surface.batches import Patches, TensorPatches
 from service.surface.lowered import Domain, PatchModel
 from service.surface.repatched import rebuild, surfaces_of
+
+WIDTH = 2.0
+"""The largest distance of control points from the side, in units of `distance`, and the largest
+difference of logarithms of weights, in units of `weight_tolerance`. Points of one edge are at most
+1 unit apart, and points between two sides of a knot span lie between the sides, up to rounding."""
 
 
 def leave_out_curves(model: PatchModel, connectivity: Connectivity) -> PatchModel:
     """The model without the patches that a mesh omits."""
     first_patches = np.cumsum([0, *(batch.count for batch in model.batches)])
     curve_numbers = []
-    for batch_number, rows, line in find_thin(model.batches, connectivity):
-        points, weights = flatten_nets(model.batches[batch_number], rows)
+    for batch_number, rows, line in _find_thin(model.batches, connectivity):
+        points, weights = _flatten_nets(model.batches[batch_number], rows)
         is_curve = (points == points[:, line]).all(axis=(1, 2))
         if weights is not None:
             is_curve &= (weights == weights[:, line]).all(axis=1)
@@ -62,7 +77,40 @@ def leave_out_curves(model: PatchModel, connectivity: Connectivity) -> PatchMode
     return model if is_kept.all() else _take_patches(model, is_kept)
 
 
-def find_thin(
+def collapse_thin_patches(
+    batches: Sequence[Patches], connectivity: Connectivity, distance: float, weight_tolerance: float
+) -> tuple[list[Patches], float]:
+    """The batches with thin patches as curves, and a bound of the distance that any point moved.
+
+    Parameters
+    ----------
+    connectivity : Connectivity
+        Sides that are one edge of it must have equal control points, bit for bit.
+    distance, weight_tolerance : float
+        Points, and logarithms of weights, at most this far apart count as equal.
+    """
+    new_batches, max_distance = list(batches), 0.0
+    # `rows` are patches whose long sides are one edge. For each control point of a net, `line` has
+    # the control point on a long side that is on the same line from side to side.
+    for batch_number, rows, line in _find_thin(batches, connectivity):
+        batch = new_batches[batch_number]
+        nets, net_weights = _flatten_nets(batch, rows)
+        points, weights = batch.points.copy(), batch.weights
+        bound = np.sqrt(np.square(nets - nets[:, line]).sum(axis=2)).max(axis=1)
+        is_thin = bound <= WIDTH * distance
+        if net_weights is not None and weights is not None:
+            change = np.ptp(np.log(net_weights / net_weights[:, line]), axis=1)
+            is_thin &= change <= WIDTH * weight_tolerance
+            bound += np.expm1(change) * np.linalg.norm(np.ptp(nets, axis=1), axis=1) / 2
+            weights = weights.copy()
+            weights.reshape(batch.count, -1)[rows[is_thin]] = net_weights[is_thin][:, line]
+        points.reshape(batch.count, -1, 3)[rows[is_thin]] = nets[is_thin][:, line]
+        new_batches[batch_number] = replace(batch, points=points, weights=weights)
+        max_distance = max(max_distance, float(bound[is_thin].max(initial=0.0)))
+    return new_batches, max_distance
+
+
+def _find_thin(
     batches: Sequence[Patches], connectivity: Connectivity
 ) -> Iterator[tuple[int, Ints, Ints]]:
     """Yields the patches that may be curves, grouped by batch and by the side that is a point.
@@ -84,14 +132,14 @@ def find_thin(
             yield batch_number, np.flatnonzero(sides == side), _find_lines(batch, side)
 
 
-def flatten_nets(batch: Patches, rows: Ints) -> tuple[FloatArray, FloatArray | None]:
+def _flatten_nets(batch: Patches, rows: Ints) -> tuple[FloatArray, FloatArray | None]:
     """Control points (m, n, 3) and weights (m, n) of some patches; a net has n points."""
     weights = None if batch.weights is None else batch.weights[rows].reshape(len(rows), -1)
     return batch.points[rows].reshape(len(rows), -1, 3), weights
 
 
 def _find_lines(batch: Patches, side: int) -> Ints:
-    """The result `line` of `find_thin`; the lines are parallel to the side that is a point."""
+    """The result `line` of `_find_thin`; the lines are parallel to the side that is a point."""
     if isinstance(batch, TensorPatches):
         p, q = batch.degree
         number = np.arange((p + 1) * (q + 1)).reshape(p + 1, q + 1)

@@ -13,8 +13,8 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.polynomials import elevate
 from service.engine.clustering import find_leaders
-from service.engine.connectivity.connectivity import Connectivity
 from service.engine.connectivity.edges import EdgeCurves
+from service.engine.connectivity.incidence import Connectivity
 
 SAME_CURVE = 2.0**-44
 """The largest difference of two nets of the same curve, relative to the largest coordinate; for

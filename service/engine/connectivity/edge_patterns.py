@@ -18,10 +18,10 @@ import numpy as np
 from service.bases import triangle
 from service.bases.arrays import FloatArray, Ints
 from service.bases.row_batches import find_first_rows
-from service.engine.connectivity.connectivity import SAME_WEIGHT, Connectivity
 from service.engine.connectivity.degree_matching import find_candidates
 from service.engine.connectivity.edges import EdgeCurves, orient_edges
 from service.engine.connectivity.equal_points import EqualPoints
+from service.engine.connectivity.incidence import SAME_WEIGHT, Connectivity
 from service.engine.connectivity.seams import Seams
 from service.surface.batches import Patches, TrianglePatches
 

@@ -16,9 +16,9 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import find_first_rows, unique_rows
 from service.cancellation import checkpoint
 from service.engine.clustering import find_leaders
-from service.engine.connectivity.connectivity import SAME_WEIGHT, Connectivity
 from service.engine.connectivity.degree_matching import find_lowest_degree_edges
 from service.engine.connectivity.edges import EdgeCurves, orient_edges
+from service.engine.connectivity.incidence import SAME_WEIGHT, Connectivity
 from service.surface.batches import Patches
 
 

@@ -19,9 +19,9 @@ from service.engine.curvatures.limit_curvature import LimitCurvatures
 from service.engine.curvatures.ranges import NAMES
 from service.engine.mesh.channels import ChannelRows
 from service.engine.plans.layout import Layout
-from service.engine.plans.runs import Block
+from service.engine.plans.sample_numbers import Block
 from service.engine.points.evaluate import find_near_poles
-from service.engine.scenes.scene import place_points
+from service.engine.scenes.placing import place_points
 from service.engine.scratch import Real
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import PatchModel
@@ -45,7 +45,7 @@ def layout_curvatures(model: PatchModel, layout: Layout, dtype: Real) -> tuple[C
         batch = stretch_patches(patches, model.stretch)
         _write_block(block, batch, limit_curvatures, out)
         if isinstance(batch, TensorPatches):
-            # The extra samples on sides of framed patches; `along` is the parameter along a side.
+            # The extra samples on sides of stitched patches; `along` is the parameter along a side.
             for side, owners, along, sample_rows in layout.iterate_extras(block):
                 across = np.full(len(along), float(side % 2))
                 u, v = (across, along) if side < 2 else (along, across)

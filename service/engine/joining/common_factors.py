@@ -18,8 +18,8 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.engine.clustering import DisjointSets
-from service.engine.connectivity.connectivity import hash_arrays
 from service.engine.connectivity.edge_patterns import EdgePattern
+from service.engine.connectivity.incidence import hash_arrays
 
 
 def find_scales(

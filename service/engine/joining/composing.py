@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 
 from service.bases.arrays import Ints
-from service.bases.triangle import degree_of
-from service.bases.triangle_polynomials import exchange_order
-from service.engine.scenes.scene import place_points
-from service.surface.batches import Patches, TensorPatches, TrianglePatches
-from service.surface.lowered import Domain, GroupModel, Part, PatchModel, PlacedModel
+from service.engine.scenes.placing import place_points
+from service.surface.batches import Patches
+from service.surface.lowered import Domain, GroupModel, Part, PatchModel
+from service.surface.placement import is_mirroring
+from service.surface.repatched import surfaces_of
 
 
 def compose(group: GroupModel, numbers: Sequence[int]) -> tuple[PatchModel, tuple[bool, ...]]:
@@ -32,17 +32,18 @@ def compose(group: GroupModel, numbers: Sequence[int]) -> tuple[PatchModel, tupl
         member = group.members[number]
         model = group.models[member.model]
         assert isinstance(model, PatchModel)
-        is_mirrored = _is_mirror(member)
+        is_mirrored = is_mirroring(member.matrix)
         are_mirrored.append(is_mirrored)
         oriented, new_numbers = _exchange_parameters(model) if is_mirrored else (model, None)
         # Adding 0.0 turns −0.0 into 0.0, so that equal points have equal bits.
-        for batch in oriented.batches:
-            placed = place_points(batch.points.reshape(-1, 3), member.matrix)
-            batches.append(replace(batch, points=placed.reshape(batch.points.shape) + 0.0))
-        for net in oriented.nets:
-            placed = place_points(net.points.reshape(-1, 3), member.matrix)
-            nets.append(replace(net, points=placed.reshape(net.points.shape) + 0.0, channels=()))
-        domains += [replace(d, first=d.first + first) for d in _domains_of(oriented)]
+        batches += [
+            replace(b, points=place_points(b.points, member.matrix) + 0.0) for b in oriented.batches
+        ]
+        nets += [
+            replace(n, points=place_points(n.points, member.matrix) + 0.0, channels=())
+            for n in oriented.nets
+        ]
+        domains += [replace(d, first=d.first + first) for d in surfaces_of(oriented)]
         sequence = (
             np.arange(oriented.patch_count) if oriented.sequence is None else oriented.sequence
         )
@@ -77,51 +78,19 @@ def compose(group: GroupModel, numbers: Sequence[int]) -> tuple[PatchModel, tupl
     )
 
 
-def _domains_of(model: PatchModel) -> tuple[Domain, ...]:
-    """The domains of a model; without domains, the unit square for each patch."""
-    unit = np.array([0.0, 1.0])
-    return model.domains or tuple(Domain(unit, unit, k) for k in range(model.patch_count))
-
-
-def _exchange_triangle(batch: TrianglePatches) -> TrianglePatches:
-    """Triangles with s and t exchanged."""
-    rows = exchange_order(batch.degree, 1, 2)
-    weights = None if batch.weights is None else batch.weights[:, rows]
-    channels = tuple(
-        replace(c, nets=c.nets[:, exchange_order(degree_of(c.nets.shape[1]), 1, 2)])
-        for c in batch.channels
-    )
-    return TrianglePatches(batch.points[:, rows], weights, channels)
-
-
 def _exchange_parameters(model: PatchModel) -> tuple[PatchModel, Ints]:
     """The model with u and v exchanged, and the new number of each patch, (P,)."""
     new_numbers = np.arange(model.patch_count)
-    domains = []
     for d in model.domains:
-        rows, columns = len(d.u) - 1, len(d.v) - 1
-        grid = d.first + np.arange(rows * columns).reshape(rows, columns)
-        new_numbers[grid.T.ravel()] = d.first + np.arange(grid.size)
-        domains.append(Domain(d.v, d.u, d.first))
+        grid = np.arange(d.patch_count).reshape(len(d.u) - 1, -1)
+        new_numbers[d.first + grid.T.ravel()] = d.first + np.arange(grid.size)
+    domains = tuple(Domain(d.v, d.u, d.first) for d in model.domains)
     source = np.argsort(new_numbers)
     batches: list[Patches] = []
     first = 0
     for batch in model.batches:
         # The patches of a domain are in one batch, so this batch has the same patches as before.
         part = batch.take(source[first : first + batch.count] - first)
+        batches.append(part.exchange_parameters())
         first += batch.count
-        if isinstance(part, TrianglePatches):
-            batches.append(_exchange_triangle(part))
-            continue
-        weights = (
-            None if part.weights is None else np.ascontiguousarray(part.weights.swapaxes(1, 2))
-        )
-        channels = tuple(replace(c, nets=c.nets.swapaxes(1, 2)) for c in part.channels)
-        points = np.ascontiguousarray(part.points.swapaxes(1, 2))
-        batches.append(TensorPatches(points, weights, channels))
-    return replace(model, batches=tuple(batches), domains=tuple(domains)), new_numbers
-
-
-def _is_mirror(member: PlacedModel) -> bool:
-    """Whether the placement of a member mirrors."""
-    return member.matrix is not None and float(np.linalg.det(member.matrix[:3, :3])) < 0
+    return replace(model, batches=tuple(batches), domains=domains), new_numbers

@@ -16,7 +16,7 @@ from service.engine.joining.corners_on_edges import find_corners_on_edges
 from service.engine.joining.near_points import group_near_points
 from service.engine.joining.open_edges import OpenEdges, find_open_edges
 from service.engine.options import MAX_WELD_TOLERANCE
-from service.engine.scenes.scene import place_points
+from service.engine.scenes.placing import place_points
 from service.surface.lowered import GroupModel, PatchModel
 from service.surface.placement import place_box
 

@@ -41,12 +41,9 @@ class OpenEdges:
         return rows
 
     def move(self, place: Callable[[FloatArray], FloatArray]) -> "OpenEdges":
-        """The edges with all points moved by `place`, a function of points (N, 3)."""
+        """The edges with all points moved by `place`, a function of points (…, 3)."""
         # Adding 0.0 turns -0.0 into 0.0, so that equal points have equal bits.
-        curves = (
-            replace(c, points=(place(c.points.reshape(-1, 3)) + 0.0).reshape(c.points.shape))
-            for c in self.curves
-        )
+        curves = (replace(c, points=place(c.points) + 0.0) for c in self.curves)
         return replace(self, curves=tuple(curves), corners=place(self.corners) + 0.0)
 
 

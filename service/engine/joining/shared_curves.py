@@ -20,7 +20,7 @@ from service.bases.cache import Cache
 from service.bases.row_batches import row_slices
 from service.cancellation import checkpoint
 from service.engine.clustering import find_leaders
-from service.engine.connectivity.connectivity import hash_arrays
+from service.engine.connectivity.incidence import hash_arrays
 from service.engine.connectivity.seams import Seams
 from service.engine.joining.corners_on_edges import (
     CHUNK,

@@ -2,7 +2,7 @@
 
 In files of other systems, the first and the last row of a closed surface, or the sides of two
 neighbours, may differ by rounding. Connectivity compares points bit for bit
-(`service.engine.connectivity.connectivity`), so such points are made equal before meshing:
+(`service.engine.connectivity.incidence`), so such points are made equal before meshing:
 
 - near points on the borders of patches form groups (`near_points`);
 - two sides are one edge if the points of both, in equal or opposite order, are in the same groups;
@@ -15,7 +15,7 @@ neighbours, may differ by rounding. Connectivity compares points bit for bit
 - corners, and sides whose points are all in one group, get the first point of their group in
   dictionary order;
 - a patch about as narrow as the distance of near points becomes a curve if two of its opposite
-  sides become one edge (`thin_patches`).
+  sides become one edge (`collapse_thin_patches`).
 
 So positions depend on the nets that meet and not on their order. Borders that are already equal do
 not change.
@@ -35,7 +35,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.cancellation import checkpoint
-from service.engine.connectivity.connectivity import EQUAL_WEIGHT
+from service.engine.connectivity.curve_patches import collapse_thin_patches
 from service.engine.connectivity.edge_patterns import (
     EdgePattern,
     border_points,
@@ -45,10 +45,10 @@ from service.engine.connectivity.edge_patterns import (
 )
 from service.engine.connectivity.edges import orient_edges
 from service.engine.connectivity.equal_points import find_weight_tolerance, find_weld_distance
+from service.engine.connectivity.incidence import EQUAL_WEIGHT
 from service.engine.joining.common_factors import find_scales
 from service.engine.joining.near_points import group_near_points, run_starts
 from service.engine.joining.raised_edges import BorderWeights, replace_by_raised_nets
-from service.engine.joining.thin_patches import collapse_thin_patches
 from service.surface.lowered import PatchModel
 
 EQUAL_SCALED_LOGS = 2.0**-47

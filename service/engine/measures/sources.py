@@ -12,7 +12,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints
 from service.engine.closest.project import in_domains
 from service.engine.connectivity.connect import connect
-from service.engine.connectivity.connectivity import triangular_patches
+from service.engine.connectivity.incidence import triangular_patches
 from service.engine.connectivity.seams import Seams
 from service.engine.joining.join import Allow, join
 from service.engine.joining.members import join_members
@@ -20,6 +20,7 @@ from service.engine.models import to_patches
 from service.engine.nets.patch_nets import bound_lowering_error
 from service.engine.vectors import UNIT
 from service.surface.lowered import GroupModel, Model, PatchModel, PlacedModel
+from service.surface.placement import is_mirroring
 from service.surface.sides import BEGINS, ENDS
 
 SIDES = ("u=0", "u=1", "v=0", "v=1")
@@ -104,7 +105,7 @@ class Source:
         if is_triangle:
             ends = _on_triangle(ends)
         # Placement and joining are undone, the last of them first: `_JoinedModel` has their order.
-        if not joined.is_cluster and _mirrors(placed):
+        if not joined.is_cluster and _is_mirrored(placed):
             side, ends = exchanged_side, ends[:, ::-1]
         if model.domains:
             # From here on, `index` is the number of a parametric surface.
@@ -119,7 +120,7 @@ class Source:
             member = int(np.searchsorted(end_numbers, index, side="right"))
             surface, placed, patch_model = joined.members[member]
             index -= int(end_numbers[member]) - counts[member]
-            if _mirrors(placed):
+            if _is_mirrored(placed):
                 side, ends = exchanged_side, ends[:, ::-1]
         names, patch_number = SIDES, None if len(patch_model.domains) == 1 else index
         if not patch_model.domains:
@@ -220,8 +221,6 @@ def _bound_placing_error(member: PlacedModel, model: PatchModel) -> float:
     return error + roundings * UNIT * float(np.linalg.norm(max_placed))
 
 
-def _mirrors(member: PlacedModel | None) -> bool:
-    """Whether a placement mirrors its member."""
-    if member is None or member.matrix is None:
-        return False
-    return float(np.linalg.det(member.matrix[:3, :3])) < 0
+def _is_mirrored(member: PlacedModel | None) -> bool:
+    """Whether a member is placed by a reflection."""
+    return member is not None and is_mirroring(member.matrix)

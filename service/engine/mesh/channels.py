@@ -21,7 +21,7 @@ from service.bases.triangle_basis import evaluate_triangles
 from service.engine.clustering import find_leaders
 from service.engine.extent import find_extent
 from service.engine.plans.layout import Layout
-from service.engine.plans.runs import Block
+from service.engine.plans.sample_numbers import Block
 from service.engine.scratch import Real
 from service.surface.batches import Channel, ChannelKind
 from service.surface.lowered import Domain, PatchModel
@@ -151,7 +151,7 @@ def _scale(values: RealArray) -> FloatArray:
 
 
 def _build_rows(model: PatchModel, layout: Layout, number: int, dtype: Real) -> RealArray:
-    """Values (N, d) of one channel: on the grids, then at the extra samples of framed sides."""
+    """Values (N, d) of one channel: on the grids, then at the extra samples of stitched sides."""
     dimension = model.batches[0].channels[number].dimension
     rows = np.empty((layout.size, dimension), dtype=dtype)
     for block in layout.blocks:

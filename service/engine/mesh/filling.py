@@ -18,8 +18,8 @@ from service.engine.extent import is_moved
 from service.engine.mesh.channels import ChannelRows, sample_channels
 from service.engine.options import MeshOptions, Method
 from service.engine.plans.creases import mean_normals
+from service.engine.plans.face_plan import FacePlan
 from service.engine.plans.layout import Layout
-from service.engine.plans.plan import FacePlan
 from service.engine.scratch import Real
 from service.surface.batches import TensorPatches
 from service.surface.lowered import PatchModel
@@ -99,7 +99,7 @@ def sample_model(
     if options.normals:
         normals = _join_grids([r.normals for r in results if r.normals is not None], layout.size)
     _write_edges(positions, seams, layout, origin, options.method)
-    if layout.is_framed and normals is not None:
+    if layout.is_stitched and normals is not None:
         poles += _write_extra_normals(model, layout, normals)
     if dtype is np.float64:
         # Adding 0.0 turns -0.0 into 0.0, which is better to read in text formats.
@@ -139,7 +139,7 @@ def _write_edges(
 
 
 def _write_extra_normals(model: PatchModel, layout: Layout, normals: RealArray) -> int:
-    """Writes the normals of the extra samples of framed sides; returns how many are limits.
+    """Writes the normals of the extra samples of stitched sides; returns how many are limits.
 
     A normal is a limit where du × dv vanishes.
     """

@@ -1,9 +1,11 @@
 """Lines beside the faces: the control net, and the boundary curves of the patches."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from service.bases import triangle
-from service.bases.arrays import FloatArray, IndexArray, Ints
+from service.bases.arrays import FloatArray, IndexArray, Ints, RealArray
 from service.engine.connectivity.edges import sample_edges
 from service.engine.connectivity.seams import find_seams
 from service.engine.mesh.mesh_value import Overlay
@@ -22,14 +24,14 @@ def draw_overlays(
 ) -> tuple[Overlay, ...]:
     """The requested overlays; positions have this dtype and are relative to the origin."""
     return tuple(
-        control_net(model, origin, dtype)
+        draw_control_net(model, origin, dtype)
         if name == "control_net"
-        else _boundary(model, options, origin, dtype)
+        else _draw_boundary(model, options, origin, dtype)
         for name in options.overlays
     )
 
 
-def control_net(model: PatchModel, origin: FloatArray, dtype: Real) -> Overlay:
+def draw_control_net(model: PatchModel, origin: FloatArray, dtype: Real) -> Overlay:
     """The control net: all control points, segments between neighbours, and cells.
 
     Cells are omitted if the model has triangular nets.
@@ -77,21 +79,28 @@ def _triangle_pattern(degree: int) -> Ints:
     return np.concatenate([np.stack(ends, axis=1) for ends in lines])
 
 
-def _boundary(model: PatchModel, options: MeshOptions, origin: FloatArray, dtype: Real) -> Overlay:
+def draw_polylines(name: str, runs: Iterable[FloatArray], dtype: Real) -> Overlay:
+    """Lines through points; a run (N, R+1, 3) has N lines of R + 1 points each."""
+    positions: list[RealArray] = [np.empty((0, 3), dtype)]
+    segments: list[IndexArray] = [np.empty((0, 2), np.uint32)]
+    first = 0
+    for points in runs:
+        index = first + np.arange(points.size // 3, dtype=np.uint32).reshape(points.shape[:2])
+        segments.append(np.stack([index[:, :-1], index[:, 1:]], axis=-1).reshape(-1, 2))
+        positions.append(points.reshape(-1, 3).astype(dtype))
+        first += index.size
+    return Overlay(name, np.concatenate(positions), np.concatenate(segments))
+
+
+def _draw_boundary(
+    model: PatchModel, options: MeshOptions, origin: FloatArray, dtype: Real
+) -> Overlay:
     """Each distinct edge once, as a polyline through its samples."""
     seams = find_seams(model.batches)
     divisions = Layout.build(seams.connectivity, options.resolution).divisions
-    is_line = np.zeros(len(divisions), dtype=bool)
-    is_line[seams.edge[~seams.collapsed]] = True
-    positions = [np.empty((0, 3), dtype)]
-    segments: list[IndexArray] = [np.empty((0, 2), np.uint32)]
-    first = 0
-    for number in np.unique(divisions[is_line]).tolist():
-        has_divisions = is_line & (divisions == number)
-        points = sample_edges(seams.curves, has_divisions, number, options.method) - origin
-        points = points.swapaxes(0, 1)
-        index = first + np.arange(points.size // 3, dtype=np.uint32).reshape(len(points), -1)
-        segments.append(np.stack([index[:, :-1], index[:, 1:]], axis=-1).reshape(-1, 2))
-        positions.append(points.reshape(-1, 3).astype(dtype))
-        first += points.size // 3
-    return Overlay("boundary", np.concatenate(positions), np.concatenate(segments))
+    is_line = seams.connectivity.is_line
+    runs = (
+        sample_edges(seams.curves, is_line & (divisions == number), number, options.method) - origin
+        for number in np.unique(divisions[is_line]).tolist()
+    )
+    return draw_polylines("boundary", (points.swapaxes(0, 1) for points in runs), dtype)

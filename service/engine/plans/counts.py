@@ -52,7 +52,7 @@ def count_mesh(model: PatchModel, options: MeshOptions) -> Counts:
     groups = [_Group(shape, patches, _count_shape(shape, kind)) for shape, patches in layout.shapes]
     triangles = sum(len(group.patches) * group.counts.triangles for group in groups)
     quads = sum(len(group.patches) * group.counts.quads for group in groups)
-    if not (layout.is_framed or (options.weld and layout.has_shared_samples)):
+    if not (layout.is_stitched or (options.weld and layout.has_shared_samples)):
         return Counts(layout.size, triangles, quads)  # each sample is a vertex
     is_complete = all(group.counts.is_complete for group in groups)
     if is_complete and not layout.may_fold and options.weld:
@@ -91,7 +91,7 @@ def _count_shape(shape: AnyShape, kind: Faces) -> _ShapeCounts:
     """The counts of one patch of this shape; faces at its border are examined one by one."""
     if isinstance(shape, TriangleShape) and not any(shape.collapsed[:3]):
         return _ShapeCounts(shape.divisions**2, 0, is_complete=True)
-    if isinstance(shape, Shape) and not shape.is_framed and not any(shape.collapsed):
+    if isinstance(shape, Shape) and not shape.is_stitched and not any(shape.collapsed):
         return _ShapeCounts(
             *_count_cell_faces(shape.resolution[0] * shape.resolution[1], kind), is_complete=True
         )
@@ -164,13 +164,8 @@ def _count_distinct(vertices: Ints) -> Ints:
 def _count_positions(layout: Layout, groups: Sequence[_Group]) -> int:
     """The number of distinct positions: those inside patches, inside edges, and at corners."""
     inner_samples = sum(len(group.patches) * group.shape.inner for group in groups)
-    is_line = np.zeros(len(layout.divisions), dtype=bool)
-    is_line[layout.connectivity.edge[~layout.connectivity.collapsed]] = True
-    return (
-        inner_samples
-        + int((layout.divisions[is_line] - 1).sum())
-        + layout.connectivity.corner_count
-    )
+    samples_on_edges = int((layout.divisions[layout.connectivity.is_line] - 1).sum())
+    return inner_samples + samples_on_edges + layout.connectivity.corner_count
 
 
 def _count_used_positions(

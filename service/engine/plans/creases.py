@@ -7,7 +7,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints, RealArray
 from service.engine.clustering import find_leaders
-from service.engine.connectivity.connectivity import hash_arrays
+from service.engine.connectivity.incidence import hash_arrays
 
 MIN_SUM = 1e-6
 """If the sum of unit normals is shorter than this, it has no reliable direction."""

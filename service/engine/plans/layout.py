@@ -2,8 +2,8 @@
 
 A tensor-product patch has a grid of (Ru + 1) (Rv + 1) samples. A triangle has rows of samples, with
 max(Ru, Rv) divisions of each side. If a neighbour divides a shared edge more finely, the patch is
-*framed*: it takes the samples of its border from the edges. The samples of the edges that its grid
-lacks get the last numbers, after the samples of all grids.
+*stitched*: it takes the samples of its border from the edges. The samples of the edges that its
+grid lacks get the last numbers, after the samples of all grids.
 """
 
 from collections.abc import Hashable, Iterator, Sequence
@@ -15,10 +15,10 @@ import numpy as np
 from service.bases.arrays import Bools, Ints
 from service.bases.cache import MESH_PLANS
 from service.bases.row_batches import unique_rows
-from service.engine.connectivity.connectivity import Connectivity
+from service.engine.connectivity.incidence import Connectivity
 from service.engine.plans.creases import Averages
 from service.engine.plans.patterns import AnyShape, Shape, TriangleShape
-from service.engine.plans.runs import Block, BorderWrites, SampleRuns
+from service.engine.plans.sample_numbers import Block, BorderWrites, SampleRuns
 from service.surface.batches import Patches
 from service.surface.sides import along_sides
 
@@ -40,7 +40,7 @@ class Layout(SampleRuns):
     resolution : tuple of int
         Requested divisions along u and v.
     blocks : tuple of Block
-        The grids of patches that are not framed, then the grids of framed patches.
+        The grids of patches that are not stitched, then the grids of stitched patches.
     divisions : ndarray of int, shape (E,)
         The number of divisions of each distinct edge.
     size : int
@@ -76,20 +76,20 @@ class Layout(SampleRuns):
         rus[is_triangle] = rvs[is_triangle] = max(ru, rv)
         side_divisions = np.stack(along_sides(rus, rvs), axis=1)
         # An edge takes the largest of the divisions of its sides. A triangle has max(Ru, Rv) on all
-        # sides, so none of its edges is finer, and a triangle is never framed.
+        # sides, so none of its edges is finer, and a triangle is never stitched.
         divisions = np.zeros(len(connectivity.sides_per_edge), dtype=np.intp)
         np.maximum.at(divisions, edge, side_divisions)
         is_finer = (divisions[edge] != side_divisions) & ~collapsed
-        is_framed = is_finer.any(axis=1)
+        is_stitched = is_finer.any(axis=1)
         base, first_extra = np.zeros(total, dtype=np.intp), np.full((total, 4), -1, dtype=np.intp)
         # Strips of triangles need a line of samples inside the patch.
-        rus[is_framed], rvs[is_framed] = max(ru, 2), max(rv, 2)
+        rus[is_stitched], rvs[is_stitched] = max(ru, 2), max(rv, 2)
         blocks: list[Block] = []
         size = 0
-        for has_frame in (False, True):
+        for are_stitched in (False, True):
             first = 0
             for batch_number, count in enumerate(connectivity.counts):
-                rows = np.flatnonzero(is_framed[first : first + count] == has_frame)
+                rows = np.flatnonzero(is_stitched[first : first + count] == are_stitched)
                 if len(rows):
                     grid = int(rus[first + rows[0]]), int(rvs[first + rows[0]])
                     has_triangles, is_whole_batch = bool(is_triangle[first]), len(rows) == count
@@ -101,7 +101,7 @@ class Layout(SampleRuns):
                     blocks.append(block)
                 first += count
         grid_divisions = np.stack(along_sides(rus, rvs), axis=1)
-        has_extra = is_framed[:, None] & (divisions[edge] != grid_divisions) & ~collapsed
+        has_extra = is_stitched[:, None] & (divisions[edge] != grid_divisions) & ~collapsed
         extra_count = np.where(has_extra, divisions[edge] - 1, 0)
         samples_before = (np.cumsum(extra_count) - extra_count.ravel()).reshape(extra_count.shape)
         first_extra[has_extra] = size + samples_before[has_extra]
@@ -139,8 +139,8 @@ class Layout(SampleRuns):
         ]
 
     @cached_property
-    def is_framed(self) -> bool:
-        """Whether any patch is framed with extra samples on a side."""
+    def is_stitched(self) -> bool:
+        """Whether any patch is stitched with extra samples on a side."""
         return bool((self.first_extra >= 0).any())
 
     @cached_property

@@ -32,8 +32,8 @@ class Shape:
     """The shape of a patch, which determines its pattern.
 
     `sides` are the divisions of the four sides. If the divisions of a side differ from those of the
-    grid, the patch is framed: strips of triangles run along all four sides. `collapsed` says which
-    sides are one point. `is_turned` says whether the first and the last cell are split along
+    grid, the patch is stitched: strips of triangles run along all four sides. `collapsed` says
+    which sides are one point. `is_turned` says whether the first and the last cell are split along
     (0, 0)–(1, 1); all other cells are split along the other diagonal.
     """
 
@@ -48,7 +48,7 @@ class Shape:
         return along_sides(*self.resolution)
 
     @property
-    def is_framed(self) -> bool:
+    def is_stitched(self) -> bool:
         """Whether the divisions of a side differ from those of the grid."""
         return self.sides != self.grid_divisions
 
@@ -60,7 +60,7 @@ class Shape:
 
 @dataclass(frozen=True, slots=True)
 class TriangleShape:
-    """The shape of a triangular patch, which determines its pattern. Triangles are never framed.
+    """The shape of a triangular patch, which determines its pattern. Triangles are never stitched.
 
     The fourth side of a triangle is always one point.
     """
@@ -106,14 +106,14 @@ def find_used_samples(shape: AnyShape, kind: Faces) -> NDArray[np.intp]:
 def _build_grid_faces(shape: Shape, kind: Faces) -> tuple[IndexArray, IndexArray]:
     """Triangles and quads of a tensor-product patch of this shape, as local indices."""
     ru, rv = shape.resolution
-    if not shape.is_framed and not any(shape.collapsed):
+    if not shape.is_stitched and not any(shape.collapsed):
         if kind == "quads":
             return NO_TRIANGLES, _repeat_rows(_build_cell_row(rv), ru, rv + 1)
         return _turn_corner_cells(
             shape, _repeat_rows(_split_quads(_build_cell_row(rv)), ru, rv + 1)
         ), NO_QUADS
     cells = _repeat_rows(_build_cell_row(rv), ru, rv + 1).astype(np.intp)
-    if shape.is_framed:
+    if shape.is_stitched:
         cells = cells.reshape(ru, rv, 4)[1:-1, 1:-1].reshape(-1, 4)
     return _build_cells(shape, kind, cells)
 
@@ -126,8 +126,8 @@ def build_rim(shape: Shape, kind: Faces) -> tuple[IndexArray, IndexArray]:
     """
     ru, rv = shape.resolution
     first_corner = np.arange(0)
-    # At the sides of a framed patch are strips, which `_build_cells` adds, and no cells.
-    if not shape.is_framed:
+    # At the sides of a stitched patch are strips, which `_build_cells` adds, and no cells.
+    if not shape.is_stitched:
         i, j = np.arange(ru), np.arange(rv)
         ends_u, ends_v = np.unique([0, ru - 1]), np.unique([0, rv - 1])
         rows = (ends_u[:, None] * (rv + 1) + j).ravel()
@@ -141,10 +141,10 @@ def build_rim(shape: Shape, kind: Faces) -> tuple[IndexArray, IndexArray]:
 def _build_cells(
     shape: Shape, kind: Faces, cells: NDArray[np.intp]
 ) -> tuple[IndexArray, IndexArray]:
-    """Faces of these cells and of the strips of a frame, without faces that repeat a vertex."""
+    """Faces of these cells and of strips along the sides, without faces that repeat a vertex."""
     ru, rv = shape.resolution
     number = np.arange((ru + 1) * (rv + 1)).reshape(ru + 1, rv + 1)
-    strips = build_strips(number, shape.sides) if shape.is_framed else []
+    strips = build_strips(number, shape.sides) if shape.is_stitched else []
     merged = merge_collapsed(shape)
     quads = cells[:0]
     if kind == "quads":

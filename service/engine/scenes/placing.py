@@ -1,10 +1,12 @@
-"""The effect of placements L x + t on distances: bounds of the scaling and of rounding errors."""
+"""Placements L x + t of points, normals and faces: their scaling, and bounds of rounding errors."""
 
 from math import hypot
 
 import numpy as np
 
-from service.bases.arrays import FloatArray
+from service.bases.arrays import FloatArray, IndexArray, RealArray
+from service.engine.extent import AT_ZERO, is_moved
+from service.engine.vectors import length
 
 SINGULAR_VALUE_ERROR = 2.0**-44
 """Bound of the error of a computed singular value of a 3 × 3 matrix, relative to the largest one.
@@ -37,3 +39,50 @@ def bound_placing_error(matrix: FloatArray | None, low: FloatArray, high: FloatA
     distance = hypot(*np.maximum(np.abs(low), np.abs(high)).tolist())
     shift = hypot(*matrix[:3, 3].tolist())
     return COPY_ERROR * scalings(matrix)[1] * distance + TRANSLATION_ERROR * shift
+
+
+def place_points(
+    points: RealArray, matrix: FloatArray | None, origin: FloatArray = AT_ZERO
+) -> FloatArray:
+    """The placed points (…, 3) in float64; `points` are relative to the origin.
+
+    Each coordinate is computed separately: a matrix product may give two equal points different
+    bits.
+    """
+    positions = points.astype(np.float64)
+    if is_moved(origin):
+        positions += origin
+    if matrix is None:
+        return positions
+    return _multiply(positions, matrix[:3, :3]) + matrix[:3, 3]
+
+
+def place_normals(normals: RealArray, matrix: FloatArray | None) -> FloatArray:
+    """Unit normals (N, 3) of a surface after a placement, in the direction L⁻ᵀ n.
+
+    L⁻ᵀ is the matrix of cofactors divided by det L. So the cofactors give the direction, and the
+    sign of det L the sign.
+    """
+    in_double = normals.astype(np.float64)
+    if matrix is None:
+        return in_double
+    a, b, c = matrix[:3, :3] / np.abs(matrix[:3, :3]).max()
+    cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)])
+    if np.dot(a, cofactors[0]) < 0:
+        cofactors = -cofactors
+    vectors = _multiply(in_double, cofactors / np.abs(cofactors).max())
+    unit: FloatArray = vectors / length(vectors, -1)[:, np.newaxis]
+    return unit
+
+
+def reverse_faces(faces: IndexArray) -> IndexArray:
+    """Faces in the opposite order, from the same first corner; quads keep their diagonal."""
+    # The first corner, then the remaining corners from the last to the second.
+    return np.concatenate([faces[:, :1], faces[:, :0:-1]], axis=1)
+
+
+def _multiply(vectors: FloatArray, linear: FloatArray) -> FloatArray:
+    """L x for every vector x of (…, 3); equal vectors give equal bits, wherever they are."""
+    x, y, z = vectors[..., 0], vectors[..., 1], vectors[..., 2]
+    columns = [line[0] * x + line[1] * y + line[2] * z for line in linear]
+    return np.stack(columns, axis=-1)

@@ -11,19 +11,22 @@ import numpy as np
 from service.bases.arrays import FloatArray, IndexArray, RealArray
 from service.bases.row_batches import unique_rows
 from service.engine.curvatures.ranges import round_ranges
-from service.engine.extent import choose_origin, find_extent
+from service.engine.extent import AT_ZERO, choose_origin, find_extent, find_stored_bounds
 from service.engine.mesh.mesh_value import Mesh, MeshPart
 from service.engine.mesh.report import MeshReport, find_largest_angle
 from service.engine.scenes.colors import tint
 from service.engine.scenes.merge import add_reports, merge_meshes
-from service.engine.scenes.placing import bound_placing_error, scalings
-from service.engine.stored_positions import bound_single_error
-from service.engine.vectors import length
+from service.engine.scenes.placing import (
+    bound_placing_error,
+    place_normals,
+    place_points,
+    reverse_faces,
+    scalings,
+)
+from service.engine.stored_positions import Storage, bound_single_error
 from service.surface.checks import Up
 from service.surface.lowered import GroupModel, PlacedModel
-
-ZERO: FloatArray = np.zeros(3)
-ZERO.flags.writeable = False
+from service.surface.placement import is_mirroring
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -97,28 +100,38 @@ def scene_parts(scene: Scene) -> tuple[MeshPart, ...]:
     )
 
 
-def round_to_single(mesh: Mesh, origin: FloatArray | None = None) -> Mesh:
+def store_positions(mesh: Mesh, storage: Storage, origin: FloatArray) -> Mesh:
+    """The mesh with all positions, also those of lines, as they are stored; with their bounds."""
+
+    def store(positions: RealArray) -> RealArray:
+        return storage.store_positions(place_points(positions, None, mesh.origin), origin)
+
+    stored = replace(
+        mesh,
+        positions=store(mesh.positions),
+        overlays=tuple(replace(o, positions=store(o.positions)) for o in mesh.overlays),
+        origin=origin,
+        step=storage.step,
+    )
+    low, high = find_stored_bounds(find_shown_points(stored), origin)
+    return replace(stored, report=replace(mesh.report, bounds_min=low, bounds_max=high))
+
+
+def round_to_single(mesh: Mesh, origin: FloatArray | None = None, step: float = 0.0) -> Mesh:
     """Converts a mesh from float64 in model coordinates to float32 about an origin.
 
-    If `origin` is None, `choose_origin` chooses it from the bounds of the mesh.
+    If `origin` is None, `choose_origin` chooses it from the bounds of the mesh. With a `step`,
+    positions are also rounded to its multiples; the bounds of the deviation do not include this.
     """
     if origin is None:
         bounds = mesh.report.bounds_min, mesh.report.bounds_max
         origin = choose_origin(*(np.array(bound) for bound in bounds))
-    positions = (mesh.positions - origin).astype(np.float32)
-    overlays = tuple(
-        replace(overlay, positions=(overlay.positions - origin).astype(np.float32))
-        for overlay in mesh.overlays
-    )
-    rounded = replace(mesh, positions=positions, overlays=overlays, origin=origin)
-    low, high = (
-        bound.astype(np.float64) + origin for bound in find_extent(find_shown_points(rounded))
-    )
+    stored = store_positions(mesh, Storage(is_float32=True, step=step), origin)
     bounds_min, bounds_max = np.array(mesh.report.bounds_min), np.array(mesh.report.bounds_max)
     error = bound_single_error(bounds_min, bounds_max, origin)
-    report = _spread_report(replace_bounds(mesh.report, low, high), 1.0, error)
+    report = _spread_report(stored.report, 1.0, error)
     return replace(
-        rounded,
+        stored,
         parts=tuple(_spread_part(part, 1.0, error) for part in mesh.parts),
         normals=None if mesh.normals is None else mesh.normals.astype(np.float32),
         uvs=None if mesh.uvs is None else mesh.uvs.astype(np.float32),
@@ -130,7 +143,7 @@ def round_to_single(mesh: Mesh, origin: FloatArray | None = None) -> Mesh:
 
 def move_to_zero(mesh: Mesh) -> Mesh:
     """The mesh with float32 positions about (0, 0, 0), for formats without a local origin."""
-    return round_to_single(place_mesh(mesh, None), ZERO) if mesh.origin.any() else mesh
+    return round_to_single(place_mesh(mesh, None), AT_ZERO) if mesh.origin.any() else mesh
 
 
 def _place_copy(mesh: Mesh, node: PlacedModel) -> Mesh:
@@ -171,9 +184,9 @@ def place_mesh(mesh: Mesh, matrix: FloatArray | None) -> Mesh:
     )
     normals, triangles, quads, grids = mesh.normals, mesh.triangles, mesh.quads, mesh.grids
     if normals is not None:
-        normals = _place_normals(normals, matrix)
-    if matrix is not None and np.linalg.det(matrix[:3, :3]) < 0:
-        triangles, quads = _reverse_faces(triangles), _reverse_faces(quads)
+        normals = place_normals(normals, matrix)
+    if is_mirroring(matrix):
+        triangles, quads = reverse_faces(triangles), reverse_faces(quads)
         grids = tuple(grid.swapaxes(1, 2) for grid in grids)
     return replace(
         mesh,
@@ -193,11 +206,11 @@ def _place_report(mesh: Mesh, matrix: FloatArray | None) -> MeshReport:
     """The report of a mesh after a placement."""
     if matrix is None:
         return mesh.report
-    report = replace_bounds(
-        mesh.report, *find_extent(place_points(find_shown_points(mesh), matrix, mesh.origin))
-    )
+    placed_points = place_points(find_shown_points(mesh), matrix, mesh.origin)
+    (a, b, c), (d, e, f) = (bound.tolist() for bound in find_extent(placed_points))
+    report = replace(mesh.report, bounds_min=(a, b, c), bounds_max=(d, e, f))
     if report.normal_angle is not None and mesh.normals is not None:
-        angle = find_largest_angle(mesh.triangles, _place_normals(mesh.normals, matrix))
+        angle = find_largest_angle(mesh.triangles, place_normals(mesh.normals, matrix))
         report = replace(report, normal_angle=angle)
     return _spread_report(report, *_find_spread(mesh, matrix))
 
@@ -238,60 +251,3 @@ def find_shown_points(mesh: Mesh) -> RealArray:
     lines = [overlay.positions for overlay in mesh.overlays if len(overlay.positions)]
     corners = np.array([mesh.report.bounds_min, mesh.report.bounds_max]) - mesh.origin
     return np.concatenate(lines) if lines else corners
-
-
-def replace_bounds(report: MeshReport, low: RealArray, high: RealArray) -> MeshReport:
-    """The report with other bounds."""
-    minimum, maximum = low.tolist(), high.tolist()
-    return replace(
-        report,
-        bounds_min=(minimum[0], minimum[1], minimum[2]),
-        bounds_max=(maximum[0], maximum[1], maximum[2]),
-    )
-
-
-def place_points(
-    points: RealArray, matrix: FloatArray | None, origin: FloatArray = ZERO
-) -> FloatArray:
-    """The placed points (N, 3) in float64; `points` are relative to the origin.
-
-    Each coordinate is computed separately: a matrix product may give two equal points different
-    bits.
-    """
-    positions = points.astype(np.float64)
-    if origin.any():
-        positions += origin
-    if matrix is None:
-        return positions
-    return _multiply(positions, matrix[:3, :3]) + matrix[:3, 3]
-
-
-def _place_normals(normals: RealArray, matrix: FloatArray | None) -> FloatArray:
-    """Unit normals (N, 3) of a surface after a placement, in the direction L⁻ᵀ n.
-
-    L⁻ᵀ is the matrix of cofactors divided by det L. So the cofactors give the direction, and the
-    sign of det L the sign.
-    """
-    in_double = normals.astype(np.float64)
-    if matrix is None:
-        return in_double
-    a, b, c = matrix[:3, :3] / np.abs(matrix[:3, :3]).max()
-    cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)])
-    if np.dot(a, cofactors[0]) < 0:
-        cofactors = -cofactors
-    vectors = _multiply(in_double, cofactors / np.abs(cofactors).max())
-    unit: FloatArray = vectors / length(vectors, -1)[:, np.newaxis]
-    return unit
-
-
-def _multiply(rows: FloatArray, linear: FloatArray) -> FloatArray:
-    """L x for every row x of (N, 3); equal rows give equal bits, wherever they are."""
-    x, y, z = rows[:, 0], rows[:, 1], rows[:, 2]
-    columns = [line[0] * x + line[1] * y + line[2] * z for line in linear]
-    return np.stack(columns, axis=1)
-
-
-def _reverse_faces(faces: IndexArray) -> IndexArray:
-    """Faces in the opposite order, from the same first corner; quads keep their diagonal."""
-    # The first corner, then the remaining corners from the last to the second.
-    return np.concatenate([faces[:, :1], faces[:, :0:-1]], axis=1)

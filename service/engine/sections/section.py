@@ -12,7 +12,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints
 from service.bases.row_batches import row_runs
 from service.cancellation import checkpoint
-from service.engine.connectivity.connectivity import triangular_patches
+from service.engine.connectivity.incidence import triangular_patches
 from service.engine.connectivity.seams import Seams
 from service.engine.nets.partials import net_partials
 from service.engine.nets.query_nets import QueryNets, surface_nets

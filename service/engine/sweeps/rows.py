@@ -1,7 +1,7 @@
 """Rows of samples along curves, numbered and joined to faces."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -137,3 +137,28 @@ def _runs(has_faces: Bools) -> Sequence[slice]:
     """Runs of two or more rows with faces between them."""
     ends = [0, *(np.flatnonzero(~has_faces) + 1).tolist(), len(has_faces) + 1]
     return [slice(a, b) for a, b in pairwise(ends) if b - a > 1]
+
+
+def join_grids(grids: Sequence[SweptGrids]) -> SweptGrids:
+    """One value of several, with their samples one after another."""
+    counts = [len(each.positions) for each in grids]
+    starts = np.cumsum([0, *counts[:-1]], dtype=np.uint32)
+    shifted = [
+        replace(
+            each,
+            same_position=each.same_position + start,
+            triangles=each.triangles + start,
+            quads=each.quads + start,
+            grids=tuple(grid + start for grid in each.grids),
+        )
+        for each, start in zip(grids, starts, strict=True)
+    ]
+    return SweptGrids(
+        positions=np.concatenate([each.positions for each in shifted]),
+        normals=np.concatenate([each.normals for each in shifted]),
+        uvs=np.concatenate([each.uvs for each in shifted]),
+        same_position=np.concatenate([each.same_position for each in shifted]),
+        triangles=np.concatenate([each.triangles for each in shifted]),
+        quads=np.concatenate([each.quads for each in shifted]),
+        grids=tuple(grid for each in shifted for grid in each.grids),
+    )

@@ -1,15 +1,21 @@
-"""Builds the mesh of a tube or a ribbon: stations, grids of samples, vertices and faces."""
+"""Builds the mesh of a tube or a ribbon: its path, grids of samples, vertices and faces."""
 
 import numpy as np
 
-from service.bases.arrays import FloatArray
+from service.bases.arrays import FloatArray, RealArray
 from service.bases.bernstein import bernstein
-from service.engine.mesh.mesh_value import Mesh
+from service.cancellation import checkpoint
+from service.engine.extent import choose_origin, find_stored_bounds
+from service.engine.mesh.mesh_value import Mesh, MeshPart, Overlay
+from service.engine.mesh.overlays import draw_polylines
+from service.engine.mesh.report import MeshReport
 from service.engine.options import MeshOptions
+from service.engine.plans.faces import count_borders
+from service.engine.plans.weld import Welding, count_positions, find_shared_positions, weld
 from service.engine.sweeps.paths import Paths, bound_station_count, build_path
 from service.engine.sweeps.profiles import build_ribbons, build_tubes
 from service.engine.sweeps.rows import SweptGrids
-from service.engine.sweeps.swept_mesh import build_swept_mesh
+from service.surface.checks import Up
 from service.surface.curve_model import Ribbon, SweepModel, Tube
 
 MAX_SLOPE = 1e6
@@ -23,26 +29,89 @@ of quadrature with together 18 nodes, on up to two intervals, and on more only n
 
 def sweep(model: SweepModel, options: MeshOptions, *, is_float32: bool = False) -> Mesh:
     """The mesh of a tube or ribbon, at `resolution[0]` divisions of every piece of its curve."""
-    polygon = model.polygon
-    swept = sweep_grids(model, options)
-    return build_swept_mesh(
-        model.name, swept, options, is_float32=is_float32, up=model.up, polygon=polygon
-    )
-
-
-def sweep_grids(model: SweepModel, options: MeshOptions) -> SweptGrids:
-    """The samples and faces of a tube or ribbon."""
-    divisions, crease = options.resolution[0], options.crease_angle
-    paths = build_path(model.pieces, divisions, crease, closed=model.closed)
-    profile = model.profile
+    profile, crease_angle = model.profile, options.crease_angle
+    paths = build_path(model.pieces, options.resolution[0], crease_angle, closed=model.closed)
     # The radius or the width at every station.
     spread = _evaluate(profile.spread, paths.parameters)
     if isinstance(profile, Ribbon):
         facing, camera = profile.facing, profile.camera
-        return build_ribbons(paths, spread, facing=facing, camera=camera, faces=options.faces)
-    slopes = _slopes(profile, paths)
-    caps, faces = profile.caps, options.faces
-    return build_tubes(paths, spread, profile.sides, slopes=slopes, caps=caps, faces=faces)
+        swept = build_ribbons(paths, spread, facing=facing, camera=camera, faces=options.faces)
+    else:
+        slopes, caps = _find_slopes(profile, paths), profile.caps
+        swept = build_tubes(
+            paths, spread, profile.sides, slopes=slopes, caps=caps, faces=options.faces
+        )
+    return build_swept_mesh(
+        model.name, swept, options, is_float32=is_float32, up=model.up, polygon=model.polygon
+    )
+
+
+def build_swept_mesh(
+    name: str,
+    swept: SweptGrids,
+    options: MeshOptions,
+    *,
+    is_float32: bool = False,
+    up: Up = "y",
+    polygon: FloatArray | None = None,
+) -> Mesh:
+    """The mesh of tubes or ribbons, one part of this name.
+
+    Parameters
+    ----------
+    options : MeshOptions
+        Only normals, uvs, weld, crease_angle and the overlay of the control net are used; `swept`
+        already has the faces.
+    is_float32 : bool
+        Whether positions are float32 about a local origin, else float64 in model coordinates.
+    polygon : ndarray of float64, shape (K, 3), optional
+        The control polygon of the curve.
+    """
+    checkpoint()
+    normals = swept.normals.copy() if options.normals else None  # `weld` writes means into them
+    welding = _weld(swept, normals, options)
+    triangles, quads = (
+        welding.vertex[rows].astype(np.uint32) for rows in (swept.triangles, swept.quads)
+    )
+    checkpoint()
+    positions = swept.positions[welding.samples]
+    origin = np.zeros(3)
+    if is_float32:
+        origin = choose_origin(positions.min(axis=0), positions.max(axis=0))
+    dtype = np.float32 if is_float32 else np.float64
+    stored: RealArray = (positions - origin).astype(dtype) if is_float32 else positions
+    welds = find_shared_positions(welding) if options.weld else None
+    checkpoint()
+    boundary_edges, watertight = count_borders((triangles, quads), welds)
+    low, high = find_stored_bounds(stored, origin)
+    overlays: tuple[Overlay, ...] = ()
+    if polygon is not None and "control_net" in options.overlays:
+        overlays = (draw_polylines("control_net", [polygon[np.newaxis] - origin], dtype),)
+    return Mesh(
+        name=name,
+        positions=stored,
+        normals=None if normals is None else normals[welding.samples].astype(dtype),
+        uvs=swept.uvs[welding.samples].astype(dtype) if options.uvs else None,
+        triangles=triangles,
+        quads=quads,
+        parts=(MeshPart(name, (0, len(triangles)), (0, len(quads))),),
+        grids=tuple(welding.vertex[grid].astype(np.uint32) for grid in swept.grids),
+        welds=welds,
+        overlays=overlays,
+        origin=origin,
+        up=up,
+        report=MeshReport(
+            vertices=count_positions(len(stored), welds),
+            triangles=len(triangles),
+            quads=len(quads),
+            patches=0,
+            bounds_min=low,
+            bounds_max=high,
+            watertight=watertight,
+            boundary_edges=boundary_edges,
+            poles_repaired=0,
+        ),
+    )
 
 
 def predict_sweep(model: SweepModel, options: MeshOptions) -> tuple[int, int, int, int]:
@@ -77,7 +146,7 @@ def _evaluate(coefficients: FloatArray, t: FloatArray) -> FloatArray:
     return np.clip(value, coefficients.min(), coefficients.max())
 
 
-def _slopes(tube: Tube, paths: Paths) -> FloatArray | None:
+def _find_slopes(tube: Tube, paths: Paths) -> FloatArray | None:
     """Derivative of the radius by the length at every station; None if the radius is constant."""
     if len(tube.radii) == 1 or paths.speeds is None:
         return None
@@ -87,3 +156,18 @@ def _slopes(tube: Tube, paths: Paths) -> FloatArray | None:
     min_speed = np.maximum(np.abs(rate) / MAX_SLOPE, np.finfo(np.float64).tiny)
     slopes: FloatArray = rate / np.maximum(paths.speeds, min_speed)
     return slopes
+
+
+def _weld(swept: SweptGrids, normals: RealArray | None, options: MeshOptions) -> Welding:
+    """Make vertices from samples: one for each sample, or one for each set of welded samples."""
+    own_numbers = np.arange(len(swept.same_position))
+    if not options.weld:
+        return Welding(vertex=own_numbers, samples=own_numbers, welds=own_numbers)
+    is_used = np.zeros(len(swept.same_position), dtype=bool)
+    is_used[swept.triangles] = True
+    is_used[swept.quads] = True
+    # With texture coordinates every sample stays a vertex, because those of a seam differ.
+    is_merged = not options.uvs
+    return weld(
+        swept.same_position, np.flatnonzero(is_used), normals, options.crease_angle, is_merged
+    )

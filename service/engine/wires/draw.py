@@ -5,21 +5,22 @@ from dataclasses import replace
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, IndexArray, Ints, RealArray
-from service.engine.extent import choose_origin, find_extent
+from service.bases.arrays import FloatArray, RealArray
+from service.engine.extent import choose_origin, find_stored_bounds
 from service.engine.mesh.mesh_value import Mesh, Overlay
+from service.engine.mesh.overlays import draw_polylines
 from service.engine.mesh.report import MeshReport
 from service.engine.options import MeshOptions
 from service.engine.scenes.merge import merge_meshes
-from service.engine.scenes.scene import replace_bounds, round_to_single
+from service.engine.scenes.scene import round_to_single
 from service.engine.scratch import Real
 from service.engine.stored_positions import round_to_grid
 from service.engine.sweeps.profiles import build_ribbons, build_tubes
-from service.engine.sweeps.rows import SweptGrids
-from service.engine.sweeps.swept_mesh import build_swept_mesh
+from service.engine.sweeps.rows import join_grids
+from service.engine.sweeps.sweep import build_swept_mesh
 from service.engine.tessellate import draw_overlays_alone
 from service.engine.wires.isocurves import IsoCurves
-from service.engine.wires.paths import build_wire_paths
+from service.engine.wires.wire_paths import build_wire_paths
 from service.surface.lowered import Color, PatchModel
 
 NAME = "isocurves"
@@ -58,8 +59,8 @@ def build_line_mesh(
 ) -> Mesh:
     """A mesh without faces, from overlays of this dtype and relative to this origin."""
     no_vertices = np.empty((0, 3), dtype)
-    low, high = _find_bounds(overlays, origin, model.bounds)
-    return Mesh(
+    low, high = (bound.tolist() for bound in model.bounds)
+    mesh = Mesh(
         name=model.name,
         positions=no_vertices,
         normals=no_vertices if options.normals else None,
@@ -77,8 +78,8 @@ def build_line_mesh(
             triangles=0,
             quads=0,
             patches=model.patch_count,
-            bounds_min=low,
-            bounds_max=high,
+            bounds_min=(low[0], low[1], low[2]),
+            bounds_max=(high[0], high[1], high[2]),
             watertight=False,
             boundary_edges=0,
             poles_repaired=0,
@@ -86,6 +87,7 @@ def build_line_mesh(
             moved=model.moved,
         ),
     )
+    return _bound_lines(mesh)
 
 
 def add_wires(
@@ -97,10 +99,7 @@ def add_wires(
     lines = line_overlay(curves)
     lines = replace(lines, positions=_convert_positions(lines.positions, mesh))
     mesh = replace(mesh, overlays=(*mesh.overlays, lines))
-    if len(mesh.positions):
-        return mesh
-    low, high = _find_bounds(mesh.overlays, mesh.origin, model.bounds)
-    return replace(mesh, report=replace(mesh.report, bounds_min=low, bounds_max=high))
+    return mesh if len(mesh.positions) else _bound_lines(mesh)
 
 
 def _convert_positions(positions: RealArray, mesh: Mesh) -> RealArray:
@@ -135,14 +134,9 @@ def _add_solids(
     if not swept:
         return mesh
     solid_options = replace(options, overlays=(), isocurves=(0, 0), has_faces=True)
-    wires = build_swept_mesh(NAME, _join_sweeps(swept), solid_options, up=model.up)
-    positions = _convert_positions(wires.positions, mesh)
-    if positions.dtype == np.float32:
-        wires = round_to_single(wires, mesh.origin)
-    if mesh.step:
-        low, high = (bound.astype(np.float64) + mesh.origin for bound in find_extent(positions))
-        report = replace_bounds(wires.report, low, high)
-        wires = replace(wires, positions=positions, report=report, step=mesh.step)
+    wires = build_swept_mesh(NAME, join_grids(swept), solid_options, up=model.up)
+    if mesh.positions.dtype == np.float32:
+        wires = round_to_single(wires, mesh.origin, mesh.step)
     (part,) = wires.parts
     # Meshes can be merged only if they have the same attributes: those of wires are 0.
     attributes = tuple(
@@ -197,55 +191,15 @@ def bound_solid_counts(curves: int, samples: int, options: MeshOptions) -> tuple
     )
 
 
-def _join_sweeps(swept: Sequence[SweptGrids]) -> SweptGrids:
-    """Join the arrays of several sweeps."""
-    first = np.cumsum([0, *(len(grids_of_sweep.positions) for grids_of_sweep in swept)])[:-1]
-    return SweptGrids(
-        positions=np.concatenate([grids_of_sweep.positions for grids_of_sweep in swept]),
-        normals=np.concatenate([grids_of_sweep.normals for grids_of_sweep in swept]),
-        uvs=np.concatenate([grids_of_sweep.uvs for grids_of_sweep in swept]),
-        same_position=np.concatenate(
-            [
-                grids_of_sweep.same_position + k
-                for grids_of_sweep, k in zip(swept, first, strict=True)
-            ]
-        ),
-        triangles=_shift([grids_of_sweep.triangles for grids_of_sweep in swept], first),
-        quads=_shift([grids_of_sweep.quads for grids_of_sweep in swept], first),
-        grids=tuple(
-            grid + np.uint32(k)
-            for grids_of_sweep, k in zip(swept, first, strict=True)
-            for grid in grids_of_sweep.grids
-        ),
-    )
-
-
-def _shift(faces: Sequence[IndexArray], first: Ints) -> IndexArray:
-    return np.concatenate([rows + np.uint32(k) for rows, k in zip(faces, first, strict=True)])
-
-
 def line_overlay(curves: Sequence[IsoCurves]) -> Overlay:
     """Every curve as a polyline through its samples; float64, in model coordinates."""
-    positions = [np.empty((0, 3))]
-    segments = [np.empty((0, 2), np.uint32)]
-    first = 0
-    for run in curves:
-        count, samples, _ = run.points.shape
-        index = first + np.arange(count * samples, dtype=np.uint32).reshape(count, samples)
-        segments.append(np.stack([index[:, :-1], index[:, 1:]], axis=-1).reshape(-1, 2))
-        positions.append(run.points.reshape(-1, 3))
-        first += count * samples
-    return Overlay(NAME, np.concatenate(positions), np.concatenate(segments))
+    return draw_polylines(NAME, (run.points for run in curves), np.float64)
 
 
-def _find_bounds(
-    overlays: Sequence[Overlay], origin: FloatArray, default_bounds: tuple[FloatArray, FloatArray]
-) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Bounds of the lines, or `default_bounds` if there are no lines."""
-    extents = [find_extent(overlay.positions) for overlay in overlays if len(overlay.positions)]
-    low, high = default_bounds
-    if extents:
-        low = np.min([low for low, _ in extents], axis=0).astype(np.float64) + origin
-        high = np.max([high for _, high in extents], axis=0).astype(np.float64) + origin
-    minimum, maximum = low.tolist(), high.tolist()
-    return (minimum[0], minimum[1], minimum[2]), (maximum[0], maximum[1], maximum[2])
+def _bound_lines(mesh: Mesh) -> Mesh:
+    """A mesh without vertices, with the bounds of its lines in its report, if it has lines."""
+    lines = [overlay.positions for overlay in mesh.overlays if len(overlay.positions)]
+    if not lines:
+        return mesh
+    low, high = find_stored_bounds(np.concatenate(lines), mesh.origin)
+    return replace(mesh, report=replace(mesh.report, bounds_min=low, bounds_max=high))

@@ -10,7 +10,6 @@ from service.engine.adaptive.limits import Effort
 from service.engine.adaptive.meshing import build_mesher
 from service.engine.adaptive.size_bound import estimate_least_triangles
 from service.engine.adaptive.tolerances import build_goal
-from service.engine.build import build_scene
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
 from service.engine.stored_positions import Storage
@@ -19,6 +18,7 @@ from service.surface.bezier import BezierSurface
 from service.surface.group import GroupSurface, Member
 from service.surface.lowered import GroupModel, PatchModel
 from tests.engine.meshing import check_sound
+from tools.building import build_scene
 from tools.certify.models import build_complex
 from tools.examples import lower_patches
 

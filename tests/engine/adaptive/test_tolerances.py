@@ -17,8 +17,7 @@ from service.engine.adaptive.tolerances import (
     tighten_for_border,
 )
 from service.engine.bounds.goal import Goal, View
-from service.engine.scenes.placing import bound_placing_error, scalings
-from service.engine.scenes.scene import place_points
+from service.engine.scenes.placing import bound_placing_error, place_points, scalings
 from service.errors import InvalidRequest
 from service.surface.bezier import BezierSurface
 from service.surface.group import GroupSurface, Member

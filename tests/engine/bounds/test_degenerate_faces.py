@@ -26,7 +26,7 @@ def test_fine_patches_with_poles_have_no_missing_triangles(
     collapsed: tuple[bool, bool, bool, bool], faces: Faces
 ) -> None:
     for ru, rv in product(range(FINE, FINE + 2), repeat=2):
-        # A side has the divisions of the grid, or three more: then the patch is framed.
+        # A side has the divisions of the grid, or three more: then the patch is stitched.
         for extra in product((0, 3), repeat=4):
             divisions = zip((rv, rv, ru, ru), extra, collapsed, strict=True)
             a, b, c, d = (n if is_pole else n + k for n, k, is_pole in divisions)

@@ -87,7 +87,7 @@ def test_the_bound_of_forward_differences_includes_their_rounding() -> None:
         ("torus", (3, 2), "triangles"),
     ],
 )
-def test_the_bound_holds_for_frames_poles_and_seams(
+def test_the_bound_holds_for_strips_poles_and_seams(
     name: str, resolution: tuple[int, int], faces: str
 ) -> None:
     model = lower_patches(name)
@@ -135,21 +135,22 @@ def test_rounding_far_from_the_origin_counts(shift: float) -> None:
         assert 0 < bound < (1e-4 if is_float32 else 1e-10 * shift)
 
 
-def test_the_rounding_of_a_framed_patch_is_that_of_the_patches_it_is_evaluated_with() -> None:
-    """Patches with a frame are evaluated apart from a huge patch of the same batch.
+def test_the_rounding_of_a_stitched_patch_is_that_of_the_patches_it_is_evaluated_with() -> None:
+    """Patches with strips along their sides are evaluated apart from a huge patch of the same
+    batch.
 
     The second patch has u and v swapped, so its side on the first patch has 5 divisions, not 2.
     """
     plane = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]])
     nets = [plane, apply_symmetry(translate(plane, 1), SWAPPED), translate(plane * 1e9, 5)]
-    parts = tuple(Part(name, k, k + 1) for k, name in enumerate(("plain", "framed", "huge")))
+    parts = tuple(Part(name, k, k + 1) for k, name in enumerate(("plain", "stitched", "huge")))
     mesh = build(replace(build_model(nets), parts=parts), MeshOptions(resolution=(2, 5)))
-    plain, framed, huge = (part.deviation_bound or 0.0 for part in mesh.parts)
-    assert 0 < framed < 1e-13
+    plain, stitched, huge = (part.deviation_bound or 0.0 for part in mesh.parts)
+    assert 0 < stitched < 1e-13
     assert min(plain, huge) > 1e-8
 
 
-def test_the_bound_of_a_framed_patch_does_not_depend_on_the_batches_before_it() -> None:
+def test_the_bound_of_a_stitched_patch_does_not_depend_on_the_batches_before_it() -> None:
     """A strip joins the second patch of a batch to the edge that it shares with the first one.
 
     The first patch has u and v swapped, so it divides the edge into 9, not into 4.

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from service.engine.accuracy import Accuracy
-from service.engine.build import build
 from service.engine.connectivity.connect import connect
 from service.engine.curvatures import limit_curvature
 from service.engine.curvatures.ranges import NAMES
@@ -24,6 +23,7 @@ from service.surface.examples import quadrics
 from service.surface.lowered import Part, PatchModel
 from service.surface.triangle import TriangleSurface
 from tests.strategies import Array
+from tools.building import build
 from tools.certify.surfaces import FAMILIES
 from tools.examples import lower_patches
 
@@ -202,7 +202,7 @@ def test_samples_of_framed_sides_have_the_curvatures_of_their_patch() -> None:
     flat = np.array([[[0, 0, 0], [0, -1, 0]], [[1, 0, 0], [1, -1, 0]]], dtype=float)
     patches = TensorPatches(np.stack([curved, flat]))
     model = PatchModel("frame", (patches,), (Part("frame", 0, 2),))
-    assert Layout.plan(connect(model).connectivity, (3, 7)).is_framed
+    assert Layout.plan(connect(model).connectivity, (3, 7)).is_stitched
     mesh = build_mesh(model, (3, 7), weld=False)
     x, y, _ = mesh.positions.T
     gaussian, mean = read_curvatures(mesh)

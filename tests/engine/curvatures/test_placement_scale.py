@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 
 from service.engine.accuracy import Accuracy
-from service.engine.build import build, build_scene
 from service.engine.curvatures.placement_scale import add_stretches
 from service.engine.curvatures.ranges import NAMES
 from service.engine.models import to_patches
 from service.engine.options import MeshOptions
-from service.engine.scenes.scene import place_points
+from service.engine.scenes.placing import place_points
 from service.surface.examples.catalogue import find
 from service.surface.group import GroupSurface, Member
 from service.surface.lowered import GroupModel
 from tests.strategies import Array
+from tools.building import build, build_scene
 
 OPTIONS = MeshOptions(resolution=(4, 3), curvatures=True)
 

@@ -12,7 +12,6 @@ from oracles.topology import count_topology, weld_by_position
 from service.bases.polynomials import split
 from service.encoders.registry import BY_NAME
 from service.engine.accuracy import Accuracy
-from service.engine.build import build, build_scene
 from service.engine.options import MeshOptions
 from service.errors import TooLarge
 from service.pipeline.limits import DEFAULT_LIMITS
@@ -21,6 +20,7 @@ from service.surface.bspline import BsplineSurface
 from service.surface.group import GroupSurface, Member
 from service.surface.multipatch import MultipatchSurface
 from service.surface.triangle import TriangleSurface
+from tools.building import build, build_scene
 from tools.certify.closing import NEARLY_CLOSED, RESOLUTION
 
 OPTIONS = [{"resolution": RESOLUTION}, {"accuracy": Accuracy(relative_tolerance=1e-2)}]

@@ -113,7 +113,7 @@ def test_framed_patches_have_the_values_of_their_neighbours(
 ) -> None:
     """Quarters of a surface with different parametrizations weld.
 
-    Some of them are framed: strips connect their inner grid to sides with more divisions.
+    Some of them are stitched: strips connect their inner grid to sides with more divisions.
     """
     net, channel_net = np.empty((3, 3, 3)), np.empty((4, 4, 2))
     net[..., 0], net[..., 1] = np.meshgrid(np.arange(3.0), np.arange(3.0), indexing="ij")

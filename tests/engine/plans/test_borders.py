@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.engine.plans.borders import count_borders
+from service.engine.plans.faces import count_borders
 
 VERTICES = 6
 corner = st.integers(0, VERTICES - 1)

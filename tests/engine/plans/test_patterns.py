@@ -71,8 +71,8 @@ def test_strips_join_sides_with_more_divisions_to_the_grid(
 ) -> None:
     """Each side may have the larger of the two numbers of divisions.
 
-    A framed grid needs an inner line of samples. So a grid of one division gets a second one, and a
-    side may then have fewer divisions than the grid.
+    A stitched grid needs an inner line of samples. So a grid of one division gets a second one, and
+    a side may then have fewer divisions than the grid.
     """
     sides: Divisions = tuple(  # type: ignore[assignment]
         max(ru, rv) if is_finer else own_divisions

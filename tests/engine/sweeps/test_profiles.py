@@ -12,7 +12,7 @@ from service.engine.options import Faces, MeshOptions
 from service.engine.sweeps.paths import Paths, bound_station_count, build_path
 from service.engine.sweeps.profiles import build_ribbons, build_tubes
 from service.engine.sweeps.rows import SweptGrids
-from service.engine.sweeps.swept_mesh import build_swept_mesh
+from service.engine.sweeps.sweep import build_swept_mesh
 from service.surface.curve import BezierCurve
 from service.surface.curve_model import CurvePieces
 

@@ -11,7 +11,7 @@ from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
 from service.engine.wires.draw import COLOR, NAME, find_width
 from service.engine.wires.isocurves import sample_isocurves
-from service.engine.wires.paths import build_wire_paths
+from service.engine.wires.wire_paths import build_wire_paths
 from service.pipeline.mesh_counts import mesh_size
 from service.surface.examples.catalogue import find
 from service.surface.lowered import PatchModel

@@ -14,11 +14,10 @@ from numpy.typing import NDArray
 from service.bases.arrays import Bools, IndexArray, Ints
 from service.bases.cache import MESH_PLANS
 from service.cancellation import checkpoint
-from service.engine.connectivity.connectivity import hash_arrays
+from service.engine.connectivity.incidence import hash_arrays
 from service.engine.options import Faces, MeshOptions
-from service.engine.plans.borders import find_mesh_borders
 from service.engine.plans.creases import Averages, Sharing
-from service.engine.plans.faces import join_faces
+from service.engine.plans.faces import find_mesh_borders, join_faces
 from service.engine.plans.layout import Layout
 from service.engine.plans.patterns import find_used_samples
 from service.engine.plans.weld import (
@@ -108,9 +107,9 @@ def _build_plan(
 ) -> FacePlan:
     """Builds the plan without the cache."""
     welding = means = None
-    if layout.is_framed or (options.weld and layout.has_shared_samples):
+    if layout.is_stitched or (options.weld and layout.has_shared_samples):
         used_samples = (
-            _find_used(layout, options.faces) if layout.is_framed or layout.has_poles else None
+            _find_used(layout, options.faces) if layout.is_stitched or layout.has_poles else None
         )
         leader = np.arange(layout.size)
         if options.weld and sharing is None:
@@ -170,7 +169,8 @@ def _find_means(welding: Welding, leader: Ints) -> tuple[Averages, Ints] | None:
 def _find_used(layout: Layout, kind: Faces) -> Ints:
     """The numbers of the samples that occur in faces, with repetitions.
 
-    Samples of grids that framed sides replace do not occur, and of the samples at a pole only some.
+    Samples of grids that stitched sides replace do not occur, and of the samples at a pole only
+    some.
     """
     samples = [
         layout.patch_samples(patches, shape)[:, find_used_samples(shape, kind)].ravel()
@@ -180,8 +180,8 @@ def _find_used(layout: Layout, kind: Faces) -> Ints:
 
 
 def _build_grids(layout: Layout, welding: Welding | None) -> tuple[IndexArray, ...]:
-    """The vertex at every sample of every patch; empty if any patch is framed or triangular."""
-    if layout.is_framed or layout.is_triangle.any():
+    """The vertex at every sample of every patch; empty if any patch is stitched or triangular."""
+    if layout.is_stitched or layout.is_triangle.any():
         return ()
     grids = []
     for block in layout.blocks:

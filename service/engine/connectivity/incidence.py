@@ -3,7 +3,7 @@
 The connectivity depends on which control points are equal, and not on their coordinates. So it is
 found once for each pattern of equal points (`service.engine.connectivity.connect`). What follows
 from the connectivity and the resolution alone is planned once (`service.engine.plans.layout`,
-`service.engine.plans.plan`).
+`service.engine.plans.face_plan`).
 """
 
 from collections.abc import Sequence
@@ -117,7 +117,10 @@ class Connectivity:
     @cached_property
     def ends(self) -> tuple[Ints, Ints]:
         """The corners at which each edge begins and ends, shape (E,) each."""
-        _, side = np.unique(self.edge, return_index=True)  # the first side of each edge
+        sides = np.arange(self.edge.size)
+        side = np.empty_like(self.sides_per_edge)
+        # The first side of each edge: in reverse order it is written last, and stays.
+        side[self.edge.ravel()[::-1]] = sides[::-1]
         begin, end = (self.corner[:, corners].ravel()[side] for corners in (BEGINS, ENDS))
         is_backward = self.backward.ravel()[side]
         return np.where(is_backward, end, begin), np.where(is_backward, begin, end)

@@ -1,4 +1,4 @@
-"""The numbers of the samples of patches: on grids, on triangles, and on sides of framed patches.
+"""The numbers of the samples of patches: on grids, on triangles, and on sides of stitched patches.
 
 A run is a sequence of samples with consecutive numbers. `BorderWrites` lists the samples of borders
 that are replaced by the samples of edges.
@@ -12,7 +12,7 @@ import numpy as np
 
 from service.bases import triangle
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.connectivity.connectivity import Connectivity
+from service.engine.connectivity.incidence import Connectivity
 from service.engine.plans.patterns import AnyShape, TriangleShape
 from service.surface.sides import BEGINS, ENDS, along_sides
 
@@ -163,7 +163,7 @@ class SampleRuns:
         return np.concatenate(runs, axis=1)
 
     def iterate_extras(self, block: Block) -> Iterator[tuple[int, Ints, FloatArray, Ints]]:
-        """The extra samples of the framed patches of a block, for one side after another (0 … 3).
+        """The extra samples of the stitched patches of a block, for one side after another (0 … 3).
 
         Yields
         ------
@@ -178,16 +178,16 @@ class SampleRuns:
         # The numbers of the patches in the model.
         numbers = block.first + block.patches
         for side in range(4):
-            framed = np.flatnonzero(self.first_extra[numbers, side] >= 0)
-            if not len(framed):
+            stitched = np.flatnonzero(self.first_extra[numbers, side] >= 0)
+            if not len(stitched):
                 continue
-            counts = self.extra_count[numbers[framed], side]
-            # For each sample, the row of its patch in `framed` and `counts`.
-            row = np.repeat(np.arange(len(framed)), counts)
+            counts = self.extra_count[numbers[stitched], side]
+            # For each sample, the row of its patch in `stitched` and `counts`.
+            row = np.repeat(np.arange(len(stitched)), counts)
             # Sample k of a side, from k = 0.
             k = np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
-            samples = self.first_extra[numbers[framed], side][row] + k
-            yield side, block.patches[framed[row]], (k + 1) / (counts[row] + 1), samples
+            samples = self.first_extra[numbers[stitched], side][row] + k
+            yield side, block.patches[stitched[row]], (k + 1) / (counts[row] + 1), samples
 
     def find_collapsed_samples(self) -> tuple[Ints, Ints]:
         """Samples on sides that are one point, and the number of the corner at each sample."""
