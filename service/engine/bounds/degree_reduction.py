@@ -22,7 +22,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import bernstein, elevation_matrix
 from service.bases.cache import PLANS
-from service.engine.nets.blossoms import build_blossoms, build_box_nets
+from service.engine.nets.blossoms import apply_along, build_blossoms
 from service.engine.vectors import project
 
 DIRECT = 8
@@ -77,7 +77,7 @@ def reduce_boxes(
         _build_matrices(count - 1, ends[:, axis, first])
         for axis, count in enumerate(nets.shape[2:])
     )
-    box_nets = build_box_nets(nets[patch[first]], along_u, along_v)
+    box_nets = apply_along(nets[patch[first]], along_u, along_v)
     return np.cumsum(is_new) - 1, box_nets, *_reduce_nets(box_nets)
 
 

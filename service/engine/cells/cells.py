@@ -12,7 +12,7 @@ from typing import Self
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.nets.halving import halve
+from service.engine.nets.subdivision import halve
 from service.engine.vectors import Items
 
 

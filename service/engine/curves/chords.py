@@ -12,7 +12,8 @@ from service.bases.arrays import FloatArray, RealArray
 from service.bases.row_batches import row_slices
 from service.engine.bounds.chords import bound_chord_deviations
 from service.engine.curves.evaluation import CurveSamples
-from service.engine.nets.halving import halve
+from service.engine.nets.blossoms import build_blossoms
+from service.engine.nets.subdivision import halve
 from service.engine.vectors import UNIT, project
 from service.errors import InvalidRequest, Issue, TooLarge, count_nouns
 from service.surface.curve_model import CurvePieces
@@ -22,7 +23,7 @@ MAX_HALVINGS = 48
 every accepted tolerance needs fewer halvings, also if the ratio of weights is 1e8."""
 
 CHUNK = 1 << 18
-"""The most coordinates in the nets of one chunk."""
+"""The most numbers in the nets, or in the matrices that restrict them, of one chunk."""
 
 FLOAT32 = np.finfo(np.float32)
 
@@ -143,11 +144,11 @@ def certify_chords(
     net = local_nets(pieces)
     vertices = stored.astype(np.float64) + (origin - pieces.middle)
     max_deviation = 0.0
-    for rows in row_slices(len(samples) - 1, net[0].size, CHUNK):
+    for rows in row_slices(len(samples) - 1, (pieces.degree + 1) ** 2, CHUNK):
         piece, begin = samples.piece[rows], samples.t[rows]
         following = slice(rows.start + 1, rows.stop + 1)
         end = np.where(samples.piece[following] == piece, samples.t[following], 1.0)
-        nets = restrict_nets(net[piece], begin, end)
+        nets = build_blossoms(pieces.degree, np.stack([begin, end])) @ net[piece]
         chords = np.stack([vertices[rows], vertices[following]], axis=1)
         max_deviation = max(max_deviation, float(bound_chord_deviations(nets, chords).max()))
     max_coordinate = float(
@@ -164,37 +165,13 @@ def local_nets(pieces: CurvePieces) -> FloatArray:
     return to_homogeneous(pieces.points - pieces.middle, pieces.weights)
 
 
-def restrict_nets(nets: FloatArray, begin: FloatArray, end: FloatArray) -> FloatArray:
-    """Nets (M, n+1, k) of the parts [begin, end] of curves, by two cuts of de Casteljau.
-
-    Each level computes convex combinations, so it adds only a few rounding errors.
-    """
-    nets_after_begin = _cut(nets, begin, keep_end=True)
-    remaining_length = 1.0 - begin
-    cut_parameter = np.where(
-        remaining_length > 0,
-        (end - begin) / np.where(remaining_length > 0, remaining_length, 1.0),
-        0.0,
-    )
-    return _cut(nets_after_begin, cut_parameter, keep_end=False)
-
-
-def _cut(nets: FloatArray, t: FloatArray, *, keep_end: bool) -> FloatArray:
-    """The nets of the parts [t, 1] of curves if `keep_end`, else of the parts [0, t]."""
-    net_points = [nets[:, -1 if keep_end else 0]]
-    row, parameter = nets, t[:, None, None]
-    while row.shape[1] > 1:
-        row = (1.0 - parameter) * row[:, :-1] + parameter * row[:, 1:]
-        net_points.append(row[:, -1 if keep_end else 0])
-    return np.stack(net_points[::-1] if keep_end else net_points, axis=1)
-
-
 def _bound_rounding(pieces: CurvePieces, cuts: int) -> float:
-    """Bound of the rounding error of control points after `cuts` cuts.
+    """Bound of the rounding error of control points after `cuts` halvings, or one restriction.
 
-    Each of the n levels of a cut computes convex combinations (1 − t) a + t b, with errors of at
-    most 2 ε times the largest coordinate. Dividing by the weight, and subtracting the middle, add
-    one such error each.
+    Each of the n levels of a halving, and of the blossoms of a restriction, computes convex
+    combinations (1 − t) a + t b, with errors of at most 2 ε times the largest coordinate. A
+    restriction then adds n + 1 products, with errors of at most (n + 1) ε/2 together: less than a
+    second halving. Dividing by the weight, and subtracting the middle, add 2 ε each.
     """
     low, high = pieces.bounds
     size = float(np.sqrt(((high - low) ** 2).sum()))

@@ -99,20 +99,31 @@ def build_blossoms(degree: int, arguments: FloatArray) -> FloatArray:
     return np.ascontiguousarray(blossoms.transpose(2, 0, 1))
 
 
-def build_box_nets(nets: FloatArray, along_u: FloatArray, along_v: FloatArray) -> FloatArray:
-    """Nets times matrices: nets over boxes if the matrices are blossoms of two arguments.
+def restrict(nets: FloatArray, corners: FloatArray) -> FloatArray:
+    """Nets over boxes of parameters, or blossoms at mixtures of more than two corners.
 
     Parameters
     ----------
-    nets : ndarray of float64, shape (m, D, p+1, q+1), or (1, D, p+1, q+1) for all
+    nets : ndarray of float64, shape (m, D, p+1, q+1)
         D is 3, or 4 with weights.
-    along_u, along_v : ndarray of float64, shapes (m, U, p+1) and (m, V, q+1)
-        Matrices of U and of V rows; for blossoms these are the mixtures along u and along v.
+    corners : ndarray of float64, shape (k, 2, m)
+        For each net k arguments along u, and k along v: with k = 2 two opposite corners of a box.
 
     Returns
     -------
     ndarray of float64, shape (m, D, U, V)
+        Blossoms at the U mixtures of arguments along u and the V along v; for k = 2, U = p + 1 and
+        V = q + 1.
     """
+    p, q, count = nets.shape[2] - 1, nets.shape[3] - 1, corners.shape[2]
+    if p == q:  # one call for both directions is faster than two
+        along = build_blossoms(p, np.concatenate([corners[:, 0], corners[:, 1]], axis=1))
+        return apply_along(nets, along[:count], along[count:])
+    return apply_along(nets, build_blossoms(p, corners[:, 0]), build_blossoms(q, corners[:, 1]))
+
+
+def apply_along(nets: FloatArray, along_u: FloatArray, along_v: FloatArray) -> FloatArray:
+    """Nets (m, D, p+1, q+1) times matrices (m, U, p+1) and (m, V, q+1): (m, D, U, V)."""
     size, p1, q1 = nets.shape[1:]
     lines = nets.reshape(-1, size * p1, q1) @ along_v.swapaxes(1, 2)
     products: FloatArray = along_u[:, np.newaxis] @ lines.reshape(len(lines), size, p1, -1)
@@ -137,16 +148,16 @@ def build_triangle_nets(
     """
     p, q = nets.shape[2] - 1, nets.shape[3] - 1
     if ordered:
-        return _blossom(nets, parameters) @ _build_triangle_shares(p, q)
+        return _flatten(restrict(nets, parameters)) @ _build_triangle_shares(p, q)
     shape, boxes = _find_shapes(parameters)
     triangles = np.empty((*nets.shape[:2], comb(p + q + 2, 2)))
     is_other = shape == len(SHAPES)
     usual, other = (~is_other).nonzero()[0], is_other.nonzero()[0]
     if len(other):
-        other_nets = _blossom(nets.take(other, axis=0), parameters.take(other, axis=2))
+        other_nets = _flatten(restrict(nets.take(other, axis=0), parameters.take(other, axis=2)))
         triangles[other] = other_nets @ _build_triangle_shares(p, q)
     if len(usual):
-        box_nets = _blossom(nets.take(usual, axis=0), boxes.take(usual, axis=2))
+        box_nets = _flatten(restrict(nets.take(usual, axis=0), boxes.take(usual, axis=2)))
         for number in np.bincount(shape[usual]).nonzero()[0].tolist():
             chosen = (shape[usual] == number).nonzero()[0]
             triangles[usual[chosen]] = box_nets.take(chosen, axis=0) @ _build_box_shares(
@@ -155,17 +166,9 @@ def build_triangle_nets(
     return triangles
 
 
-def _blossom(nets: FloatArray, parameters: FloatArray) -> FloatArray:
-    """Blossoms of nets (m, D, p+1, q+1) at all mixtures of arguments (k, 2, m): (m, D, U V)."""
-    p, q, count = nets.shape[2] - 1, nets.shape[3] - 1, parameters.shape[2]
-    if p == q:  # one call for both directions is faster than two
-        along = build_blossoms(p, np.concatenate([parameters[:, 0], parameters[:, 1]], axis=1))
-        both = build_box_nets(nets, along[:count], along[count:])
-    else:
-        both = build_box_nets(
-            nets, build_blossoms(p, parameters[:, 0]), build_blossoms(q, parameters[:, 1])
-        )
-    return both.reshape(*both.shape[:2], -1)
+def _flatten(blossoms: FloatArray) -> FloatArray:
+    """Blossoms (m, D, U, V) as rows (m, D, U V)."""
+    return blossoms.reshape(*blossoms.shape[:2], -1)
 
 
 def _find_shapes(parameters: FloatArray) -> tuple[Ints, FloatArray]:

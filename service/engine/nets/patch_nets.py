@@ -14,6 +14,7 @@ from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import bernstein
 from service.bases.row_batches import row_slices
 from service.bases.triangle import degree_of, row_starts
+from service.engine.nets.subdivision import elevate
 from service.engine.vectors import project
 from service.surface.batches import Patches, TrianglePatches
 from service.surface.lowered import PatchModel
@@ -197,8 +198,7 @@ def _build_tensor_nets(nets: FloatArray) -> FloatArray:
     """Triangular nets (K, D, k) as tensor nets (n+1, n+1, D, k), with s = u (1 − v) and t = v.
 
     Each of the k nets has K points. Row j of a triangle is a curve of degree n − j. Elevated to
-    degree n, it is column j of the tensor net. Each elevation of d points is
-    P*_i = (i P_{i−1} + (d − i) P_i) / d for i = 0 … d.
+    degree n, it is column j of the tensor net.
     """
     n = degree_of(len(nets))
     starts = row_starts(n)
@@ -206,11 +206,6 @@ def _build_tensor_nets(nets: FloatArray) -> FloatArray:
     for j in range(n + 1):
         row = nets[starts[j] : starts[j + 1]]
         while len(row) <= n:
-            d = len(row)
-            share = (np.arange(1, d) / d)[:, np.newaxis, np.newaxis]
-            raised = np.empty((d + 1, *row.shape[1:]))
-            raised[0], raised[d] = row[0], row[-1]
-            raised[1:d] = share * row[:-1] + (1.0 - share) * row[1:]
-            row = raised
+            row = elevate(row)
         square[:, j] = row
     return square

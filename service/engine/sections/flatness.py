@@ -17,8 +17,8 @@ chosen so that the linear terms in the parameters cancel; then both lengths are 
 in the size of the rectangle.
 
 Rounding. Coordinates of nets are about 1 (`service.engine.nets.query_nets`), so the bounds of
-errors are absolute. Restriction takes 2 (p + q) steps of means, and sums of p + q + 2 products. So
-the errors of the coordinates of A, B and the control points of the rectangle are at most 8 (p + q)
+errors are absolute. Restriction takes p + q steps of means, and sums of p + q + 2 products. So the
+errors of the coordinates of A, B and the control points of the rectangle are at most 8 (p + q)
 u, with u = 2⁻⁵³. `SLACK` is this bound for p + q ≤ 64; for higher degrees it grows in proportion.
 The heights of A and B are not exactly 0, but at most this bound, and the bounds have h with the
 factors λ and μ. So `SLACK` is multiplied by 1 + |λ| + |μ|.
@@ -33,8 +33,9 @@ from service.bases.bernstein import bernstein
 from service.bases.row_batches import row_slices
 from service.cancellation import checkpoint
 from service.engine.bounds.chords import bound_chord_deviations
+from service.engine.nets.blossoms import restrict
 from service.engine.nets.query_nets import NetGroup
-from service.engine.sections.heights import LocalPlanes, restrict
+from service.engine.sections.heights import LocalPlanes
 from service.engine.vectors import cross, dot, length, normalize, project
 
 SLACK = 2.0**-44
@@ -105,7 +106,7 @@ def _bounds(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
         direction_along[rows_without_chord] = normalize(direction, -1)
     direction_across = cross(normal, direction_along, -1)
     # x = e · (P − A), y = g · (P − A) and the height h of all control points P.
-    points = project(restrict(nets, pieces.low, pieces.high), -1)
+    points = project(_restrict(nets, pieces.low, pieces.high), -1)
     difference = points - first[:, np.newaxis, np.newaxis]
     x = np.matmul(difference, direction_along[:, np.newaxis, :, np.newaxis])[..., 0]
     y = np.matmul(difference, direction_across[:, np.newaxis, :, np.newaxis])[..., 0]
@@ -136,7 +137,7 @@ def side_bounds(
 
     `low` and `high` (m, 2) differ along `axis` alone.
     """
-    lines = restrict(group.nets[net - group.first], low, high)
+    lines = _restrict(group.nets[net - group.first], low, high)
     lines = lines[:, :, 0] if axis == 0 else lines[:, 0]
     return bound_chord_deviations(lines, project(lines[:, [0, -1]], -1)) + slack_of(group.nets)
 
@@ -145,7 +146,7 @@ def cell_sizes(group: NetGroup, net: Ints, low: FloatArray, high: FloatArray) ->
     """Bound the diameters (m,) of the pieces of surface over rectangles."""
     sizes = np.empty(len(net))
     for rows in row_slices(len(sizes), group.nets[0].size, MAX_NUMBERS):
-        cells = restrict(group.nets[net[rows] - group.first], low[rows], high[rows])
+        cells = _restrict(group.nets[net[rows] - group.first], low[rows], high[rows])
         points = project(cells, -1).reshape(len(cells), -1, 3)
         sides = points.max(axis=1) - points.min(axis=1)
         sizes[rows] = length(sides, -1) + slack_of(group.nets)
@@ -156,6 +157,12 @@ def slack_of(nets: FloatArray) -> float:
     """A bound of the rounding of control points of rectangles of nets (m, p+1, q+1, 3 or 4)."""
     _, rows, columns, _ = nets.shape
     return float(SLACK * max(1.0, (rows + columns - 2) / 64))
+
+
+def _restrict(nets: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Nets (m, p+1, q+1, 3 or 4) over rectangles with the corners `low` and `high` (m, 2)."""
+    over = restrict(nets.transpose(0, 3, 1, 2), np.stack([low.T, high.T]))
+    return over.transpose(0, 2, 3, 1)
 
 
 def _points_at(nets: FloatArray, parameters: FloatArray) -> FloatArray:

@@ -108,42 +108,6 @@ def height_nets(
     return heights, floor, is_coplanar
 
 
-def restrict(nets: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Restrict nets (m, p+1, q+1, D), each to a rectangle with the corners `low` and `high` (m, 2).
-
-    D is the number of coordinates of a control point. No factor is negative, as in de Casteljau's
-    construction, so no digits cancel.
-    """
-    m, rows, columns, width = nets.shape
-    along_u = _restrictions(rows - 1, low[:, 0], high[:, 0])
-    along_v = _restrictions(columns - 1, low[:, 1], high[:, 1])
-    lines = np.matmul(along_u, nets.reshape(m, rows, -1)).reshape(m, rows, columns, width)
-    return np.asarray(np.matmul(along_v[:, np.newaxis], lines))
-
-
-def _restrictions(degree: int, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Matrices (m, n+1, n+1) that restrict curve k to [low_k, high_k].
-
-    Each restricts first to [0, high_k], and then, in the new parameter, to [low_k / high_k, 1].
-    """
-    new_low = low / np.where(high > 0, high, 1.0)
-    to_high = _beginnings(degree, high)
-    # The end of a curve is the beginning of the reversed curve.
-    from_low = _beginnings(degree, 1.0 - new_low)[:, ::-1, ::-1]
-    return np.asarray(np.matmul(from_low, to_high))
-
-
-def _beginnings(degree: int, end: FloatArray) -> FloatArray:
-    """Matrices (m, n+1, n+1) that restrict curves to [0, e], e = `end`; row j is B_k^j(e)."""
-    matrices = np.zeros((len(end), degree + 1, degree + 1))
-    matrices[:, 0, 0] = 1.0
-    t = end[:, np.newaxis]
-    for j in range(1, degree + 1):
-        matrices[:, j] = (1.0 - t) * matrices[:, j - 1]
-        matrices[:, j, 1:] += t * matrices[:, j - 1, :-1]
-    return matrices
-
-
 def runs_of_planes(counts: Ints, max_pairs: int) -> Iterator[tuple[int, int]]:
     """Split planes into runs [first, last) that have together at most `max_pairs` pairs.
 

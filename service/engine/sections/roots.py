@@ -22,7 +22,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.cancellation import checkpoint
-from service.engine.nets.halving import halve
+from service.engine.nets.subdivision import halve
 
 MAX_HALVINGS = 50
 """The most halvings of an interval; its length is then near the precision of float64."""

@@ -14,6 +14,7 @@ from service.engine.bounds.chords import (
     measure_distances,
 )
 from service.engine.bounds.faces import DEPTH
+from service.engine.nets.subdivision import elevate
 from service.engine.vectors import UNIT, project
 
 
@@ -89,7 +90,7 @@ def measure_shapes(
     net = curve * (4 / 3)
     if weights is not None:
         rational = (weights != 1.0).any(axis=1)
-        elevated = project(_elevate(nets[rational]), -1)
+        elevated = project(elevate(nets[rational].swapaxes(0, 1)).swapaxes(0, 1), -1)
         net[rational] = find_row_maxima(measure_distances(elevated, chords[rational]))
     cosine = np.ones(len(nets)) if tangents is None else _find_least_cosine(points, tangents)
     apart = (
@@ -127,14 +128,6 @@ def bound_net_rounding(size: FloatArray, far: FloatArray, degree: int) -> FloatA
     """
     slack: FloatArray = 2 * UNIT * (size * (2.0 * DEPTH * degree + 16.0) + 2.0 * far)
     return slack
-
-
-def _elevate(nets: FloatArray) -> FloatArray:
-    """Nets (M, n+1, D) elevated by one degree: P*_i = i/(n+1) P_{i−1} + (1 − i/(n+1)) P_i."""
-    degree = nets.shape[1] - 1
-    share = (np.arange(1, degree + 1) / (degree + 1))[:, None]
-    inner = share * nets[:, :-1] + (1.0 - share) * nets[:, 1:]
-    return np.concatenate([nets[:, :1], inner, nets[:, -1:]], axis=1)
 
 
 def _bound_apart(

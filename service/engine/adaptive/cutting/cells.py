@@ -16,8 +16,9 @@ from service.engine.adaptive.limits import MeshLimits, build_depth_error
 from service.engine.bounds.faces import SPAN, Faces
 from service.engine.bounds.goal import Goal
 from service.engine.cells.cells import Cells
-from service.engine.nets.blossoms import build_blossoms, build_box_nets
+from service.engine.nets.blossoms import restrict
 from service.engine.nets.patch_nets import Nets, PatchNets
+from service.engine.nets.subdivision import elevate
 from service.engine.vectors import Vectors, project
 
 SHORTEST = 16
@@ -160,17 +161,11 @@ def build_whole_cells(faces: Faces) -> FaceCells:
     return FaceCells(rectangle, np.arange(len(faces.first)))
 
 
-def elevate(nets: FloatArray) -> FloatArray:
-    """Nets elevated to degrees of at least 2: P*_i = i/(n+1) P_{i−1} + (1 − i/(n+1)) P_i."""
+def elevate_to_quadratics(nets: FloatArray) -> FloatArray:
+    """Nets elevated to degrees of at least 2."""
     for axis in (0, 1):
         while nets.shape[axis] < 3:
-            old = nets.swapaxes(0, axis)
-            count = len(old)
-            new = np.empty((count + 1, *old.shape[1:]))
-            new[0], new[-1] = old[0], old[-1]
-            for i in range(1, count):
-                new[i] = (i / count) * old[i - 1] + (1.0 - i / count) * old[i]
-            nets = new.swapaxes(0, axis)
+            nets = elevate(nets.swapaxes(0, axis)).swapaxes(0, axis)
     return nets
 
 
@@ -219,13 +214,12 @@ def build_quadratic_matrix(degree: int) -> FloatArray:
     return net
 
 
-def restrict(nets: Nets, rows: Ints, cells: FaceCells) -> FloatArray:
+def restrict_to_cells(nets: Nets, rows: Ints, cells: FaceCells) -> FloatArray:
     """Nets over cells of one span, with degrees of at least 2, from patches in rows of `nets`."""
     low, high = cells.rectangle[::2], cells.rectangle[1::2]
     first = low // SPAN * SPAN
     if (high - low == SPAN).all():
-        return elevate(nets.take(rows))
+        return elevate_to_quadratics(nets.take(rows))
     ends = np.array([low - first, high - first]) / SPAN  # parameters of the patch
-    along = (build_blossoms(degree, ends[:, k]) for k, degree in enumerate(nets.degree))
-    boxes = build_box_nets(nets.items.take(rows, axis=0), *along)
-    return elevate(np.ascontiguousarray(boxes.transpose(2, 3, 1, 0)))
+    boxes = restrict(nets.items.take(rows, axis=0), ends)
+    return elevate_to_quadratics(np.ascontiguousarray(boxes.transpose(2, 3, 1, 0)))

@@ -7,7 +7,12 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.bases.row_batches import expand_runs
-from service.engine.adaptive.cutting.cells import FaceCells, Task, evaluate_nine_points, restrict
+from service.engine.adaptive.cutting.cells import (
+    FaceCells,
+    Task,
+    evaluate_nine_points,
+    restrict_to_cells,
+)
 from service.engine.bounds.faces import SPAN
 
 BLOCK = 1 << 14
@@ -96,7 +101,7 @@ def build_nets(task: Task, cells: FaceCells, rows: Ints) -> Iterator[tuple[Float
         block = max(16, BLOCK * 16 // nets.values[..., 0].size)
         for k in range(0, len(selected), block):
             chunk = rows[selected[k : k + block]]
-            net = restrict(nets, task.patch_nets.row[patch[chunk]], cells.take(chunk))
+            net = restrict_to_cells(nets, task.patch_nets.row[patch[chunk]], cells.take(chunk))
             task.limits.spend(net.size)
             yield net, chunk
 

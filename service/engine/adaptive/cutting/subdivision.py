@@ -19,7 +19,7 @@ from service.engine.adaptive.cutting.cells import (
     FaceCells,
     Leaves,
     Task,
-    restrict,
+    restrict_to_cells,
 )
 from service.engine.adaptive.cutting.estimate import estimate_cells
 from service.engine.adaptive.cutting.normal_variation import FINEST, Scale
@@ -27,8 +27,8 @@ from service.engine.adaptive.cutting.span_estimate import estimate_span_cells
 from service.engine.adaptive.cutting.span_pieces import BLOCK as SPAN_BLOCK
 from service.engine.adaptive.cutting.span_pieces import NinePoints, count_spans
 from service.engine.bounds.faces import SPAN
-from service.engine.nets.halving import halve
 from service.engine.nets.patch_nets import Nets
+from service.engine.nets.subdivision import halve
 
 BLOCK = 1 << 18
 """Numbers in the nets of one block, approximately; it limits memory."""
@@ -123,7 +123,7 @@ def _divide_single_spans(task: Task, start: FaceCells, nets: Nets, ahead: int) -
     patches, leaves = task.find_patches(start), 0
     for first in range(0, len(start), block):
         chosen, patch = start.take(slice(first, first + block)), patches[first : first + block]
-        restricted = restrict(nets, task.patch_nets.row[patch], chosen)
+        restricted = restrict_to_cells(nets, task.patch_nets.row[patch], chosen)
         waiting = [SpanCells(chosen.rectangle, chosen.face, patch, restricted)]
         while waiting:
             cells, sizes = _add_halves(_take_block(waiting, block), ahead)

@@ -14,17 +14,17 @@ from service.engine.adaptive.cutting.cells import (
     Task,
     build_quadratic_matrix,
     build_whole_cells,
-    elevate,
+    elevate_to_quadratics,
     evaluate_nine_points,
-    restrict,
+    restrict_to_cells,
 )
 from service.engine.adaptive.cutting.subdivision import divide_cells
 from service.engine.adaptive.limits import MeshLimits
 from service.engine.bounds.faces import SPAN, find_faces
 from service.engine.bounds.goal import Goal
 from service.engine.connectivity.seams import find_seams
-from service.engine.nets.halving import halve
 from service.engine.nets.patch_nets import Nets, PatchNets
+from service.engine.nets.subdivision import halve
 from service.surface.bspline import BsplineSurface
 from service.surface.lowered import PatchModel
 from tests.strategies import Array, build_model, nets, weighted_nets
@@ -57,11 +57,11 @@ def test_nets_of_cells_are_the_same_surface(net: Array, axis: int, eighths: set[
     halve(nets_of_cells, axis, halved)
     box = np.array([[0], [SPAN], [0], [SPAN]])
     box[2 * axis : 2 * axis + 2] = [[int(low * SPAN)], [int(high * SPAN)]]
-    cell = restrict(Nets(zero, nets_of_cells), zero, FaceCells(box, zero))
+    cell = restrict_to_cells(Nets(zero, nets_of_cells), zero, FaceCells(box, zero))
     exact = to_exact_net(net)
     halves = [(0.0, 0.5, halved[..., 0, :]), (0.5, 1.0, halved[..., 1, :])]
     for begin, end, built in [*halves, (low, high, cell)]:
-        for i, row in enumerate(evaluate_nine_points(elevate(built))):
+        for i, row in enumerate(evaluate_nine_points(elevate_to_quadratics(built))):
             for j, point in enumerate(row):
                 at = [i / 2, j / 2]
                 at[axis] = begin + (end - begin) * at[axis]

@@ -1,4 +1,4 @@
-"""Halving of nets."""
+"""Halving of nets, and degree elevation: elementwise, so the bits of a net depend on it alone."""
 
 import numpy as np
 
@@ -25,3 +25,18 @@ def halve(nets: FloatArray, axis: int, halves: FloatArray) -> None:
         rest, share = rest[:-1] + rest[1:], share / 2
         np.multiply(rest[0], share, out=first[k])
         np.multiply(rest[-1], share, out=second[k])
+
+
+def elevate(nets: FloatArray) -> FloatArray:
+    """Nets (n+2, …) of degree n + 1 from nets (n+1, …): P*_i = i/(n+1) P_{i−1} + (1 − i/(n+1)) P_i.
+
+    References
+    ----------
+    Farin, Curves and Surfaces for CAGD, 5th ed., section 6.1.
+    """
+    count = len(nets)
+    share = (np.arange(1, count) / count).reshape(-1, *[1] * (nets.ndim - 1))
+    elevated = np.empty((count + 1, *nets.shape[1:]))
+    elevated[0], elevated[-1] = nets[0], nets[-1]
+    elevated[1:-1] = share * nets[:-1] + (1.0 - share) * nets[1:]
+    return elevated
