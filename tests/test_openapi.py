@@ -25,10 +25,9 @@ from service.api.guard.keys import format_entry, make_key
 from service.api.models.meshes import ResponseModel
 from service.api.openapi.document import build_full_settings
 from service.decoders.registry import DECODERS
-from service.encoders.curves.registry import CURVE_FORMATS
 from service.encoders.format import FileFormat
+from service.encoders.polylines.registry import CURVE_FORMATS, SECTION_FORMATS
 from service.encoders.registry import FORMATS
-from service.encoders.sections.registry import SECTION_FORMATS
 from service.engine.options import MeshOptions
 from service.errors import InvalidRequest
 from service.pipeline.mesh import render

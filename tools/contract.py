@@ -14,7 +14,7 @@ from prometheus_client import CollectorRegistry
 
 from service.api.app import create_app
 from service.decoders.registry import DECODERS
-from service.encoders.curves.registry import CURVE_FORMATS
+from service.encoders.polylines.registry import CURVE_FORMATS
 from service.encoders.registry import FORMATS
 from service.settings.environment import variable
 from service.settings.values import Settings

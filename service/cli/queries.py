@@ -117,7 +117,7 @@ def _merge_planes(document: Document, values: Document) -> Document:
 
 
 def _section_formats() -> "Sequence[FileFormat]":
-    from service.encoders.sections.registry import SECTION_FORMATS
+    from service.encoders.polylines.registry import SECTION_FORMATS
 
     return SECTION_FORMATS
 
@@ -148,7 +148,7 @@ def _merge_curve_options(document: Document, values: Document) -> Document:
 
 
 def _curve_formats() -> "Sequence[FileFormat]":
-    from service.encoders.curves.registry import CURVE_FORMATS
+    from service.encoders.polylines.registry import CURVE_FORMATS
 
     return CURVE_FORMATS
 

@@ -1,6 +1,6 @@
 """The file of a curve: its points, tangents and arc lengths as JSON, or lines in another format."""
 
-from service.encoders.curves.format import CurveFormat, CurveSize
+from service.encoders.polylines.format import CurveFormat, PolylineSize
 from service.engine.curves.options import CurveOptions
 from service.engine.curves.trace import choose_samples, trace_curve
 from service.errors import Issue
@@ -74,4 +74,4 @@ def plan_curve(
 
 def _count_bytes(curve: Curve, fmt: CurveFormat, points: int) -> int:
     """The most bytes of a file with a polyline of `points` points."""
-    return fmt.byte_bound(CurveSize(points, len(curve.name.encode())))
+    return fmt.byte_bound(PolylineSize(points, len(curve.name.encode())))

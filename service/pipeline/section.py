@@ -7,7 +7,7 @@ import numpy as np
 
 from service.bases.arrays import Ints
 from service.cancellation import checkpoint
-from service.encoders.sections.format import SectionFormat, SectionSize
+from service.encoders.polylines.format import PolylineSize, SectionFormat, count_sections
 from service.engine.joining.join import join
 from service.engine.options import MeshOptions
 from service.engine.sections.planes import Planes, SectionTolerance
@@ -112,7 +112,7 @@ def _cut(
         joined, seams = join(model, MeshOptions().weld_tolerance, check_patches)
         sections = cut_surface(joined, seams, planes, distance, check_pieces)
         sections = _number_coplanar_patches(joined, sections)
-    check_bytes(fmt.byte_bound(SectionSize.of(sections)), fmt, limits, "/tolerance")
+    check_bytes(fmt.byte_bound(count_sections(sections)), fmt, limits, "/tolerance")
     checkpoint()
     return fmt.encode(sections)
 
@@ -128,9 +128,9 @@ def _number_coplanar_patches(model: PatchModel, sections: Sections) -> Sections:
     return replace(sections, sections=tuple(renumbered))
 
 
-def _build_size(points: int) -> SectionSize:
+def _build_size(points: int) -> PolylineSize:
     """The size of one section with this number of points, polylines, and patches in the plane."""
-    return SectionSize(
+    return PolylineSize(
         planes=1,
         polylines=points,
         points=points,

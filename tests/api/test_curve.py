@@ -10,8 +10,8 @@ import pytest
 
 from oracles.gltf import read_glb
 from service.api.app import create_app
-from service.encoders.curves.format import CurveFormat, CurveSize
-from service.encoders.curves.registry import CURVE_FORMATS
+from service.encoders.polylines.format import CurveFormat, PolylineSize
+from service.encoders.polylines.registry import CURVE_FORMATS
 from service.encoders.registry import FORMATS
 from service.engine.curves.options import CurveOptions
 from service.pipeline.curve import plan_curve
@@ -187,5 +187,5 @@ def test_no_file_is_longer_than_its_bound(fmt: CurveFormat) -> None:
     for resolution in (1, 300):
         curve = BezierCurve(points, name='"' * 100)  # a quote has two bytes in JSON
         work = plan_curve(curve, CurveOptions(resolution=resolution), fmt)
-        size = CurveSize(resolution + 1, len(curve.name.encode()))
+        size = PolylineSize(resolution + 1, len(curve.name.encode()))
         assert len(work.run()) <= fmt.byte_bound(size)

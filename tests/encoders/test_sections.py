@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from oracles.gltf import read_glb
-from service.encoders.sections.format import SectionSize
-from service.encoders.sections.registry import SECTION_FORMATS, SECTIONS_BY_NAME
+from service.encoders.polylines.format import count_sections
+from service.encoders.polylines.registry import SECTION_FORMATS, SECTIONS_BY_NAME
 from service.engine.sections.values import Sections
 from service.surface.examples.catalogue import find
 from tests.clients.gltf_validator import list_issues
@@ -46,7 +46,7 @@ def test_files_are_not_longer_than_their_bounds(teapot: Sections, empty: Section
     tangent = cut(lower_patches(find("sphere").surface()), normals=(1, 2, 3), offsets=1)
     for sections in (teapot, empty, tangent):
         for fmt in SECTION_FORMATS:
-            assert len(fmt.encode(sections)) <= fmt.byte_bound(SectionSize.of(sections))
+            assert len(fmt.encode(sections)) <= fmt.byte_bound(count_sections(sections))
 
 
 def test_json_has_the_exact_points_and_repeats_the_first_of_closed_polylines(

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from service.encoders.curves.registry import CURVES_BY_NAME
+from service.encoders.polylines.registry import CURVES_BY_NAME
 from service.encoders.registry import BY_NAME
 from service.engine.curves.options import CurveOptions
 from service.engine.options import MeshOptions

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
-from service.encoders.curves.format import in_space
-from service.encoders.curves.registry import CURVES_BY_NAME
+from service.encoders.polylines.format import in_space
+from service.encoders.polylines.registry import CURVES_BY_NAME
 from service.encoders.registry import BY_NAME
 from service.engine.build import build
 from service.engine.curvatures.placement_scale import add_stretches

@@ -6,7 +6,7 @@ from statistics import median
 
 import numpy as np
 
-from service.encoders.sections.registry import SECTIONS_BY_NAME
+from service.encoders.polylines.registry import SECTIONS_BY_NAME
 from service.engine.closest.project import ProjectQuery, project_on_surface
 from service.engine.measures.measure import measure
 from service.engine.measures.values import MeasureQuery

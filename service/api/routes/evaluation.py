@@ -9,7 +9,7 @@ from service.api.openapi.parameters import REQUESTS, Json, format_parameter, jso
 from service.api.openapi.responses import FILE_HEADERS, POST_ERRORS, error, show_responses, success
 from service.api.responses import bytes_response, file_response
 from service.api.services import ContextDep
-from service.encoders.curves.registry import CURVE_FORMATS, CURVES_BY_NAME
+from service.encoders.polylines.registry import CURVE_FORMATS, CURVES_BY_NAME
 from service.pipeline.curve import plan_curve
 from service.pipeline.documents import plan_conversion
 from service.pipeline.points import plan_points

@@ -20,7 +20,7 @@ from service.api.openapi.responses import (
 from service.api.responses import bytes_response, file_response
 from service.api.services import ContextDep
 from service.decoders.npy import read_array
-from service.encoders.sections.registry import SECTION_FORMATS, SECTIONS_BY_NAME
+from service.encoders.polylines.registry import SECTION_FORMATS, SECTIONS_BY_NAME
 from service.errors import InvalidRequest, Issue
 from service.pipeline.intersect import plan_intersect
 from service.pipeline.measure import plan_measure

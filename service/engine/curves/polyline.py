@@ -1,4 +1,4 @@
-"""The result of the engine for a curve: its samples in order, and the report on them."""
+"""Polylines, and the result of the engine for a curve: its samples in order, and a report."""
 
 from dataclasses import dataclass
 
@@ -7,8 +7,21 @@ from service.engine.mesh.report import ENGINE
 from service.surface.checks import Up
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Polyline:
+    """Points (k, 3) in model units; a closed polyline ends in its first point."""
+
+    points: FloatArray
+    closed: bool
+
+    @property
+    def distinct_points(self) -> FloatArray:
+        """The points, without the repeated first point at the end of a closed polyline."""
+        return self.points[:-1] if self.closed else self.points
+
+
 @dataclass(frozen=True, slots=True)
-class PolylineReport:
+class CurveReport:
     """The report on a sampled curve.
 
     `length` is that of the curve, not of the polyline. The last point of a `closed` curve repeats
@@ -28,7 +41,7 @@ class PolylineReport:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Polyline:
+class SampledCurve:
     """Samples of a curve in order, from its beginning to its end.
 
     Attributes
@@ -52,4 +65,4 @@ class Polyline:
     arc_lengths: FloatArray | None
     origin: FloatArray
     up: Up
-    report: PolylineReport
+    report: CurveReport

@@ -14,7 +14,7 @@ from service.engine.curves.arc_length import arc_lengths
 from service.engine.curves.chords import certify_chords, halve_chords
 from service.engine.curves.evaluation import CurveSamples, evaluate_positions, evaluate_tangents
 from service.engine.curves.options import CurveOptions
-from service.engine.curves.polyline import Polyline, PolylineReport
+from service.engine.curves.polyline import CurveReport, SampledCurve
 from service.engine.extent import choose_origin, find_extent
 from service.surface.curve_model import CurvePieces
 
@@ -40,7 +40,7 @@ def choose_samples(
 
 def trace_curve(
     pieces: CurvePieces, samples: CurveSamples, options: CurveOptions, *, is_float32: bool = False
-) -> Polyline:
+) -> SampledCurve:
     """The polyline through these samples.
 
     Parameters
@@ -52,7 +52,7 @@ def trace_curve(
     points = _store(evaluate_positions(pieces, samples), origin, is_float32)
     lengths = arc_lengths(pieces, samples)
     low, high = find_extent(points)
-    return Polyline(
+    return SampledCurve(
         name=pieces.name,
         points=points,
         tangents=evaluate_tangents(pieces, samples) if options.tangents else None,
@@ -60,7 +60,7 @@ def trace_curve(
         arc_lengths=lengths if options.arc_lengths else None,
         origin=origin,
         up=pieces.up,
-        report=PolylineReport(
+        report=CurveReport(
             points=len(samples),
             pieces=pieces.count,
             length=float(lengths[-1]),

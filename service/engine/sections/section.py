@@ -14,6 +14,7 @@ from service.bases.row_batches import row_runs
 from service.cancellation import checkpoint
 from service.engine.connectivity.incidence import triangular_patches
 from service.engine.connectivity.seams import Seams
+from service.engine.curves.polyline import Polyline
 from service.engine.nets.partials import net_partials
 from service.engine.nets.query_nets import QueryNets, surface_nets
 from service.engine.sections.arcs import Arcs, find_arcs
@@ -26,7 +27,7 @@ from service.engine.sections.search import CellSearch
 from service.engine.sections.segments import Segments, find_segments
 from service.engine.sections.sides import CellTable
 from service.engine.sections.trace import join_arcs
-from service.engine.sections.values import Polyline, Section, Sections
+from service.engine.sections.values import Section, Sections
 from service.surface.lowered import PatchModel
 
 CHUNK_NUMBERS = 1 << 16

@@ -3,16 +3,9 @@
 from dataclasses import dataclass
 
 from service.bases.arrays import FloatArray, Ints
+from service.engine.curves.polyline import Polyline
 from service.engine.sections.planes import Planes
 from service.surface.checks import Up
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Polyline:
-    """Points (k, 3) in model units; a closed polyline ends in its first point."""
-
-    points: FloatArray
-    closed: bool
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -49,6 +42,11 @@ class Sections:
     deviation_bound: float
 
     @property
+    def polylines(self) -> list[Polyline]:
+        """The polylines of all sections."""
+        return [line for section in self.sections for line in section.polylines]
+
+    @property
     def point_count(self) -> int:
         """The number of points of all polylines."""
-        return sum(len(line.points) for section in self.sections for line in section.polylines)
+        return sum(len(line.points) for line in self.polylines)

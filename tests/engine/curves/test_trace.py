@@ -14,7 +14,7 @@ from service.bases.arrays import FloatArray
 from service.engine.curves.arc_length import arc_lengths
 from service.engine.curves.evaluation import CurveSamples, evaluate_positions, evaluate_tangents
 from service.engine.curves.options import CurveOptions
-from service.engine.curves.polyline import Polyline
+from service.engine.curves.polyline import SampledCurve
 from service.engine.curves.trace import choose_samples, trace_curve
 from service.errors import InvalidRequest, TooLarge
 from service.surface.curve import BezierCurve, BsplineCurve, Curve
@@ -78,7 +78,7 @@ def _separate_knots(knots: FloatArray, degree: int) -> FloatArray:
     return result
 
 
-def trace_samples(curve: Curve, options: CurveOptions, *, is_float32: bool = False) -> Polyline:
+def trace_samples(curve: Curve, options: CurveOptions, *, is_float32: bool = False) -> SampledCurve:
     """The polyline of a curve with these options."""
     pieces = curve.lower()
     samples = choose_samples(pieces, options, 1_000_000, is_float32=is_float32)

@@ -13,7 +13,7 @@ W3C, Scalable Vector Graphics (SVG) 2, chapter 9: paths.
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.encoders.sections.format import SectionSize
+from service.encoders.polylines.format import PolylineSize
 from service.encoders.text import FLOAT64_CHARS, digits, rows
 from service.engine.sections.values import Sections
 
@@ -21,7 +21,7 @@ MARGIN = 0.02
 """The margin around the lines, as a share of the longer side of their box."""
 
 
-def encode_svg(sections: Sections) -> bytes:
+def encode_sections(sections: Sections) -> bytes:
     """The SVG document, ASCII."""
     axes = sections.planes.axes
     groups, boxes = [], []
@@ -29,7 +29,7 @@ def encode_svg(sections: Sections) -> bytes:
         projection = np.stack([axes[0][k], -axes[1][k]], axis=1)
         paths = []
         for line in section.polylines:
-            points = (line.points[:-1] if line.closed else line.points) @ projection
+            points = line.distinct_points @ projection
             points += 0.0  # turns -0.0 into 0.0
             boxes.append(np.stack([points.min(axis=0), points.max(axis=0)]))
             end = b"Z" if line.closed else b""
@@ -44,7 +44,7 @@ def encode_svg(sections: Sections) -> bytes:
     return head.encode() + b"".join(groups) + b"</svg>\n"
 
 
-def svg_bound(size: SectionSize) -> int:
+def sections_bound(size: PolylineSize) -> int:
     """The most bytes of the SVG document."""
     group = 32 + digits(size.planes)
     point = 2 * (FLOAT64_CHARS + 1)

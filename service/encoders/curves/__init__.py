@@ -1,1 +1,0 @@
-"""The formats of curves, and their registry."""

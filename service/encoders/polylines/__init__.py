@@ -1,0 +1,1 @@
+"""The formats of curves and of sections, and their registry."""

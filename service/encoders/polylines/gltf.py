@@ -1,0 +1,176 @@
+"""Curves and sections as glTF 2.0: polylines of mode LINE_STRIP with an unlit material.
+
+A curve is one node. Its attributes are POSITION, `_TANGENT`, `_PARAMETER` and `_ARC_LENGTH`.
+`_TANGENT` is a VEC3; the attribute TANGENT of glTF is for textures. A closed curve repeats its
+first point at the end with another parameter and arc length; so its mode is not LINE_LOOP.
+
+Sections have a node and a mesh for each plane, and the mesh has a primitive for each polyline. If a
+plane does not meet the surface, its node has no mesh. Each plane is in `extras` of its node.
+
+References
+----------
+Khronos, glTF 2.0 Specification: 3.7.2.1 mesh primitives. KHR_materials_unlit.
+"""
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, RealArray
+from service.encoders.format import EncodeOptions
+from service.encoders.gltf.buffer import BufferBuilder, JsonObject
+from service.encoders.gltf.columns import Column, to_single
+from service.encoders.gltf.document import (
+    LINE_STRIP,
+    File,
+    build_whole_document,
+    root_placement,
+    write_gltf,
+)
+from service.encoders.gltf.glb import write_glb
+from service.encoders.gltf.primitives import LINE_MATERIAL
+from service.encoders.polylines.format import (
+    PolylineSize,
+    in_space,
+    join_points,
+    report_curve,
+    report_sections,
+)
+from service.encoders.text import FLOAT64_CHARS, LONGEST_ESCAPE
+from service.engine.curves.polyline import SampledCurve
+from service.engine.extent import choose_origin
+from service.engine.sections.values import Sections
+
+POSITION_BYTES = 12
+"""Bytes of a point in float32."""
+
+CURVE_POINT_BYTES = POSITION_BYTES + 12 + 4 + 4
+"""Bytes of a point of a curve: position, tangent, parameter and arc length in float32."""
+
+POLYLINE_CHARS = 500 + 6 * FLOAT64_CHARS
+"""The most characters of a primitive, its accessor and its buffer view."""
+
+FLOAT32_EPSILON = float(np.finfo(np.float32).eps)
+"""The machine epsilon ε of float32. Rounding moves each coordinate x by at most ε |x| / 2, and so a
+point by less than ε times the largest |x|."""
+
+
+def encode_curve_glb(curve: SampledCurve) -> bytes:
+    """The curve as a binary glTF file."""
+    return bytes(write_glb(*_build_curve(curve)))
+
+
+def encode_curve_gltf(curve: SampledCurve) -> bytes:
+    """The curve as one glTF JSON document, which contains the buffer as base64."""
+    return write_gltf(*_build_curve(curve))
+
+
+def encode_sections_glb(sections: Sections) -> bytes:
+    """The sections as a binary glTF file."""
+    return bytes(write_glb(*_build_sections(sections)))
+
+
+def encode_sections_gltf(sections: Sections) -> bytes:
+    """The sections as one glTF JSON document, which contains the buffer as base64."""
+    return write_gltf(*_build_sections(sections))
+
+
+def curve_glb_bound(size: PolylineSize) -> int:
+    """The most bytes of a binary glTF file of a curve."""
+    return _curve_text_bound(size) + size.points * CURVE_POINT_BYTES
+
+
+def curve_gltf_bound(size: PolylineSize) -> int:
+    """The most bytes of a glTF JSON document of a curve."""
+    return _curve_text_bound(size) + _base64_bound(size.points * CURVE_POINT_BYTES)
+
+
+def sections_glb_bound(size: PolylineSize) -> int:
+    """The most bytes of a binary glTF file of sections."""
+    return _sections_text_bound(size) + size.points * POSITION_BYTES
+
+
+def sections_gltf_bound(size: PolylineSize) -> int:
+    """The most bytes of a glTF JSON document of sections."""
+    return _sections_text_bound(size) + _base64_bound(size.points * POSITION_BYTES)
+
+
+def _curve_text_bound(size: PolylineSize) -> int:
+    """The most bytes of headers, JSON and padding of a curve, without the buffer."""
+    # float64: 8 in the report, 6 in the bounds of POSITION, 3 in the translation.
+    # The name of the curve occurs 3 times: in the scene, the node and the mesh.
+    return 4096 + 17 * FLOAT64_CHARS + 3 * LONGEST_ESCAPE * size.name_bytes
+
+
+def _sections_text_bound(size: PolylineSize) -> int:
+    """The most bytes of headers, JSON and padding of sections, without the buffer."""
+    planes = (300 + 4 * FLOAT64_CHARS) * size.planes
+    name = 2 * LONGEST_ESCAPE * size.name_bytes
+    return 4096 + name + planes + POLYLINE_CHARS * size.polylines
+
+
+def _base64_bound(count: int) -> int:
+    """The most characters of a number of bytes in base64, which writes 3 bytes as 4 characters."""
+    return 4 + count // 3 * 4
+
+
+def _build_curve(curve: SampledCurve) -> File:
+    """The glTF document of a curve, and its buffer."""
+    columns = {"POSITION": in_space(curve.points)}
+    if curve.tangents is not None:
+        columns["_TANGENT"] = in_space(curve.tangents)
+    columns["_PARAMETER"] = curve.parameters[:, np.newaxis]
+    if curve.arc_lengths is not None:
+        columns["_ARC_LENGTH"] = curve.arc_lengths[:, np.newaxis]
+    buffer = BufferBuilder()
+    placement = root_placement(in_space(curve.origin[np.newaxis])[0], curve.up)
+    arrays: JsonObject = {
+        "nodes": [{"name": curve.name, "mesh": 0, **placement}],
+        "meshes": [{"name": curve.name, "primitives": [_build_strip(columns, buffer)]}],
+        "materials": [LINE_MATERIAL],
+    }
+    report = report_curve(curve.report)
+    return build_whole_document(curve.name, report, arrays, buffer, EncodeOptions())
+
+
+def _build_sections(sections: Sections) -> File:
+    """The glTF document of some sections, and its buffer."""
+    origin, rounding = _find_origin(sections)
+    buffer = BufferBuilder()
+    children = list(range(1, len(sections.sections) + 1))
+    root = {"name": sections.name, **root_placement(origin, sections.up), "children": children}
+    nodes: list[JsonObject] = [root]
+    meshes: list[JsonObject] = []
+    for k, section in enumerate(sections.sections):
+        normal, offset = sections.planes.normals[k].tolist(), float(sections.planes.offsets[k])
+        node: JsonObject = {"name": f"section {k}", "extras": {"normal": normal, "offset": offset}}
+        if section.polylines:
+            node["mesh"] = len(meshes)
+            strips = [
+                _build_strip({"POSITION": line.points - origin}, buffer)
+                for line in section.polylines
+            ]
+            meshes.append({"name": f"section {k}", "primitives": strips})
+        nodes.append(node)
+    arrays = {"nodes": nodes, "meshes": meshes, "materials": [LINE_MATERIAL] if meshes else []}
+    report = report_sections(sections, rounding)
+    return build_whole_document(sections.name, report, arrays, buffer, EncodeOptions())
+
+
+def _build_strip(columns: dict[str, RealArray], buffer: BufferBuilder) -> JsonObject:
+    """The primitive of one polyline; the columns of its points are added to the buffer."""
+    attributes = {
+        name: (buffer.add_positions if name == "POSITION" else buffer.add)(
+            Column(to_single(values))
+        )
+        for name, values in columns.items()
+    }
+    return {"attributes": attributes, "mode": LINE_STRIP, "material": 0}
+
+
+def _find_origin(sections: Sections) -> tuple[FloatArray, float]:
+    """The origin of points stored in float32, and the largest distance that rounding moves one."""
+    points = join_points(sections.polylines)
+    if not len(points):
+        return np.zeros(3), 0.0
+    low, high = points.min(axis=0), points.max(axis=0)
+    origin = choose_origin(low, high)
+    return origin, FLOAT32_EPSILON * float(np.abs(np.stack([low, high]) - origin).max())
