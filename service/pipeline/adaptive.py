@@ -88,15 +88,13 @@ class AdaptiveMesher:
         max_triangles, limit_pointer = adaptive_triangles(Accuracy(), plan.limits), accuracy.pointer
         if accuracy.max_triangles is not None and accuracy.max_triangles < max_triangles:
             max_triangles, limit_pointer = accuracy.max_triangles, "/max_triangles"
-        # `plan.cost.triangles` is at most `allowed_triangles`; it is less if memory is the limit.
+        # `plan.max_triangles` is at most `allowed_triangles`; it is less if memory is the limit.
         requested = plan.options.accuracy or accuracy
         allowed_triangles = adaptive_triangles(requested, plan.limits, plan.stored.patches)
         memory = (
-            plan.cost.memory
-            if plan.cost.triangles < min(allowed_triangles, max_triangles)
-            else None
+            plan.cost.memory if plan.max_triangles < min(allowed_triangles, max_triangles) else None
         )
-        max_triangles = min(max_triangles, plan.cost.triangles)
+        max_triangles = min(max_triangles, plan.max_triangles)
         goal = build_goal(accuracy, self._model)
         if tolerance is not None:
             goal = replace(goal, tolerance=tolerance)

@@ -3,8 +3,8 @@
 Some checks need only the sizes of the surface's arrays (`SurfaceSize`); others need its patches.
 """
 
-from collections.abc import Sequence
-from dataclasses import astuple, replace
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -14,10 +14,7 @@ from service.engine.curvatures.ranges import NAMES
 from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.models import NOT_PATCHES, find_largest_coordinate, to_patches
 from service.engine.options import MeshOptions
-from service.engine.plans.counts import Counts
 from service.engine.sweeps import sweep
-from service.engine.sweeps.sweep import predict_sweep
-from service.engine.tessellate import predict_size
 from service.errors import InvalidRequest, Issue, UnsupportedByFormat
 from service.pipeline.cost import lowering_memory
 from service.pipeline.limits import Limits, check_count
@@ -86,68 +83,93 @@ def _check_accuracy(options: MeshOptions, where: str, fmt: Format, encode: Encod
 
     `where` is the JSON pointer to the tolerance or budget.
     """
-    if options.faces == "quads":
-        message = (
-            "The bound is for triangles, because the corners of a quad need not be in one plane."
-        )
-        raise _build_conflict_error(message, "/faces", where)
-    if options.method != "matrix":
-        raise _build_conflict_error(
+    no_mesh = "The exact form needs no mesh."
+    no_grids = "This form has grids, and a mesh by tolerance has none."
+    conflicts = (
+        (
+            options.faces == "quads",
+            "The bound is for triangles, because the corners of a quad need not be in one plane.",
+            "/faces",
+        ),
+        (
+            options.method != "matrix",
             "Only a mesh by resolution has grids of samples, which the methods compute.",
             "/method",
-            where,
-        )
-    # Only the format OOGL has an exact form; only its encoder reads the option `oogl`.
-    if encode.oogl is not None and encode.oogl != "off" and fmt.encode_exact is not None:
-        message = (
-            "The exact form needs no mesh."
-            if encode.exact
-            else "This form has grids, and a mesh by tolerance has none."
-        )
-        raise _build_conflict_error(message, "/oogl", where)
-
-
-def _build_conflict_error(message: str, pointer: str, other_pointer: str) -> InvalidRequest:
-    """The error for an option at `pointer` that conflicts with the option at `other_pointer`."""
-    name = other_pointer[1:]
-    got, needed = f"this option and {name}", f"only one of the two: this option or {name}"
-    return InvalidRequest(Issue("conflicting_options", message, pointer, got, needed))
+        ),
+        (
+            # Only the format OOGL has an exact form; only its encoder reads the option `oogl`.
+            encode.oogl not in (None, "off") and fmt.encode_exact is not None,
+            no_mesh if encode.exact else no_grids,
+            "/oogl",
+        ),
+    )
+    for is_conflict, message, pointer in conflicts:
+        if is_conflict:
+            name = where[1:]
+            texts = f"this option and {name}", f"only one of the two: this option or {name}"
+            raise InvalidRequest(Issue("conflicting_options", message, pointer, *texts))
 
 
 def _check_format(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> None:
     """Refuse data that the format cannot store, and a compression that is not installed."""
+    unsupported = partial(Issue, "unsupported_by_format")
     no_lines = f"The format {fmt.name} has no place for lines."
-    if options.faces == "quads" and not fmt.has_quads:
-        message = f"The format {fmt.name} has only triangles."
-        raise _build_unsupported_error(message, "/faces", "quads", "triangles, or another format")
-    if options.overlays and not fmt.has_overlays:
-        raise _build_unsupported_error(no_lines, "/overlays", "overlays", "none, or another format")
-    if options.has_wires and not options.has_solid_wires and not fmt.has_overlays:
-        got, needed = "isoparametric curves as lines", "tubes or ribbons, or another format"
-        raise _build_unsupported_error(no_lines, "/wires", got, needed)
-    if not fmt.compact and (encode.quantize or encode.compression != "none"):
-        name = "quantize" if encode.quantize else "compression"
-        message = f"The format {fmt.name} has no compact form."
-        needed = "nothing here, or one of the formats glb and gltf"
-        raise _build_unsupported_error(message, f"/{name}", name, needed)
-    if encode.compression not in ("none", *list_compressions()):
-        message = "This service was installed without the library that compresses."
-        got, needed = encode.compression, "none, or a service with the extra named meshopt"
-        issue = Issue("compression_unavailable", message, "/compression", got, needed)
-        raise UnsupportedByFormat(issue)
-    if encode.exact and (options.has_solid_wires or not options.has_faces):
-        got = "wires that have faces, or no surface"
-        needed = "the surface, its curves as lines, or another form"
-        raise _build_unsupported_error(
-            "The exact form holds patches, and lines.", "/oogl", got, needed
-        )
-
-
-def _build_unsupported_error(
-    message: str, where: str, got: str, needed: str
-) -> UnsupportedByFormat:
-    """The error for an option that the format does not support."""
-    return UnsupportedByFormat(Issue("unsupported_by_format", message, where, got, needed))
+    compact_option = "quantize" if encode.quantize else "compression"
+    refusals = (
+        (
+            options.faces == "quads" and not fmt.has_quads,
+            unsupported(
+                f"The format {fmt.name} has only triangles.",
+                "/faces",
+                "quads",
+                "triangles, or another format",
+            ),
+        ),
+        (
+            bool(options.overlays) and not fmt.has_overlays,
+            unsupported(no_lines, "/overlays", "overlays", "none, or another format"),
+        ),
+        (
+            options.has_wires and not options.has_solid_wires and not fmt.has_overlays,
+            unsupported(
+                no_lines,
+                "/wires",
+                "isoparametric curves as lines",
+                "tubes or ribbons, or another format",
+            ),
+        ),
+        (
+            not fmt.compact and (encode.quantize or encode.compression != "none"),
+            unsupported(
+                f"The format {fmt.name} has no compact form.",
+                f"/{compact_option}",
+                compact_option,
+                "nothing here, or one of the formats glb and gltf",
+            ),
+        ),
+        (
+            encode.compression not in ("none", *list_compressions()),
+            Issue(
+                "compression_unavailable",
+                "This service was installed without the library that compresses.",
+                "/compression",
+                encode.compression,
+                "none, or a service with the extra named meshopt",
+            ),
+        ),
+        (
+            encode.exact and (options.has_solid_wires or not options.has_faces),
+            unsupported(
+                "The exact form holds patches, and lines.",
+                "/oogl",
+                "wires that have faces, or no surface",
+                "the surface, its curves as lines, or another form",
+            ),
+        ),
+    )
+    for is_refused, issue in refusals:
+        if is_refused:
+            raise UnsupportedByFormat(issue)
 
 
 def check_vertices(vertices: int, limits: Limits, where: str = "/resolution") -> None:
@@ -204,39 +226,6 @@ def _check_names(model: PatchModel) -> None:
         got = "an attribute and a curvature with the same name"
         needed = f"other names than {' and '.join(NAMES)}, or no curvatures"
         raise InvalidRequest(Issue("name_clash", message, "/curvatures", got, needed))
-
-
-def count_models(model: Model, options: MeshOptions) -> tuple[Counts, Counts]:
-    """Upper bounds of the counts of a mesh, from the lowered surface.
-
-    They are closer than bounds from a `SurfaceSize`, because the patches show which
-    neighbours divide an edge more finely, and how a curve bends.
-
-    Returns
-    -------
-    distinct_counts, all_counts : Counts
-        The counts if each distinct model of a group counts once, and if all copies count.
-    """
-    models = model.models if isinstance(model, GroupModel) else (model,)
-    return sum_counts(model, [_count(submodel, options) for submodel in models])
-
-
-def _count(model: PatchModel | SweepModel, options: MeshOptions) -> Counts:
-    if isinstance(model, SweepModel):
-        return Counts(*predict_sweep(model, options)[:3])
-    return Counts(*predict_size(model, options)) if options.has_faces else Counts(0, 0, 0)
-
-
-def sum_counts(model: Model, counts: Sequence[Counts]) -> tuple[Counts, Counts]:
-    """The sums of the counts of a group's models: each model once, and for all copies."""
-    copy_counts = counts
-    if isinstance(model, GroupModel):
-        copy_counts = [counts[member.model] for member in model.members]
-    distinct_counts, all_counts = (
-        Counts(*map(sum, zip(*map(astuple, summands), strict=True)))
-        for summands in (counts, copy_counts)
-    )
-    return distinct_counts, all_counts
 
 
 def require_patches(model: Model) -> PatchModel:

@@ -63,23 +63,16 @@ POINT_BYTES, CONVERSION_BYTES = 700, 100
 
 @dataclass(frozen=True, slots=True)
 class Cost:
-    """Upper bounds of the size and memory of a result, and the time that it takes.
+    """The most memory that a piece of work takes, and its time.
 
     Attributes
     ----------
-    vertices, triangles : int
-        Number of vertices (or points, hits or pieces), and of triangles, of the result.
-    bytes : int
-        Bytes of the file.
     memory : int
         The most bytes in use at one time, for patches, mesh and file; without the surface itself.
     seconds : float
         Approximate time of one processor.
     """
 
-    vertices: int
-    triangles: int
-    bytes: int
     memory: int
     seconds: float
 
@@ -103,7 +96,7 @@ def lowering_memory(size: SurfaceSize, other_bytes: int = 0) -> int:
 
 def compression_cost(length: int) -> Cost:
     """The cost of compressing a response of `length` bytes."""
-    return Cost(0, 0, length, with_scratch(2 * length), 1e-3 + length * 5e-8)
+    return Cost(with_scratch(2 * length), 1e-3 + length * 5e-8)
 
 
 def definition_cost(size: SurfaceSize, max_bytes: int = sys.maxsize) -> Cost:
@@ -114,7 +107,7 @@ def definition_cost(size: SurfaceSize, max_bytes: int = sys.maxsize) -> Cost:
     """
     byte_bound = 1000 + 600 * size.members + 4 * size.surface_bytes + 8 * size.name_bytes
     byte_bound = min(byte_bound, max_bytes)
-    return Cost(0, 0, byte_bound, 3 * byte_bound, 1e-4 * size.members + byte_bound * 1e-8)
+    return Cost(3 * byte_bound, 1e-4 * size.members + byte_bound * 1e-8)
 
 
 def curve_cost(points: int, degree: int, numbers: int, file_bytes: int) -> Cost:
@@ -123,7 +116,7 @@ def curve_cost(points: int, degree: int, numbers: int, file_bytes: int) -> Cost:
     Its Bézier pieces have together `numbers` numbers, and the file has `file_bytes` bytes.
     """
     memory = with_scratch(8 * numbers + POINT_BYTES * points + 2 * file_bytes)
-    return Cost(points, 0, file_bytes, memory, 5e-4 + points * degree * 2e-6)
+    return Cost(memory, 5e-4 + points * degree * 2e-6)
 
 
 def conversion_points(size: SurfaceSize, operations: Sequence[Operation]) -> int:
@@ -144,11 +137,10 @@ def conversion_points(size: SurfaceSize, operations: Sequence[Operation]) -> int
     return max_points
 
 
-def conversion_cost(size: SurfaceSize, points: int, limits: Limits) -> Cost:
+def conversion_cost(size: SurfaceSize, points: int) -> Cost:
     """The cost of a conversion whose surfaces have at most `points` control points at each step."""
     numbers = (4 + size.width) * points  # x, y, z, a weight, and the channels
-    memory = with_scratch(size.peak_bytes + CONVERSION_BYTES * numbers)
-    return Cost(0, 0, min(32 * numbers + 1000, limits.max_bytes), memory, 3e-3 + numbers * 1e-6)
+    return Cost(with_scratch(size.peak_bytes + CONVERSION_BYTES * numbers), 3e-3 + numbers * 1e-6)
 
 
 def max_converted_points(size: SurfaceSize, limits: Limits) -> int:
@@ -164,16 +156,13 @@ def estimation_cost(size: SurfaceSize, options: MeshOptions, formats: int, limit
     Counting the vertices of a mesh by resolution needs most memory if two sides of a patch are one
     edge, or if a side has one division; each count is taken to be such a count.
     """
-    counts = mesh_counts(size, options)
-    counted_vertices = (
-        0 if options.accuracy or counts.vertices > limits.max_vertices else counts.vertices
-    )
+    vertices = 0 if options.accuracy else mesh_counts(size, options).vertices
+    counted_vertices = vertices if vertices <= limits.max_vertices else 0
     memory = with_scratch(lowering_memory(size) + VERTEX_BYTES // 2 * counted_vertices)
     seconds = 4e-4 + 6e-5 * formats + 3e-5 * size.patches + 1e-3 * (size.members - 1)
     if options.accuracy is not None:
         seconds += 1e-4 * size.patches + 5e-3
-    triangles = counts.triangles + 2 * counts.quads
-    return Cost(counts.vertices, triangles, 0, min(memory, limits.max_memory), seconds)
+    return Cost(min(memory, limits.max_memory), seconds)
 
 
 def mesh_cost(
@@ -211,7 +200,7 @@ def mesh_cost(
     if encode.exact and fmt.encode_exact is not None:
         patch_memory = 96 * mesh.control_points + line_memory
         patch_memory += 2 * file_bytes + min(TEXT_BYTES, 8 * file_bytes)
-        return Cost(0, 0, file_bytes, lowering_memory(size, patch_memory), seconds)
+        return Cost(lowering_memory(size, patch_memory), seconds)
     # A group in a format without nodes: its meshes are built, and then joined to one mesh.
     is_flattened = size.members > 1 and fmt.encode_scene is None
     numbers = 3 + 3 * options.normals + size.width * bool(fmt.carries)
@@ -235,7 +224,7 @@ def mesh_cost(
     if size.curves or options.has_solid_wires:
         building_memory += SWEPT_VERTEX_BYTES * (mesh.vertices + mesh.patches)
     mesh_memory = max(building_memory, mesh_bytes + _writing_memory(mesh, file_bytes, fmt, encode))
-    return Cost(mesh.vertices, triangles, file_bytes, lowering_memory(size, mesh_memory), seconds)
+    return Cost(lowering_memory(size, mesh_memory), seconds)
 
 
 def adaptive_cost(
@@ -244,8 +233,8 @@ def adaptive_cost(
     mesh: MeshSize,
     form: tuple[Format, EncodeOptions],
     limits: Limits,
-) -> Cost:
-    """The cost of a mesh by tolerance with the most triangles that limits, budget and memory allow.
+) -> tuple[int, int, Cost]:
+    """The size and cost of the largest mesh by tolerance that limits, budget and memory allow.
 
     Parameters
     ----------
@@ -256,6 +245,11 @@ def adaptive_cost(
         Numbers of patches, names and overlays of the mesh.
     form : (Format, EncodeOptions)
     limits : Limits
+
+    Returns
+    -------
+    max_triangles, file_bytes, cost
+        The most triangles of the mesh, the most bytes of its file, and its cost.
 
     Raises
     ------
@@ -288,14 +282,8 @@ def adaptive_cost(
         limits.max_bytes,
         accuracy.max_bytes or sys.maxsize,
     )
-    vertices = min(limits.max_vertices, max_triangles + 2 * mesh.patches)
-    return Cost(
-        vertices,
-        max_triangles,
-        file_bytes,
-        fixed_memory + triangle_memory * max_triangles,
-        5e-3 + 3e-5 * max_triangles,
-    )
+    cost = Cost(fixed_memory + triangle_memory * max_triangles, 5e-3 + 3e-5 * max_triangles)
+    return max_triangles, file_bytes, cost
 
 
 def adaptive_triangles(accuracy: Accuracy, limits: Limits, patches: int = 0) -> int:

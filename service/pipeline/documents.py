@@ -47,7 +47,7 @@ def plan_conversion(
         raise InvalidRequest(replace(NOT_PATCHES, pointer="/surface"))
     # A result with more control points than fit into memory is refused as too large.
     max_points = min(allowed.control_points, max_converted_points(size, limits))
-    cost = conversion_cost(size, min(max_points, conversion_points(size, operations)), limits)
+    cost = conversion_cost(size, min(max_points, conversion_points(size, operations)))
     allowed = replace(allowed, control_points=max_points)
     return Work(cost, partial(_convert, surface, operations, allowed, limits))
 

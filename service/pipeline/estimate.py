@@ -25,11 +25,11 @@ from service.engine.options import MeshOptions
 from service.engine.plans.counts import Counts, count_mesh
 from service.engine.quantize import find_grid_error
 from service.errors import InvalidRequest, Issue, SurfaceError, TooLarge
-from service.pipeline.checks import check_surface, count_models, sum_counts
+from service.pipeline.checks import check_surface
 from service.pipeline.cost import EFFORT_FACTOR, Work, adaptive_triangles, estimation_cost
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.pipeline.mesh import keep_storable_channels
-from service.pipeline.mesh_counts import mesh_size
+from service.pipeline.mesh_counts import count_models, mesh_size, sum_counts
 from service.pipeline.mesh_plan import PLAIN, build_plan, estimate_stored_size, shares_meshes
 from service.surface.curve_model import SweepModel
 from service.surface.lowered import GroupModel, Model, PatchModel
@@ -207,7 +207,7 @@ def _estimate(
             memory.append((fmt.name, plan.cost.memory))
             if options.accuracy is not None:
                 # A mesh with more triangles than its cost allows is refused while it is built.
-                certain &= prediction.all_counts.triangles <= plan.cost.triangles
+                certain &= prediction.all_counts.triangles <= plan.max_triangles
         except SurfaceError as error:
             for issue in error.issues:
                 refused_formats.setdefault(issue, []).append(fmt.name)

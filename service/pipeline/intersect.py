@@ -35,8 +35,10 @@ def plan_intersect(
         max_hits = min(max(HITS_PER_RAY * count, MIN_HITS), limits.max_bytes // HIT_JSON_BYTES)
     size = surface.stored_size()
     check_surface(size, limits)
-    cost = rays_cost(searched_nets(size), count, max_hits)
-    limits.check_bytes(cost.bytes, "/rays")
+    # The response has the number of hits of each ray.
+    file_bytes = 1000 + count * 16 + max_hits * HIT_JSON_BYTES
+    cost = rays_cost(searched_nets(size), count, max_hits, file_bytes)
+    limits.check_bytes(file_bytes, "/rays")
     instead = "a smaller surface, fewer rays at once"
     limits.check_memory(cost.memory, "The response", "/rays", instead)
     return Work(cost, partial(_intersect, surface, query, max_hits))

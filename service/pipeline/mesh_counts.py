@@ -1,15 +1,20 @@
-"""Upper bounds of the counts of a mesh, from the shapes of its surface and the options."""
+"""Upper bounds of the counts of a mesh: from the shapes of its surface, or from its patches."""
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import astuple, replace
 
 from service.bases import triangle
 from service.encoders.format import Format, MeshSize
 from service.engine.curvatures.ranges import NAMES as CURVATURES
 from service.engine.options import MeshOptions
 from service.engine.plans.counts import Counts
+from service.engine.sweeps.sweep import predict_sweep
+from service.engine.tessellate import predict_size
 from service.engine.wires.draw import NAME as WIRES
 from service.engine.wires.draw import bound_solid_counts
 from service.engine.wires.isocurves import bound_isocurves
+from service.surface.curve_model import SweepModel
+from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sizes import SurfaceSize
 
 
@@ -119,3 +124,36 @@ def adaptive_size(mesh: MeshSize, options: MeshOptions, triangles: int) -> MeshS
         overlay_points=mesh.overlay_points + added_points,
         overlay_segments=mesh.overlay_segments + added_points,
     )
+
+
+def count_models(model: Model, options: MeshOptions) -> tuple[Counts, Counts]:
+    """Upper bounds of the counts of a mesh, from the lowered surface.
+
+    They are closer than bounds from a `SurfaceSize`, because the patches show which
+    neighbours divide an edge more finely, and how a curve bends.
+
+    Returns
+    -------
+    distinct_counts, all_counts : Counts
+        The counts if each distinct model of a group counts once, and if all copies count.
+    """
+    models = model.models if isinstance(model, GroupModel) else (model,)
+    return sum_counts(model, [_count(submodel, options) for submodel in models])
+
+
+def _count(model: PatchModel | SweepModel, options: MeshOptions) -> Counts:
+    if isinstance(model, SweepModel):
+        return Counts(*predict_sweep(model, options)[:3])
+    return Counts(*predict_size(model, options)) if options.has_faces else Counts(0, 0, 0)
+
+
+def sum_counts(model: Model, counts: Sequence[Counts]) -> tuple[Counts, Counts]:
+    """The sums of the counts of a group's models: each model once, and for all copies."""
+    copy_counts = counts
+    if isinstance(model, GroupModel):
+        copy_counts = [counts[member.model] for member in model.members]
+    distinct_counts, all_counts = (
+        Counts(*map(sum, zip(*map(astuple, summands), strict=True)))
+        for summands in (counts, copy_counts)
+    )
+    return distinct_counts, all_counts

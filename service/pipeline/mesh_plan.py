@@ -16,11 +16,10 @@ from service.pipeline.checks import (
     check_options,
     check_surface,
     check_vertices,
-    count_models,
 )
 from service.pipeline.cost import Cost, adaptive_cost, mesh_cost
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
-from service.pipeline.mesh_counts import count_samples, mesh_size
+from service.pipeline.mesh_counts import count_models, count_samples, mesh_size
 from service.surface.lowered import Model, PatchModel
 from service.surface.sizes import SurfaceKind, SurfaceSize
 
@@ -41,6 +40,10 @@ class MeshPlan:
     size, stored : MeshSize
         Upper bounds of the counts of the mesh, for all copies of the surfaces in a group; and of
         the counts that the format stores, where copies may share one mesh.
+    max_triangles : int
+        The most triangles of a mesh by tolerance; 0 for a mesh by resolution.
+    file_bytes : int
+        Upper bound of the bytes of the file.
     is_certain : bool
         Whether these bounds are final. If not, `check` computes closer bounds from the patches.
     unjoined_memory : int
@@ -56,6 +59,8 @@ class MeshPlan:
     counted_size: SurfaceSize
     size: MeshSize
     stored: MeshSize
+    max_triangles: int
+    file_bytes: int
     is_certain: bool
     unjoined_memory: int
     cost: Cost
@@ -82,9 +87,9 @@ class MeshPlan:
         vertices = sum(predict_size(model, self.options)[0] for model in models)
         check_vertices(vertices, self.limits)
         growth = max(1.0, vertices / max(self.stored.vertices, 1))
-        # If `is_certain` is false, `cost.bytes` may be far more than the file will have.
+        # If `is_certain` is false, `file_bytes` may be far more than the file will have.
         if self.is_certain:
-            check_bytes(round(self.cost.bytes * growth), self.fmt, self.limits)
+            check_bytes(round(self.file_bytes * growth), self.fmt, self.limits)
         _check_memory(round(self.unjoined_memory * growth), self.limits)
 
     def encode_mesh(self, mesh: Mesh | Scene) -> Content:
@@ -148,8 +153,8 @@ def plan_sizes(
     stored = size if counted_size is complete else mesh_size(counted_size, options, fmt)
     request = (options, fmt, encode, limits, complete, counted_size, size)
     if options.accuracy is not None:
-        cost = adaptive_cost(counted_size, options, stored, form, limits)
-        return MeshPlan(*request, stored, True, cost.memory, cost)
+        triangles, file_bytes, cost = adaptive_cost(counted_size, options, stored, form, limits)
+        return MeshPlan(*request, stored, triangles, file_bytes, True, cost.memory, cost)
     ru, rv = options.resolution
     # In the other cases bounds from shapes may be far above bounds from patches.
     is_certain = ru == rv and not (complete.curves or (options.curvatures and complete.members > 1))
@@ -173,10 +178,10 @@ def plan_sizes(
     unjoined_memory = cost.memory
     if counted_size is not complete and options.weld_tolerance:
         # Members of a group that meet cannot share a mesh, so each of them is stored.
-        file_bytes = min(fmt.byte_bound(size, encode), limits.max_bytes)
-        separate_memory = mesh_cost(complete, options, size, file_bytes, form).memory
+        all_bytes = min(fmt.byte_bound(size, encode), limits.max_bytes)
+        separate_memory = mesh_cost(complete, options, size, all_bytes, form).memory
         cost = replace(cost, memory=max(unjoined_memory, min(separate_memory, limits.max_memory)))
-    return MeshPlan(*request, stored, is_certain, unjoined_memory, cost)
+    return MeshPlan(*request, stored, 0, file_bytes, is_certain, unjoined_memory, cost)
 
 
 def _check_memory(byte_bound: int, limits: Limits) -> None:

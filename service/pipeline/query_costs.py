@@ -39,7 +39,7 @@ def points_cost(size: SurfaceSize, count: int, order: int) -> Cost:
     degree = max(size.degree)
     seconds = 5e-4 + 4e-6 * size.patches + 2e-9 * size.peak_bytes
     seconds += count * (order + 1) * 1e-5 * max(1, degree / 4) ** 3
-    return Cost(count, 0, file_bytes, memory, seconds)
+    return Cost(memory, seconds)
 
 
 class SearchedNets(NamedTuple):
@@ -81,7 +81,7 @@ def project_cost(nets: SearchedNets, count: int, file_bytes: int, *, sign: bool)
     if sign:
         memory += 4 * nets.surface_memory + SIGN_BYTES
         seconds = 1e-2 + 4 * seconds
-    return Cost(count, 0, file_bytes, memory + ITEM_BYTES * count + 2 * file_bytes, seconds)
+    return Cost(memory + ITEM_BYTES * count + 2 * file_bytes, seconds)
 
 
 def _cell_memory(degree: tuple[int, int]) -> int:
@@ -91,10 +91,9 @@ def _cell_memory(degree: tuple[int, int]) -> int:
     return CELL_BYTES + 2 * 32 * (p + 1) * (q + 1)
 
 
-def rays_cost(nets: SearchedNets, count: int, hits: int) -> Cost:
+def rays_cost(nets: SearchedNets, count: int, hits: int, file_bytes: int) -> Cost:
     """The cost of finding at most `hits` hits of `count` rays."""
-    # The response has the number of hits of each ray.
-    base = project_cost(nets, count, 1000 + count * 16 + hits * HIT_JSON_BYTES, sign=False)
+    base = project_cost(nets, count, file_bytes, sign=False)
     return replace(base, memory=base.memory + HIT_BYTES * hits)
 
 
@@ -110,12 +109,12 @@ def piece_memory(net_points: int, bytes_of_1000: int) -> int:
 def sections_cost(size: SurfaceSize, planes: int, pieces: int, piece_bytes: int) -> Cost:
     """The cost of sections by `planes` planes, with `pieces` pieces.
 
-    `piece_bytes` is the result of `piece_memory`; as a bound of the bytes of the file it is coarse.
+    `piece_bytes` is the result of `piece_memory`.
     """
     memory = SECTION_BATCH_BYTES + lowering_memory(size)
     memory += searched_nets(size).number * _cell_memory(size.degree)
     seconds = 2e-2 + 1e-4 * size.patches + 5e-3 * planes
-    return Cost(pieces, 0, pieces * piece_bytes, memory + pieces * piece_bytes, seconds)
+    return Cost(memory + pieces * piece_bytes, seconds)
 
 
 def measure_effort(degree: tuple[int, int]) -> int:
@@ -140,4 +139,4 @@ def measure_cost(size: SurfaceSize, budget: int, file_bytes: int) -> Cost:
         + MEASURE_BATCH_BYTES
     )
     seconds = 0.1 + 3e-9 * measure_effort(size.degree) * size.patches
-    return Cost(0, 0, file_bytes, memory + 2 * file_bytes, seconds)
+    return Cost(memory + 2 * file_bytes, seconds)

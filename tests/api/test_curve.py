@@ -14,7 +14,9 @@ from service.encoders.polylines.format import CurveFormat, PolylineSize
 from service.encoders.polylines.registry import CURVE_FORMATS
 from service.encoders.registry import FORMATS
 from service.engine.curves.options import CurveOptions
+from service.errors import TooLarge
 from service.pipeline.curve import plan_curve
+from service.pipeline.limits import Limits
 from service.settings.values import Settings
 from service.surface.curve import BezierCurve
 from tests.clients.gltf_validator import list_issues
@@ -171,14 +173,17 @@ def test_too_many_points_are_refused(options: dict[str, Any]) -> None:
 
 def test_the_limit_of_points_falls_with_the_degree() -> None:
     """Arc lengths of `max_vertices` points would take too long, and longer for higher degrees."""
-    limits = []
+    # A thousandth of the default limits, because the resolution has a limit of its own.
+    small_limits = Limits(max_vertices=4_500, max_multiplications=5_000_000)
+    max_points = []
     for degree in (2, 8, 64):
         curve = BezierCurve(np.eye(degree + 1)[:, :3])
-        work = plan_curve(curve, CurveOptions(tolerance=1.0), CURVE_FORMATS[0])
-        limits.append(work.cost.vertices)  # the most points that the tolerance may need
-    assert limits == sorted(limits, reverse=True)
-    assert limits[0] < Settings().max_vertices
-    assert limits[-1] > 5_000, "the limit of the highest degree must still be useful"
+        with pytest.raises(TooLarge) as refused:
+            plan_curve(curve, CurveOptions(10_000), CURVE_FORMATS[0], small_limits)
+        max_points.append(int(refused.value.issues[0].needed.removeprefix("at most ")))
+    assert max_points == sorted(max_points, reverse=True)
+    assert max_points[0] < small_limits.max_vertices
+    assert max_points[-1] > 5, "the limit of the highest degree must still be useful"
 
 
 @pytest.mark.parametrize("fmt", CURVE_FORMATS, ids=lambda fmt: fmt.name)

@@ -136,7 +136,7 @@ async def test_a_thread_without_requests_is_cancelled_and_keeps_its_memory_until
             raise
 
     async def work(job: Job) -> None:
-        cost = Cost(vertices=0, triangles=0, bytes=0, memory=1000, seconds=1.0)
+        cost = Cost(memory=1000, seconds=1.0)
         await job.run(LongWork(cost, compute), "x")
 
     flights = Flights()

@@ -43,7 +43,7 @@ def build_work(
     The estimate says whether the work is too long for the event loop.
     """
     seconds = 10.0 if is_long else INLINE_SECONDS
-    return Work(Cost(vertices=0, triangles=0, bytes=0, memory=memory, seconds=seconds), call)
+    return Work(Cost(memory, seconds), call)
 
 
 async def run_tasks() -> None:
