@@ -1,6 +1,5 @@
 """Middleware that sends cached responses, and answers preflight requests."""
 
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from operator import attrgetter
 
@@ -84,16 +83,9 @@ def _choose_variant(
     """The variant to send, and whether the client has it already; None if it must be made."""
     if "identity" not in accepted:
         return None  # the client accepts only compressed bodies, even if they are not smaller
-    unchanged = find_match(condition, _cached_variants(entry, accepted), _TAG)
+    variants = (entry.variants[coding] for coding in accepted if coding in entry.variants)
+    unchanged = find_match(condition, variants, attrgetter("tag"))
     if unchanged is not None:
         return unchanged, True
     variant = entry.variants.get(accepted[0])
     return None if variant is None else (variant, condition is not None and matches_all(condition))
-
-
-def _cached_variants(entry: CachedResponse, accepted: Codings) -> Iterator[Variant]:
-    """The variants in memory that the client accepts, best first."""
-    return (entry.variants[coding] for coding in accepted if coding in entry.variants)
-
-
-_TAG: Callable[[Variant], bytes] = attrgetter("tag")

@@ -125,19 +125,15 @@ def _parse_format(query: bytes) -> str | None:
         values = values_from_text(parse_qsl(query.decode("latin-1"), keep_blank_values=True))
     except InvalidRequest as error:
         raise InvalidQuery(*error.issues) from None
-    _refuse_unknown(values.keys() - {"format"}, "only `format`; options go into the body")
+    refuse_parameters(values.keys() - {"format"}, "only `format`; options go into the body")
     return str(values["format"]) if values else None
 
 
 _parse_cached = lru_cache(maxsize=256)(_parse_format)
 
 
-def refuse_parameters(names: Iterable[str]) -> None:
-    """Raises `InvalidQuery` if the query has parameters, for calls that take none."""
-    _refuse_unknown(names, "no parameters")
-
-
-def _refuse_unknown(names: Iterable[str], needed: str) -> None:
+def refuse_parameters(names: Iterable[str], needed: str = "no parameters") -> None:
+    """Raises `InvalidQuery` if the query has parameters of these names, which the call lacks."""
     message, got = "This call has no parameter of this name.", "an unknown parameter"
     paths = [pointer([shorten(name)]) for name in sorted(names)]
     if paths:

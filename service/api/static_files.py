@@ -16,24 +16,19 @@ from service.api.negotiation import codings_of, condition_of
 from service.api.responses import HEADERS, ChunkedResponse
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class StaticFile:
-    """A file: how to read it, its media type, and extra headers."""
+    """A file: how to read it, its media type, and extra headers.
+
+    Once it is loaded, it has its content, its hash in hexadecimal, and its bodies by coding. A
+    compressed body is None if it is not much smaller than the content.
+    """
 
     read: Callable[[], bytes]
     media_type: str
     headers: Mapping[str, str] = field(default_factory=dict)
-
-
-@dataclass(slots=True)
-class _LoadedFile:
-    """A file in memory: its content, its hash in hexadecimal, and its bodies by coding.
-
-    A compressed body is None if it is not much smaller than the content.
-    """
-
-    content: bytes
-    hash: str
+    content: bytes = b""
+    hash: str = ""
     bodies: dict[Coding, bytes | None] = field(default_factory=dict)
 
 
@@ -46,7 +41,6 @@ class StaticFiles:
 
     def __init__(self, files: Mapping[str, StaticFile]) -> None:
         self._files = files
-        self._loaded: dict[str, _LoadedFile] = {}
 
     async def respond(self, request: Request, name: str, status: int = 200) -> Response:
         """The response to GET or HEAD for the file of this name.
@@ -64,7 +58,7 @@ class StaticFiles:
             unchanged_coding = coding
         headers = {
             **HEADERS,
-            **self._files[name].headers,
+            **file.headers,
             "ETag": entity_tag(file.hash, unchanged_coding or coding).decode(),
             "Cache-Control": "no-cache",
             "Vary": "Accept-Encoding",
@@ -73,21 +67,21 @@ class StaticFiles:
             return Response(status_code=304, headers=headers)
         if coding != "identity":
             headers["Content-Encoding"] = coding
-        return ChunkedResponse(body, status, headers, self._files[name].media_type)
+        return ChunkedResponse(body, status, headers, file.media_type)
 
-    async def _load(self, name: str) -> _LoadedFile:
-        if name not in self._files:
-            raise HTTPException(404)
-        file = self._loaded.get(name)
+    async def _load(self, name: str) -> StaticFile:
+        file = self._files.get(name)
         if file is None:
+            raise HTTPException(404)
+        if not file.hash:
             try:
-                content = await asyncio.to_thread(self._files[name].read)
+                file.content = await asyncio.to_thread(file.read)
             except FileNotFoundError:
                 raise HTTPException(404) from None
-            file = self._loaded[name] = _LoadedFile(content, sha256(content).hexdigest())
+            file.hash = sha256(file.content).hexdigest()
         return file
 
-    async def _encode_file(self, file: _LoadedFile, coding: Coding) -> tuple[Coding, bytes]:
+    async def _encode_file(self, file: StaticFile, coding: Coding) -> tuple[Coding, bytes]:
         """The file in a coding, or unchanged if the coding hardly makes it smaller."""
         if coding == "identity":
             return coding, file.content

@@ -68,7 +68,8 @@ class Folder(Bucket):
             await to_thread.run_sync(_sync, staged_path)
             await obstore.rename_async(self.objects, name, key)
         except Exception:
-            await to_thread.run_sync(_remove, staged_path)
+            with suppress(OSError):
+                await to_thread.run_sync(os.unlink, staged_path)
             raise
         await to_thread.run_sync(_sync, final_path.parent, final_path.parent.parent)
 
@@ -106,11 +107,6 @@ def _sync(*paths: Path) -> None:
                 raise
         finally:
             os.close(file)
-
-
-def _remove(file: Path) -> None:
-    with suppress(OSError):
-        file.unlink(missing_ok=True)
 
 
 def _sweep(staging: Path) -> None:

@@ -37,7 +37,7 @@ class Usage:
     """
 
     def __init__(self, quota: int, list_bytes: Callable[[], Awaitable[int]]) -> None:
-        self._quota = quota
+        self.quota = quota
         self._list_bytes = list_bytes
         self._used = 0
         self._reserved = 0
@@ -52,7 +52,7 @@ class Usage:
 
     async def recount(self) -> None:
         """Counts again, or waits for the running count; does nothing without a quota."""
-        if self._quota:
+        if self.quota:
             await asyncio.shield(self._start_count())
 
     @asynccontextmanager
@@ -82,11 +82,11 @@ class Usage:
         self._added += max(0, growth)
 
     async def _check_room(self, growth: int) -> None:
-        if not self._quota or not growth:
+        if not self.quota or not growth:
             return
         if self._counted_at is None:
             await self.recount()
-        if growth > self._free_bytes and growth <= self._quota and self._age > FRESH_SECONDS:
+        if growth > self._free_bytes and growth <= self.quota and self._age > FRESH_SECONDS:
             await self.recount()
         if growth > self._free_bytes:
             raise quota_exceeded(self._free_bytes, growth)
@@ -95,7 +95,7 @@ class Usage:
 
     @property
     def _free_bytes(self) -> int:
-        return self._quota - self._used - self._reserved
+        return self.quota - self._used - self._reserved
 
     @property
     def _age(self) -> float:

@@ -49,20 +49,14 @@ class SurfaceStore:
 
     def __init__(self, backend: Bucket, quota: int) -> None:
         self.operations = Operations()
-        self.quota = quota
         self._backend = backend
-        self._usage = Usage(quota, self._list_bytes)
+        self.usage = Usage(quota, self._list_bytes)
         self._limiter = CapacityLimiter(MAX_CONCURRENT)
         # For each id that is being stored or deleted, its lock.
         self._writing: WeakValueDictionary[str, Lock] = WeakValueDictionary()
         self._ready_lock = Lock()
         self._last_check: tuple[float, bool] | None = None
         self._failing_since: float | None = None
-
-    @property
-    def used(self) -> int | None:
-        """Bytes in use, as last counted; None before the first count, or without a quota."""
-        return self._usage.used
 
     async def put(self, id: str, content: bytes) -> bool:
         """Stores a content; returns False if it was stored already.
@@ -95,7 +89,7 @@ class SurfaceStore:
                 _log.warning("%s is damaged, %d bytes instead of %d", key, old_size, len(content))
             # The repair of a damaged object takes no bytes of the quota, so it is never refused.
             growth = len(content) if old_size is None else 0
-            async with self._usage.reserve(growth), self._limiter:
+            async with self.usage.reserve(growth), self._limiter:
                 with translate_errors(f"storing {key}"):
                     await self._backend.write(key, content)
         return True
@@ -147,7 +141,7 @@ class SurfaceStore:
                             await obstore.delete_async(self._backend.objects, key)
                     except FileNotFoundError:
                         return False
-                self._usage.add(-size)
+                self.usage.add(-size)
                 return True
 
     async def is_ready(self) -> bool:
@@ -175,7 +169,7 @@ class SurfaceStore:
             with suppress(SurfaceError):
                 with translate_errors("sweeping"):
                     await self._backend.sweep()
-                await self._usage.recount()
+                await self.usage.recount()
             await asyncio.sleep(MAINTENANCE_INTERVAL)
 
     def _lock(self, id: str) -> Lock:

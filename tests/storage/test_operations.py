@@ -40,4 +40,4 @@ async def test_operations_are_counted_by_kind_and_outcome(tmp_path: Path) -> Non
         ("ask", "done"): 1,  # by `is_ready`
     }
     assert all(total.seconds > 0 for total in totals.values())
-    assert store.used == 0
+    assert store.usage.used == 0

@@ -161,12 +161,6 @@ class CachedResponse:
         self.size = ENTRY_BYTES + sum(len(k) + len(v) for k, v in self._common_headers)
         self.add(self.make_variant("identity", plain), "identity")
 
-    def headers(self, variant: Variant, *, has_engine: bool, timing: bytes) -> RawHeaders:
-        """The headers of a 200 response with this variant."""
-        return self._headers_200(
-            variant.coding, len(variant.body), has_engine=has_engine, timing=timing
-        )
-
     def make_variant(self, coding: Coding, body: bytes | None) -> Variant:
         """The file in a coding; the uncompressed file if `body` is None (`codings.compress`)."""
         if body is None:
@@ -177,7 +171,7 @@ class CachedResponse:
             self.subject.tag(coding),
             {"type": "http.response.body", "body": body},
             {"type": "http.response.body", "body": body, "more_body": True},
-            _build_heads(200, partial(self._headers_200, coding, len(body), timing=HIT)),
+            _build_heads(200, partial(self.build_200_headers, coding, len(body))),
             _build_heads(304, partial(self.subject.build_304_headers, coding)),
         )
 
@@ -195,10 +189,13 @@ class CachedResponse:
         """Bytes that the response takes at most, once it has all codings."""
         return self.size + (len(CODINGS) - 1) * (len(self.plain) + VARIANT_BYTES)
 
-    def _headers_200(
-        self, coding: Coding, length: int, *, has_engine: bool, timing: bytes
+    def build_200_headers(
+        self, coding: Coding, length: int, *, has_engine: bool, timing: bytes = HIT
     ) -> RawHeaders:
-        """The headers of a 200 response: those of the file and the body, and those of a 304."""
+        """The headers of a 200 response whose body has `length` bytes in this coding.
+
+        They are those of the file and of the body, and those of a 304.
+        """
         encoding = () if coding == "identity" else ((b"content-encoding", coding.encode()),)
         return (
             *self._common_headers,

@@ -9,7 +9,7 @@ import struct
 import sys
 import zlib
 from collections.abc import Callable, Iterator, Mapping
-from functools import lru_cache
+from functools import lru_cache, partial
 from types import MappingProxyType
 from typing import Literal, TypeAlias
 
@@ -67,10 +67,6 @@ def parse_accepted_codings(header: bytes | None) -> Codings:
     return _parse_cached(header) if len(header) <= _MAX_CACHED else _parse_codings(header)
 
 
-def _zstd(content: bytes) -> bytes:
-    return zstd.compress(content, ZSTD_LEVEL)
-
-
 def _gzip(content: bytes) -> bytes:
     """One member of a gzip file (RFC 1952), with a head that depends on no time or system."""
     compressor = zlib.compressobj(GZIP_LEVEL, zlib.DEFLATED, -zlib.MAX_WBITS)
@@ -82,7 +78,7 @@ _GZIP_HEAD = b"\x1f\x8b\x08\x00\x00\x00\x00\x00\x00\xff"
 """Deflate, no flags, no time, no hint, unknown system."""
 
 COMPRESS_FUNCTIONS: Mapping[Coding, Callable[[bytes], bytes]] = MappingProxyType(
-    {"zstd": _zstd, "gzip": _gzip}
+    {"zstd": partial(zstd.compress, level=ZSTD_LEVEL), "gzip": _gzip}
 )
 
 COMPRESSOR_VERSIONS: Mapping[Coding, str] = MappingProxyType(

@@ -88,23 +88,28 @@ class Signer:
         try:
             text = query.decode("ascii")
             pairs = _parse_pairs(text)
+            (expires,) = (value for name, value in pairs if name == EXPIRES)
+            (signature,) = (value for name, value in pairs if name == SIGNATURE)
         except ValueError:
             raise _build_invalid_error() from None
-        times = [value for name, value in pairs if name == EXPIRES]
-        signatures = [value for name, value in pairs if name == SIGNATURE]
-        if len(times) != 1 or len(signatures) != 1 or not is_signable(path):
-            raise _build_invalid_error()
         signed_pairs = [(name, value) for name, value in pairs if name != SIGNATURE]
-        signature = signatures[0].encode()
         matches = [
-            hmac.compare_digest(_signature(secret, path, signed_pairs).encode(), signature)
+            hmac.compare_digest(_signature(secret, path, signed_pairs).encode(), signature.encode())
             for secret in self._secrets
         ]
-        if not any(matches) or not _TIME.fullmatch(times[0]):
+        if not (is_signable(path) and any(matches) and _TIME.fullmatch(expires)):
             raise _build_invalid_error()
-        if int(times[0]) <= now:
-            raise _build_expired_error()
-        return _strip_signature(text).encode(), int(times[0])
+        if int(expires) <= now:
+            message = "The signature of this URL has expired."
+            got, needed = "a time in the past", "a URL that is signed again"
+            issue = Issue("signature_expired", message, f"/{EXPIRES}", got, needed)
+            raise SignatureExpired(issue)
+        other_parts = (
+            part
+            for part in text.split("&")
+            if unquote_plus(part.partition("=")[0]) not in (EXPIRES, SIGNATURE)
+        )
+        return "&".join(other_parts).encode(), int(expires)
 
 
 def is_signable(path: str) -> bool:
@@ -128,27 +133,11 @@ def _signature(secret: bytes, path: str, pairs: _Pairs) -> str:
     return urlsafe_b64encode(digest).rstrip(b"=").decode()
 
 
-def _strip_signature(query: str) -> str:
-    """The query without the parameters that signing added; its other parameters are unchanged."""
-    signature_fields = (EXPIRES, SIGNATURE)
-    return "&".join(
-        part
-        for part in query.split("&")
-        if unquote_plus(part.partition("=")[0]) not in signature_fields
-    )
-
-
 def _build_invalid_error() -> SignatureInvalid:
     message = "The signature does not belong to this URL."
     needed = "the whole URL, as it was signed"
     issue = Issue("signature_invalid", message, f"/{SIGNATURE}", "another signature", needed)
     return SignatureInvalid(issue)
-
-
-def _build_expired_error() -> SignatureExpired:
-    message = "The signature of this URL has expired."
-    got, needed = "a time in the past", "a URL that is signed again"
-    return SignatureExpired(Issue("signature_expired", message, f"/{EXPIRES}", got, needed))
 
 
 def build_signed_url(

@@ -204,8 +204,10 @@ def _collect_store(store: SurfaceStore) -> Iterator[Metric]:
     for labels, total in store.operations.totals.items():
         operations.add_metric(labels, total.count, total.seconds)
     yield operations
-    yield _gauge("store_bytes", "Bytes of stored surfaces at the last count.", store.used)
-    yield _gauge("store_quota_bytes", "Most bytes of stored surfaces; 0: no limit.", store.quota)
+    yield _gauge("store_bytes", "Bytes of stored surfaces at the last count.", store.usage.used)
+    yield _gauge(
+        "store_quota_bytes", "Most bytes of stored surfaces; 0: no limit.", store.usage.quota
+    )
 
 
 def _family(

@@ -123,7 +123,9 @@ async def get_surface_mesh(
         return FileResponse(
             b"", subject.build_304_headers(variant.coding, has_engine=has_engine), 304
         )
-    headers = entry.headers(variant, has_engine=has_engine, timing=str(timing).encode())
+    headers = entry.build_200_headers(
+        variant.coding, len(variant.body), has_engine=has_engine, timing=str(timing).encode()
+    )
     return FileResponse(variant.body, headers)
 
 
