@@ -10,7 +10,7 @@ import numpy as np
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.encoders.registry import FORMATS
 from service.engine.accuracy import Accuracy
-from service.engine.adaptive.size_bound import MostTriangles, bound_triangles
+from service.engine.adaptive.limits import MostTriangles, bound_triangles
 from service.engine.adaptive.tolerances import (
     build_goal,
     build_model_goals,

@@ -13,9 +13,13 @@ from math import pi
 from service.engine.adaptive.assemble import assemble, draw_overlays
 from service.engine.adaptive.borders.border import divide_border
 from service.engine.adaptive.borders.curves import SideNormals, build_side_normals
-from service.engine.adaptive.limits import Effort, MeshLimits
+from service.engine.adaptive.limits import (
+    Effort,
+    MeshLimits,
+    estimate_least_triangles,
+    sample_goal_isocurves,
+)
 from service.engine.adaptive.refine import triangulate
-from service.engine.adaptive.size_bound import estimate_least_triangles, sample_goal_isocurves
 from service.engine.adaptive.tolerances import (
     build_model_goals,
     limit_tolerance,
@@ -23,9 +27,8 @@ from service.engine.adaptive.tolerances import (
     separate_copies,
     tighten_for_border,
 )
-from service.engine.bounds.certificate_rounding import check_goal, find_least_tolerance
 from service.engine.bounds.faces import find_faces
-from service.engine.bounds.goal import Goal
+from service.engine.bounds.goal import Goal, check_goal, find_least_tolerance
 from service.engine.connectivity.closure import find_closure
 from service.engine.connectivity.curve_patches import leave_out_curves
 from service.engine.connectivity.seams import find_seams

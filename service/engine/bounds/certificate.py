@@ -23,7 +23,7 @@ No point of the surface is further from the mesh than the largest bound of its p
 
 4. **The reference triangle may be any triangle of the mesh**, because the distance to the mesh is
    at most the distance to this triangle, or to this triangle and its neighbours.
-5. **Rounding** is added; `certificate_rounding` derives its bound. The positions are those that are
+5. **Rounding** is added; `goal` derives its bound. The positions are those that are
    stored, so their rounding is part of the distances.
 
 **The distance from the mesh to the surface.** Let A be an affine map of a piece into the reference

@@ -33,7 +33,7 @@ LOW = 3
 
 SHIFT = 2.0**-40
 """Bound of the rounding in the bound of |S − S'|: 4 · 400 u from points, which are rounded fewer
-than 400 times at degree (64, 64) (3 (p + q) + 2 times, `certificate_rounding`), a few u from sums,
+than 400 times at degree (64, 64) (3 (p + q) + 2 times, `goal`), a few u from sums,
 and 2^-44 from parameters within a box: if they change by 2^-53, a cubic surface with coordinates up
 to 4 moves by at most this distance. If weights differ, the bound is multiplied by their ratio."""
 

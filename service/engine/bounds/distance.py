@@ -46,7 +46,7 @@ are inside. All others are measured to all three edges, and to the wedges on the
 A flat patch has distance 0 from two triangles in its plane, whatever its parametrisation, if all
 points of its net lie in these triangles, because θ = 0.
 
-Rounding is in `certificate_rounding`.
+Rounding is in `goal`.
 """
 
 from functools import lru_cache

@@ -12,9 +12,9 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.triangle import degree_of
-from service.engine.bounds.certificate_rounding import bound_storage_error, count_roundings
 from service.engine.bounds.degree_reduction import reduce_boxes
 from service.engine.bounds.distance import bound_distances, bound_heights
+from service.engine.bounds.goal import bound_storage_error, count_roundings
 from service.engine.bounds.reference_triangles import ReferenceTriangles, build_reference_triangles
 from service.engine.nets.blossoms import build_triangle_nets, list_exponents
 from service.engine.nets.patch_nets import Nets, PatchNets

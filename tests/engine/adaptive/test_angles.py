@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from service.engine.accuracy import Accuracy
-from service.engine.adaptive.limits import Effort
+from service.engine.adaptive.limits import Effort, estimate_least_triangles
 from service.engine.adaptive.meshing import build_mesher
-from service.engine.adaptive.size_bound import estimate_least_triangles
 from service.engine.adaptive.tolerances import build_goal
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions

@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 
 from oracles import exact, triangles
 from service.engine.bounds.certificate import certify
-from service.engine.bounds.certificate_rounding import (
+from service.engine.bounds.distance import maximize_quadratics
+from service.engine.bounds.goal import (
+    Goal,
+    View,
     check_goal,
     count_roundings,
     find_least_tolerance,
 )
-from service.engine.bounds.distance import maximize_quadratics
-from service.engine.bounds.goal import Goal, View
 from service.engine.nets.blossoms import build_triangle_nets
 from service.engine.nets.patch_nets import PatchNets
 from service.engine.vectors import UNIT
