@@ -1,19 +1,44 @@
-"""Cells: rectangles of the parameters of patches, which are halved to make integrals precise.
+"""Cells of patches and of borders, their nets and partials, and bounds over each cell.
 
-Cells are the last axis of every array, so that one matrix product computes all cells.
+Cells are halved to make integrals precise. They are the last axis of every array, and coordinates
+are the first one, so that one matrix product computes all cells.
+
+With c the middle of a cell, X = w (S − c) and w are Bézier nets, and
+
+    S_u = (X_u − (S − c) w_u) / w
+
+and likewise S_v. Without weights w = 1. All partials are by the parameters of the cell.
+
+**Rounding.** Coordinates and weights are at most 1, u = 2⁻⁵³, n is the higher degree. A net that
+was computed, halved L times and moved by c has control points with errors of at most
+
+    ε = (24 n + 64 + (2 n + 6) L) u
+
+in length. The reason is that a product with `halves` takes means of n + 1 numbers, with errors of
+at most (n + 2) u in each of three coordinates, and that each of the n steps from a triangular to a
+tensor-product net has an error of at most 12 u. The errors of differences of control points, times
+n, are at most 2 n ε. At a node, the product of two bases has a relative error of at most 12 n u,
+and the sum over both indices adds at most 2 (n + 2) u times the sum of absolute values. So the
+error of a value of a net is at most ε + 16 (n + 2) u M, if the control vectors are at most M long.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.measures.tables import halves
+from service.bases.bernstein import binomials
+from service.bases.cache import PLANS
 from service.engine.nets.query_nets import QueryNets
+from service.engine.vectors import UNIT, Items
+
+UPWARDS = 1 + 2.0**-40
+"""A factor larger than the rounding of some hundred operations on non-negative numbers."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Cells:
+class MeasuredCells(Items):
     """K cells of degree (p, q); q = 0 for pieces of curves, which have one parameter.
 
     Attributes
@@ -25,14 +50,14 @@ class Cells:
         Number of the patch.
     depth : ndarray of int, shape (K,)
         Number of halvings of each cell.
-    noise : float
-        A bound of the errors of control points by lowering, placing and joining.
+    point_error : ndarray of float64, shape (K,)
+        Bounds of the errors of control points by lowering, placing and joining.
     """
 
     nets: FloatArray
     patch: Ints
     depth: Ints
-    noise: float = 0.0
+    point_error: FloatArray
 
     @property
     def degree(self) -> tuple[int, int]:
@@ -52,28 +77,18 @@ class Cells:
     def __len__(self) -> int:
         return len(self.patch)
 
-    def take(self, rows: Ints | Bools | slice) -> "Cells":
-        """The cells with these rows."""
-        return Cells(self.nets[..., rows], self.patch[rows], self.depth[rows], self.noise)
+    def halve(self, axis: int) -> "MeasuredCells":
+        """Both halves of every cell, along u (axis 0) or v (axis 1): first halves come first.
 
-    def halve(self, axis: int) -> "Cells":
-        """Both halves of every cell, along u (axis 0) or v (axis 1): first halves come first."""
+        One matrix product is faster here than `nets.halving.halve`, which takes means step by step.
+        """
         d, rows, columns, count = self.nets.shape
-        nets = along(halves(self.degree[axis]), self.nets, axis)
+        nets = along(_build_halving_matrix(self.degree[axis]), self.nets, axis)
         shape = (d, 2, rows, columns, count) if axis == 0 else (d, rows, 2, columns, count)
         ordered = np.moveaxis(nets.reshape(shape), 1 + axis, 3)
+        nets = ordered.reshape(d, rows, columns, 2 * count)
         patch, depth = np.tile(self.patch, 2), np.tile(self.depth + 1, 2)
-        return Cells(ordered.reshape(d, rows, columns, 2 * count), patch, depth, self.noise)
-
-    @staticmethod
-    def join(parts: "list[Cells]") -> "Cells":
-        """Cells of one degree, one after another."""
-        return Cells(
-            np.concatenate([part.nets for part in parts], axis=3),
-            np.concatenate([part.patch for part in parts]),
-            np.concatenate([part.depth for part in parts]),
-            parts[0].noise,
-        )
+        return MeasuredCells(nets, patch, depth, np.tile(self.point_error, 2))
 
 
 def along(matrix: FloatArray, nets: FloatArray, axis: int) -> FloatArray:
@@ -84,27 +99,129 @@ def along(matrix: FloatArray, nets: FloatArray, axis: int) -> FloatArray:
     return (matrix @ nets.reshape(-1, columns, count)).reshape(d, rows, -1, count)
 
 
-def group_cells(nets: QueryNets, noise: float, patches: Bools | None = None) -> list[Cells]:
+def group_cells(
+    nets: QueryNets, point_error: float, patches: Bools | None = None
+) -> list[MeasuredCells]:
     """The nets of a model as cells, one group for each degree.
 
-    `noise` is in model units. `patches` (P,) says which patches are taken, by default all.
+    `point_error` is in model units. `patches` (P,) says which patches are taken, by default all.
     """
     groups = []
     for group in nets.groups:
         patch = nets.patch[group.first : group.first + len(group.nets)]
         rows = np.arange(len(patch)) if patches is None else np.flatnonzero(patches[patch])
         if len(rows):
-            groups.append(cells_of(group.nets[rows], patch[rows], noise / nets.scale))
+            groups.append(build_cells(group.nets[rows], patch[rows], point_error / nets.scale))
     return groups
 
 
-def cells_of(nets: FloatArray, patch: Ints, noise: float) -> Cells:
+def build_cells(nets: FloatArray, patch: Ints, point_error: float) -> MeasuredCells:
     """Nets (K, p+1, q+1, d) as cells that are not halved yet.
 
-    Homogeneous nets are divided by powers of two, so that weights are as `Cells` requires.
+    Homogeneous nets are divided by powers of two, so that weights are as `MeasuredCells` requires.
     """
     ordered = np.ascontiguousarray(nets.transpose(3, 1, 2, 0))
     if len(ordered) == 4:
         _, exponent = np.frexp(ordered[3].max(axis=(0, 1)))
         ordered = np.ldexp(ordered, -exponent)
-    return Cells(ordered, patch, np.zeros(len(patch), np.intp), noise)
+    errors = np.full(len(patch), point_error)
+    return MeasuredCells(ordered, patch, np.zeros(len(patch), np.intp), errors)
+
+
+def _build_halving_matrix(degree: int) -> FloatArray:
+    """The matrix (2 (n+1), n+1) that halves a net: it gives the nets over [0, ½] and over [½, 1].
+
+    Row j of the first half has the factors C(j, k) / 2^j of the control points k; the second half
+    is its mirror image.
+    """
+
+    def build() -> FloatArray:
+        lower = np.zeros((degree + 1, degree + 1))
+        for j in range(degree + 1):
+            lower[j, : j + 1] = np.ldexp(binomials(j), -j)
+        return np.concatenate([lower, lower[::-1, ::-1]])
+
+    return PLANS.array(("halves", degree), build)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Net:
+    """A net (d, a+1, b+1, K), and bounds of the errors of its control points in length, (K,)."""
+
+    values: FloatArray
+    error: FloatArray
+
+    @property
+    def largest(self) -> FloatArray:
+        """An upper bound of the length of a value over each cell, (K,)."""
+        return np.asarray(lengths(self.values).max(axis=(0, 1)) * UPWARDS + self.error)
+
+
+class CellNets:
+    """X, w and their partials.
+
+    Curves have no partials by v, and polynomial nets have no w. `point_error` bounds the errors
+    of control points before the rounding that ε includes.
+    """
+
+    def __init__(self, cells: MeasuredCells, point_error: FloatArray | float = 0.0) -> None:
+        p, q = self.degree = cells.degree
+        nets = cells.nets
+        n = max(p, q)
+        errors = np.asarray((cells.depth * (2 * n + 6) + 24 * n + 64) * UNIT + point_error)
+        total: FloatArray = np.add.reduce(nets, axis=(1, 2))
+        center: FloatArray = total / ((p + 1) * (q + 1))
+        self.w: Net | None = None
+        self.w_partials: tuple[Net, ...] = ()
+        if cells.is_rational:
+            weights = nets[3:]
+            center = total[:3] / total[3:]
+            x = nets[:3] - center[:, np.newaxis, np.newaxis] * weights
+            self.w = Net(weights, errors)
+            self.w_partials = _partials(self.w, p, q)
+        else:
+            x = nets - center[:, np.newaxis, np.newaxis]
+        self.center = center
+        self.x = Net(x, errors)
+        self.x_partials = _partials(self.x, p, q)
+
+    @cached_property
+    def least_weight(self) -> FloatArray:
+        """A lower bound of w over each cell, (K,); it is positive."""
+        if self.w is None:
+            return np.ones(len(self.x.error))
+        # Means of positive numbers keep their relative errors.
+        return np.asarray(self.w.values.min(axis=(0, 1, 2)) * (1 - 2.0**-30))
+
+    @cached_property
+    def radius(self) -> FloatArray:
+        """An upper bound of |S − c| over each cell, (K,)."""
+        return np.asarray(self.x.largest / self.least_weight * UPWARDS)
+
+    @cached_property
+    def stretches(self) -> tuple[FloatArray, ...]:
+        """Upper bounds of |S_u| and of |S_v| over each cell, (K,)."""
+        if self.w is None:
+            return tuple(net.largest for net in self.x_partials)
+        return tuple(
+            (x.largest + self.radius * w.largest) / self.least_weight * UPWARDS
+            for x, w in zip(self.x_partials, self.w_partials, strict=True)
+        )
+
+
+def lengths(vectors: FloatArray) -> FloatArray:
+    """Lengths of vectors (d, …), d = 1 or 3."""
+    if len(vectors) == 1:
+        return np.asarray(np.abs(vectors[0]))
+    squares = vectors[0] * vectors[0]
+    squares += vectors[1] * vectors[1]
+    squares += vectors[2] * vectors[2]
+    return np.asarray(np.sqrt(squares, out=squares))
+
+
+def _partials(net: Net, p: int, q: int) -> tuple[Net, ...]:
+    """The nets of the partials by u and, for surfaces, by v."""
+    return tuple(
+        Net(np.diff(net.values, axis=axis) * degree, 2 * degree * net.error)
+        for axis, degree in ((1, p), (2, q))[: 2 if q else 1]
+    )

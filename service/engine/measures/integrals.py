@@ -7,7 +7,7 @@ which its integrand changes more. The interval always includes the errors of all
 budget ends before they are small enough.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import fsum
 
@@ -15,10 +15,10 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.cancellation import checkpoint
-from service.engine.measures.cells import Cells
-from service.engine.measures.local_nets import UPWARDS, CellNets
-from service.engine.measures.remainders import Kind, remainders
-from service.engine.measures.rules import apply_rule
+from service.engine.measures.cells import UPWARDS, CellNets, MeasuredCells
+from service.engine.measures.quadrature import Integrand, apply_rule
+from service.engine.measures.remainders import Remainders, bound_remainders
+from service.engine.vectors import Items
 
 NODES = 10
 """The number of nodes of a rule in each direction, if no rule is exact."""
@@ -34,8 +34,8 @@ MAX_ROUNDS = 200
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Integrals:
-    """Sums over K cells from `rules.apply_rule`, one column for each cell, and all their errors.
+class Integrals(Items):
+    """Sums over K cells from `apply_rule`, one column for each cell, and all their errors.
 
     Attributes
     ----------
@@ -65,13 +65,29 @@ class Integrals:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class BoundedCells(MeasuredCells):
+    """K cells of one degree, the remainders of their rules, and the directions of halving.
+
+    `errors` (1 or 2, K) are the remainders; `along_v` (K,) says which cells to halve along v.
+    """
+
+    errors: FloatArray
+    along_v: Bools
+
+    def relative_errors(self, allowed: FloatArray) -> FloatArray:
+        """The errors in units of the allowed errors, the larger of two for each cell, (K,)."""
+        relative: FloatArray = (self.errors / allowed[:, np.newaxis]).max(axis=0)
+        return relative
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Refinement:
     """Cells that are small enough for their rules, or as small as the budget allows.
 
     Attributes
     ----------
-    kind : Kind
-    exact : list of Cells
+    integrand : Integrand
+    exact : list of MeasuredCells
         Cells for which a rule of 2 max(p, q) nodes is exact.
     bounded : list of BoundedCells
         Other cells, for which rules of `NODES` nodes have remainders.
@@ -79,32 +95,24 @@ class Refinement:
         Sum of the remainders, in units of the allowed errors: above 1 if the budget ended first.
     """
 
-    kind: Kind
-    exact: "list[Cells]"
-    bounded: "list[BoundedCells]"
+    integrand: Integrand
+    exact: list[MeasuredCells]
+    bounded: list[BoundedCells]
     excess: float
 
     def integrate(self) -> Integrals:
         """The integrals over all cells."""
-        parts = [
-            _integrate(cells, self.kind, max(2, 2 * max(cells.degree)), None)
-            for cells in self.exact
-        ]
+        parts = [_integrate(c, self.integrand, max(2, 2 * max(c.degree))) for c in self.exact]
         parts += [
-            _integrate(bounded.cells, self.kind, NODES, bounded.errors)
-            for bounded in self.bounded
-            if len(bounded.cells)
+            _integrate(cells, self.integrand, NODES, cells.errors)
+            for cells in self.bounded
+            if len(cells)
         ]
-        return Integrals(
-            *(
-                np.concatenate([getattr(part, name) for part in parts], axis=-1)
-                for name in Integrals.__slots__
-            )
-        )
+        return Integrals.join(parts)
 
 
-def bound_growth(groups: list[Cells]) -> float:
-    """Bound the growth of the area if control points move by the noise of their cells.
+def bound_growth(groups: list[MeasuredCells]) -> float:
+    """Bound the growth of the area if control points move by their errors.
 
     With A ≥ |S_u| and B ≥ |S_v| over a cell, which become A + a and B + b, |S_u × S_v| grows by at
     most (A + a) (B + b) − A B.
@@ -112,28 +120,28 @@ def bound_growth(groups: list[Cells]) -> float:
     growths = []
     for cells in groups:
         for rows in chunks(cells, 1):
-            exact_nets, moved_nets = (
-                CellNets(cells.take(rows), noise) for noise in (0.0, cells.noise)
-            )
-            # A and B, then A + a and B + b.
-            (exact_u, exact_v), (moved_u, moved_v) = exact_nets.stretches, moved_nets.stretches
+            chunk = cells.take(rows)
+            exact_u, exact_v = CellNets(chunk).stretches  # A and B
+            moved_u, moved_v = CellNets(chunk, chunk.point_error).stretches  # A + a and B + b
             growths.append(float((moved_u * moved_v - exact_u * exact_v).sum()))
     return fsum(growths) * UPWARDS
 
 
-def estimate(groups: list[Cells], kind: Kind) -> tuple[FloatArray, FloatArray]:
+def estimate(groups: list[MeasuredCells], integrand: Integrand) -> tuple[FloatArray, FloatArray]:
     """Estimate the integrals by one rule for each patch, and bound the rounding of these rules."""
-    parts = [_integrate(cells, kind, ESTIMATE_NODES, None) for cells in groups]
+    parts = [_integrate(cells, integrand, ESTIMATE_NODES) for cells in groups]
     sums = [part.sums.sum(axis=1) for part in parts]
     return np.sum(sums, axis=0), np.sum([part.errors.sum(axis=1) for part in parts], axis=0)
 
 
-def refine(groups: list[Cells], kind: Kind, allowed: FloatArray, budget: int) -> Refinement:
+def refine(
+    groups: list[MeasuredCells], integrand: Integrand, allowed: FloatArray, budget: int
+) -> Refinement:
     """Halve cells until their remainders add up to the allowed errors, or the budget ends.
 
     Parameters
     ----------
-    groups : list of Cells
+    groups : list of MeasuredCells
         The patches, grouped by degree.
     allowed : ndarray of float64, shape (1,) or (2,)
         The allowed errors of the sum over all cells.
@@ -141,13 +149,13 @@ def refine(groups: list[Cells], kind: Kind, allowed: FloatArray, budget: int) ->
         The most control points of all cells; but at least three times those of the patches.
     """
     # The flux of a polynomial patch is a polynomial, for which a rule is exact.
-    has_closed_form = kind == "flux"
+    has_closed_form = integrand == "flux"
     exact = [cells for cells in groups if has_closed_form and not cells.is_rational]
     open_cells = [
-        _bound(cells, kind) for cells in groups if not has_closed_form or cells.is_rational
+        _bound(cells, integrand) for cells in groups if not has_closed_form or cells.is_rational
     ]
     accepted: list[BoundedCells] = []
-    size = sum(bounded.cells.size for bounded in open_cells)
+    size = sum(bounded.size for bounded in open_cells)
     # `share` of the allowed errors is still allowed; accepted cells have used the rest.
     remaining_points, share, excess = max(budget - size, 2 * size), 1.0, 0.0
     for _ in range(MAX_ROUNDS):
@@ -161,10 +169,7 @@ def refine(groups: list[Cells], kind: Kind, allowed: FloatArray, budget: int) ->
         if not len(summed_errors) or summed_errors[-1] <= share:
             break
         points_of_cells = np.concatenate(
-            [
-                np.full(len(bounded.cells), bounded.cells.size // len(bounded.cells))
-                for bounded in open_cells
-            ]
+            [np.full(len(bounded), bounded.size // len(bounded)) for bounded in open_cells]
         )
         accepted_count = int(np.searchsorted(summed_errors, share / 2, side="right"))
         # If the budget does not suffice for all cells, the cells with the largest errors are
@@ -179,7 +184,7 @@ def refine(groups: list[Cells], kind: Kind, allowed: FloatArray, budget: int) ->
         is_halved = np.ones(len(order), dtype=bool)
         is_halved[order[:accepted_count]] = False
         remaining_points -= int(points_of_cells[is_halved].sum())
-        ends = np.cumsum([0] + [len(bounded.cells) for bounded in open_cells])
+        ends = np.cumsum([0] + [len(bounded) for bounded in open_cells])
         accepted += [
             bounded.take(~is_halved[a:b])
             for bounded, a, b in zip(open_cells, ends[:-1], ends[1:], strict=True)
@@ -187,71 +192,50 @@ def refine(groups: list[Cells], kind: Kind, allowed: FloatArray, budget: int) ->
         open_cells = [
             half
             for bounded, a, b in zip(open_cells, ends[:-1], ends[1:], strict=True)
-            for half in bounded.take(is_halved[a:b]).halve(kind)
+            for half in _halve(bounded.take(is_halved[a:b]), integrand)
         ]
-    return Refinement(kind, exact, [*accepted, *open_cells], excess)
+    return Refinement(integrand, exact, [*accepted, *open_cells], excess)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class BoundedCells:
-    """K cells of one degree, the remainders of their rules, and the directions of halving.
-
-    `errors` (1 or 2, K) are the remainders; `along_v` (K,) says which cells to halve along v.
-    """
-
-    cells: Cells
-    errors: FloatArray
-    along_v: Bools
-
-    def relative_errors(self, allowed: FloatArray) -> FloatArray:
-        """The errors in units of the allowed errors, the larger of two for each cell, (K,)."""
-        relative: FloatArray = (self.errors / allowed[:, np.newaxis]).max(axis=0)
-        return relative
-
-    def take(self, rows: Bools) -> "BoundedCells":
-        """The cells with these rows."""
-        return BoundedCells(self.cells.take(rows), self.errors[:, rows], self.along_v[rows])
-
-    def halve(self, kind: Kind) -> "list[BoundedCells]":
-        """The halves of all cells; an empty list without cells."""
-        directions = ((0, ~self.along_v), (1, self.along_v))
-        parts = [self.cells.take(rows).halve(axis) for axis, rows in directions if rows.any()]
-        return [_bound(Cells.join(parts), kind)] if parts else []
+def _halve(cells: BoundedCells, integrand: Integrand) -> list[BoundedCells]:
+    """The halves of all cells; an empty list without cells."""
+    directions = ((0, ~cells.along_v), (1, cells.along_v))
+    parts = [cells.take(rows).halve(axis) for axis, rows in directions if rows.any()]
+    return [_bound(MeasuredCells.join(parts), integrand)] if parts else []
 
 
-def _bound(cells: Cells, kind: Kind) -> BoundedCells:
+def _bound(cells: MeasuredCells, integrand: Integrand) -> BoundedCells:
     """The cells with the remainders of their rules."""
     parts = []
     for rows in chunks(cells, 1):
         checkpoint()
-        parts.append(remainders(local_nets(cells.take(rows), kind), kind, NODES))
-    return BoundedCells(
-        cells,
-        np.concatenate([part.errors for part in parts], axis=1),
-        np.concatenate([part.along_v for part in parts]),
-    )
+        parts.append(bound_remainders(local_nets(cells.take(rows), integrand), integrand, NODES))
+    bounds = Remainders.join(parts)
+    arrays = cells.nets, cells.patch, cells.depth, cells.point_error
+    return BoundedCells(*arrays, bounds.errors, bounds.along_v)
 
 
-def _integrate(cells: Cells, kind: Kind, count: int, errors: FloatArray | None) -> Integrals:
+def _integrate(
+    cells: MeasuredCells, integrand: Integrand, count: int, errors: FloatArray | float = 0.0
+) -> Integrals:
     """The integrals by rules of `count` nodes, and the sum of their rounding and `errors`."""
-    sums, rounding = [], []
+    parts = []
     for rows in chunks(cells, count):
         checkpoint()
-        values, rounding_of_chunk = apply_rule(local_nets(cells.take(rows), kind), kind, count)
-        sums.append(values)
-        rounding.append(rounding_of_chunk)
-    total = np.concatenate(rounding, axis=1)
-    return Integrals(
-        np.concatenate(sums, axis=1), total if errors is None else total + errors, cells.patch
-    )
+        chunk = cells.take(rows)
+        parts.append(
+            Integrals(*apply_rule(local_nets(chunk, integrand), integrand, count), chunk.patch)
+        )
+    sums = Integrals.join(parts)
+    return replace(sums, errors=sums.errors + errors)
 
 
-def local_nets(cells: Cells, kind: Kind) -> CellNets:
-    """The nets of cells. For a flux the noise is omitted, because `solids` adds its bound."""
-    return CellNets(cells, cells.noise if kind == "size" else 0.0)
+def local_nets(cells: MeasuredCells, integrand: Integrand) -> CellNets:
+    """The nets of cells. A flux omits the errors of control points: `solids` adds their bound."""
+    return CellNets(cells, cells.point_error if integrand == "size" else 0.0)
 
 
-def chunks(cells: Cells, count: int) -> list[slice]:
+def chunks(cells: MeasuredCells, count: int) -> list[slice]:
     """Runs of cells whose arrays, of `count`² nodes or of control points, fit the cache."""
     p, q = cells.degree
     numbers = 3 * max(count, p + 1) * max(count if q else 1, q + 1)

@@ -3,22 +3,24 @@
     area = Σ ∫∫ |N|,  N = S_u × S_v,  over all patches;  length = Σ ∫ |C′|  over all open edges
 
 and volumes as `solids` says. Every interval [low, high] contains the exact value: it includes the
-remainders of the rules (`remainders`), all rounding (`rules`), and the errors of control points by
-lowering, placing and joining (`local_nets`, `solids`).
+remainders of the rules (`remainders`), all rounding (`quadrature`), and the errors of control
+points by lowering, placing and joining (`cells`, `solids`).
 """
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import Ints
-from service.engine.connectivity.orientation import OrientedSides, orient_sides
+from service.engine.connectivity.orientation import LEFT, OrientedSides, orient_sides
+from service.engine.connectivity.seams import Seams
 from service.engine.joining.join import Allow, allow_any
-from service.engine.measures.boundaries import join_open_sides
-from service.engine.measures.cells import Cells, cells_of, group_cells
+from service.engine.measures.cells import MeasuredCells, build_cells, group_cells
 from service.engine.measures.integrals import estimate
+from service.engine.measures.joined_surface import JoinedSurface, place_and_join
 from service.engine.measures.precision import REMAINDER_SHARE, Precision
 from service.engine.measures.solids import measure_solids
-from service.engine.measures.sources import Source, place_and_join
 from service.engine.measures.values import (
     MAX_LISTED,
     Boundary,
@@ -30,6 +32,7 @@ from service.engine.measures.values import (
 )
 from service.engine.nets.query_nets import frame, surface_nets
 from service.surface.lowered import Model
+from service.surface.sides import BEGINS, ENDS
 
 
 def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Measures:
@@ -50,19 +53,19 @@ def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Me
         for a larger one.
     """
     # Areas are measured on the patches of the request; borders and volumes on joined patches, which
-    # are in `source`.
-    patch_model, part_of_patch, source = place_and_join(lowered, query.weld_tolerance, allow)
+    # are in `joined`.
+    patch_model, part_of_patch, joined = place_and_join(lowered, query.weld_tolerance, allow)
     precision = Precision(query)
     nets = surface_nets(patch_model.batches)
-    groups = group_cells(nets, source.noise)
+    groups = group_cells(nets, joined.point_error)
     sizes = _measure_sizes("the area", groups, part_of_patch, len(patch_model.parts), precision)
     areas = [size.times(nets.scale**2) for size in sizes]
-    oriented = orient_sides(source.seams)
-    closed_parts = oriented.find_closed_parts(source.part, len(patch_model.parts))
+    oriented = orient_sides(joined.seams)
+    closed_parts = oriented.find_closed_parts(joined.part, len(patch_model.parts))
     solids = measure_solids(
-        source, oriented.is_closed, closed_parts, (sizes, nets.scale), precision
+        joined, oriented.is_closed, closed_parts, (sizes, nets.scale), precision
     )
-    boundary_length, boundaries = _measure_boundaries(source, oriented, precision)
+    boundary_length, boundaries = _measure_boundaries(joined, oriented, precision)
     precision.refuse_if_too_costly()
     (volume, centroid), *solid_parts = solids
     tolerance = query.tolerance
@@ -80,7 +83,7 @@ def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Me
         open_edges=int(is_open.sum()),
         inconsistent_edges=int((~is_open).sum()),
         faulty_edges=tuple(
-            FaultyEdge(bool(is_side_open), source.find_request_side(int(side)))
+            FaultyEdge(bool(is_side_open), joined.find_request_side(int(side)))
             for side, is_side_open in zip(sides[:MAX_LISTED], is_open, strict=False)
         ),
         parts=tuple(
@@ -93,12 +96,12 @@ def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Me
         and (
             centroid is None or all(c.is_within(tolerance * patch_model.diagonal) for c in centroid)
         ),
-        moved=source.moved,
+        moved=joined.moved,
     )
 
 
 def _measure_sizes(
-    name: str, groups: list[Cells], part: Ints, count: int, precision: Precision
+    name: str, groups: list[MeasuredCells], part: Ints, count: int, precision: Precision
 ) -> list[Interval]:
     """The areas or lengths of all cells together, and then of each of `count` parts.
 
@@ -117,30 +120,30 @@ def _measure_sizes(
 
 
 def _measure_boundaries(
-    source: Source, oriented: OrientedSides, precision: Precision
+    joined: JoinedSurface, oriented: OrientedSides, precision: Precision
 ) -> tuple[Interval, list[Boundary]]:
     """The length of all open edges together, and the open borders.
 
     The list is empty if the query will be refused.
     """
-    borders = join_open_sides(source.seams, oriented)
+    borders = _join_open_sides(joined.seams, oriented)
     if not borders:
         return Interval(0.0, 0.0, 0.0), []
     edges = np.concatenate([oriented.edge.ravel()[list(border.sides)] for border in borders])
     numbers = np.arange(len(borders))
-    border_of_edge = np.full(source.seams.edge_count, -1)
+    border_of_edge = np.full(joined.seams.edge_count, -1)
     border_of_edge[edges] = np.repeat(numbers, [len(border.sides) for border in borders])
-    origin, scale, _ = frame(*source.model.bounds)
-    noise = (source.noise + source.moved) / scale
+    origin, scale, _ = frame(*joined.model.bounds)
+    point_error = (joined.point_error + joined.moved) / scale
     # In cells of curves, the number of the border stands for the number of the patch.
     groups = []
-    for curves in source.seams.curves:
+    for curves in joined.seams.curves:
         rows = border_of_edge[curves.ids] >= 0
         if rows.any():
             weights = None if curves.weights is None else curves.weights[rows]
             pieces = to_homogeneous((curves.points[rows] - origin) / scale, weights)
             groups.append(
-                cells_of(pieces[:, :, np.newaxis], border_of_edge[curves.ids[rows]], noise)
+                build_cells(pieces[:, :, np.newaxis], border_of_edge[curves.ids[rows]], point_error)
             )
     lengths = _measure_sizes("the borders", groups, numbers, len(borders), precision)
     if not lengths:
@@ -148,7 +151,59 @@ def _measure_boundaries(
     total, *each_length = [length.times(scale) for length in lengths]
     return total, [
         Boundary(
-            length, len(border.sides), border.is_closed, source.find_request_side(border.sides[0])
+            length, len(border.sides), border.is_closed, joined.find_request_side(border.sides[0])
         )
         for length, border in zip(each_length, borders, strict=True)
     ]
+
+
+@dataclass(frozen=True, slots=True)
+class _OpenBorder:
+    """Open sides, each of which begins where the side before ends.
+
+    `sides` are numbers patch · 4 + side. `is_closed` says whether the last side ends where the
+    first begins.
+    """
+
+    sides: tuple[int, ...]
+    is_closed: bool
+
+
+def _join_open_sides(seams: Seams, oriented: OrientedSides) -> list[_OpenBorder]:
+    """The open sides as borders with the patches on their left, in the order of their first sides.
+
+    If several open sides begin at a corner, a border continues with the unused side of the least
+    number.
+    """
+    sides = np.flatnonzero(oriented.is_open.ravel())
+    begins, ends = (seams.corner[:, corners].ravel()[sides] for corners in (BEGINS, ENDS))
+    # A side that has its patch on the right is passed from its end to its beginning.
+    is_reversed = np.tile(LEFT < 0, len(seams.edge))[sides]
+    begins, ends = np.where(is_reversed, ends, begins), np.where(is_reversed, begins, ends)
+    # The positions in `sides` of the sides that begin at each corner, the least number last.
+    after: dict[int, list[int]] = {}
+    for k in range(len(sides) - 1, -1, -1):
+        after.setdefault(int(begins[k]), []).append(k)
+    end_corners = set(ends.tolist())
+    is_unused = np.ones(len(sides), dtype=bool)
+    borders = []
+    # Begin first at sides that follow no other side: a beginning in the middle of a border would
+    # divide it.
+    starts = [k for k, corner in enumerate(begins.tolist()) if corner not in end_corners]
+    for start in (*starts, *range(len(sides))):
+        if not is_unused[start]:
+            continue
+        numbers, k = [], start
+        while True:
+            is_unused[k] = False
+            numbers.append(int(sides[k]))
+            if ends[k] == begins[start]:
+                break
+            following = after.get(int(ends[k]), [])
+            while following and not is_unused[following[-1]]:
+                following.pop()
+            if not following:
+                break
+            k = following[-1]
+        borders.append(_OpenBorder(tuple(numbers), bool(ends[k] == begins[start])))
+    return sorted(borders, key=lambda border: border.sides[0])

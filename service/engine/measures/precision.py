@@ -12,9 +12,9 @@ from math import floor, log10
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.engine.measures.cells import Cells
+from service.engine.measures.cells import MeasuredCells
 from service.engine.measures.integrals import Integrals, refine
-from service.engine.measures.remainders import Kind
+from service.engine.measures.quadrature import Integrand
 from service.engine.measures.values import MAX_TOLERANCE, MeasureQuery
 from service.errors import Issue, TooLarge
 
@@ -46,7 +46,12 @@ class Precision:
     has_wider_intervals: bool = False
 
     def integrate(
-        self, name: str, groups: list[Cells], kind: Kind, scales: FloatArray, min_errors: FloatArray
+        self,
+        name: str,
+        groups: list[MeasuredCells],
+        integrand: Integrand,
+        scales: FloatArray,
+        min_errors: FloatArray,
     ) -> Integrals | None:
         """Compute the integrals of a quantity; None if the query will be refused.
 
@@ -59,7 +64,7 @@ class Precision:
             errors.
         """
         allowed = np.maximum(self.query.tolerance * scales, min_errors)
-        refinement = refine(groups, kind, allowed, self.query.budget)
+        refinement = refine(groups, integrand, allowed, self.query.budget)
         # The width that the remainders alone give to the interval, in units of the allowed width.
         width = 2 * REMAINDER_SHARE * refinement.excess
         if width > 1 and not self.has_wider_intervals:

@@ -22,7 +22,7 @@ at most as long as the longest of its control vectors, C_k. So the net is within
 
     δ(ρ) = Σ_{k ≥ 1} C_k (ρ^k + ρ^−k)/2 + max |c_0 − a|
 
-of its mean control vector a. Let c be the middle of the cell and X = w (S − c), as in `local_nets`.
+of its mean control vector a. Let c be the middle of the cell and X = w (S − c), as in `cells`.
 From the nets of X, w and their partials follow constants A, B and bounds s, α, β:
 
     |S − c| ≤ s,   |S_u − A| ≤ α,   |S_v − B| ≤ β,
@@ -47,28 +47,39 @@ They also differ by at most twice the largest |f|, and for areas and lengths, wh
 most the largest f. That is at most |N₀| + D, and at most the product of the upper bounds of |S_u|
 and |S_v| over the cell (`CellNets.stretches`).
 
+**Chebyshev coefficients.** B_i^n(t) = Σ_k c_ik T_k(2t − 1). Since |c_ik| ≤ 2/π ∫ B_i / √(1 − x²),
+and the B_i add up to 1, Σ_i |c_ik| ≤ 2 for every k. In floating point the error of an angle is at
+most 2 π n u, the relative error of B_i at that angle at most 6 n u, and the relative error of a sum
+of n + 1 products at most (n + 2) u: for every k the errors of all c_ik add up to at most 30 (n + 1)
+u.
+
+**Ellipses.** On the ellipse E_ρ in the complex plane, with foci −1 and 1 and half axes that add up
+to ρ, |T_k| ≤ (ρ^k + ρ^−k)/2.
+
 References
 ----------
-Trefethen, Approximation Theory and Approximation Practice (2013), theorems 8.1 and 19.3.
+Trefethen, Approximation Theory and Approximation Practice (2013), chapter 3, and theorems 8.1 and
+19.3.
 """
 
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from math import pi
 
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray
-from service.engine.measures.cells import along
-from service.engine.measures.local_nets import UPWARDS, CellNets, Net, lengths
-from service.engine.measures.tables import RADII, chebyshev, ellipse_bounds
-from service.engine.vectors import cross
+from service.bases.bernstein import bernstein
+from service.bases.cache import PLANS
+from service.engine.measures.cells import UPWARDS, CellNets, Net, along, lengths
+from service.engine.measures.quadrature import Integrand
+from service.engine.vectors import Items, cross
 
-Kind: TypeAlias = Literal["size", "flux"]
-"""Areas of surfaces and lengths of curves; or flux and its moments."""
+RADII = np.array([1.1, 1.2, 1.35, 1.5, 1.7, 2, 2.4, 2.8, 3.4, 4, 5, 6, 7, 8, 10, 13, 18, 25, 40])
+"""The ρ of the ellipses. Each gives a bound of the remainder of a rule; the least bound counts."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Remainders:
+class Remainders(Items):
     """The remainders of rules over K cells.
 
     Attributes
@@ -83,19 +94,19 @@ class Remainders:
 
 
 @np.errstate(all="ignore")
-def remainders(nets: CellNets, kind: Kind, count: int) -> Remainders:
+def bound_remainders(nets: CellNets, integrand: Integrand, count: int) -> Remainders:
     """Bound the errors of rules of `count` nodes in each direction; the origin o is 0."""
     stretches, cell_count = nets.stretches, nets.center.shape[1]
-    if kind == "flux" and nets.w is None:
+    if integrand == "flux" and nets.w is None:
         raise ValueError("the flux of a polynomial has no remainder")
     # For each ellipse, the remainder divided by M.
     factors = (32 / 15 * UPWARDS * RADII ** (-2.0 * count) / (1 - RADII**-2.0))[:, np.newaxis]
-    errors: FloatArray = np.zeros((1 if kind == "size" else 2, cell_count))
+    errors: FloatArray = np.zeros((1 if integrand == "size" else 2, cell_count))
     ripples = np.zeros((2, cell_count))
     # The bounds that need no ellipse.
     limits: FloatArray = np.prod(stretches, axis=0)[np.newaxis] * UPWARDS
-    if kind == "flux":
-        max_distance = lengths(nets.center) + nets.reach
+    if integrand == "flux":
+        max_distance = lengths(nets.center) + nets.radius
         limits = 2 * UPWARDS * limits * np.stack([max_distance, max_distance * max_distance])
     # The errors with u complex and with v complex add up. For surfaces `length_of_normal` and
     # `deviation` become |N₀| and D, for curves they are |A| and α.
@@ -110,7 +121,7 @@ def remainders(nets: CellNets, kind: Kind, count: int) -> Remainders:
             length_of_normal = lengths(cross(u_partial.value, v_partials[0].value))
             beta = v_partials[0].deviation
             deviation = a * beta + b * deviation + deviation * beta
-        if kind == "size":
+        if integrand == "size":
             e = (2 * length_of_normal + deviation) * deviation * UPWARDS
             bounds = [
                 np.where(e < length_of_normal * length_of_normal, e / length_of_normal, np.inf)
@@ -120,7 +131,7 @@ def remainders(nets: CellNets, kind: Kind, count: int) -> Remainders:
             ]
         else:
             t = lengths(nets.center)
-            max_normal, max_distance = length_of_normal + deviation, t + spread.reach
+            max_normal, max_distance = length_of_normal + deviation, t + spread.radius
             bounds = [
                 max_distance * max_normal - t * length_of_normal,
                 max_distance * max_distance * max_normal - t * t * length_of_normal,
@@ -158,7 +169,7 @@ class _Spreads:
     """Spreads of S_u and, for surfaces, S_v; and s, a bound of |S − c| on each ellipse, (R, K)."""
 
     partials: list[_Spread]
-    reach: FloatArray
+    radius: FloatArray
 
 
 def _bound_spreads(nets: CellNets, axis: int) -> _Spreads:
@@ -170,16 +181,16 @@ def _bound_spreads(nets: CellNets, axis: int) -> _Spreads:
     w = _spread(nets.w, axis)
     min_weight = w.value[0] - w.deviation * UPWARDS
     min_weight = np.where(min_weight > 0, min_weight, np.nan)
-    reach = (lengths(x.value) + x.deviation) / min_weight
+    radius = (lengths(x.value) + x.deviation) / min_weight
     partials = []
     for x_partial, net in zip(x_partials, nets.w_partials, strict=True):
         w_partial = _spread(net, axis)
         value = x_partial.value / w.value[0]
         max_w_partial = np.abs(w_partial.value[0]) + w_partial.deviation
-        deviation = x_partial.deviation + reach * max_w_partial + lengths(value) * w.deviation
-        ripple = x_partial.ripple + nets.reach * w_partial.ripple + lengths(value) * w.ripple
+        deviation = x_partial.deviation + radius * max_w_partial + lengths(value) * w.deviation
+        ripple = x_partial.ripple + nets.radius * w_partial.ripple + lengths(value) * w.ripple
         partials.append(_Spread(value, deviation / min_weight, ripple / w.value[0]))
-    return _Spreads(partials, reach)
+    return _Spreads(partials, radius)
 
 
 def _spread(net: Net, axis: int) -> _Spread:
@@ -188,15 +199,46 @@ def _spread(net: Net, axis: int) -> _Spread:
     mean = net.values.mean(axis=(1, 2))
     coefficients = along(chebyshev(degree), net.values, axis)
     constant = coefficients.take([0], axis=1 + axis) - mean[:, np.newaxis, np.newaxis]
-    # 4 times the noise of the net includes the errors of the control points, which `chebyshev` at
+    # 4 times the error of the net includes the errors of the control points, which `chebyshev` at
     # most doubles, and the rounding of the product.
-    constant_deviation = lengths(constant).max(axis=(0, 1)) + 4 * net.noise
+    constant_deviation = lengths(constant).max(axis=(0, 1)) + 4 * net.error
     if not degree:
         return _Spread(
             mean,
             np.broadcast_to(constant_deviation, (len(RADII), len(constant_deviation))),
             0 * constant_deviation,
         )
-    max_coefficients = lengths(coefficients).max(axis=1 - axis)[1:] + 4 * net.noise
+    max_coefficients = lengths(coefficients).max(axis=1 - axis)[1:] + 4 * net.error
     deviation = ellipse_bounds(degree) @ max_coefficients + constant_deviation
     return _Spread(mean, deviation * UPWARDS, max_coefficients.sum(axis=0))
+
+
+def chebyshev(degree: int) -> FloatArray:
+    """The matrix that converts a Bézier net of degree n to Chebyshev coefficients, (n+1, n+1).
+
+        c_k = (2 − [k = 0]) / N Σ_j f(cos φ_j) cos(k φ_j),  φ_j = (j + ½) π / N,  N = n + 1
+
+    The sum is exact: the Chebyshev polynomials are orthogonal on these points.
+    """
+
+    def build() -> FloatArray:
+        count = degree + 1
+        angle = (np.arange(count) + 0.5) * (pi / count)
+        values = bernstein(degree, (1 + np.cos(angle)) / 2)
+        matrix: FloatArray = np.cos(np.arange(count)[:, np.newaxis] * angle) @ values * (2 / count)
+        matrix[0] /= 2
+        return matrix
+
+    return PLANS.array(("Chebyshev", degree), build)
+
+
+def ellipse_bounds(degree: int) -> FloatArray:
+    """Upper bounds of |T_k| on the ellipses for k = 1 … degree: shape (len(RADII), degree)."""
+
+    def build() -> FloatArray:
+        with np.errstate(over="ignore"):  # a bound may be infinite
+            powers = RADII[:, np.newaxis] ** np.arange(1.0, degree + 1)
+            # The last factor is larger than the rounding of the others.
+            return np.asarray((powers + 1 / powers) / 2 * (1 + 2.0**-40))
+
+    return PLANS.array(("ellipses", degree), build)

@@ -21,11 +21,10 @@ from typing import TypeAlias
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray
-from service.engine.measures.cells import group_cells
+from service.engine.measures.cells import UPWARDS, group_cells
 from service.engine.measures.integrals import bound_growth, estimate
-from service.engine.measures.local_nets import UPWARDS
+from service.engine.measures.joined_surface import JoinedSurface
 from service.engine.measures.precision import REMAINDER_SHARE, Precision
-from service.engine.measures.sources import Source
 from service.engine.measures.values import Interval
 from service.engine.nets.query_nets import QueryNets, surface_nets
 
@@ -34,7 +33,7 @@ Solid: TypeAlias = tuple[Interval | None, tuple[Interval, ...] | None]
 
 
 def measure_solids(
-    source: Source,
+    joined: JoinedSurface,
     is_whole_closed: bool,
     closed_parts: Bools,
     areas: tuple[list[Interval], float],
@@ -48,10 +47,10 @@ def measure_solids(
     is_closed = np.concatenate([[is_whole_closed], closed_parts])
     if not is_closed.any():
         return [(None, None)] * len(is_closed)
-    nets = surface_nets(source.model.batches)
+    nets = surface_nets(joined.model.batches)
     # If only some parts are closed, only their patches are integrated.
-    patches = None if is_whole_closed else closed_parts[source.part]
-    groups = group_cells(nets, source.noise + 2 * source.moved, patches)
+    patches = None if is_whole_closed else closed_parts[joined.part]
+    groups = group_cells(nets, joined.point_error + 2 * joined.moved, patches)
     # The flux is Σ ∫∫ (S − o) · N = 3 V, and the moment Σ ∫∫ (S − o) ((S − o) · N) = 4 ∫ x − o dV.
     (flux, *_), rounding = estimate(groups, "flux")
     diagonal = nets.diagonal / nets.scale
@@ -64,9 +63,9 @@ def measure_solids(
     if integrals is None:
         return []
     # Column 0 is the whole surface, column k + 1 part k. Row 0 is the flux, the rest the moment.
-    sums, errors = integrals.over_parts(source.part, len(closed_parts))
-    # All groups have the same error.
-    point_error, growth = groups[0].noise, bound_growth(groups)
+    sums, errors = integrals.over_parts(joined.part, len(closed_parts))
+    # All cells have the same error.
+    point_error, growth = float(groups[0].point_error[0]), bound_growth(groups)
     sizes, scale = areas
     # The largest areas while control points move, in units of the nets.
     largest = np.array([size.high for size in sizes]) * (scale / nets.scale) ** 2 + growth

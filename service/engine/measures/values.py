@@ -4,7 +4,7 @@ import sys
 from dataclasses import dataclass
 from math import inf, nextafter
 
-from service.engine.measures.sources import RequestSide
+from service.engine.measures.joined_surface import RequestSide
 from service.engine.options import MeshOptions
 
 TOLERANCE = 1e-6

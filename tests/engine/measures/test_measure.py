@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from oracles import measures as oracle
 from oracles.exact import to_exact_net
 from oracles.sheets import build_sheets
-from service.engine.measures.cells import cells_of
+from service.engine.measures.cells import build_cells
 from service.engine.measures.integrals import refine
 from service.engine.measures.measure import measure
 from service.engine.measures.values import Interval, MeasureQuery, Measures
@@ -155,15 +155,15 @@ def test_cells_are_halved_until_the_budget_is_used_up() -> None:
 
     So the four patches become cells of twelve nets.
     """
-    cells = cells_of(RNG(6).uniform(-0.5, 0.5, (4, 3, 3, 3)), np.arange(4), 0.0)
+    cells = build_cells(RNG(6).uniform(-0.5, 0.5, (4, 3, 3, 3)), np.arange(4), 0.0)
     result = refine([cells], "size", allowed=np.full(1, 1e-30), budget=0)
-    assert sum(bounded.cells.size for bounded in result.bounded) == 3 * cells.size
+    assert sum(bounded.size for bounded in result.bounded) == 3 * cells.size
 
 
 @pytest.mark.parametrize("degree", [(1, 1), (3, 3), (2, 5)])
 def test_the_flux_of_polynomial_patches_is_exact_up_to_rounding(degree: tuple[int, int]) -> None:
     nets = RNG(sum(degree)).uniform(-0.5, 0.5, (2, degree[0] + 1, degree[1] + 1, 3))
-    cells = cells_of(nets, np.arange(2), 0.0)
+    cells = build_cells(nets, np.arange(2), 0.0)
     refinement = refine([cells], "flux", allowed=np.ones(2), budget=0)
     # Each patch is a part. Column 0 has the sums of all parts, column 1 + k those of part k.
     sums, errors = refinement.integrate().over_parts(np.arange(2), 2)

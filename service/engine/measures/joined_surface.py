@@ -1,8 +1,8 @@
 """The patches of a surface for measures, after placement and joining.
 
 Areas are measured on the patches of the request. Borders and volumes are measured on the patches
-that `service.engine.joining` makes of these, as for meshes. `Source.find_request_side` finds the
-patch and the side in the request to which a side of a joined patch belongs.
+that `service.engine.joining` makes of these, as for meshes. `JoinedSurface.find_request_side` finds
+the patch and the side in the request to which a side of a joined patch belongs.
 """
 
 from dataclasses import dataclass
@@ -68,7 +68,7 @@ class _JoinedModel:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Source:
+class JoinedSurface:
     """Patches in model coordinates.
 
     Attributes
@@ -77,7 +77,7 @@ class Source:
     seams : Seams
     part : ndarray of int, shape (P,)
         The part of each patch: a named run of patches, or a member of a group.
-    noise : float
+    point_error : float
         A bound of the errors of control points by lowering and placing, in model units.
     moved : float
         An upper bound of the distance by which joining moved any point, in model units.
@@ -86,7 +86,7 @@ class Source:
     model: PatchModel
     seams: Seams
     part: Ints
-    noise: float
+    point_error: float
     moved: float
     _joined_models: tuple[_JoinedModel, ...]
 
@@ -142,7 +142,7 @@ def _on_triangle(ends: FloatArray) -> FloatArray:
 
 def place_and_join(
     lowered: Model, tolerance: float, allow: Allow
-) -> tuple[PatchModel, Ints, Source]:
+) -> tuple[PatchModel, Ints, JoinedSurface]:
     """The placed patches of the request, the part of each, and the joined patches.
 
     `tolerance` and `allow` are the parameters of `service.engine.joining.join.join`.
@@ -158,13 +158,13 @@ def place_and_join(
         return patch_model, part, _join_group(lowered, tolerance, allow)
     assert isinstance(lowered, PatchModel)
     model, seams = join(lowered, tolerance, allow)
-    noise = bound_lowering_error(lowered)
-    joined = _JoinedModel(0, model, ((None, None, lowered),), is_cluster=False)
-    source = Source(model, seams, model.part_numbers, noise, model.moved, (joined,))
-    return patch_model, part, source
+    point_error = bound_lowering_error(lowered)
+    models = (_JoinedModel(0, model, ((None, None, lowered),), is_cluster=False),)
+    joined = JoinedSurface(model, seams, model.part_numbers, point_error, model.moved, models)
+    return patch_model, part, joined
 
 
-def _join_group(group: GroupModel, tolerance: float, allow: Allow) -> Source:
+def _join_group(group: GroupModel, tolerance: float, allow: Allow) -> JoinedSurface:
     """Place and join the members of a group."""
     joined = join_members(group, tolerance, allow)
     placed = to_patches(joined.group)
@@ -173,7 +173,7 @@ def _join_group(group: GroupModel, tolerance: float, allow: Allow) -> Source:
     clusters = {joined.new_numbers[cluster.members[0]]: cluster for cluster in joined.clusters}
     single_members = {new: old for old, new in enumerate(joined.new_numbers) if new not in clusters}
     part, joined_models, first = [], [], 0
-    noise = moved = 0.0
+    point_error = moved = 0.0
     for number, member in enumerate(joined.group.members):
         model = joined.group.models[member.model]
         assert isinstance(model, PatchModel)
@@ -191,8 +191,12 @@ def _join_group(group: GroupModel, tolerance: float, allow: Allow) -> Source:
         stretch = _stretch(member)
         moved = max(moved, model.moved * stretch)
         for n in numbers:
-            noise = max(noise, _bound_placing_error(group.members[n], _find_model(group, n)))
-    return Source(placed, connect(placed), np.concatenate(part), noise, moved, tuple(joined_models))
+            point_error = max(
+                point_error, _bound_placing_error(group.members[n], _find_model(group, n))
+            )
+    return JoinedSurface(
+        placed, connect(placed), np.concatenate(part), point_error, moved, tuple(joined_models)
+    )
 
 
 def _find_model(group: GroupModel, number: int) -> PatchModel:

@@ -5,18 +5,15 @@ import numpy as np
 import pytest
 
 from oracles.sheets import bernstein
-from service.engine.measures.cells import Cells, cells_of
-from service.engine.measures.local_nets import CellNets
-from service.engine.measures.remainders import Kind, remainders
-from service.engine.measures.rules import apply_rule
-from service.engine.measures.tables import (
-    RADII,
+from service.engine.measures.cells import CellNets, MeasuredCells, build_cells
+from service.engine.measures.quadrature import (
+    Integrand,
+    apply_rule,
     basis_at_nodes,
-    chebyshev,
-    ellipse_bounds,
     gauss,
     weights_at_nodes,
 )
+from service.engine.measures.remainders import RADII, bound_remainders, chebyshev, ellipse_bounds
 from service.engine.vectors import UNIT
 
 
@@ -40,7 +37,7 @@ def test_nodes_and_weights_are_rounded_once(count: int) -> None:
 
 @pytest.mark.parametrize("degree", [0, 1, 4, 17])
 def test_chebyshev_coefficients_give_the_bernstein_basis(degree: int) -> None:
-    """Checks also the bounds of `tables`: of sums of coefficients, and of |T_k| on ellipses."""
+    """Checks also the bounds of `remainders`: of sums of coefficients, and of |T_k| on ellipses."""
     matrix = chebyshev(degree)
     t = np.linspace(0, 1, 31)
     chebyshev_values = np.cos(np.arange(degree + 1)[:, np.newaxis] * np.arccos(2 * t - 1))
@@ -53,7 +50,7 @@ def test_chebyshev_coefficients_give_the_bernstein_basis(degree: int) -> None:
             assert np.abs((z**k + z**-k) / 2).max() <= bound * (1 + 1e-9)
 
 
-def build_random_cells(seed: int, is_rational: bool, degree: tuple[int, int]) -> Cells:
+def build_random_cells(seed: int, is_rational: bool, degree: tuple[int, int]) -> MeasuredCells:
     """40 random cells that are nearly flat."""
     rng = np.random.default_rng(seed)
     p, q = degree
@@ -62,11 +59,11 @@ def build_random_cells(seed: int, is_rational: bool, degree: tuple[int, int]) ->
     if is_rational:
         weights = rng.uniform(0.9, 1, (40, p + 1, q + 1, 1))
         nets = np.concatenate([nets * weights, weights], axis=-1)
-    return cells_of(nets, np.arange(40), 0.0)
+    return build_cells(nets, np.arange(40), 0.0)
 
 
 @pytest.mark.parametrize(
-    ("kind", "is_rational", "degree"),
+    ("integrand", "is_rational", "degree"),
     [
         ("size", False, (3, 3)),
         ("size", False, (3, 0)),  # degree 0 along v: cells of curves, whose size is a length
@@ -77,18 +74,18 @@ def build_random_cells(seed: int, is_rational: bool, degree: tuple[int, int]) ->
     ],
 )
 def test_errors_of_coarse_rules_are_within_the_bounds_of_remainders(
-    kind: Kind, is_rational: bool, degree: tuple[int, int]
+    integrand: Integrand, is_rational: bool, degree: tuple[int, int]
 ) -> None:
     """Compares rules of 2, 3 and 4 nodes with a rule of 24 nodes."""
     cells = build_random_cells(sum(degree), is_rational, degree)
     nets = CellNets(cells)
-    fine_sums, fine_rounding = apply_rule(nets, kind, 24)
+    fine_sums, fine_rounding = apply_rule(nets, integrand, 24)
     ratios = []
     for count in (2, 3, 4):
-        bound = remainders(nets, kind, count).errors
-        sums, rounding = apply_rule(nets, kind, count)
+        bound = bound_remainders(nets, integrand, count).errors
+        sums, rounding = apply_rule(nets, integrand, count)
         errors = np.abs(sums - fine_sums)
-        if kind == "flux":  # rows: the flux, and three coordinates of its moment
+        if integrand == "flux":  # rows: the flux, and three coordinates of its moment
             errors = np.stack([errors[0], np.sqrt((errors[1:] ** 2).sum(axis=0))])
         assert (errors <= bound + rounding + fine_rounding).all()
         assert (errors > rounding).mean() > 0.7  # otherwise the test would prove nothing
@@ -98,6 +95,6 @@ def test_errors_of_coarse_rules_are_within_the_bounds_of_remainders(
     # with 4 nodes. The first halves of all 40 cells come before the second halves.
     for axis in (0, 1) if degree[1] else (0,):
         halves = cells.halve(axis)
-        sums, rounding = apply_rule(CellNets(halves), kind, 24)
+        sums, rounding = apply_rule(CellNets(halves), integrand, 24)
         assert (np.abs(sums[:, :40] + sums[:, 40:] - fine_sums)[0] <= rounding[0].max() * 3).all()
-        assert remainders(CellNets(halves), kind, 4).errors.max() < bound.max()
+        assert bound_remainders(CellNets(halves), integrand, 4).errors.max() < bound.max()
