@@ -558,16 +558,23 @@ def test_binary_formats_are_documented_as_binary() -> None:
         assert (descriptions[fmt.media_type]["schema"].get("format") == "binary") == is_binary
 
 
+FUNCTIONS = {"Issue", "_refusal", "check_items"}
+"""Functions whose first argument is the code of an issue."""
+
+
 def find_codes() -> set[str]:
     """All codes of issues in the source of the service: the first arguments of `Issue(…)`.
 
-    Some are arguments of a local function `_refusal`, or the value of a variable `code`.
+    Some are arguments of `check_items` or of a local function `_refusal`, or the value of a
+    variable `code`.
     """
     codes: set[str] = set()
     texts = (file.read_text(encoding="utf-8") for file in SERVICE.rglob("*.py"))
-    for text in filter(re.compile(r"\bIssue\(|\b_refusal\(|\bcode = ").search, texts):
+    for text in filter(
+        re.compile(r"\bIssue\(|\b_refusal\(|\bcheck_items\(|\bcode = ").search, texts
+    ):
         for node in ast.walk(ast.parse(text)):
-            if isinstance(node, ast.Call) and getattr(node.func, "id", "") in {"Issue", "_refusal"}:
+            if isinstance(node, ast.Call) and getattr(node.func, "id", "") in FUNCTIONS:
                 code = node.args[0] if node.args else None
             elif isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "code":
                 code = node.value

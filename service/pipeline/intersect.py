@@ -30,7 +30,7 @@ def plan_intersect(
         The surface or the query exceeds a limit.
     """
     max_hits = count = len(query.origins)
-    check_items(count, min(MAX_RAYS, limits.max_points), "too_many_rays", "/rays")
+    check_items("too_many_rays", count, min(MAX_RAYS, limits.max_points), "/rays")
     if not query.only_first:
         max_hits = min(max(HITS_PER_RAY * count, MIN_HITS), limits.max_bytes // HIT_JSON_BYTES)
     size = surface.stored_size()

@@ -79,7 +79,7 @@ def check_count(count: int, max_count: int, unit: str, issue: Issue) -> None:
         raise TooLarge(replace(issue, got=f"{count} {unit}", needed=f"at most {max_count}"))
 
 
-def check_items(count: int, max_count: int, code: str, where: str) -> None:
+def check_items(code: str, count: int, max_count: int, where: str) -> None:
     """Refuse a query of more than `max_count` items; `code` is `too_many_` and their name."""
     items = code.removeprefix("too_many_")
     message = f"The query has more {items} than this service computes at once."

@@ -25,7 +25,7 @@ def plan_points(
         The surface or the query exceeds a limit.
     """
     where, count = f"/{query.field}", len(query.places)
-    check_items(count, limits.max_points, "too_many_points", where)
+    check_items("too_many_points", count, limits.max_points, where)
     limits.check_bytes(points_bound(count, query.order), where)
     size = surface.stored_size()
     check_surface(size, limits)

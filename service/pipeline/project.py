@@ -30,7 +30,7 @@ def plan_project(
         The shape or the query exceeds a limit.
     """
     count, where = len(query.points), "/points"
-    check_items(count, min(MAX_POINTS, limits.max_points), "too_many_points", where)
+    check_items("too_many_points", count, min(MAX_POINTS, limits.max_points), where)
     file_bytes = 1000 + count * POINT_NUMBERS * (FLOAT64_CHARS + 2)
     limits.check_bytes(file_bytes, where)
     if isinstance(shape, BezierCurve | BsplineCurve):

@@ -47,7 +47,7 @@ def plan_sections(
         The surface or the query exceeds a limit.
     """
     count, where = len(query[0]), "/planes"
-    check_items(count, MAX_PLANES, "too_many_planes", where)
+    check_items("too_many_planes", count, MAX_PLANES, where)
     size = surface.size()
     check_surface(size, limits)
     instead = "fewer planes, or a smaller surface"
