@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from oracles.topology import count_topology
 from service.bases.arrays import FloatArray, IndexArray, RealArray
 from service.encoders.format import MeshSize
-from service.engine.mesh.mesh_value import Mesh, MeshPart, Overlay
-from service.engine.mesh.report import MeshReport
+from service.engine.mesh.mesh import Mesh, MeshPart, MeshReport, Overlay
 from service.surface.checks import Up
 
 Faces = Literal["triangles", "quads"]

@@ -19,7 +19,7 @@ from service.api.caching.codings import (
 from service.api.errors import EngineGone, InvalidQuery, NotAcceptable, UnknownSuffix
 from service.encoders.format import FileFormat, Format
 from service.encoders.registry import BY_NAME, BY_SUFFIX
-from service.engine.mesh.report import ENGINE
+from service.engine.mesh.mesh import ENGINE
 from service.errors import InvalidRequest, Issue, pointer
 from service.schemas.query import values_from_text
 from service.schemas.scan import shorten

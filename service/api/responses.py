@@ -13,7 +13,7 @@ from starlette.types import Message, Receive, Scope, Send
 from service.api.caching.cached_response import RawHeaders
 from service.api.job import Job
 from service.encoders.format import Content, FileFormat, SplitContent
-from service.engine.mesh.report import MeshReport
+from service.engine.mesh.mesh import MeshReport
 
 CHUNK = 1 << 19
 """Bytes handed to the server at a time: the server waits for a slow client after each chunk. Chunks

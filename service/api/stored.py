@@ -11,7 +11,7 @@ from functools import cache, partial
 from service.api.job import Job
 from service.api.services import Services
 from service.encoders.registry import FORMATS
-from service.engine.mesh.report import ENGINE
+from service.engine.mesh.mesh import ENGINE
 from service.errors import DamagedObject, InvalidRequest, Issue, UnknownSurface
 from service.schemas.document import DocumentLimits
 from service.storage.canonical import (

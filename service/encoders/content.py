@@ -9,8 +9,7 @@ from service.bases.arrays import FloatArray, IndexArray, Ints, RealArray
 from service.bases.cache import Result, derive_once
 from service.encoders.text import FLOAT64_CHARS, rows
 from service.engine.clustering import find_leaders
-from service.engine.mesh.mesh_value import Mesh, MeshPart, Overlay
-from service.engine.mesh.report import MeshReport
+from service.engine.mesh.mesh import Mesh, MeshPart, MeshReport, Overlay
 from service.errors import Issue, UnsupportedByFormat
 
 

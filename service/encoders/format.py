@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields
 from typing import Literal, TypeAlias
 
-from service.engine.mesh.mesh_value import Mesh, Overlay
+from service.engine.mesh.mesh import Mesh, Overlay
 from service.engine.scenes.scene import Scene, flatten
 from service.surface.batches import ChannelKind
 from service.surface.lowered import PatchModel

@@ -34,7 +34,7 @@ from service.encoders.text import (
     digits,
     json_document,
 )
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.points.evaluate import COLUMNS
 
 

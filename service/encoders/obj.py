@@ -28,7 +28,7 @@ from service.encoders.text import (
     row_chunks,
     rows,
 )
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 
 
 def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:

@@ -10,7 +10,7 @@ every position. The faces are the quads, then the triangles.
 from service.encoders.content import add_opacity, find_colored_positions, write_counted_faces
 from service.encoders.format import EncodeOptions, MeshSize
 from service.encoders.text import FLOAT32_CHARS, FLOAT64_CHARS, digits, join_rows, rows
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 
 
 def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:

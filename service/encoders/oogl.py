@@ -42,7 +42,7 @@ from service.encoders.text import (
     join_rows,
     rows,
 )
-from service.engine.mesh.mesh_value import Mesh, Overlay
+from service.engine.mesh.mesh import Mesh, Overlay
 from service.errors import Issue, UnsupportedByFormat
 
 CQUAD_CHARS = 13

@@ -21,7 +21,7 @@ from service.bases.arrays import RealArray
 from service.encoders.content import find_nonempty
 from service.encoders.oogl import skeleton
 from service.encoders.text import rows
-from service.engine.mesh.mesh_value import Overlay
+from service.engine.mesh.mesh import Overlay
 from service.errors import Issue, UnsupportedByFormat
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import PatchModel

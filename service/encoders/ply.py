@@ -16,7 +16,7 @@ from service.bases.arrays import IndexArray
 from service.bases.cache import derive_once
 from service.encoders.content import COMMENT_CHARS, absolute, bound_comment, to_bytes
 from service.encoders.format import EncodeOptions, MeshSize
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 
 HEADER_BYTES = 512 + COMMENT_CHARS
 """An upper bound of the bytes of the header without attributes: 19 lines and two counts."""

@@ -16,7 +16,7 @@ from service.bases.arrays import FloatArray
 from service.bases.row_batches import row_runs
 from service.encoders.content import absolute, refuse_quads
 from service.encoders.format import EncodeOptions, MeshSize
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 
 HEADER_BYTES = 84
 """Bytes of the header and of the number of triangles."""

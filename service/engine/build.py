@@ -5,7 +5,7 @@
 
 from service.engine.joining.join import Allow, allow_any, join
 from service.engine.joining.members import join_group
-from service.engine.mesh.mesh_value import Mesh, Overlay
+from service.engine.mesh.mesh import Mesh, Overlay
 from service.engine.options import MeshOptions
 from service.engine.quantize import quantize
 from service.engine.scenes.apart import separate_members

@@ -19,7 +19,7 @@ from service.bases.row_batches import unique_rows
 from service.engine.bounds.mesh_deviation import round_up
 from service.engine.clustering import DisjointSets
 from service.engine.extent import find_extent
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.engine.scenes.placing import scalings
 from service.engine.scenes.scene import Scene, arrange, store_positions

@@ -24,14 +24,12 @@ from service.engine.extent import AT_ZERO, choose_origin, find_stored_bounds
 from service.engine.joining.join import Allow, allow_any, join, join_further
 from service.engine.mesh.channels import match_values, split_by_kind
 from service.engine.mesh.filling import SampleRows, fill_vertices, sample_model
-from service.engine.mesh.mesh_value import Mesh, MeshPart, Overlay
+from service.engine.mesh.mesh import Mesh, MeshPart, MeshReport, Overlay
 from service.engine.mesh.overlays import draw_overlays
-from service.engine.mesh.report import MeshReport
 from service.engine.options import MeshOptions
-from service.engine.plans.creases import Sharing, find_creases
 from service.engine.plans.face_plan import FacePlan, plan_faces
 from service.engine.plans.layout import Layout
-from service.engine.plans.weld import merge_samples
+from service.engine.plans.vertices import Sharing, find_creases, merge_samples
 from service.engine.scratch import Real
 from service.surface.batches import TrianglePatches
 from service.surface.lowered import PatchModel

@@ -10,7 +10,7 @@ from service.engine.accuracy import Accuracy
 from service.engine.adaptive.limits import Effort
 from service.engine.adaptive.meshing import build_mesher
 from service.engine.adaptive.tolerances import build_goal
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.models import NOT_PATCHES
 from service.engine.options import MeshOptions
 from service.engine.scenes.scene import Scene

@@ -9,8 +9,7 @@ from service.engine.bounds.mesh_deviation import round_up
 from service.engine.build import build, build_scene, draw_lines
 from service.engine.curvatures.placement_scale import add_stretches
 from service.engine.joining.join import Allow, allow_any
-from service.engine.mesh.mesh_value import Mesh
-from service.engine.mesh.report import MeshReport
+from service.engine.mesh.mesh import Mesh, MeshReport
 from service.engine.models import keep_model_channels
 from service.engine.options import MeshOptions
 from service.engine.quantize import quantize

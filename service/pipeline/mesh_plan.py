@@ -5,7 +5,7 @@ from functools import lru_cache
 
 from service.cancellation import checkpoint
 from service.encoders.format import Content, EncodeOptions, Format, MeshSize
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.engine.plans.counts import Counts
 from service.engine.scenes.scene import Scene

@@ -16,7 +16,7 @@ from typing import Annotated, Any, get_args, get_origin
 
 from pydantic import BaseModel, Field
 
-from service.engine.mesh.report import ENGINE
+from service.engine.mesh.mesh import ENGINE
 from service.errors import InvalidRequest, Issue, pointer
 from service.schemas.accuracy import CAMERA_FIELDS, MAX_COUNT
 from service.schemas.curves import CurveOptionFields

@@ -18,7 +18,7 @@ from service.api.responses import CHUNK
 from service.api.threads import Threads
 from service.encoders.format import Format
 from service.encoders.registry import BY_NAME, FORMATS
-from service.engine.mesh.report import ENGINE
+from service.engine.mesh.mesh import ENGINE
 from service.engine.options import MeshOptions
 from service.errors import SurfaceError
 from service.pipeline.mesh import render, select_encode_options

@@ -8,7 +8,7 @@ from fastapi import FastAPI
 
 from service.api.app import create_app
 from service.encoders.registry import FORMATS
-from service.engine.mesh.report import ENGINE
+from service.engine.mesh.mesh import ENGINE
 from service.pipeline.mesh import MeshFile, make_file
 from service.pipeline.mesh_plan import MeshPlan
 from service.settings.values import Settings

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from service.api.app import create_app
-from service.engine.mesh.report import ENGINE
+from service.engine.mesh.mesh import ENGINE
 from service.errors import StoreFailed, StoreFull
 from service.settings.values import Settings
 from service.storage.canonical import canonical_content, surface_id

@@ -10,7 +10,7 @@ import pytest
 from service.api.app import create_app
 from service.api.caching.codings import Coding, compress
 from service.api.routes import meshes_by_url
-from service.engine.mesh.report import ENGINE
+from service.engine.mesh.mesh import ENGINE
 from service.pipeline.mesh import MeshFile, make_file
 from service.pipeline.mesh_plan import MeshPlan
 from service.settings.values import Settings

@@ -17,7 +17,7 @@ from service.encoders.oogl_patches import HIGHEST_DEGREE, encode_patches
 from service.encoders.registry import FORMATS
 from service.encoders.text import FLOAT32_CHARS, FLOAT64_CHARS, json_array
 from service.engine.connectivity.closure import Closure
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.quantize import quantize_mesh
 from service.engine.stored_positions import MIN_STEP
 from service.errors import UnsupportedByFormat

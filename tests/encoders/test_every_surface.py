@@ -16,7 +16,7 @@ from trimesh.visual import TextureVisuals
 from service.encoders.format import EncodeOptions, Format, OoglForm
 from service.encoders.registry import BY_NAME
 from service.engine.build import build
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.options import Faces, MeshOptions, OverlayName
 from service.errors import InvalidRequest, UnsupportedByFormat
 from service.pipeline.mesh import keep_storable_channels, render

@@ -8,7 +8,7 @@ import numpy as np
 
 from service.encoders import json_mesh
 from service.encoders.format import EncodeOptions
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from tools.meshes import add_attributes, add_overlays, build_sheet, build_silo, to_single
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from service.encoders import obj
 from service.encoders.format import EncodeOptions
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from tools.meshes import build_silo
 
 

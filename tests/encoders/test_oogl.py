@@ -8,7 +8,7 @@ import pytest
 
 from service.encoders import oogl
 from service.encoders.format import EncodeOptions, OoglForm
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.errors import UnsupportedByFormat
 from tests.clients.geomview import read_oogl
 from tools.meshes import add_attributes, add_overlays, build_sheet, build_silo, remove_faces

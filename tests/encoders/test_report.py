@@ -11,7 +11,7 @@ import trimesh
 from oracles.gltf import read_glb
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from tools.meshes import build_silo, to_single
 
 DEFAULTS = EncodeOptions()

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from oracles.topology import Topology, count_topology, winding_agreement
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.surface.examples.catalogue import find
 from service.surface.lowered import Model

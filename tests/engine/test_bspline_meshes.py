@@ -8,7 +8,7 @@ import pytest
 from oracles.splines import basis_values, to_fractions
 from service.bases import knots
 from service.bases.arrays import RealArray
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.surface.bspline import BsplineSurface
 from tests.engine.meshing import build_mesh, check_sound, find_topology
 from tests.spline_strategies import random_points, random_weights

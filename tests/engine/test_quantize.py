@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from service.engine.build import build, build_scene
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.engine.quantize import find_grid_error, find_grid_steps, quantize, quantize_mesh
 from service.engine.scenes.scene import Scene

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from oracles import exact
 from oracles.topology import count_topology, weld_by_position
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.surface.batches import TensorPatches
 from service.surface.examples.catalogue import EXAMPLES
 from service.surface.lowered import PatchModel

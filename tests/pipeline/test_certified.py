@@ -15,7 +15,7 @@ from oracles.sheets import build_sheets
 from service.encoders.format import EncodeOptions, Format, OoglForm
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.accuracy import Accuracy, Camera
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.engine.scenes.placing import place_points
 from service.engine.scenes.scene import Scene, scene_parts

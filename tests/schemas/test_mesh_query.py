@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.engine.mesh.report import ENGINE
+from service.engine.mesh.mesh import ENGINE
 from service.schemas.accuracy import ACCURACY_FIELDS
 from service.schemas.options import MeshOptionFields
 from service.schemas.query import canonical_query, parse_mesh_query

@@ -34,7 +34,7 @@ from oracles.distance import Soup
 from oracles.sheets import build_sheets
 from service.engine.accuracy import Accuracy
 from service.engine.bounds.second_derivatives import bound_second_derivatives, count_blocks
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.settings.runtime import pin_blas, share_heap
 from service.surface.batches import TensorPatches

@@ -18,7 +18,7 @@ from pathlib import Path
 import httpx
 import pytest
 
-from service.engine.mesh.report import ENGINE
+from service.engine.mesh.mesh import ENGINE
 from service.storage.keys import SURFACES
 from tools.deploy.load import Clients, Tally, run_under_load
 from tools.deploy.traffic import Traffic

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import count
 
-from service.engine.mesh.report import ENGINE
+from service.engine.mesh.mesh import ENGINE
 
 SEED = 1963
 

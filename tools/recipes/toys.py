@@ -10,7 +10,7 @@ FORMAT = Recipe(
             '''"""Encodes the vertices of a mesh as text, one line for each: x y z."""
 
 from service.encoders.format import EncodeOptions, MeshSize
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 
 
 def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:

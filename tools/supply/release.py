@@ -14,12 +14,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 from service import __version__
-from service.engine.mesh.report import ENGINE
+from service.engine.mesh.mesh import ENGINE
 from tools.supply.packages import ROOT
 
 TAG = f"v{__version__}"
 GOLDEN = "tests/golden"
-ENGINE_FILE = "service/engine/mesh/report.py"
+ENGINE_FILE = "service/engine/mesh/mesh.py"
 
 
 def run_git(*arguments: str) -> str:

@@ -16,7 +16,7 @@ from anyio import CapacityLimiter, Lock, to_thread
 from starlette.datastructures import State
 
 from service.encoders.registry import BY_NAME
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import build_mesh
 from service.surface.bezier import BezierSurface

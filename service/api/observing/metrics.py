@@ -38,7 +38,7 @@ from service.api.responses import HEADERS, ChunkedResponse
 from service.api.services import Services
 from service.api.threads import Threads
 from service.bases.cache import MESH_PLANS
-from service.engine.mesh.report import ENGINE, MeshReport
+from service.engine.mesh.mesh import ENGINE, MeshReport
 from service.storage.store import SurfaceStore
 
 TEXT, OPENMETRICS = exposition.CONTENT_TYPE_PLAIN_0_0_4, openmetrics.CONTENT_TYPE_LATEST

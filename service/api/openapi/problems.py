@@ -26,7 +26,7 @@ from service.decoders import teapot
 from service.decoders.registry import DECODERS
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.measures.values import MeasureQuery
-from service.engine.mesh.report import ENGINE
+from service.engine.mesh.mesh import ENGINE
 from service.engine.options import MeshOptions
 from service.engine.points.places import PointsQuery
 from service.errors import Busy, DamagedObject, StoreFailed, SurfaceError

@@ -16,7 +16,7 @@ from service.api.openapi.responses import error
 from service.api.responses import HEADERS, json_response
 from service.encoders.libraries import list_compressions
 from service.encoders.registry import FORMATS
-from service.engine.mesh.report import ENGINE
+from service.engine.mesh.mesh import ENGINE
 
 catalogue = APIRouter()
 

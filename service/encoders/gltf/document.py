@@ -23,7 +23,7 @@ from service.encoders.gltf.buffer import BufferBuilder, JsonObject, PackedBuffer
 from service.encoders.gltf.columns import QUANTIZATION, grid_transform
 from service.encoders.gltf.primitives import LINE_MATERIAL, UNLIT, build_drawables
 from service.encoders.text import json_text
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 
 GENERATOR = "Surface Service"
 """The name of this program in a file. It has no version, because the bytes of a file may change

@@ -29,7 +29,7 @@ from service.encoders.gltf.document import build_document
 from service.encoders.gltf.primitives import split_parts
 from service.encoders.text import json_text
 from service.engine.extent import is_moved
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 
 GLB_MAGIC, GLB_VERSION, CHUNK_JSON, CHUNK_BIN = 0x46546C67, 2, 0x4E4F534A, 0x004E4942
 """The numbers in the header and in the chunks of a GLB (4.4.2, 4.4.3): "glTF", version 2, "JSON",

@@ -25,7 +25,7 @@ from service.encoders.gltf.columns import (
     grid_positions,
     to_single,
 )
-from service.engine.mesh.mesh_value import Mesh, MeshPart
+from service.engine.mesh.mesh import Mesh, MeshPart
 from service.engine.scenes.colors import to_linear
 from service.surface.lowered import Color
 

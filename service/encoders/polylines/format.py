@@ -10,7 +10,7 @@ from service.bases.arrays import FloatArray, Ints, RealArray
 from service.encoders.format import FileFormat
 from service.engine.bounds.mesh_deviation import round_up
 from service.engine.curves.polyline import CurveReport, Polyline, SampledCurve
-from service.engine.mesh.report import ENGINE
+from service.engine.mesh.mesh import ENGINE
 from service.engine.sections.values import Sections
 
 Lines = TypeVar("Lines")

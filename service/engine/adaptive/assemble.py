@@ -20,12 +20,17 @@ from service.engine.curvatures.ranges import find_ranges
 from service.engine.evaluation.scattered import evaluate_scattered_normals
 from service.engine.extent import find_stored_bounds
 from service.engine.mesh.channels import ChannelRows, match_values, split_by_kind
-from service.engine.mesh.mesh_value import Mesh, MeshPart, Overlay
+from service.engine.mesh.mesh import Mesh, MeshPart, MeshReport, Overlay, find_largest_angle
 from service.engine.mesh.overlays import draw_control_net
-from service.engine.mesh.report import MeshReport, find_largest_angle
 from service.engine.options import MeshOptions
 from service.engine.plans.faces import count_borders
-from service.engine.plans.weld import Welding, count_positions, find_shared_positions, weld
+from service.engine.plans.vertices import (
+    Welding,
+    count_positions,
+    find_shared_positions,
+    merge_samples,
+    number_vertices,
+)
 from service.engine.stored_positions import Storage, bound_origin_error
 from service.surface.lowered import PatchModel
 
@@ -155,15 +160,11 @@ def _weld_samples(
     if len(first) == len(number) and (leader == number).all():
         # No two samples share a vertex: each is a vertex of the mesh.
         return Welding(vertex=number, samples=number, welds=number)
-    same_values = match_values(leader, channels) if options.weld and channels else None
-    return weld(
-        leader,
-        used_samples=None,  # triangles use all samples
-        normals=normals,
-        crease_angle=options.crease_angle,
-        is_merged=options.weld,
-        same_values=same_values,
-    )
+    shared = number
+    if options.weld:
+        same_values = match_values(leader, channels) if channels else None
+        shared = merge_samples(leader, normals, options.crease_angle, same_values)
+    return number_vertices(leader, shared, used_samples=None)  # triangles use all samples
 
 
 def _sort_by_part(model: PatchModel, patch: Ints) -> tuple[Ints, list[MeshPart]]:

@@ -34,7 +34,7 @@ from service.engine.connectivity.curve_patches import leave_out_curves
 from service.engine.connectivity.seams import find_seams
 from service.engine.joining.join import join
 from service.engine.joining.members import JoinedGroup, join_group
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.nets.patch_nets import PatchNets
 from service.engine.options import MeshOptions
 from service.engine.quantize import find_grid_steps

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from service.bases.arrays import RealArray
-from service.engine.mesh.report import Ranges
+from service.engine.mesh.mesh import Ranges
 
 NAMES = ("gaussian_curvature", "mean_curvature")
 """The names of the attributes with Gaussian and mean curvature, in this order."""

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from service.bases.arrays import FloatArray, RealArray
-from service.engine.mesh.report import ENGINE
+from service.engine.mesh.mesh import ENGINE
 from service.surface.checks import Up
 
 

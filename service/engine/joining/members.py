@@ -14,9 +14,8 @@ import numpy as np
 
 from service.bases.arrays import Ints
 from service.engine.connectivity.seams import Seams
-from service.engine.joining.composing import compose
 from service.engine.joining.join import Allow, allow_any, join, join_each
-from service.engine.joining.neighbours import find_neighbours
+from service.engine.joining.meeting_members import compose, find_neighbours
 from service.engine.options import MeshOptions
 from service.surface.curve_model import SweepModel
 from service.surface.lowered import GroupModel, Part, PatchModel, PlacedModel

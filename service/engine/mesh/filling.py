@@ -17,9 +17,9 @@ from service.engine.evaluation.normals import unit_normals
 from service.engine.extent import is_moved
 from service.engine.mesh.channels import ChannelRows, sample_channels
 from service.engine.options import MeshOptions, Method
-from service.engine.plans.creases import mean_normals
 from service.engine.plans.face_plan import FacePlan
 from service.engine.plans.layout import Layout
+from service.engine.plans.vertices import mean_normals
 from service.engine.scratch import Real
 from service.surface.batches import TensorPatches
 from service.surface.lowered import PatchModel

@@ -8,7 +8,7 @@ from service.bases import triangle
 from service.bases.arrays import FloatArray, IndexArray, Ints, RealArray
 from service.engine.connectivity.edges import sample_edges
 from service.engine.connectivity.seams import find_seams
-from service.engine.mesh.mesh_value import Overlay
+from service.engine.mesh.mesh import Overlay
 from service.engine.options import MeshOptions
 from service.engine.plans.layout import Layout
 from service.engine.scratch import Real

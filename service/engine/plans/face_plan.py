@@ -16,11 +16,12 @@ from service.bases.cache import MESH_PLANS
 from service.cancellation import checkpoint
 from service.engine.connectivity.incidence import hash_arrays
 from service.engine.options import Faces, MeshOptions
-from service.engine.plans.creases import Averages, Sharing
 from service.engine.plans.faces import find_mesh_borders, join_faces
 from service.engine.plans.layout import Layout
 from service.engine.plans.patterns import find_used_samples
-from service.engine.plans.weld import (
+from service.engine.plans.vertices import (
+    Averages,
+    Sharing,
     Welding,
     count_positions,
     drop_unused,

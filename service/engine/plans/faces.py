@@ -11,7 +11,7 @@ from service.bases.arrays import IndexArray, Ints
 from service.engine.options import Faces, MeshOptions
 from service.engine.plans.layout import Layout
 from service.engine.plans.patterns import build_faces
-from service.engine.plans.weld import Welding
+from service.engine.plans.vertices import Welding
 
 
 def join_faces(

@@ -16,9 +16,9 @@ from service.bases.arrays import Bools, Ints
 from service.bases.cache import MESH_PLANS
 from service.bases.row_batches import unique_rows
 from service.engine.connectivity.incidence import Connectivity
-from service.engine.plans.creases import Averages
 from service.engine.plans.patterns import AnyShape, Shape, TriangleShape
 from service.engine.plans.sample_numbers import Block, BorderWrites, SampleRuns
+from service.engine.plans.vertices import Averages
 from service.surface.batches import Patches
 from service.surface.sides import along_sides
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from service.bases.arrays import IndexArray, Ints
 from service.engine.joining.members import Cluster, JoinedGroup
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.scenes.scene import Scene
 from service.surface.lowered import PlacedModel
 

@@ -7,8 +7,7 @@ import numpy as np
 
 from service.bases.arrays import IndexArray, RealArray
 from service.engine.curvatures.ranges import merge_ranges
-from service.engine.mesh.mesh_value import Mesh, MeshPart
-from service.engine.mesh.report import MeshReport
+from service.engine.mesh.mesh import Mesh, MeshPart, MeshReport
 
 
 def merge_meshes(meshes: Sequence[Mesh], name: str) -> Mesh:

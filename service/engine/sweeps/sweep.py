@@ -6,12 +6,17 @@ from service.bases.arrays import FloatArray, RealArray
 from service.bases.bernstein import bernstein
 from service.cancellation import checkpoint
 from service.engine.extent import choose_origin, find_stored_bounds
-from service.engine.mesh.mesh_value import Mesh, MeshPart, Overlay
+from service.engine.mesh.mesh import Mesh, MeshPart, MeshReport, Overlay
 from service.engine.mesh.overlays import draw_polylines
-from service.engine.mesh.report import MeshReport
 from service.engine.options import MeshOptions
 from service.engine.plans.faces import count_borders
-from service.engine.plans.weld import Welding, count_positions, find_shared_positions, weld
+from service.engine.plans.vertices import (
+    Welding,
+    count_positions,
+    find_shared_positions,
+    merge_samples,
+    number_vertices,
+)
 from service.engine.sweeps.paths import Paths, bound_station_count, build_path
 from service.engine.sweeps.profiles import build_ribbons, build_tubes
 from service.engine.sweeps.rows import SweptGrids
@@ -68,7 +73,7 @@ def build_swept_mesh(
         The control polygon of the curve.
     """
     checkpoint()
-    normals = swept.normals.copy() if options.normals else None  # `weld` writes means into them
+    normals = swept.normals.copy() if options.normals else None  # `_weld` writes means into them
     welding = _weld(swept, normals, options)
     triangles, quads = (
         welding.vertex[rows].astype(np.uint32) for rows in (swept.triangles, swept.quads)
@@ -167,7 +172,9 @@ def _weld(swept: SweptGrids, normals: RealArray | None, options: MeshOptions) ->
     is_used[swept.triangles] = True
     is_used[swept.quads] = True
     # With texture coordinates every sample stays a vertex, because those of a seam differ.
-    is_merged = not options.uvs
-    return weld(
-        swept.same_position, np.flatnonzero(is_used), normals, options.crease_angle, is_merged
+    leader = (
+        own_numbers
+        if options.uvs
+        else merge_samples(swept.same_position, normals, options.crease_angle)
     )
+    return number_vertices(swept.same_position, leader, np.flatnonzero(is_used))

@@ -7,9 +7,8 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, RealArray
 from service.engine.extent import choose_origin, find_stored_bounds
-from service.engine.mesh.mesh_value import Mesh, Overlay
+from service.engine.mesh.mesh import Mesh, MeshReport, Overlay
 from service.engine.mesh.overlays import draw_polylines
-from service.engine.mesh.report import MeshReport
 from service.engine.options import MeshOptions
 from service.engine.scenes.merge import merge_meshes
 from service.engine.scenes.scene import round_to_single

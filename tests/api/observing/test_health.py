@@ -13,8 +13,7 @@ from service import __version__
 from service.api.app import create_app
 from service.api.observing import health
 from service.api.observing.health import DEADLINE, STUCK_AFTER, SelfTest, computes_correctly
-from service.engine.mesh.mesh_value import Mesh
-from service.engine.mesh.report import ENGINE
+from service.engine.mesh.mesh import ENGINE, Mesh
 from service.pipeline.mesh import build_mesh
 from service.settings.values import Settings
 from tests.clock import Clock

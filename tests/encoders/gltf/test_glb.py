@@ -9,7 +9,7 @@ import pytest
 from service.encoders.format import EncodeOptions, SplitContent
 from service.encoders.gltf.glb import PLACEHOLDER, encode_glb
 from service.engine.build import build
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.surface.examples.catalogue import EXAMPLES
 

@@ -9,7 +9,7 @@ from oracles.gltf import ELEMENT_ARRAY_BUFFER, Gltf, read_glb
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf.buffer import BufferBuilder
 from service.encoders.gltf.glb import encode_glb
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from tools.meshes import add_attributes, add_overlays, build_silo, to_single
 
 OPTIONS = EncodeOptions()

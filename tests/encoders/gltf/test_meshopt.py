@@ -13,7 +13,7 @@ from service.encoders.format import EncodeOptions
 from service.encoders.gltf import meshopt
 from service.encoders.registry import BY_NAME
 from service.engine.build import build
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.engine.quantize import quantize_mesh
 from service.surface.examples.catalogue import find

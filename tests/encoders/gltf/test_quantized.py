@@ -9,7 +9,7 @@ import pytest
 from oracles.gltf import Gltf, read_glb
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.engine.quantize import quantize_mesh
 from service.pipeline.mesh import plan_mesh, render

@@ -7,7 +7,7 @@ import pytest
 
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from tests.clients.gltf_validator import list_issues, validate
 from tools.meshes import (
     add_attributes,

@@ -13,7 +13,7 @@ from service.engine.adaptive.assemble import assemble, draw_overlays
 from service.engine.adaptive.samples import find_samples
 from service.engine.bounds.faces import SPAN
 from service.engine.connectivity.closure import find_closure
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.engine.stored_positions import Storage
 from service.surface.batches import TrianglePatches

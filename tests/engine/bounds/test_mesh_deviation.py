@@ -10,7 +10,7 @@ from oracles.deviation import measure_surface_to_mesh
 from oracles.sheets import build_sheets
 from service.engine.bounds.mesh_deviation import find_largest_bound
 from service.engine.build import build
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.surface.lowered import Part
 from tests.engine.meshing import build_mesh

@@ -12,7 +12,7 @@ from oracles.deviation import measure_surface_to_mesh
 from oracles.sheets import build_bezier_sheet
 from service.bases.row_batches import unique_rows
 from service.engine.connectivity.seams import find_seams
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.surface.batches import TensorPatches
 from service.surface.lowered import Part, PatchModel
 from tests.engine.meshing import (

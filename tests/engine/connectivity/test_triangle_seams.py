@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from oracles import triangles
 from oracles.topology import count_topology, volume, weld_by_position
 from service.engine.connectivity.seams import find_seams
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.options import Faces, MeshOptions
 from service.engine.plans.patterns import TriangleShape, build_faces
 from service.engine.tessellate import predict_size, tessellate

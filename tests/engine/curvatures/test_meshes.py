@@ -8,7 +8,7 @@ from service.engine.connectivity.connect import connect
 from service.engine.curvatures import limit_curvature
 from service.engine.curvatures.ranges import NAMES
 from service.engine.curvatures.rows import find_parameters, layout_curvatures
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.engine.plans.layout import Layout
 from service.engine.points.differential import evaluate_jets

@@ -14,7 +14,7 @@ from oracles import exact, quadrics, triangles
 from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.evaluation.forward_difference import find_starting_differences
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.options import Method
 from service.engine.scratch import Real
 from service.surface.batches import Patches, TensorPatches, TrianglePatches

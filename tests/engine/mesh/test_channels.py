@@ -15,7 +15,7 @@ from oracles.triangles import to_exact_triangle, value
 from service.bases import triangle
 from service.bases.arrays import RealArray
 from service.engine.mesh.channels import ChannelRows, match_values
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.surface.batches import Channel, TensorPatches
 from service.surface.bezier import BezierSurface
 from service.surface.channels import Channels

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from oracles.topology import volume
 from service.engine.build import build, build_scene
 from service.engine.evaluation.evaluate import evaluate
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.models import keep_model_channels, to_patches
 from service.engine.options import MeshOptions
 from service.surface.batches import ChannelKind

@@ -11,7 +11,7 @@ from service.bases.arrays import FloatArray
 from service.engine.build import build
 from service.engine.curves.arc_length import arc_lengths
 from service.engine.curves.evaluation import CurveSamples
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.options import Faces, MeshOptions
 from service.engine.sweeps.sweep import predict_sweep
 from service.surface.curve import BezierCurve, BsplineCurve, Curve

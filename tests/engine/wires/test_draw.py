@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 
 from service.encoders.registry import BY_NAME
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.engine.wires.draw import COLOR, NAME, find_width
 from service.engine.wires.isocurves import sample_isocurves

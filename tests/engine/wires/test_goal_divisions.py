@@ -11,7 +11,7 @@ from service.encoders.registry import BY_NAME
 from service.engine.accuracy import Accuracy, Camera
 from service.engine.bounds.goal import Goal, View
 from service.engine.connectivity.seams import find_seams
-from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.engine.wires.draw import NAME
 from service.engine.wires.goal_divisions import count_goal_divisions

@@ -3,9 +3,19 @@
 from math import pi, radians
 
 import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
 
-from service.engine.clustering import MAX_ROUNDS
-from service.engine.plans.weld import Welding, weld
+from service.engine.clustering import MAX_ROUNDS, find_leaders
+from service.engine.plans.vertices import (
+    Averages,
+    Welding,
+    chord_length,
+    find_creases,
+    mean_normals,
+    merge_samples,
+    number_vertices,
+)
 
 UP, ASIDE = (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
 
@@ -25,8 +35,10 @@ def weld_samples(
     """
     normal_rows = None if normals is None else np.array(normals)
     used = None if samples_of_faces is None else np.array(samples_of_faces)
-    result = weld(np.array(same_position), used, normal_rows, crease, merge)
-    return result, normal_rows
+    leader = np.arange(len(same_position))
+    if merge:
+        leader = merge_samples(np.array(same_position), normal_rows, crease)
+    return number_vertices(np.array(same_position), leader, used), normal_rows
 
 
 def to_lists(welding: Welding) -> tuple[list[int], list[int], list[int]]:
@@ -103,3 +115,38 @@ def test_samples_with_more_normals_than_rounds_stay_separate_vertices() -> None:
     assert len(result.samples) == count
     assert result.welds.tolist() == [0] * count
     np.testing.assert_array_equal(normals, directions)
+
+
+def sample_normals(seed: int, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Random samples: the first sample at the place of each, and normals near four directions."""
+    rng = np.random.default_rng(seed)
+    places = rng.integers(0, max(count // 3, 1), count)
+    _, first, inverse = np.unique(places, return_index=True, return_inverse=True)
+    directions = np.array([[0.0, 0, 1], [1, 0, 0], [0, -1, 0], [0, 0.01, 1]])
+    normals = directions[rng.integers(0, 4, count)] + rng.normal(0, 1e-4, (count, 3))
+    return first[inverse], normals / np.linalg.norm(normals, axis=1, keepdims=True)
+
+
+@given(st.integers(0, 1 << 16), st.integers(1, 40), st.sampled_from([0.0, 0.02, 1.0, np.pi]))
+def test_creases_and_means_are_those_of_plain_loops(seed: int, count: int, angle: float) -> None:
+    first_at_place, normals = sample_normals(seed, count)
+    groups = Averages.from_leaders(first_at_place)
+    expected = find_leaders(first_at_place, normals, chord_length(angle))
+    creases = find_creases(normals, groups, angle)
+    result = first_at_place.copy()
+    if creases is not None:
+        # The members of a group are its samples without the leader.
+        result[groups.members] = creases.leaders
+        # Opposite normals have the same creases, and so the same key in the cache of plans.
+        assert getattr(find_creases(-normals, groups, angle), "key", None) == creases.key
+    assert result.tolist() == expected.tolist()
+    averages = Averages.from_leaders(expected)
+    # Each sample is a leader or a member.
+    assert sorted([*averages.members, *np.unique(expected)]) == list(range(count))
+    for leader, mean in zip(averages.leaders, mean_normals(normals, averages), strict=True):
+        total = np.zeros(3)
+        for row in np.flatnonzero(expected == leader)[1:]:
+            total += normals[row]
+        total += normals[leader]
+        length = np.sqrt(total @ total)
+        np.testing.assert_allclose(mean, total / length if length > 1e-6 else normals[leader])
