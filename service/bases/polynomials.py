@@ -8,6 +8,8 @@ equal. Matrices restrict polynomials to many parts of their domain at once.
 Farin, Curves and Surfaces for CAGD, 5th ed., sections 5.3 and 6.1.
 """
 
+from collections.abc import Callable, Sequence
+from operator import itemgetter
 from typing import TypeAlias
 
 import numpy as np
@@ -18,6 +20,18 @@ from service.bases.bernstein import bernstein
 
 Net: TypeAlias = tuple[FloatArray, FloatArray | None]
 """Points (n+1, …, d) and weights (n+1, …) or None."""
+
+
+def map_net(net: Net, change: Callable[[FloatArray], FloatArray]) -> Net:
+    """The net after `change` was applied to its points, and to its weights if it has any."""
+    points, weights = net
+    return change(points), None if weights is None else change(weights)
+
+
+def stack_nets(nets: Sequence[Net]) -> Net:
+    """Stack nets along a new first axis."""
+    weights = [weights for _, weights in nets if weights is not None]
+    return np.stack([points for points, _ in nets]), np.stack(weights) if weights else None
 
 
 def elevate(net: Net, degree: int) -> Net:
@@ -42,15 +56,15 @@ def split(net: Net, t: float) -> tuple[Net, Net]:
     are the net over [0, t], and the last points of all steps are the net over [t, 1]. The last row
     of the first net equals the first row of the second, bit for bit.
     """
-    points, weights = net
-    first_net, second_net = [(points[0], _row(weights, 0))], [(points[-1], _row(weights, -1))]
-    for n in range(len(points) - 1, 0, -1):
+    steps = [net]
+    for n in range(len(net[0]) - 1, 0, -1):
         i = np.arange(n)
         shares = np.repeat([[1 - t], [t]], n, axis=1)
-        points, weights = combine(points, weights, np.stack([i, i + 1]), shares)
-        first_net.append((points[0], _row(weights, 0)))
-        second_net.append((points[-1], _row(weights, -1)))
-    return _stack_rows(first_net), _stack_rows(second_net[::-1])
+        steps.append(combine(*steps[-1], np.stack([i, i + 1]), shares))
+    return (
+        stack_nets([map_net(step, itemgetter(0)) for step in steps]),
+        stack_nets([map_net(step, itemgetter(-1)) for step in steps[::-1]]),
+    )
 
 
 def restrict(net: Net, first: float, last: float) -> Net:
@@ -60,15 +74,6 @@ def restrict(net: Net, first: float, last: float) -> Net:
     if last < 1:
         net, _ = split(net, (last - first) / (1 - first))
     return net
-
-
-def _row(weights: FloatArray | None, row: int) -> FloatArray | None:
-    return None if weights is None else weights[row]
-
-
-def _stack_rows(rows: list[tuple[FloatArray, FloatArray | None]]) -> Net:
-    weights = [weight for _, weight in rows if weight is not None]
-    return np.stack([point for point, _ in rows]), np.stack(weights) if weights else None
 
 
 def restriction_matrices(degree: int, breaks: FloatArray) -> FloatArray:

@@ -1,14 +1,12 @@
 """Splits Bézier patches and triangles, restricts patches, and makes triangles of their halves."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import partial
 from itertools import chain
 
-import numpy as np
-
 from service.bases import polynomials, triangle, triangle_polynomials
-from service.bases.polynomials import Net
+from service.bases.polynomials import Net, map_net, stack_nets
 from service.errors import InvalidRequest, Issue, format_number
 from service.surface.bezier import BezierSurface
 from service.surface.convert.elevate import elevate_nets, elevate_triangle_nets
@@ -19,8 +17,6 @@ from service.surface.convert.nets import (
     apply_along,
     check_count,
     check_degree,
-    count_channel_numbers,
-    map_channels,
     move_axis,
     require_patch,
     require_triangle,
@@ -40,25 +36,18 @@ def split_patch(
     patches, points and channels have the same degree, so all are elevated to the highest degree
     among them.
     """
-    patch = require_patch(surface)
-    if operation.at is not None:
-        raise InvalidRequest(barycentric_issue())
+    batch = Batch.of_net(require_patch(surface))
+    refuse_barycentric(operation)
     cuts = operation.u, operation.v
     for name, t in zip("uv", cuts, strict=True):
         if t is not None:
             check_inside(name, t, (0.0, 1.0))
-    nets = (patch.control_net, *(net for _, _, _, net in patch.channels.each()))
-    rows, columns = (max(net.shape[axis] for net in nets) for axis in (0, 1))
+    degree = highest_degree(net.shape for net in batch.nets)
     pieces = 2 ** sum(t is not None for t in cuts)
-    degree = rows - 1, columns - 1
     check_degree(max(degree), allowed)
-    check_count(pieces * rows * columns, allowed, count_channel_numbers(patch.channels))
-    batch = Batch((patch.control_net, patch.weights), patch.channels)
+    check_count(pieces * (degree[0] + 1) * (degree[1] + 1), allowed, batch.channel_numbers)
     batch = batch.apply(partial(_cut_net, cuts=cuts, degree=degree))
-    # At most one part: the patch, under a name. Then all pieces form this part.
-    named_parts = surface.parts if isinstance(surface, PatchSurface) else ()
-    parts = tuple((name, tuple(range(pieces))) for name, _ in named_parts)
-    return share_vertices(batch, None, parts, surface.up, surface.name)
+    return _share_pieces(surface, pieces, batch, None)
 
 
 def restrict_bezier(
@@ -68,10 +57,8 @@ def restrict_bezier(
     for name, piece in (("u", operation.u), ("v", operation.v)):
         if piece is not None:
             check_within(name, piece, (0.0, 1.0))
-    points, weights = _restrict_net((surface.control_net, surface.weights), operation)
-    channels = map_channels(
-        surface.channels, lambda values: _restrict_net((values, None), operation)[0]
-    )
+    batch = Batch.of_net(surface).apply(partial(_restrict_net, operation=operation))
+    (points, weights), channels = batch
     return replace(surface, control_net=points, weights=weights, channels=channels)
 
 
@@ -80,7 +67,7 @@ def restrict_patches(
 ) -> PatchSurface:
     """Restrict a surface of one patch to a piece of its domain."""
     patch = restrict_bezier(require_patch(surface), operation, allowed)
-    batch = Batch((patch.control_net, patch.weights), patch.channels).apply(add_batch_axis)
+    batch = Batch.of_net(patch).apply(add_batch_axis)
     return share_vertices(batch, None, surface.parts, surface.up, surface.name)
 
 
@@ -91,7 +78,7 @@ def split_triangle(
 
     Points and channels are elevated to the highest degree among them.
     """
-    patch = require_triangle(surface)
+    batch = Batch.of_net(require_triangle(surface))
     if operation.at is None:
         raise InvalidRequest(
             Issue(
@@ -102,16 +89,11 @@ def split_triangle(
                 "[r, s, t]",
             )
         )
-    nets = (patch.control_net, *(net for _, _, _, net in patch.channels.each()))
-    degree = max(triangle.degree_of(len(net)) for net in nets)
-    check_count(3 * triangle.count_points(degree), allowed, count_channel_numbers(patch.channels))
+    degree = max(triangle.degree_of(len(net)) for net in batch.nets)
+    check_count(3 * triangle.count_points(degree), allowed, batch.channel_numbers)
     r, s, t = (x / sum(operation.at) for x in operation.at)
-    batch = Batch((patch.control_net, patch.weights), patch.channels)
     batch = batch.apply(partial(_cut_triangle, point=(r, s, t), degree=degree))
-    # At most one part: the triangle, under a name. Then all pieces form this part.
-    named_parts = surface.parts if isinstance(surface, PatchSurface) else ()
-    parts = tuple((name, (0, 1, 2)) for name, _ in named_parts)
-    return share_vertices(None, batch, parts, surface.up, surface.name)
+    return _share_pieces(surface, 3, None, batch)
 
 
 def split_patches(surface: PatchSurface, operation: Split, allowed: SizeLimits) -> PatchSurface:
@@ -126,14 +108,35 @@ def triangle_of_patch(
 ) -> TriangleSurface:
     """The lower or upper half of a patch of degree (p, q) as a triangle of degree p + q."""
     patch = require_patch(surface)
-    for net in (patch.control_net, *(net for _, _, _, net in patch.channels.each())):
+    batch = Batch.of_net(patch)
+    for net in batch.nets:
         check_degree(sum(net.shape[:2]) - 2, allowed)
     check_count(triangle.count_points(sum(patch.degree)), allowed)
-    # A batch without the axis of patches: it only applies `half` to all nets.
     half = partial(_take_half, is_upper=operation.half == "upper")
-    batch = Batch((patch.control_net, patch.weights), patch.channels).apply(half)
-    points, weights = batch.net
-    return TriangleSurface(points, weights, surface.up, surface.name, batch.channels)
+    (points, weights), channels = batch.apply(half)
+    return TriangleSurface(points, weights, surface.up, surface.name, channels)
+
+
+def _share_pieces(
+    surface: BezierSurface | TriangleSurface | PatchSurface,
+    count: int,
+    grids: Batch | None,
+    triangles: Batch | None,
+) -> PatchSurface:
+    """The pieces of a patch as one surface.
+
+    A surface of one patch has at most one part: the patch, under a name. Then all pieces form this
+    part.
+    """
+    named_parts = surface.parts if isinstance(surface, PatchSurface) else ()
+    parts = tuple((name, tuple(range(count))) for name, _ in named_parts)
+    return share_vertices(grids, triangles, parts, surface.up, surface.name)
+
+
+def highest_degree(shapes: Iterable[tuple[int, ...]]) -> tuple[int, int]:
+    """The highest degree p and the highest degree q among nets of shapes (p+1, q+1, …)."""
+    rows, columns = zip(*(shape[:2] for shape in shapes), strict=True)
+    return max(rows) - 1, max(columns) - 1
 
 
 def check_inside(name: str, parameter: float, domain: Interval) -> None:
@@ -172,12 +175,12 @@ def _cut_net(net: Net, cuts: tuple[float | None, float | None], degree: tuple[in
     for axis, t in enumerate(cuts):
         if t is not None:
             nets = list(chain.from_iterable(_split_along(net, axis, t) for net in nets))
-    return elevate_nets(_stack_nets(nets), degree, first_axis=1)
+    return elevate_nets(stack_nets(nets), degree, first_axis=1)
 
 
 def _cut_triangle(net: Net, point: tuple[float, float, float], degree: int) -> Net:
     """The nets of the three triangles around a point, elevated, stacked along a new first axis."""
-    return elevate_triangle_nets(_stack_nets(triangle_polynomials.split(net, point)), degree)
+    return elevate_triangle_nets(stack_nets(triangle_polynomials.split(net, point)), degree)
 
 
 def _take_half(net: Net, *, is_upper: bool) -> Net:
@@ -185,16 +188,9 @@ def _take_half(net: Net, *, is_upper: bool) -> Net:
 
     The upper half is the lower half of the net after u and v are both reversed.
     """
-    points, weights = net
     if is_upper:
-        points, weights = points[::-1, ::-1], None if weights is None else weights[::-1, ::-1]
-    return triangle_polynomials.lower_half((points, weights))
-
-
-def _stack_nets(nets: Sequence[Net]) -> Net:
-    """Stack nets along a new first axis."""
-    weights = [weights for _, weights in nets if weights is not None]
-    return np.stack([points for points, _ in nets]), np.stack(weights) if weights else None
+        net = map_net(net, lambda values: values[::-1, ::-1])
+    return triangle_polynomials.lower_half(net)
 
 
 def _split_along(net: Net, axis: int, t: float) -> tuple[Net, Net]:
@@ -213,12 +209,15 @@ def _restrict_net(net: Net, operation: Restrict) -> Net:
     return net
 
 
-def barycentric_issue() -> Issue:
-    """The issue for barycentric coordinates of a surface that is not a triangle."""
-    return Issue(
-        "unknown_field",
-        "Only triangles have barycentric coordinates.",
-        "/at",
-        "barycentric coordinates",
-        "`u`, `v` or both",
-    )
+def refuse_barycentric(operation: Split) -> None:
+    """Refuse to split a surface that is not a triangle at barycentric coordinates."""
+    if operation.at is not None:
+        raise InvalidRequest(
+            Issue(
+                "unknown_field",
+                "Only triangles have barycentric coordinates.",
+                "/at",
+                "barycentric coordinates",
+                "`u`, `v` or both",
+            )
+        )

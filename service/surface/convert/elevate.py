@@ -18,7 +18,6 @@ from service.surface.convert.nets import (
     apply_along,
     check_count,
     check_degree,
-    count_channel_numbers,
     share_vertices,
 )
 from service.surface.convert.operations import Elevate, degree_pointer
@@ -44,8 +43,8 @@ def elevate_bezier(
 def elevate_patches(surface: PatchSurface, operation: Elevate, allowed: SizeLimits) -> PatchSurface:
     """Elevate all patches; on an edge that two patches share, both get equal control points."""
     degree = operation.degree
-    grids = [Batch.from_surface(surface, indices) for _, indices in surface.by_degree]
-    triangles = Batch.from_surface(surface, surface.triangles) if len(surface.triangles) else None
+    grids = [Batch.of_patches(surface, indices) for _, indices in surface.by_degree]
+    triangles = Batch.of_patches(surface, surface.triangles) if len(surface.triangles) else None
     if grids:
         check_degrees(surface.degree, degree)
     if triangles is not None:
@@ -53,7 +52,8 @@ def elevate_patches(surface: PatchSurface, operation: Elevate, allowed: SizeLimi
     count = len(surface.patches) * (degree[0] + 1) * (degree[1] + 1)
     count += len(surface.triangles) * triangle.count_points(degree[0])
     check_degree(max(degree), allowed, "/degree")
-    check_count(count, allowed, count_channel_numbers(surface.channels))
+    channel_numbers = sum(net.shape[-1] for *_, net in surface.channels.each())
+    check_count(count, allowed, channel_numbers)
     shapes = {indices.shape[1:] for _, indices in surface.by_degree}
     if shapes <= {(degree[0] + 1, degree[1] + 1)} and (
         triangles is None or surface.triangle_degree == degree[0]
@@ -141,26 +141,18 @@ def _check_seams(nets: Sequence[FloatArray]) -> None:
             np.concatenate([take_side(n, s) for n in nets if n.shape[axis] == count for s in sides])
             for axis, sides in ((2, (0, 1)), (1, (2, 3)))
         )
-        _check_sides(sides_along_v, sides_along_u)
-
-
-def _check_sides(sides_along_v: FloatArray, sides_along_u: FloatArray) -> None:
-    """Refuse a side along v that is also a side along u; both arrays have shape (N, n+1, 3)."""
-    sides = np.concatenate([sides_along_v, sides_along_v[:, ::-1], sides_along_u])
-    _, number = unique_rows(sides.reshape(len(sides), -1))
-    # Without the sides that are a single point: no gap can appear there.
-    number[(sides == sides[:, :1]).all(axis=(1, 2))] = -1
-    first_numbers, second_numbers = (
-        number[: 2 * len(sides_along_v)],
-        number[2 * len(sides_along_v) :],
-    )
-    if np.isin(second_numbers[second_numbers >= 0], first_numbers).any():
-        raise InvalidRequest(
-            Issue(
-                "seam_would_open",
-                "A side along u is the same edge as a side along v: two degrees would open it.",
-                "/degree",
-                "two different degrees",
-                "the same degree along u and v",
+        sides = np.concatenate([sides_along_v, sides_along_v[:, ::-1], sides_along_u])
+        _, number = unique_rows(sides.reshape(len(sides), -1))
+        # Without the sides that are a single point: no gap can appear there.
+        number[(sides == sides[:, :1]).all(axis=(1, 2))] = -1
+        numbers_along_v, numbers_along_u = np.split(number, [2 * len(sides_along_v)])
+        if np.isin(numbers_along_u[numbers_along_u >= 0], numbers_along_v).any():
+            raise InvalidRequest(
+                Issue(
+                    "seam_would_open",
+                    "A side along u is the same edge as a side along v: two degrees would open it.",
+                    "/degree",
+                    "two different degrees",
+                    "the same degree along u and v",
+                )
             )
-        )

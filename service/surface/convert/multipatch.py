@@ -3,13 +3,13 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from service.bases.arrays import FloatArray
 from service.bases.triangle import degree_of
 from service.surface.bspline import BsplineSurface
+from service.surface.convert.cut import highest_degree
 from service.surface.convert.elevate import elevate_nets, elevate_triangle_nets
 from service.surface.convert.nets import (
     Batch,
@@ -24,7 +24,10 @@ from service.surface.convert.spline import bezier_of_spline
 from service.surface.grids import group_by_degree
 from service.surface.multipatch import MultipatchSurface, Single
 from service.surface.patches import NO_TRIANGLES, PatchSurface
+from service.surface.sizes import SurfaceKind
 from service.surface.triangle import TriangleSurface
+
+Result = TypeVar("Result", bound=SurfaceKind)
 
 
 def convert_each(
@@ -37,12 +40,11 @@ def convert_each(
 
     `allowed` limits the control points of all surfaces together.
     """
-    surfaces: list[Single] = []
-    for single in surface.surfaces:
-        surfaces.append(cast(Single, convert[type(single)](single, operation, allowed)))
-        point_count = surfaces[-1].size().net_points
-        check_count(point_count, allowed)
-        allowed = replace(allowed, control_points=allowed.control_points - point_count)
+    surfaces = _convert_all(
+        surface,
+        lambda single, limits: cast(Single, convert[type(single)](single, operation, limits)),
+        allowed,
+    )
     return replace(surface, surfaces=tuple(surfaces))
 
 
@@ -54,28 +56,29 @@ def bezier_of_multipatch(
     All triangles are elevated to the highest degree among them. If several surfaces have one name,
     the names of the second part and of later ones end with a number.
     """
-    triangles = [s for s in surface.surfaces if isinstance(s, TriangleSurface)]
-    degree = max(map(_triangle_degree, triangles), default=1)
-    converted: list[PatchSurface] = []
-    for single in surface.surfaces:
+    triangles = [Batch.of_net(s) for s in surface.surfaces if isinstance(s, TriangleSurface)]
+    degree = max((degree_of(len(net)) for t in triangles for net in t.nets), default=1)
+
+    def convert(single: Single, limits: SizeLimits) -> PatchSurface:
         if isinstance(single, BsplineSurface):
-            converted.append(bezier_of_spline(single, operation, allowed))
-        else:
-            converted.append(_to_patches(single, degree))
-        point_count = converted[-1].index_count
+            return bezier_of_spline(single, operation, limits)
+        return _to_patches(single, degree)
+
+    return _join_surfaces(surface, _convert_all(surface, convert, allowed))
+
+
+def _convert_all(
+    surface: MultipatchSurface, convert: Callable[[Single, SizeLimits], Result], allowed: SizeLimits
+) -> list[Result]:
+    """Convert each surface; `allowed` limits the control points of all together."""
+    converted: list[Result] = []
+    for single in surface.surfaces:
+        result = convert(single, allowed)
+        point_count = result.size().net_points
         check_count(point_count, allowed)
         allowed = replace(allowed, control_points=allowed.control_points - point_count)
-    return _join_surfaces(surface, converted)
-
-
-def _triangle_degree(single: TriangleSurface) -> int:
-    """The highest degree among a triangle and its channels."""
-    return max(degree_of(len(net)) for net in _nets(single))
-
-
-def _nets(single: Single) -> list[FloatArray]:
-    """The control net and the nets of the channels."""
-    return [single.control_net, *(net for *_, net in single.channels.each())]
+        converted.append(result)
+    return converted
 
 
 def _to_patches(single: Single, degree: int) -> PatchSurface:
@@ -84,14 +87,12 @@ def _to_patches(single: Single, degree: int) -> PatchSurface:
     A triangle and its channels are elevated to `degree`; the nets of a four-sided patch are
     elevated to the highest degree among them.
     """
-    batch = Batch((single.control_net, single.weights), single.channels).apply(add_batch_axis)
+    batch = Batch.of_net(single).apply(add_batch_axis)
     if isinstance(single, TriangleSurface):
         batch = batch.apply(partial(elevate_triangle_nets, degree=degree))
         return share_vertices(None, batch)
-    rows, columns = (max(net.shape[axis] for net in _nets(single)) for axis in (0, 1))
-    return share_vertices(
-        batch.apply(partial(elevate_nets, degree=(rows - 1, columns - 1), first_axis=1))
-    )
+    degrees = highest_degree(net.shape[1:] for net in batch.nets)
+    return share_vertices(batch.apply(partial(elevate_nets, degree=degrees, first_axis=1)))
 
 
 def _join_surfaces(surface: MultipatchSurface, sources: Sequence[PatchSurface]) -> PatchSurface:

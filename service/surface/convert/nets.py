@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray, Ints
-from service.bases.polynomials import Net
+from service.bases.polynomials import Net, map_net
 from service.bases.row_batches import find_first_rows
 from service.errors import InvalidRequest, Issue, TooLarge, count_nouns
 from service.surface.bezier import BezierSurface
@@ -19,6 +19,7 @@ from service.surface.channels import MAX_NUMBERS, NO_CHANNELS, Channels
 from service.surface.checks import MAX_DEGREE, Up
 from service.surface.grids import NO_GRIDS, PartMembers
 from service.surface.patches import NO_TRIANGLES, PatchSurface
+from service.surface.sizes import NetSurface
 from service.surface.triangle import TriangleSurface
 
 NetChange: TypeAlias = Callable[[Net], Net]
@@ -39,17 +40,12 @@ def apply_along(net: Net, axis: int, change: NetChange) -> Net:
 
 def move_axis(net: Net, target: int, axis: int) -> Net:
     """The net with its axis `axis` moved to the position `target`."""
-    points, weights = net
-    return (
-        np.moveaxis(points, axis, target),
-        None if weights is None else np.moveaxis(weights, axis, target),
-    )
+    return map_net(net, lambda values: np.moveaxis(values, axis, target))
 
 
 def add_batch_axis(net: Net) -> Net:
     """The net as a batch of one net."""
-    points, weights = net
-    return points[np.newaxis], None if weights is None else weights[np.newaxis]
+    return map_net(net, lambda values: values[np.newaxis])
 
 
 def map_channels(channels: Channels, change: Callable[[FloatArray], FloatArray]) -> Channels:
@@ -83,10 +79,8 @@ def require_patch(surface: BezierSurface | PatchSurface) -> BezierSurface:
                 "a surface of one four-sided patch, or a B-spline",
             )
         )
-    grid = surface.patches[0]
-    weights = None if surface.weights is None else surface.weights[grid]
-    channels = map_channels(surface.channels, lambda values: values[grid])
-    return BezierSurface(surface.vertices[grid], weights, surface.up, surface.name, channels)
+    (points, weights), channels = Batch.of_patches(surface, surface.patches[0])
+    return BezierSurface(points, weights, surface.up, surface.name, channels)
 
 
 def require_triangle(surface: TriangleSurface | PatchSurface) -> TriangleSurface:
@@ -96,15 +90,8 @@ def require_triangle(surface: TriangleSurface | PatchSurface) -> TriangleSurface
     """
     if isinstance(surface, TriangleSurface):
         return surface
-    grid = surface.triangles[0]
-    weights = None if surface.weights is None else surface.weights[grid]
-    channels = map_channels(surface.channels, lambda values: values[grid])
-    return TriangleSurface(surface.vertices[grid], weights, surface.up, surface.name, channels)
-
-
-def count_channel_numbers(channels: Channels) -> int:
-    """How many numbers all channels together have at one point of the surface."""
-    return sum(net.shape[-1] for _, _, _, net in channels.each())
+    (points, weights), channels = Batch.of_patches(surface, surface.triangles[0])
+    return TriangleSurface(points, weights, surface.up, surface.name, channels)
 
 
 def check_count(count: int, allowed: SizeLimits, channel_numbers: int = 0) -> None:
@@ -156,14 +143,28 @@ class Batch(NamedTuple):
     channels: Channels = NO_CHANNELS
 
     @staticmethod
-    def from_surface(surface: PatchSurface, indices: NDArray[np.int64]) -> "Batch":
+    def of_patches(surface: PatchSurface, indices: NDArray[np.int64]) -> "Batch":
         """The nets of some patches of a surface: of grids of one degree, or of triangles.
 
         `indices` are the vertex indices of these patches, with the patches along axis 0.
         """
-        weights = None if surface.weights is None else surface.weights[indices]
-        channels = map_channels(surface.channels, lambda values: values[indices])
-        return Batch((surface.vertices[indices], weights), channels)
+        net = map_net((surface.vertices, surface.weights), lambda values: values[indices])
+        return Batch(net, map_channels(surface.channels, lambda values: values[indices]))
+
+    @staticmethod
+    def of_net(surface: NetSurface) -> "Batch":
+        """The net of a surface, without the axis of patches."""
+        return Batch((surface.control_net, surface.weights), surface.channels)
+
+    @property
+    def nets(self) -> list[FloatArray]:
+        """The points, and the nets of the channels."""
+        return [self.net[0], *(net for *_, net in self.channels.each())]
+
+    @property
+    def channel_numbers(self) -> int:
+        """How many numbers all channels together have at one control point."""
+        return sum(net.shape[-1] for net in self.nets[1:])
 
     @staticmethod
     def join(batches: Sequence["Batch"], numbers: Sequence[Ints]) -> "Batch":
@@ -199,10 +200,8 @@ class Batch(NamedTuple):
     def columns(self) -> list[FloatArray]:
         """Positions, channels and weights, each as an array of one row for each control point."""
         points, weights = self.net
-        count = points.size // 3
-        values = [points, *(net for _, _, _, net in self.channels.each())]
-        values += [] if weights is None else [weights]
-        return [value.reshape(count, -1) for value in values]
+        values = self.nets if weights is None else [*self.nets, weights]
+        return [value.reshape(points.size // 3, -1) for value in values]
 
 
 def share_vertices(

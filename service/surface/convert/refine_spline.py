@@ -6,7 +6,6 @@ knots increase, and the new control points are weighted means of the old ones.
 
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from service.bases.affine_combination import combine
 from service.bases.arrays import FloatArray, Ints
 from service.bases.blossoms import find_refinement, raise_knots
 from service.bases.extraction import SAME_SHARE
-from service.bases.polynomials import Net
+from service.bases.polynomials import Net, map_net
 from service.errors import InvalidRequest, Issue, TooLarge
 from service.surface.bspline import BsplineSurface
 from service.surface.checks import MAX_DEGREE
@@ -42,24 +41,20 @@ def find_domain(surface: BsplineSurface, axis: int) -> Interval:
     return knot.domain(surface.knot_vectors[axis], surface.degree[axis])
 
 
-class Change(NamedTuple):
-    """A new degree and a piece of the domain along one axis.
-
-    `where` is the JSON pointer to the field of the operation that asks for this change.
-    """
-
-    axis: int
-    degree: int
-    piece: Interval
-    where: str
-
-
-def refine_over(surface: BsplineSurface, change: Change, allowed: SizeLimits) -> BsplineSurface:
+def refine_over(
+    surface: BsplineSurface,
+    axis: int,
+    degree: int,
+    piece: Interval,
+    allowed: SizeLimits,
+    *,
+    where: str,
+) -> BsplineSurface:
     """Restrict a spline to a piece of its domain along one axis, and elevate it there.
 
-    The new knot vector of this axis is clamped.
+    The new knot vector of this axis is clamped. `where` is the JSON pointer to the field of the
+    operation that asks for this.
     """
-    axis, degree, piece, where = change
     knots, old_degree = surface.knot_vectors[axis], surface.degree[axis]
     target = raise_knots(knots, old_degree, degree, *piece)
     shortest = float(np.diff(knot.breaks(target, degree)).min())
@@ -83,11 +78,7 @@ def refine_over(surface: BsplineSurface, change: Change, allowed: SizeLimits) ->
     def refine(net: Net) -> Net:
         if is_periodic:
             # `knot_vectors` is for a net whose first p rows are repeated at its end.
-            points, weights = net
-            net = (
-                knot.wrap_points(points, old_degree),
-                None if weights is None else knot.wrap_points(weights, old_degree),
-            )
+            net = map_net(net, lambda values: knot.wrap_points(values, old_degree))
         return _close_rows(combine(*net, index, shares), net, index, shares)
 
     points, weights = apply_along((surface.control_net, surface.weights), axis, refine)

@@ -6,16 +6,19 @@ import numpy as np
 
 from service.bases import knots as knot
 from service.bases.arrays import FloatArray
-from service.errors import InvalidRequest
 from service.surface.bspline import BsplineSurface
-from service.surface.convert.cut import barycentric_issue, check_inside, check_within
+from service.surface.convert.cut import (
+    check_inside,
+    check_within,
+    highest_degree,
+    refuse_barycentric,
+)
 from service.surface.convert.elevate import check_degrees, elevate_nets
 from service.surface.convert.nets import (
     Batch,
     SizeLimits,
     check_count,
     check_degree,
-    count_channel_numbers,
     map_channels,
     share_vertices,
 )
@@ -30,7 +33,6 @@ from service.surface.convert.operations import (
     degree_pointer,
 )
 from service.surface.convert.refine_spline import (
-    Change,
     check_length,
     find_domain,
     refine_over,
@@ -51,7 +53,7 @@ def elevate_spline(
             where = degree_pointer(operation.degree, axis)
             check_degree(degree, allowed, where)
             domain = find_domain(surface, axis)
-            surface = refine_over(surface, Change(axis, degree, domain, where), allowed)
+            surface = refine_over(surface, axis, degree, domain, allowed, where=where)
     return surface
 
 
@@ -63,24 +65,19 @@ def restrict_spline(
     A direction that is cut becomes clamped. A parameter that differs from a knot by rounding alone
     counts as this knot.
     """
-    pieces: list[tuple[str, Interval | None]] = []
+    pieces: dict[int, Interval] = {}
     for axis, interval in enumerate((operation.u, operation.v)):
-        ends = None
         if interval is not None:
-            ends = (
-                snap_to_knot(surface, axis, interval[0]),
-                snap_to_knot(surface, axis, interval[1]),
-            )
+            first, last = (snap_to_knot(surface, axis, t) for t in interval)
             min_length = find_least_span(*find_domain(surface, axis))
-            check_length(ends[1] - ends[0], min_length, f"/{'uv'[axis]}")
-        pieces.append(("uv"[axis], ends))
-    for axis, (name, piece) in enumerate(pieces):
-        if piece is not None:
-            check_within(name, piece, find_domain(surface, axis))
-    for axis, (name, piece) in enumerate(pieces):
-        if piece is not None and piece != find_domain(surface, axis):
-            change = Change(axis, surface.degree[axis], piece, f"/{name}")
-            surface = refine_over(surface, change, allowed)
+            check_length(last - first, min_length, f"/{'uv'[axis]}")
+            pieces[axis] = first, last
+    for axis, piece in pieces.items():
+        check_within("uv"[axis], piece, find_domain(surface, axis))
+    for axis, piece in pieces.items():
+        if piece != find_domain(surface, axis):
+            degree, where = surface.degree[axis], f"/{'uv'[axis]}"
+            surface = refine_over(surface, axis, degree, piece, allowed, where=where)
     return surface
 
 
@@ -89,24 +86,22 @@ def split_spline(surface: BsplineSurface, operation: Split, allowed: SizeLimits)
 
     Piece k along u and l along v has the number k · (number of pieces along v) + l.
     """
-    if operation.at is not None:
-        raise InvalidRequest(barycentric_issue())
-    cuts = [
-        (name, None if t is None else snap_to_knot(surface, axis, t))
-        for axis, (name, t) in enumerate((("u", operation.u), ("v", operation.v)))
-    ]
-    for axis, (name, t) in enumerate(cuts):
-        if t is not None:
-            check_inside(name, t, find_domain(surface, axis))
+    refuse_barycentric(operation)
+    cuts = {
+        axis: snap_to_knot(surface, axis, t)
+        for axis, t in enumerate((operation.u, operation.v))
+        if t is not None
+    }
+    for axis, t in cuts.items():
+        check_inside("uv"[axis], t, find_domain(surface, axis))
     pieces = [surface]
-    for axis, (name, t) in enumerate(cuts):
-        if t is not None:
-            first, last = find_domain(surface, axis)
-            changes = [
-                Change(axis, surface.degree[axis], interval, f"/{name}")
-                for interval in ((first, t), (t, last))
-            ]
-            pieces = [refine_over(piece, change, allowed) for piece in pieces for change in changes]
+    for axis, t in cuts.items():
+        first, last = find_domain(surface, axis)
+        pieces = [
+            refine_over(piece, axis, piece.degree[axis], interval, allowed, where=f"/{'uv'[axis]}")
+            for piece in pieces
+            for interval in ((first, t), (t, last))
+        ]
     return GroupSurface(tuple(map(Member, pieces)), surface.up, surface.name)
 
 
@@ -167,21 +162,16 @@ def bezier_of_spline(
     Points and channels are elevated to the highest degree among them.
     """
     counts = surface.control_net.shape[:2]
-    degrees = [surface.degree]
-    degrees += [
-        (net.shape[0] - 1, net.shape[1] - 1)
-        for _, _, _, net in surface.channels.each()
-        if net.shape[:2] != counts
-    ]
-    degree = max(p for p, _ in degrees), max(q for _, q in degrees)
+    # A channel with another number of control points is one Bézier net over the domain.
+    bezier_shapes = [n.shape for *_, n in surface.channels.each() if n.shape[:2] != counts]
+    p, q = degree = highest_degree([tuple(n + 1 for n in surface.degree), *bezier_shapes])
     rows, columns = (  # numbers of spans along u and v
         len(knot.spans(knots, n))
         for knots, n in zip(surface.knot_vectors, surface.degree, strict=True)
     )
-    p, q = degree
     check_degree(max(p, q), allowed)
-    point_count = rows * columns * (p + 1) * (q + 1)
-    check_count(point_count, allowed, count_channel_numbers(surface.channels))
+    channel_numbers = Batch.of_net(surface).channel_numbers
+    check_count(rows * columns * (p + 1) * (q + 1), allowed, channel_numbers)
     (batch,) = surface.lower().batches
     lowered_channels = iter(batch.channels)
 

@@ -36,14 +36,7 @@ from service.surface.convert.spline import (
     split_spline,
     transpose_spline,
 )
-from service.surface.convert.turn import (
-    reverse_bezier,
-    reverse_patches,
-    reverse_triangle,
-    transpose_bezier,
-    transpose_patches,
-    transpose_triangle,
-)
+from service.surface.convert.turn import turn_bezier, turn_patches, turn_triangle
 from service.surface.kinds import Surface
 from service.surface.multipatch import MultipatchSurface
 from service.surface.patches import PatchSurface
@@ -97,18 +90,18 @@ CONVERSIONS: Mapping[type[Operation], Mapping[type[Surface], Conversion]] = Mapp
             BsplineSurface: restrict_spline,
         },
         Transpose: {
-            BezierSurface: transpose_bezier,
-            PatchSurface: transpose_patches,
+            BezierSurface: turn_bezier,
+            PatchSurface: turn_patches,
             MultipatchSurface: _convert_each,
             BsplineSurface: transpose_spline,
-            TriangleSurface: transpose_triangle,
+            TriangleSurface: turn_triangle,
         },
         Reverse: {
-            BezierSurface: reverse_bezier,
-            PatchSurface: reverse_patches,
+            BezierSurface: turn_bezier,
+            PatchSurface: turn_patches,
             MultipatchSurface: _convert_each,
             BsplineSurface: reverse_spline,
-            TriangleSurface: reverse_triangle,
+            TriangleSurface: turn_triangle,
         },
         ToBezier: {
             BezierSurface: keep_surface,
@@ -136,17 +129,13 @@ def convert(
     """
     for number, operation in enumerate(operations):
         try:
-            surface = _apply(surface, operation, allowed)
+            conversion = CONVERSIONS[type(operation)].get(type(surface))
+            if conversion is None:
+                raise InvalidRequest(_refusal(surface, operation))
+            surface = conversion(surface, operation, allowed)
         except SurfaceError as error:
             raise error.within(pointer(("operations", number))) from None
     return surface
-
-
-def _apply(surface: Surface, operation: Operation, allowed: SizeLimits) -> Surface:
-    conversion = CONVERSIONS[type(operation)].get(type(surface))
-    if conversion is None:
-        raise InvalidRequest(_refusal(surface, operation))
-    return conversion(surface, operation, allowed)
 
 
 def _refusal(surface: Surface, operation: Operation) -> Issue:

@@ -3,101 +3,65 @@
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
+from typing import TypeAlias, TypeVar
 
 import numpy as np
 
 from service.bases import triangle, triangle_polynomials
-from service.bases.arrays import FloatArray
+from service.bases.arrays import FloatArray, Ints
+from service.bases.polynomials import map_net
 from service.surface.bezier import BezierSurface
 from service.surface.convert.nets import SizeLimits, map_channels
-from service.surface.convert.operations import Direction, Reverse, Transpose
-from service.surface.grids import map_grids
+from service.surface.convert.operations import Reverse, Transpose
+from service.surface.grids import IndexGrid, map_grids
 from service.surface.patches import PatchSurface
 from service.surface.triangle import TriangleSurface
 
-_AXIS: Mapping[Direction, int] = MappingProxyType({"u": 0, "v": 1})
+Turn: TypeAlias = Transpose | Reverse
+Grid = TypeVar("Grid", FloatArray, IndexGrid)
+Single = TypeVar("Single", BezierSurface, TriangleSurface)
 
 _EXCHANGED: Mapping[str, tuple[int, int]] = MappingProxyType({"": (1, 2), "u": (0, 1), "v": (0, 2)})
 """On triangles u = s, v = t and r = 1 − u − v. To exchange u and v (key ""), or to reverse u or v,
 two of r, s, t (numbers 0, 1, 2) are exchanged."""
 
 
-def transpose_bezier(
-    surface: BezierSurface, _operation: Transpose, _allowed: SizeLimits
-) -> BezierSurface:
-    """Exchange u and v of a patch: S'(u, v) = S(v, u)."""
-    return _rearrange(surface, lambda net: net.swapaxes(0, 1))
+def turn_bezier(surface: BezierSurface, operation: Turn, _allowed: SizeLimits) -> BezierSurface:
+    """Exchange u and v of a patch, S'(u, v) = S(v, u), or reverse one: S(1 − u, v), S(u, 1 − v)."""
+    return _rearrange(surface, lambda net: _turn_grids(net, operation, 0))
 
 
-def transpose_patches(
-    surface: PatchSurface, _operation: Transpose, _allowed: SizeLimits
-) -> PatchSurface:
-    """Exchange u and v of every patch."""
-    order = triangle_polynomials.exchange_order(surface.triangle_degree, *_EXCHANGED[""])
+def turn_triangle(
+    surface: TriangleSurface, operation: Turn, _allowed: SizeLimits
+) -> TriangleSurface:
+    """Exchange u and v of a triangle, S'(r, s, t) = S(r, t, s), or reverse u, S(s, r, t), or v."""
+    return _rearrange(surface, lambda net: net[_order(triangle.degree_of(len(net)), operation)])
+
+
+def turn_patches(surface: PatchSurface, operation: Turn, _allowed: SizeLimits) -> PatchSurface:
+    """Exchange u and v of every patch, or reverse one of them."""
     return replace(
         surface,
-        patches=map_grids(surface.patches, lambda grids: grids.swapaxes(1, 2)),
-        triangles=surface.triangles[:, order],
+        patches=map_grids(surface.patches, lambda grids: _turn_grids(grids, operation, 1)),
+        triangles=surface.triangles[:, _order(surface.triangle_degree, operation)],
     )
 
 
-def reverse_bezier(
-    surface: BezierSurface, operation: Reverse, _allowed: SizeLimits
-) -> BezierSurface:
-    """Reverse u or v of a patch: S'(u, v) = S(1 − u, v), or S(u, 1 − v)."""
-    return _rearrange(surface, lambda net: np.flip(net, axis=_AXIS[operation.direction]))
-
-
-def reverse_patches(
-    surface: PatchSurface, operation: Reverse, _allowed: SizeLimits
-) -> PatchSurface:
-    """Reverse u or v of every patch."""
-    axis = 1 + _AXIS[operation.direction]
-    order = triangle_polynomials.exchange_order(
-        surface.triangle_degree, *_EXCHANGED[operation.direction]
-    )
-    return replace(
-        surface,
-        patches=map_grids(surface.patches, lambda grids: np.flip(grids, axis=axis)),
-        triangles=surface.triangles[:, order],
-    )
-
-
-def transpose_triangle(
-    surface: TriangleSurface, _operation: Transpose, _allowed: SizeLimits
-) -> TriangleSurface:
-    """Exchange u and v of a triangle: S'(r, s, t) = S(r, t, s)."""
-    return _exchange(surface, *_EXCHANGED[""])
-
-
-def reverse_triangle(
-    surface: TriangleSurface, operation: Reverse, _allowed: SizeLimits
-) -> TriangleSurface:
-    """Reverse u or v of a triangle: S'(r, s, t) = S(s, r, t), or S(t, s, r)."""
-    return _exchange(surface, *_EXCHANGED[operation.direction])
-
-
-def _rearrange(surface: BezierSurface, change: Callable[[FloatArray], FloatArray]) -> BezierSurface:
+def _rearrange(surface: Single, change: Callable[[FloatArray], FloatArray]) -> Single:
     """The surface after `change` reordered its control net, weights and channels."""
-    weights = None if surface.weights is None else change(surface.weights)
-    return replace(
-        surface,
-        control_net=change(surface.control_net),
-        weights=weights,
-        channels=map_channels(surface.channels, change),
-    )
+    points, weights = map_net((surface.control_net, surface.weights), change)
+    channels = map_channels(surface.channels, change)
+    return replace(surface, control_net=points, weights=weights, channels=channels)
 
 
-def _exchange(surface: TriangleSurface, first: int, second: int) -> TriangleSurface:
-    """The triangle with two of its barycentric coordinates exchanged."""
+def _turn_grids(grids: Grid, operation: Turn, axis_u: int) -> Grid:
+    """Grids with u and v exchanged, or one of them reversed; v is the axis after `axis_u`."""
+    if isinstance(operation, Transpose):
+        return grids.swapaxes(axis_u, axis_u + 1)
+    return np.flip(grids, axis=axis_u + "uv".index(operation.direction))
 
-    def change(net: FloatArray) -> FloatArray:
-        order = triangle_polynomials.exchange_order(triangle.degree_of(len(net)), first, second)
-        return net[order]
 
-    return replace(
-        surface,
-        control_net=change(surface.control_net),
-        weights=None if surface.weights is None else change(surface.weights),
-        channels=map_channels(surface.channels, change),
-    )
+def _order(degree: int, operation: Turn) -> Ints:
+    """The order of the control points of a triangle after the operation."""
+    key = operation.direction if isinstance(operation, Reverse) else ""
+    return triangle_polynomials.exchange_order(degree, *_EXCHANGED[key])
