@@ -81,7 +81,12 @@ def check_count(points: int, max_points: int, pointer: str = "") -> None:
 
 def build_too_many_error(got: str, max_points: int, pointer: str = "") -> InvalidRequest:
     """The error for too many control points."""
-    message = "The surface has more control points than this service allows."
     return InvalidRequest(
-        Issue("too_many_control_points", message, pointer, got, f"at most {max_points}")
+        Issue(
+            "too_many_control_points",
+            "The surface has more control points than this service allows.",
+            pointer,
+            got,
+            f"at most {max_points}",
+        )
     )

@@ -194,8 +194,9 @@ def _parse_type(text: str) -> np.dtype[Any]:
 def _check_shape(shape: tuple[int, ...]) -> None:
     """Refuse an array that has the shape neither of one control net nor of several."""
     if 0 in shape:
-        message, needed = "The array is empty.", "control points"
-        raise InvalidRequest(Issue("empty_list", message, "", "an axis of length 0", needed))
+        raise InvalidRequest(
+            Issue("empty_list", "The array is empty.", "", "an axis of length 0", "control points")
+        )
     if len(shape) not in (3, 4) or shape[-1] not in (3, 4):
         raise InvalidRequest(
             Issue(

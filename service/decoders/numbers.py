@@ -129,9 +129,11 @@ def build_word_error(text: bytes, position: int) -> SurfaceError:
         start -= 1
     word = _WORD.match(text, start, start + MAX_NUMBER_CHARS + 1)
     if word is None or len(word[0]) > MAX_NUMBER_CHARS or not _NUMERIC.fullmatch(word[0]):
-        needed = f"a decimal number of at most {MAX_NUMBER_CHARS} characters"
-        message = f"A number is needed here (line {line_at(text, start)})."
-        return build_malformed_error(message, "something else", needed)
+        return build_malformed_error(
+            f"A number is needed here (line {line_at(text, start)}).",
+            "something else",
+            f"a decimal number of at most {MAX_NUMBER_CHARS} characters",
+        )
     return InvalidRequest(
         Issue(
             "not_finite",

@@ -260,5 +260,8 @@ class _Reader:
         `message` ends with a full stop; the number of the line is inserted before it.
         """
         line = line_at(self._text, self._position if word else len(self._text))
-        got = "another word" if word else "the end of the text"
-        return build_malformed_error(f"{message[:-1]} (line {line}).", got, needed)
+        return build_malformed_error(
+            f"{message[:-1]} (line {line}).",
+            "another word" if word else "the end of the text",
+            needed,
+        )

@@ -83,6 +83,12 @@ def refuse_conflict(options: BaseModel) -> None:
     """Refuse a request that has both a resolution and an option of accuracy."""
     accuracy_names = list(accuracy_values(options))
     if "resolution" in options.model_fields_set and accuracy_names:
-        message = "A request has either a resolution or a tolerance or budget."
-        got, needed = f"resolution and {' and '.join(accuracy_names)}", "one of them"
-        raise to_invalid(Issue("conflicting_options", message, "/resolution", got, needed))
+        raise to_invalid(
+            Issue(
+                "conflicting_options",
+                "A request has either a resolution or a tolerance or budget.",
+                "/resolution",
+                f"resolution and {' and '.join(accuracy_names)}",
+                "one of them",
+            )
+        )

@@ -232,9 +232,15 @@ def check_total(definitions: Iterable[BaseModel], where: str, info: ValidationIn
     """Refuse surfaces that together have too many control points; `where` is the pointer."""
     total, max_points = sum(map(_count_points, definitions)), limits_of(info).max_control_points
     if total > max_points:
-        message = "All surfaces together have more control points than this service takes."
-        got, needed = count_nouns(total, "control points"), f"at most {max_points}"
-        raise to_invalid(Issue("too_many_control_points", message, where, got, needed))
+        raise to_invalid(
+            Issue(
+                "too_many_control_points",
+                "All surfaces together have more control points than this service takes.",
+                where,
+                count_nouns(total, "control points"),
+                f"at most {max_points}",
+            )
+        )
 
 
 def _count_points(definition: BaseModel) -> int:

@@ -49,9 +49,13 @@ def check_degree_limits(degrees: tuple[int, ...], info: ValidationInfo) -> None:
 
 def _degree_issue(degree: int, min_degree: int, max_degree: int) -> Issue:
     """The issue for a degree that is not from `min_degree` to `max_degree`."""
-    code = "degree_too_high" if degree > max_degree else "out_of_range"
-    needed = f"{min_degree} to {max_degree}"
-    return Issue(code, "The degree of a B-spline is limited.", "", f"degree {degree}", needed)
+    return Issue(
+        "degree_too_high" if degree > max_degree else "out_of_range",
+        "The degree of a B-spline is limited.",
+        "",
+        f"degree {degree}",
+        f"{min_degree} to {max_degree}",
+    )
 
 
 def _split_knot_vectors(value: object) -> object:

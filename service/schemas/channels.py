@@ -27,9 +27,15 @@ def _check_attribute_names(value: object) -> object:
     if wrong_names:
         raise to_refusal(((key,), issue) for key in wrong_names)
     if len(value) > MAX_ATTRIBUTES:
-        message = "The surface has more attributes than formats have room for."
-        got, needed = f"{len(value)} attributes", f"at most {MAX_ATTRIBUTES}"
-        raise to_invalid(Issue("wrong_length", message, "", got, needed))
+        raise to_invalid(
+            Issue(
+                "wrong_length",
+                "The surface has more attributes than formats have room for.",
+                "",
+                f"{len(value)} attributes",
+                f"at most {MAX_ATTRIBUTES}",
+            )
+        )
     return value
 
 

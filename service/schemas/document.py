@@ -108,16 +108,25 @@ class DocumentBudget:
                 "sent as a .npy file."
             )
             max_values = self.limits.max_values
-            got, needed = (
-                f"more than {max_values} commas and brackets",
-                f"at most {max_values}, or a .npy file",
+            raise InvalidRequest(
+                Issue(
+                    "too_many_values",
+                    message,
+                    "",
+                    f"more than {max_values} commas and brackets",
+                    f"at most {max_values}, or a .npy file",
+                )
             )
-            raise InvalidRequest(Issue("too_many_values", message, "", got, needed))
         if max(self.quotes // 2, self.objects) > MAX_STRINGS:
-            message = "The document has more strings or objects than any request needs."
-            got = f"more than {MAX_STRINGS} strings or objects"
-            needed = f"at most {MAX_STRINGS} of each, keys included"
-            raise InvalidRequest(Issue("too_many_strings", message, "", got, needed))
+            raise InvalidRequest(
+                Issue(
+                    "too_many_strings",
+                    "The document has more strings or objects than any request needs.",
+                    "",
+                    f"more than {MAX_STRINGS} strings or objects",
+                    f"at most {MAX_STRINGS} of each, keys included",
+                )
+            )
 
     @property
     def memory(self) -> int:
@@ -192,9 +201,15 @@ def _count_keys(value: object) -> int:
 
 def _too_deep(max_depth: int) -> InvalidRequest:
     """The error for a text in which more than `max_depth` brackets are open at once."""
-    message = "The brackets of the document are nested more deeply than this service reads."
-    got, needed = f"more than {max_depth} levels", f"at most {max_depth}; no request needs as many"
-    return InvalidRequest(Issue("too_deep", message, "", got, needed))
+    return InvalidRequest(
+        Issue(
+            "too_deep",
+            "The brackets of the document are nested more deeply than this service reads.",
+            "",
+            f"more than {max_depth} levels",
+            f"at most {max_depth}; no request needs as many",
+        )
+    )
 
 
 def _refuse_repeated_key(body: bytes) -> None:
@@ -204,9 +219,15 @@ def _refuse_repeated_key(body: bytes) -> None:
         return
     offset, key = repetition
     # Beyond `MAX_PREFIX` the search for the pointer would take too long.
-    where = find_pointer(body, offset) + pointer([shorten(key)]) if offset <= MAX_PREFIX else ""
-    message = "An object has this key more than once."
-    raise InvalidRequest(Issue("repeated_key", message, where, "the key again", "each key once"))
+    raise InvalidRequest(
+        Issue(
+            "repeated_key",
+            "An object has this key more than once.",
+            find_pointer(body, offset) + pointer([shorten(key)]) if offset <= MAX_PREFIX else "",
+            "the key again",
+            "each key once",
+        )
+    )
 
 
 def _refusal(error: orjson.JSONDecodeError, body: bytes) -> Exception:
@@ -220,13 +241,27 @@ def _refusal(error: orjson.JSONDecodeError, body: bytes) -> Exception:
     # A sign before NaN or Infinity belongs to the number.
     start = error.pos - (error.doc[error.pos - 1 : error.pos] in ("-", "+"))
     if "infinity" in error.msg or _NOT_FINITE.match(error.doc, start):
-        message = f"Every number must be finite (line {error.lineno}, column {error.colno})."
-        got = "NaN, Infinity or a number beyond double precision"
-        return InvalidRequest(Issue("not_finite", message, where, got, "a finite number"))
-    message = f"The text is not JSON at line {error.lineno}, column {error.colno}."
-    texts = (words for part, words in _PARSER_ERRORS if part in error.msg)
-    got = next(texts, "a character that cannot stand here")
-    return MalformedJson(Issue("malformed_json", message, where, got, _NEEDED))
+        return InvalidRequest(
+            Issue(
+                "not_finite",
+                f"Every number must be finite (line {error.lineno}, column {error.colno}).",
+                where,
+                "NaN, Infinity or a number beyond double precision",
+                "a finite number",
+            )
+        )
+    return MalformedJson(
+        Issue(
+            "malformed_json",
+            f"The text is not JSON at line {error.lineno}, column {error.colno}.",
+            where,
+            next(
+                (words for part, words in _PARSER_ERRORS if part in error.msg),
+                "a character that cannot stand here",
+            ),
+            _NEEDED,
+        )
+    )
 
 
 def _not_utf8(body: bytes) -> Issue | None:
@@ -236,6 +271,11 @@ def _not_utf8(body: bytes) -> Issue | None:
     try:
         body.decode()
     except UnicodeDecodeError as error:
-        message = f"The text is not in UTF-8 (byte {error.start + 1})."
-        return Issue("malformed_json", message, "", "bytes that are not UTF-8", _NEEDED)
+        return Issue(
+            "malformed_json",
+            f"The text is not in UTF-8 (byte {error.start + 1}).",
+            "",
+            "bytes that are not UTF-8",
+            _NEEDED,
+        )
     return None

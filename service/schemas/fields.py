@@ -86,8 +86,13 @@ def list_of_two(value: object, needed: str) -> list[Any]:
 
 def range_issue(number: int, min_value: int, max_value: int) -> Issue:
     """The issue for a number that is not from `min_value` to `max_value`."""
-    needed = f"{min_value} to {max_value}"
-    return Issue("out_of_range", "The number is out of range.", "", str(number), needed)
+    return Issue(
+        "out_of_range",
+        "The number is out of range.",
+        "",
+        str(number),
+        f"{min_value} to {max_value}",
+    )
 
 
 def whole_numbers(
@@ -136,8 +141,9 @@ def one_of_kinds(
         if not isinstance(value, dict):
             raise to_invalid(wrong_type(value, "an object"))
         if key == "op" and key not in value:
-            message = "A required field is missing."
-            raise to_invalid(Issue("missing_field", message, where, "nothing", needed))
+            raise to_invalid(
+                Issue("missing_field", "A required field is missing.", where, "nothing", needed)
+            )
         name = value.get(key, kinds[0])
         if not isinstance(name, str):
             raise to_invalid(replace(wrong_type(name, needed), pointer=where))
@@ -179,8 +185,11 @@ IsoCurves: TypeAlias = Annotated[
 
 def _check_distinct(values: tuple[str, ...]) -> tuple[str, ...]:
     if len(set(values)) < len(values):
-        message = "The list has a name twice."
-        raise to_invalid(Issue("repeated_value", message, "", "a repeated name", "each once"))
+        raise to_invalid(
+            Issue(
+                "repeated_value", "The list has a name twice.", "", "a repeated name", "each once"
+            )
+        )
     return values
 
 

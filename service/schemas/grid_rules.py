@@ -96,9 +96,20 @@ class GridRules:
         """
         if level + 1 == self.point_levels and total > limits.max_control_points:
             max_count = limits.max_control_points
-            message = "The surface has more control points than this service takes."
-            got, needed = count_nouns(total, "control points"), f"at most {max_count}"
-            raise to_refusal([((), Issue("too_many_control_points", message, "", got, needed))])
+            raise to_refusal(
+                [
+                    (
+                        (),
+                        Issue(
+                            "too_many_control_points",
+                            "The surface has more control points than this service takes.",
+                            "",
+                            count_nouns(total, "control points"),
+                            f"at most {max_count}",
+                        ),
+                    )
+                ]
+            )
         if level in self.degree_levels and longest - 1 > limits.max_degree:
             needed = f"degrees up to {limits.max_degree}; several pieces instead of one"
             issue = Issue("degree_too_high", self.degree_rule, "", f"degree {longest - 1}", needed)
@@ -166,5 +177,9 @@ class GridRules:
             return Issue("wrong_dimension", self.width_rule, got=got_text, needed=needed_text)
         if level == self.triangle_level:
             return ragged_triangle(got_text, needed_text)
-        rule = "Lists side by side must be equally long; the first one sets the length."
-        return Issue("ragged", rule, got=got_text, needed=needed_text)
+        return Issue(
+            "ragged",
+            "Lists side by side must be equally long; the first one sets the length.",
+            got=got_text,
+            needed=needed_text,
+        )

@@ -79,8 +79,15 @@ class IntersectRequest(SurfaceRequest):
         excluded, kind = (PLANE_FIELDS, "planes") if self.planes is None else (RAY_FIELDS, "rays")
         for name in excluded:
             if name in self.model_fields_set:
-                message, got = f"This field is for {kind} only.", "a request without them"
-                raise to_invalid(Issue("conflicting_options", message, f"/{name}", got, kind))
+                raise to_invalid(
+                    Issue(
+                        "conflicting_options",
+                        f"This field is for {kind} only.",
+                        f"/{name}",
+                        "a request without them",
+                        kind,
+                    )
+                )
         if set(PLANE_FIELDS) <= self.model_fields_set:
             message = "A request has one tolerance: in model units, or as a share."
             raise to_invalid(conflict_issue(*PLANE_FIELDS, message, is_neither=False))

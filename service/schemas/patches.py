@@ -117,9 +117,15 @@ class PatchesDefinition(StrictModel):
         parts = tuple((name, tuple(members.tolist())) for name, members in self.parts.items())
         channels = build_channels(self.colors, self.uvs, self.attributes)
         if not len(self.patches) + len(self.triangles):
-            needed = "grids of vertex numbers; or `triangles`, or both"
-            message = "A required field is missing."
-            raise InvalidRequest(Issue("missing_field", message, "/patches", "nothing", needed))
+            raise InvalidRequest(
+                Issue(
+                    "missing_field",
+                    "A required field is missing.",
+                    "/patches",
+                    "nothing",
+                    "grids of vertex numbers; or `triangles`, or both",
+                )
+            )
         try:
             return PatchSurface(
                 self.vertices,

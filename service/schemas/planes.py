@@ -35,10 +35,14 @@ def validate_directions(vectors: FloatArray, name: str) -> FloatArray:
     directions = validate_points(vectors, name, axes=2)
     zero_rows = np.flatnonzero(np.abs(directions).max(axis=1) < MIN_NUMBER)
     if len(zero_rows):
-        message = "A vector of length 0 has no direction."
-        where = f"/{name}/{zero_rows[0]}"
         raise InvalidRequest(
-            Issue("zero_direction", message, where, "a length of about 0", "a longer vector")
+            Issue(
+                "zero_direction",
+                "A vector of length 0 has no direction.",
+                f"/{name}/{zero_rows[0]}",
+                "a length of about 0",
+                "a longer vector",
+            )
         )
     return directions
 
@@ -55,10 +59,15 @@ def pair_rows(
     """
     count = max(len(rows), len(other_rows))
     if not {len(rows), len(other_rows)} <= {1, count}:
-        message = f"There must be as many {name} as {other_name}, or only one of them."
-        got = f"{len(rows)} {name}, {len(other_rows)} {other_name}"
-        needed = f"{len(other_rows)} {name}, or 1"
-        raise InvalidRequest(Issue("conflicting_options", message, f"/{name}", got, needed))
+        raise InvalidRequest(
+            Issue(
+                "conflicting_options",
+                f"There must be as many {name} as {other_name}, or only one of them.",
+                f"/{name}",
+                f"{len(rows)} {name}, {len(other_rows)} {other_name}",
+                f"{len(other_rows)} {name}, or 1",
+            )
+        )
     return (
         np.broadcast_to(rows, (count, *rows.shape[1:])),
         np.broadcast_to(other_rows, (count, *other_rows.shape[1:])),

@@ -206,6 +206,12 @@ class ProjectRequest(RequestModel):
 def check_dimension(points: FloatArray, dimension: int) -> None:
     """Refuse points that do not have `dimension` coordinates, as the control points have."""
     if points.shape[1] != dimension:
-        message = "A point has as many coordinates as the control points have."
-        got, needed = count_nouns(points.shape[1], "numbers"), count_nouns(dimension, "numbers")
-        raise InvalidRequest(Issue("wrong_dimension", message, "/points/0", got, needed))
+        raise InvalidRequest(
+            Issue(
+                "wrong_dimension",
+                "A point has as many coordinates as the control points have.",
+                "/points/0",
+                count_nouns(points.shape[1], "numbers"),
+                count_nouns(dimension, "numbers"),
+            )
+        )

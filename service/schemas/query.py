@@ -157,15 +157,25 @@ def values_from_text(pairs: Iterable[tuple[str, str]]) -> dict[str, object]:
     values: dict[str, object] = {}
     for name, text in pairs:
         if name in values:
-            where = pointer([shorten(name)])
-            message = "A parameter is given more than once."
-            got, needed = "the parameter again", "each parameter once"
-            raise InvalidRequest(Issue("repeated_key", message, where, got, needed))
+            raise InvalidRequest(
+                Issue(
+                    "repeated_key",
+                    "A parameter is given more than once.",
+                    pointer([shorten(name)]),
+                    "the parameter again",
+                    "each parameter once",
+                )
+            )
         if len(values) == MAX_PARAMETERS:
-            where = pointer([shorten(name)])
-            message = "There are more parameters than any request needs."
-            got, needed = f"more than {MAX_PARAMETERS} parameters", f"at most {MAX_PARAMETERS}"
-            raise InvalidRequest(Issue("too_many_parameters", message, where, got, needed))
+            raise InvalidRequest(
+                Issue(
+                    "too_many_parameters",
+                    "There are more parameters than any request needs.",
+                    pointer([shorten(name)]),
+                    f"more than {MAX_PARAMETERS} parameters",
+                    f"at most {MAX_PARAMETERS}",
+                )
+            )
         values[name] = _READERS.get(name, str)(text)
     return values
 

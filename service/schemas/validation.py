@@ -191,8 +191,9 @@ def wrong_type(value: object, needed: str) -> Issue:
 
 def index_too_large() -> Issue:
     """The issue for an index above `MAX_INDEX`."""
-    message, got = "No list is that long.", "a number beyond 2^53"
-    return Issue("index_out_of_range", message, got=got, needed="an index")
+    return Issue(
+        "index_out_of_range", "No list is that long.", got="a number beyond 2^53", needed="an index"
+    )
 
 
 def empty_list(needed: str) -> Issue:
@@ -202,8 +203,12 @@ def empty_list(needed: str) -> Issue:
 
 def ragged_triangle(got: str, needed: str) -> Issue:
     """The issue for rows that do not form a triangle."""
-    rule = "The rows of a triangle shorten by one: n + 1 rows have n + 1, n, … 1 entries."
-    return Issue("ragged", rule, got=got, needed=needed)
+    return Issue(
+        "ragged",
+        "The rows of a triangle shorten by one: n + 1 rows have n + 1, n, … 1 entries.",
+        got=got,
+        needed=needed,
+    )
 
 
 def _issue(detail: ErrorDetails, model: type[BaseModel]) -> Issue:
@@ -226,10 +231,17 @@ def _translate(name: str, value: object, context: dict[str, Any]) -> Issue:
     if name in _WRONG_TYPE or (value is None and name not in ("missing", "extra_forbidden")):
         return wrong_type(value, _WRONG_TYPE.get(name, "a value, or the field left out"))
     code, message, got, needed = _TRANSLATIONS.get(name, _OTHER_ERROR)
-    length = len(value) if isinstance(value, str | list | dict) else 0
-    number = format_number(value) if isinstance(value, int | float) else ""
-    got = got.format(number=number, kind=kind(value), length=length)
-    return Issue(code, message, "", got, needed.format(**context))
+    return Issue(
+        code,
+        message,
+        "",
+        got.format(
+            number=format_number(value) if isinstance(value, int | float) else "",
+            kind=kind(value),
+            length=len(value) if isinstance(value, str | list | dict) else 0,
+        ),
+        needed.format(**context),
+    )
 
 
 def _pointer(path: Path) -> str:

@@ -36,13 +36,16 @@ def validate_values(
     where = pointer(path)
     net = np.array(values, dtype=np.float64, order="C")
     if net.ndim < 2 or net.size == 0 or not min_dimension <= net.shape[-1] <= max_dimension:
-        got = count_nouns(net.shape[-1], "numbers") if net.ndim > 1 else "no lists of numbers"
         raise InvalidRequest(
             Issue(
                 "wrong_dimension",
                 "The values of a channel are lists of numbers, all of one length.",
                 where,
-                "no values" if net.size == 0 else got,
+                "no values"
+                if net.size == 0
+                else count_nouns(net.shape[-1], "numbers")
+                if net.ndim > 1
+                else "no lists of numbers",
                 needed,
             )
         )

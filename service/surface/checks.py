@@ -224,8 +224,13 @@ def _refuse(
 
 
 def _not_finite(where: str, value: float) -> Issue:
-    got = "not a number" if np.isnan(value) else "an infinite number"
-    return Issue("not_finite", "Every number must be finite.", where, got, "a finite number")
+    return Issue(
+        "not_finite",
+        "Every number must be finite.",
+        where,
+        "not a number" if np.isnan(value) else "an infinite number",
+        "a finite number",
+    )
 
 
 def _too_large(where: str, value: float) -> Issue:

@@ -91,9 +91,15 @@ def validate_knots(knots: Knots, count: int, degree: int, where: str, points_poi
         )
     if isinstance(knots, str):
         if knots not in NAMED:
-            needed = "one of " + ", ".join(NAMED)
-            message = "Knots are a list of numbers or the name of a knot vector."
-            raise InvalidRequest(Issue("wrong_value", message, where, "another text", needed))
+            raise InvalidRequest(
+                Issue(
+                    "wrong_value",
+                    "Knots are a list of numbers or the name of a knot vector.",
+                    where,
+                    "another text",
+                    "one of " + ", ".join(NAMED),
+                )
+            )
         return knots
     vector = np.array(knots, dtype=np.float64, order="C")
     full_length = count + degree + 1

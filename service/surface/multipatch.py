@@ -55,9 +55,15 @@ class MultipatchSurface(SurfaceKind):
     def __post_init__(self) -> None:
         check_up(self.up)
         if not 1 <= len(self.surfaces) <= MAX_SURFACES:
-            message, got = "A multipatch has surfaces.", count_nouns(len(self.surfaces), "surfaces")
-            needed = f"1 to {MAX_SURFACES}"
-            raise InvalidRequest(Issue("wrong_length", message, "/surfaces", got, needed))
+            raise InvalidRequest(
+                Issue(
+                    "wrong_length",
+                    "A multipatch has surfaces.",
+                    "/surfaces",
+                    count_nouns(len(self.surfaces), "surfaces"),
+                    f"1 to {MAX_SURFACES}",
+                )
+            )
         first_channels = _describe_channels(self.surfaces[0])
         for number, surface in enumerate(self.surfaces):
             if _describe_channels(surface) != first_channels:

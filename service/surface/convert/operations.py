@@ -36,14 +36,13 @@ class Elevate:
     def __post_init__(self) -> None:
         for axis, degree in enumerate(self.degree):
             if not 1 <= degree <= MAX_DEGREE:
-                needed = f"1 to {MAX_DEGREE}"
                 raise InvalidRequest(
                     Issue(
                         "out_of_range",
                         "Degrees are whole numbers of a limited size.",
                         degree_pointer(self.degree, axis),
                         str(degree),
-                        needed,
+                        f"1 to {MAX_DEGREE}",
                     )
                 )
 

@@ -143,8 +143,17 @@ def _refusal(surface: Surface, operation: Operation) -> Issue:
     kinds = CONVERSIONS[type(operation)]
     needed = "one of " + ", ".join(name for kind, name in NAMES.items() if kind in kinds)
     if type(surface) not in NAMES:
-        message = "The surface as a whole has no parameters; each of its pieces has its own."
-        return Issue("not_parametric", message, "", "a group, a tube or a ribbon", needed)
-    message = "This kind of surface cannot be converted in this way."
-    got = f"the kind {NAMES[type(surface)]}"
-    return Issue("unsupported_operation", message, "", got, needed)
+        return Issue(
+            "not_parametric",
+            "The surface as a whole has no parameters; each of its pieces has its own.",
+            "",
+            "a group, a tube or a ribbon",
+            needed,
+        )
+    return Issue(
+        "unsupported_operation",
+        "This kind of surface cannot be converted in this way.",
+        "",
+        f"the kind {NAMES[type(surface)]}",
+        needed,
+    )
