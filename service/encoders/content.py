@@ -160,32 +160,45 @@ REPORT_PART_CHARS = len('{"name":"","deviation_bound":},') + FLOAT64_CHARS
 def report_object(report: MeshReport, parts: Sequence[MeshPart]) -> dict[str, object]:
     """The report on a mesh as a JSON object, for the formats that store a report.
 
-    The parts are listed if at least one of them has a deviation bound.
+    It has no values that were not computed. The parts are listed if at least one of them has a
+    deviation bound.
     """
-    seam_fields: dict[str, object] = {}
-    if report.closure is not None:
-        # None along u or v: the surface is open in this direction.
-        continuity = {"u": report.closure.u, "v": report.closure.v}
-        seam_fields = {f"closed_{name}": value is not None for name, value in continuity.items()}
-        seam_fields |= {
-            f"continuity_{name}": value for name, value in continuity.items() if value is not None
+    closure, curvature = report.closure, report.curvature
+    # None along u or v: the surface is open in this direction.
+    continuity = {} if closure is None else {"u": closure.u, "v": closure.v}
+    has_bounds = any(part.deviation_bound is not None for part in parts)
+    return omit_none(
+        {
+            "vertices": report.vertices,
+            "triangles": report.triangles,
+            "quads": report.quads,
+            "patches": report.patches,
+            "bounds": {"min": report.bounds_min, "max": report.bounds_max},
+            "watertight": report.watertight,
+            "boundary_edges": report.boundary_edges,
+            "poles_repaired": report.poles_repaired,
+            **{f"closed_{name}": value is not None for name, value in continuity.items()},
+            **{f"continuity_{name}": value for name, value in continuity.items()},
+            "deviation_bound": report.deviation_bound,
+            "mesh_deviation_bound": report.mesh_deviation_bound,
+            "normal_angle": report.normal_angle,
+            "parts": [
+                {"name": part.name} | omit_none({"deviation_bound": part.deviation_bound})
+                for part in parts
+            ]
+            if has_bounds
+            else None,
+            "curvature": curvature and dict(zip(("gaussian", "mean"), curvature, strict=True)),
+            "merged_knots": report.merged_knots or None,
+            "moved": report.moved or None,
+            "engine": report.engine,
         }
-    return {
-        "vertices": report.vertices,
-        "triangles": report.triangles,
-        "quads": report.quads,
-        "patches": report.patches,
-        "bounds": {"min": report.bounds_min, "max": report.bounds_max},
-        "watertight": report.watertight,
-        "boundary_edges": report.boundary_edges,
-        "poles_repaired": report.poles_repaired,
-        **seam_fields,
-        **_accuracy(report, parts),
-        **_curvature(report),
-        **({"merged_knots": report.merged_knots} if report.merged_knots else {}),
-        **({"moved": report.moved} if report.moved else {}),
-        "engine": report.engine,
-    }
+    )
+
+
+def omit_none(fields: dict[str, object]) -> dict[str, object]:
+    """The fields that have a value."""
+    return {name: value for name, value in fields.items() if value is not None}
 
 
 def bound_comment(report: MeshReport) -> str:
@@ -193,30 +206,3 @@ def bound_comment(report: MeshReport) -> str:
     if report.deviation_bound is None:
         return ""
     return f"deviation_bound {report.deviation_bound!r}"
-
-
-def _accuracy(report: MeshReport, parts: Sequence[MeshPart]) -> dict[str, object]:
-    """The deviation bounds and the normal angle of a mesh, as far as they were computed."""
-    fields = _omit_none(
-        deviation_bound=report.deviation_bound,
-        mesh_deviation_bound=report.mesh_deviation_bound,
-        normal_angle=report.normal_angle,
-    )
-    if any(part.deviation_bound is not None for part in parts):
-        fields["parts"] = [
-            {"name": part.name} | _omit_none(deviation_bound=part.deviation_bound) for part in parts
-        ]
-    return fields
-
-
-def _curvature(report: MeshReport) -> dict[str, object]:
-    """The least and the greatest curvatures, if the request asked for curvatures."""
-    if report.curvature is None:
-        return {}
-    gaussian, mean = report.curvature
-    return {"curvature": {"gaussian": gaussian, "mean": mean}}
-
-
-def _omit_none(**values: float | None) -> dict[str, object]:
-    """The values that are not None, by name."""
-    return {name: value for name, value in values.items() if value is not None}

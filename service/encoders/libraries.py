@@ -20,20 +20,14 @@ def list_compressions() -> tuple[Compression, ...]:
     return ("meshopt",) if meshopt.is_available() else ()
 
 
-def find_version(compression: Compression) -> str:
-    """The name and version of the library of a compression; "" for `none`.
-
-    Another version may compress the same content to other bytes.
-    """
-    return f"meshopt {meshopt.library_version()}" if compression == "meshopt" else ""
-
-
 def describe_writer(compression: Compression) -> str:
     """A text that names the libraries and the processor, for entity tags.
 
-    If two machines have different texts, their files of the same mesh may differ.
+    If two machines have different texts, their files of the same mesh may differ. Another version
+    of a library may compress the same content to other bytes.
     """
-    return f"{describe_platform()} {find_version(compression)}"
+    version = f"meshopt {meshopt.library_version()}" if compression == "meshopt" else ""
+    return f"{describe_platform()} {version}"
 
 
 @cache

@@ -6,7 +6,7 @@ from pydantic import Field
 
 from service.bases.arrays import FloatArray
 from service.schemas.arrays import NumberGrid
-from service.schemas.channels import NetAttributes, NetColors, NetUvs, build_channels
+from service.schemas.channels import NET, build_channels
 from service.schemas.fields import SURFACE_WEIGHTS, NameField, StrictModel, UpField
 from service.surface.bezier import BezierSurface
 
@@ -36,9 +36,11 @@ class BezierDefinition(StrictModel):
     weights: Annotated[FloatArray | None, NET_WEIGHTS, SURFACE_WEIGHTS] = Field(
         default=None, examples=[[[1, 0.7071067811865476, 1], [1, 0.7071067811865476, 1]]]
     )
-    colors: NetColors = None
-    uvs: NetUvs = None
-    attributes: NetAttributes = Field(default_factory=dict)
+    colors: Annotated[FloatArray | None, *NET.colors()] = None
+    uvs: Annotated[FloatArray | None, *NET.uvs()] = None
+    attributes: Annotated[dict[str, Annotated[FloatArray, NET.values()]], *NET.attributes()] = (
+        Field(default_factory=dict)
+    )
     up: UpField = "y"
     name: NameField = "surface"
 

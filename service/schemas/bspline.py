@@ -16,7 +16,7 @@ from pydantic import (
 from service.bases.arrays import FloatArray
 from service.errors import Issue
 from service.schemas.arrays import NumberGrid
-from service.schemas.channels import SplineAttributes, SplineColors, SplineUvs, build_channels
+from service.schemas.channels import SPLINE, build_channels
 from service.schemas.fields import (
     SURFACE_WEIGHTS,
     NameField,
@@ -152,9 +152,11 @@ class BsplineDefinition(StrictModel):
     weights: Annotated[FloatArray | None, SPLINE_WEIGHTS, SURFACE_WEIGHTS] = Field(
         default=None, examples=[[[1, 1, 1, 1], [1, 2, 2, 1], [1, 2, 2, 1], [1, 1, 1, 1]]]
     )
-    colors: SplineColors = None
-    uvs: SplineUvs = None
-    attributes: SplineAttributes = Field(default_factory=dict)
+    colors: Annotated[FloatArray | None, *SPLINE.colors()] = None
+    uvs: Annotated[FloatArray | None, *SPLINE.uvs()] = None
+    attributes: Annotated[
+        dict[str, Annotated[FloatArray, SPLINE.values()]], *SPLINE.attributes()
+    ] = Field(default_factory=dict)
     up: UpField = "y"
     name: NameField = "surface"
 

@@ -11,7 +11,7 @@ from pydantic_core.core_schema import ValidatorFunctionWrapHandler
 from service.bases.arrays import FloatArray
 from service.errors import InvalidRequest, Issue
 from service.schemas.arrays import NumberGrid
-from service.schemas.channels import VertexAttributes, VertexColors, VertexUvs, build_channels
+from service.schemas.channels import VERTEX, build_channels
 from service.schemas.fields import NameField, Parts, StrictModel, UpField
 from service.schemas.triangle import TRIANGLE_RULE, point_to_rows
 from service.schemas.validation import limits_of, to_refusal
@@ -106,9 +106,11 @@ class PatchesDefinition(StrictModel):
         "in their lists.",
         examples=[{"left": [0], "right": [1]}],
     )
-    colors: VertexColors = None
-    uvs: VertexUvs = None
-    attributes: VertexAttributes = Field(default_factory=dict)
+    colors: Annotated[FloatArray | None, *VERTEX.colors()] = None
+    uvs: Annotated[FloatArray | None, *VERTEX.uvs()] = None
+    attributes: Annotated[
+        dict[str, Annotated[FloatArray, VERTEX.values()]], *VERTEX.attributes()
+    ] = Field(default_factory=dict)
     up: UpField = "y"
     name: NameField = "surface"
 

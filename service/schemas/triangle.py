@@ -16,12 +16,7 @@ from service.bases.arrays import FloatArray
 from service.bases.triangle import degree_of, degree_or_none, row_starts
 from service.errors import InvalidRequest, Issue, pointer
 from service.schemas.arrays import NumberGrid
-from service.schemas.channels import (
-    TriangleAttributes,
-    TriangleColors,
-    TriangleUvs,
-    build_channels,
-)
+from service.schemas.channels import TRIANGLE, build_channels
 from service.schemas.fields import SURFACE_WEIGHTS, NameField, StrictModel, UpField
 from service.surface.triangle import TriangleSurface
 
@@ -66,9 +61,11 @@ class TriangleDefinition(StrictModel):
         default=None,
         examples=[[[1, 0.7071067811865476, 1], [0.7071067811865476, 0.7071067811865476], [1]]],
     )
-    colors: TriangleColors = None
-    uvs: TriangleUvs = None
-    attributes: TriangleAttributes = Field(default_factory=dict)
+    colors: Annotated[FloatArray | None, *TRIANGLE.colors()] = None
+    uvs: Annotated[FloatArray | None, *TRIANGLE.uvs()] = None
+    attributes: Annotated[
+        dict[str, Annotated[FloatArray, TRIANGLE.values()]], *TRIANGLE.attributes()
+    ] = Field(default_factory=dict)
     up: UpField = "y"
     name: NameField = "surface"
 

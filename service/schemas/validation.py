@@ -95,8 +95,11 @@ _TRANSLATIONS = {
 _OTHER_ERROR = ("wrong_value", "The value is not allowed.", "{kind}", "")
 
 
-def _error_of(issue: Issue) -> PydanticCustomError:
-    """A pydantic error that contains an issue in its context."""
+def to_invalid(issue: Issue) -> PydanticCustomError:
+    """An exception for a validator to raise, with one issue, which its context contains.
+
+    The issue's pointer is relative to the value that the validator checks.
+    """
     return PydanticCustomError("issue", "{message}", {"issue": issue, "message": issue.message})
 
 
@@ -106,22 +109,10 @@ def to_refusal(faults: Iterable[tuple[Path, Issue]]) -> ValidationError:
     Only the first `MAX_ISSUES` faults are read.
     """
     details: list[InitErrorDetails] = [
-        {
-            "type": _error_of(issue),
-            "loc": path,
-            "input": None,
-        }
+        {"type": to_invalid(issue), "loc": path, "input": None}
         for path, issue in islice(faults, MAX_ISSUES)
     ]
     return ValidationError.from_exception_data("value", details)
-
-
-def to_invalid(issue: Issue) -> PydanticCustomError:
-    """An exception for a validator to raise, with one issue.
-
-    The issue's pointer is relative to the value that the validator checks.
-    """
-    return _error_of(issue)
 
 
 def parse_request(model: type[Model], body: bytes, limits: DocumentLimits) -> Model:
@@ -213,17 +204,13 @@ def ragged_triangle(got: str, needed: str) -> Issue:
 
 def _issue(detail: ErrorDetails, model: type[BaseModel]) -> Issue:
     """The issue for one detail of a pydantic error, with a pointer into the document."""
-    where = _pointer(detail["loc"])
-    if detail["type"] == "extra_forbidden" and (nearest := nearest_field(model, detail["loc"])):
-        needed = f"`{nearest}`, or another documented name"
-        return replace(
-            _translate("extra_forbidden", detail["input"], {}), pointer=where, needed=needed
-        )
     context: dict[str, Any] = detail.get("ctx", {})
     issue = context.get("issue")
-    if isinstance(issue, Issue):
-        return replace(issue, pointer=where + issue.pointer)
-    return replace(_translate(detail["type"], detail["input"], context), pointer=where)
+    if not isinstance(issue, Issue):
+        issue = _translate(detail["type"], detail["input"], context)
+    if detail["type"] == "extra_forbidden" and (nearest := nearest_field(model, detail["loc"])):
+        issue = replace(issue, needed=f"`{nearest}`, or another documented name")
+    return replace(issue, pointer=_pointer(detail["loc"]) + issue.pointer)
 
 
 def _translate(name: str, value: object, context: dict[str, Any]) -> Issue:
