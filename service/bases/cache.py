@@ -160,8 +160,7 @@ def derive_once(
     if any(array.flags.writeable for array in sources):
         return build()
     key = ("derived", name, *map(id, sources))
-    derived = MESH_PLANS.get(key, lambda: _DerivedValue(sources, build()))
-    assert isinstance(derived, _DerivedValue)
+    derived = cast(_DerivedValue, MESH_PLANS.get(key, lambda: _DerivedValue(sources, build())))
     return cast(Result, derived.value)
 
 
@@ -195,5 +194,4 @@ def build_by_text(value: object, name: Hashable, build: Callable[[], Array]) -> 
     derived = MESH_PLANS.get(
         ("text", name, text), lambda: _DerivedValue(key_bytes, _build_read_only(build))
     )
-    assert isinstance(derived, _DerivedValue)
-    return cast(Array, derived.value)
+    return cast(Array, cast(_DerivedValue, derived).value)

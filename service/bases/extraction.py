@@ -8,6 +8,7 @@ same Bézier points, bit for bit, and neighbouring patches have the same points 
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 
@@ -135,12 +136,9 @@ def plan_extraction(
     key = knots.tobytes()
 
     def build_cached(is_closed: bool) -> Extraction:
-        plan = MESH_PLANS.get(
-            ("extraction", degree, is_closed, key),
-            lambda: _build_extraction(knots, degree, is_closed),
-        )
-        assert isinstance(plan, Extraction)
-        return plan
+        name = ("extraction", degree, is_closed, key)
+        plan = MESH_PLANS.get(name, lambda: _build_extraction(knots, degree, is_closed))
+        return cast(Extraction, plan)
 
     plan = build_cached(is_closed=False)
     return build_cached(is_closed=True) if plan.is_closed(points, weights) else plan

@@ -41,8 +41,7 @@ def periodic_knots(count: int, degree: int) -> FloatArray:
 
 def wrap_points(points: FloatArray, degree: int, axis: int = 0) -> FloatArray:
     """The control points, with the first p of them repeated at the end, for `periodic_knots`."""
-    count = points.shape[axis]
-    return np.take(points, np.arange(count + degree), axis=axis, mode="wrap")
+    return np.take(points, np.arange(points.shape[axis] + degree), axis=axis, mode="wrap")
 
 
 def merge_knots(knots: FloatArray, degree: int, min_distance: float) -> FloatArray:
@@ -72,12 +71,6 @@ def merge_knots(knots: FloatArray, degree: int, min_distance: float) -> FloatArr
     is_narrow = (knots[last] - knots[first] < min_distance)[number]
     merged: FloatArray = np.where(is_narrow & (count[number] <= max_count), new_knot, knots)
     return merged
-
-
-def multiplicities(knots: FloatArray) -> tuple[FloatArray, Ints]:
-    """The distinct knots, ascending, and the multiplicity of each."""
-    distinct, counts = np.unique(knots, return_counts=True)
-    return distinct, counts
 
 
 def domain(knots: FloatArray, degree: int) -> tuple[float, float]:

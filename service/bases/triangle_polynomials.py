@@ -22,13 +22,13 @@ from service.bases.triangle import degree_of, row_starts
 def exponents(degree: int) -> tuple[Ints, Ints, Ints]:
     """The exponents i, j and k of every control point b_ijk of a net, three arrays (K,)."""
     k = np.repeat(np.arange(degree + 1), np.arange(degree + 1, 0, -1))
-    j = np.arange(len(k)) - _find_row_start(degree, k)
+    j = np.arange(len(k)) - row_starts(degree)[k]
     return degree - j - k, j, k
 
 
 def find_index(degree: int, j: Ints, k: Ints) -> Ints:
     """The index of b_ijk along axis 0 of a net."""
-    return _find_row_start(degree, k) + j
+    return row_starts(degree)[k] + j
 
 
 def elevate(net: Net, degree: int) -> Net:
@@ -164,11 +164,4 @@ def _choose(n: Ints, k: Ints) -> FloatArray:
     """Binomials C(n, k), element by element; 0 where k is not in 0 … n."""
     max_n = int(n.max())
     table = np.array([[float(comb(a, b)) for b in range(max_n + 1)] for a in range(max_n + 1)])
-    is_inside = (k >= 0) & (k <= n)
-    values: FloatArray = np.where(is_inside, table[n, np.clip(k, 0, max_n)], 0.0)
-    return values
-
-
-def _find_row_start(degree: int, k: Ints) -> Ints:
-    """Index of the first point of row k of the triangle."""
-    return row_starts(degree)[k]
+    return np.asarray(np.where((k >= 0) & (k <= n), table[n, np.clip(k, 0, max_n)], 0.0))

@@ -18,7 +18,7 @@ import numpy as np
 from service.bases.arrays import FloatArray
 from service.decoders.format import Tree, build_malformed_error, build_too_many_error, check_kind
 from service.decoders.numbers import build_word_error, line_at, line_of_number, read_numbers
-from service.decoders.oogl_patches import Form, Patches
+from service.decoders.oogl_patches import Form, Group, build_surface
 from service.errors import InvalidRequest, Issue, count_nouns
 
 KINDS = ("patches",)
@@ -79,7 +79,7 @@ def decode(content: bytes, kind: str | None, max_points: int) -> Tree:
         raise build_too_many_error("more comments", max_points)
     reader = _Reader(_COMMENT.sub(b"", content) if hash_signs else content, max_points)
     reader.read()
-    surfaces = list(reader.patches.surfaces())
+    surfaces = list(map(build_surface, reader.groups.values()))
     if len(surfaces) == 1:
         return surfaces[0]
     return {"type": "group", "members": [{"surface": surface} for surface in surfaces]}
@@ -102,7 +102,7 @@ class _Reader:
         self._position = 0
         self._points_left = max_points
         self._objects = 0
-        self.patches = Patches()
+        self.groups: dict[tuple[tuple[int, int], bool, bool], Group] = {}
 
     def read(self) -> None:
         """Read the one object of which a file consists."""
@@ -197,7 +197,8 @@ class _Reader:
         numbers = values.reshape(-1, form.number_count)
         self._check_weights(form, numbers, start)
         self._points_left -= len(numbers) * form.point_count
-        self.patches.add(form, numbers)
+        key = form.degree, form.has_uvs, form.has_colors
+        self.groups.setdefault(key, []).append((form, numbers))
 
     def _check_weights(self, form: Form, numbers: FloatArray, start: int) -> None:
         """Refuse weights that are not positive; the numbers begin at `text[start]`."""

@@ -5,8 +5,8 @@ Texture coordinates and colours are those of the corners (u, v) = (0, 0), (1, 0)
 of a patch; between the corners they are interpolated bilinearly.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
@@ -38,76 +38,55 @@ class Form:
         return (self.degree[0] + 1) * (self.degree[1] + 1)
 
     @property
+    def coordinate_count(self) -> int:
+        """How many numbers the control points of a patch have."""
+        return self.point_count * self.dimension
+
+    @property
     def number_count(self) -> int:
         """How many numbers a patch has: of control points, texture coordinates and colours."""
         # 4 corners with 2 texture coordinates each, and with 4 components of a colour each.
-        return self.point_count * self.dimension + 8 * self.has_uvs + 16 * self.has_colors
+        return self.coordinate_count + 8 * self.has_uvs + 16 * self.has_colors
 
     def weight_numbers(self) -> range:
         """The indices of the weights among the numbers of a patch; empty without weights."""
-        size = self.point_count * self.dimension
-        return range(3, size, 4) if self.dimension == 4 else range(0)
+        return range(3, self.coordinate_count, 4) if self.dimension == 4 else range(0)
 
 
-class Patches:
-    """The patches of a file, grouped by degree and by whether they have uvs, and colours.
-
-    Patches with weights and without are in one group.
-    """
-
-    def __init__(self) -> None:
-        self._batches: dict[tuple[tuple[int, int], bool, bool], _Batch] = {}
-
-    def add(self, form: Form, numbers: FloatArray) -> None:
-        """Add P patches of one form: `numbers` (P, form.number_count); the weights are positive."""
-        key = form.degree, form.has_uvs, form.has_colors
-        batch = self._batches.setdefault(key, _Batch())
-        size = form.point_count * form.dimension
-        points = numbers[:, :size].reshape(-1, form.point_count, form.dimension)
-        weights = np.ones(points.shape[:2])
-        if form.dimension == 4:
-            batch.is_rational = True
-            points, weights = points[..., :3], points[..., 3]
-            # Overflow gives infinite values, which the checks of the surface refuse later.
-            with np.errstate(over="ignore"):
-                points = points / weights[..., None]
-        batch.points.append(points)
-        batch.weights.append(weights)
-        if form.has_uvs:
-            batch.uvs.append(numbers[:, size : size + 8].reshape(-1, 4, 2))
-        if form.has_colors:
-            batch.colors.append(numbers[:, -16:].reshape(-1, 4, 4))
-
-    def surfaces(self) -> Iterator[Tree]:
-        """The documents of the surfaces, one for each group of patches."""
-        for (degree, _, _), batch in self._batches.items():
-            yield _build_surface(degree, batch)
+Group: TypeAlias = list[tuple[Form, FloatArray]]
+"""Patches of one degree, all with or without uvs, and colours: for each object of a file its form,
+and the numbers (P, form.number_count) of its patches. Some may have weights, which are positive."""
 
 
-@dataclass(slots=True)
-class _Batch:
-    """The arrays of one group of patches; each list has one array for each object of the file."""
-
-    points: list[FloatArray] = field(default_factory=list)
-    weights: list[FloatArray] = field(default_factory=list)
-    uvs: list[FloatArray] = field(default_factory=list)
-    colors: list[FloatArray] = field(default_factory=list)
-    is_rational: bool = False
-
-
-def _build_surface(degree: tuple[int, int], batch: _Batch) -> Tree:
+def build_surface(group: Group) -> Tree:
     """The document of a surface of patches of one degree; each patch has vertices of its own."""
-    p, q = degree
-    points = np.concatenate(batch.points)
+    form, _ = group[0]
+    p, q = form.degree
+    nets, weights = zip(*(_split_points(*item) for item in group), strict=True)
+    points = np.concatenate(nets)
     indices = np.arange(points.shape[0] * points.shape[1]).reshape(-1, q + 1, p + 1)
     tree: Tree = {"type": "patches", "vertices": points.reshape(-1, 3)}
     tree["patches"] = indices.swapaxes(1, 2)
-    if batch.is_rational:
-        tree["weights"] = np.concatenate(batch.weights).ravel()
-    for name, corners in (("uvs", batch.uvs), ("colors", batch.colors)):
-        if corners:
-            tree[name] = _blend_corners(np.concatenate(corners), degree)
+    if any(form.dimension == 4 for form, _ in group):
+        tree["weights"] = np.concatenate(weights).ravel()
+    if form.has_uvs:
+        corners = [n[:, f.coordinate_count :][:, :8].reshape(-1, 4, 2) for f, n in group]
+        tree["uvs"] = _blend_corners(np.concatenate(corners), form.degree)
+    if form.has_colors:
+        corners = [numbers[:, -16:].reshape(-1, 4, 4) for _, numbers in group]
+        tree["colors"] = _blend_corners(np.concatenate(corners), form.degree)
     return tree
+
+
+def _split_points(form: Form, numbers: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The control points (P, K, 3) and weights (P, K) of patches of one form."""
+    coordinates = numbers[:, : form.coordinate_count]
+    points = coordinates.reshape(-1, form.point_count, form.dimension)
+    if form.dimension == 3:
+        return points, np.ones(points.shape[:2])
+    # Overflow gives infinite values, which the checks of the surface refuse later.
+    with np.errstate(over="ignore"):
+        return points[..., :3] / points[..., 3:], points[..., 3]
 
 
 def _blend_corners(corners: FloatArray, degree: tuple[int, int]) -> FloatArray:
@@ -129,8 +108,7 @@ def _blend_corners(corners: FloatArray, degree: tuple[int, int]) -> FloatArray:
     basis_u, basis_v = (np.stack((1 - x, x)) for x in (s, t))
     count, _, width = corners.shape
     # The axes are patch, v, u, component; u varies fastest.
-    corner_grid = corners.reshape(count, 2, 2, width)
-    blended = np.einsum("kbad,ai,bj->kjid", corner_grid, basis_u, basis_v)
+    blended = np.einsum("kbad,ai,bj->kjid", corners.reshape(count, 2, 2, width), basis_u, basis_v)
     # Rounding must not move a mean out of the range of the corners.
     low, high = (bound[:, None, None] for bound in (corners.min(axis=1), corners.max(axis=1)))
     values: FloatArray = np.clip(blended, low, high).reshape(-1, width)

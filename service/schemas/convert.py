@@ -2,12 +2,13 @@
 
 To add an operation, add its value to `service.surface.convert.operations`, and to
 `service.surface.convert.table` the functions that apply it. Then add to this file its model, its
-name in `OPERATIONS` and its line in `OperationDefinition`. If it adds control points, add it to
+line in `OPERATIONS` and its line in `OperationDefinition`. If it adds control points, add it to
 `service.pipeline.cost.conversion_points`.
 """
 
-from collections.abc import Callable
-from typing import Annotated, ClassVar, Literal, TypeAlias
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Annotated, Literal, TypeAlias
 
 from pydantic import BeforeValidator, Field, Tag
 from typing_extensions import TypeAliasType
@@ -60,27 +61,13 @@ Barycentric: TypeAlias = Annotated[
 ]
 
 
-class _Operation(StrictModel):
-    """The base of the models of operations.
-
-    Except for `op`, a model has the fields of the class `value`, in the same order.
-    """
-
-    value: ClassVar[Callable[..., values.Operation]]
-
-    def to_value(self) -> values.Operation:
-        """The operation as a value; raises `InvalidRequest` with pointers relative to it."""
-        return self.value(*(field for name, field in self if name != "op"))
-
-
-class ElevateDefinition(_Operation):
+class ElevateDefinition(StrictModel):
     """Raises the degree without changing the points of the surface. Degrees cannot be lowered.
 
     For formats that require p = q, raise a patch to [n, n]. A B-spline keeps its continuity,
     because the multiplicity of each knot increases as much as the degree; the result is clamped.
     """
 
-    value: ClassVar = values.Elevate
     op: Literal["elevate"] = Field(description="The operation.")
     degree: Degrees = Field(
         description="The new degree, [p, q] or one number for both; of triangles one number.",
@@ -88,7 +75,7 @@ class ElevateDefinition(_Operation):
     )
 
 
-class SplitDefinition(_Operation):
+class SplitDefinition(StrictModel):
     """Splits one patch or a B-spline into two or four pieces, or a triangle into three.
 
     A patch becomes `patches` over shared vertices. A B-spline becomes a `group` of B-splines that
@@ -97,7 +84,6 @@ class SplitDefinition(_Operation):
     side: the point replaces the corner r = 1 in the first, s = 1 in the second, t = 1 in the third.
     """
 
-    value: ClassVar = values.Split
     op: Literal["split"] = Field(description="The operation.")
     u: Annotated[Number | None, Omittable()] = optional(
         "Where to cut across u: inside the surface's domain.", 0.5
@@ -111,14 +97,13 @@ class SplitDefinition(_Operation):
     )
 
 
-class RestrictDefinition(_Operation):
+class RestrictDefinition(StrictModel):
     """Cuts a piece out of one patch or a B-spline.
 
     The piece of a patch is a patch with parameters from 0 to 1. The piece of a B-spline keeps its
     parameters and its knots inside the piece; a direction that is cut is clamped.
     """
 
-    value: ClassVar = values.Restrict
     op: Literal["restrict"] = Field(description="The operation.")
     u: Annotated[Interval | None, Omittable()] = optional(
         "First and last u of the piece; by default the whole range.", [0.25, 0.75]
@@ -128,14 +113,13 @@ class RestrictDefinition(_Operation):
     )
 
 
-class TransposeDefinition(_Operation):
+class TransposeDefinition(StrictModel):
     """Exchanges u and v of every patch, or s and t of a triangle. Normals change their sign."""
 
-    value: ClassVar = values.Transpose
     op: Literal["transpose"] = Field(description="The operation.")
 
 
-class ReverseDefinition(_Operation):
+class ReverseDefinition(StrictModel):
     """Reverses u or v of every patch. Normals change their sign.
 
     In a triangle, `u` exchanges r and s, and `v` exchanges r and t. Knots that are numbers over [a,
@@ -143,24 +127,22 @@ class ReverseDefinition(_Operation):
     surface twice gives the same surface.
     """
 
-    value: ClassVar = values.Reverse
     op: Literal["reverse"] = Field(description="The operation.")
     direction: values.Direction = Field(
         description="The parameter that runs backwards.", examples=["u"]
     )
 
 
-class BezierConversion(_Operation):
+class BezierConversion(StrictModel):
     """Converts a B-spline to `patches`: one Bézier patch for each span, over shared vertices.
 
     Surfaces that already consist of Bézier patches do not change.
     """
 
-    value: ClassVar = values.ToBezier
     op: Literal["bezier"] = Field(description="The operation.")
 
 
-class TriangleConversion(_Operation):
+class TriangleConversion(StrictModel):
     """Converts half of a patch of degree (p, q) to a triangular patch of degree p + q.
 
     The corners r = 1, s = 1 and t = 1 of the triangle are at (u, v) = (0, 0), (1, 0) and (0, 1) for
@@ -168,7 +150,6 @@ class TriangleConversion(_Operation):
     exact.
     """
 
-    value: ClassVar = values.ToTriangle
     op: Literal["triangle"] = Field(description="The operation.")
     half: values.Half = Field(
         description="Which half: `lower` or `upper` of the diagonal from (1, 0) to (0, 1).",
@@ -176,8 +157,19 @@ class TriangleConversion(_Operation):
     )
 
 
-OPERATIONS = ("elevate", "split", "restrict", "transpose", "reverse", "bezier", "triangle")
-"""Names of the operations."""
+OPERATIONS: Mapping[str, Callable[..., values.Operation]] = MappingProxyType(
+    {
+        "elevate": values.Elevate,
+        "split": values.Split,
+        "restrict": values.Restrict,
+        "transpose": values.Transpose,
+        "reverse": values.Reverse,
+        "bezier": values.ToBezier,
+        "triangle": values.ToTriangle,
+    }
+)
+"""For each name of an operation, the class of its value. Except for `op`, its model has the fields
+of this class, in the same order."""
 
 _UNKNOWN = Issue("unknown_operation", "No operation has this name.")
 
@@ -191,7 +183,9 @@ OperationDefinition = TypeAliasType(
         | Annotated[ReverseDefinition, Tag("reverse")]
         | Annotated[BezierConversion, Tag("bezier")]
         | Annotated[TriangleConversion, Tag("triangle")],
-        *one_of_kinds(OPERATIONS, _UNKNOWN, "A step of a conversion: `op` names its kind.", "op"),
+        *one_of_kinds(
+            tuple(OPERATIONS), _UNKNOWN, "A step of a conversion: `op` names its kind.", "op"
+        ),
     ],
 )
 
@@ -214,7 +208,8 @@ class ConvertRequest(SurfaceRequest):
         operations: list[values.Operation] = []
         for number, definition in enumerate(self.operations):
             try:
-                operations.append(definition.to_value())
+                fields = (field for name, field in definition if name != "op")
+                operations.append(OPERATIONS[definition.op](*fields))
             except InvalidRequest as error:
                 raise error.within(pointer(("operations", number))) from None
         return tuple(operations)

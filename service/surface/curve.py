@@ -196,7 +196,7 @@ def _check_continuous(knots: Knots, count: int, degree: int) -> None:
     """
     vector = build_knot_vector(knots, count, degree)
     low, high = knot.domain(vector, degree)
-    distinct, counts = knot.multiplicities(vector)
+    distinct, counts = np.unique(vector, return_counts=True)
     jumps = distinct[(counts > degree) & (distinct > low) & (distinct < high)]
     if len(jumps):
         # The pointer counts the knots of the request, which may have omitted the first.

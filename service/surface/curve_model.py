@@ -103,8 +103,7 @@ def to_space(points: FloatArray) -> FloatArray:
     """Points (…, 2) or (…, 3) as points (…, 3): points with two coordinates get z = 0."""
     if points.shape[-1] == 3:
         return points
-    widths = [(0, 0)] * (points.ndim - 1) + [(0, 1)]
-    return np.pad(points, widths)
+    return np.pad(points, [(0, 0)] * (points.ndim - 1) + [(0, 1)])
 
 
 MAX_WIDENING = 2**0.5
@@ -116,46 +115,36 @@ curve: 1 / cos(45°), because only corners of at most 90° are mitred."""
 class Tube:
     """A round tube.
 
-    `radii` are Bernstein coefficients over the domain of the curve, shape (k+1,). `sides` is the
-    number of sides of the polygon that approximates the circle; `caps` says whether discs close the
-    ends of an open tube.
+    `spread` has the Bernstein coefficients of the radius over the domain of the curve, shape
+    (k+1,). `sides` is the number of sides of the polygon that approximates the circle; `caps` says
+    whether discs close the ends of an open tube.
     """
 
-    radii: FloatArray
+    spread: FloatArray
     sides: int
     caps: bool
 
     @property
-    def spread(self) -> FloatArray:
-        """The Bernstein coefficients of the radius."""
-        return self.radii
-
-    @property
     def reach(self) -> float:
         """Upper bound of the distance of the surface from the curve."""
-        return float(self.radii.max()) * MAX_WIDENING
+        return float(self.spread.max()) * MAX_WIDENING
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Ribbon:
     """A flat stripe that faces a direction `facing` or a point `camera`.
 
-    `widths` are Bernstein coefficients over the domain of the curve, shape (k+1,).
+    `spread` has the Bernstein coefficients of the width over the domain of the curve, shape (k+1,).
     """
 
-    widths: FloatArray
+    spread: FloatArray
     facing: FloatArray | None
     camera: FloatArray | None
 
     @property
-    def spread(self) -> FloatArray:
-        """The Bernstein coefficients of the width."""
-        return self.widths
-
-    @property
     def reach(self) -> float:
         """Upper bound of the distance of the surface from the curve."""
-        return float(self.widths.max()) / 2 * MAX_WIDENING
+        return float(self.spread.max()) / 2 * MAX_WIDENING
 
 
 Profile: TypeAlias = Tube | Ribbon

@@ -1,5 +1,6 @@
 """Tubes and ribbons: surfaces swept along a curve."""
 
+from abc import abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,8 +20,57 @@ RINGS_AT_BEND = 8
 """The most additional rings at a bend: a bend turns by at most 180°, in steps of 22.5°."""
 
 
+class SweptSurface(SurfaceKind):
+    """The base of surfaces that are swept along a curve."""
+
+    __slots__ = ()
+    curve: Curve
+
+    @property
+    @abstractmethod
+    def profile(self) -> Profile:
+        """What is swept along the curve."""
+
+    @property
+    def degree(self) -> tuple[int, int]:
+        """(n, 0): the degree n of the curve. The profile across the curve counts as 0."""
+        return self.curve.degree, 0
+
+    def lower(self) -> SweepModel:
+        """The curve's pieces and the profile that is swept along them."""
+        return SweepModel(self.name, self.curve.lower(), self.profile, self.up)
+
+    def count(self, row_size: int, end_rows: int) -> SurfaceSize:
+        """The size of a sweep.
+
+        Parameters
+        ----------
+        row_size : int
+            Number of vertices at a sample of the curve.
+        end_rows : int
+            Number of rows at the last sample of the curve, and of caps.
+        """
+        pieces = self.curve.lower()
+        net_points = len(pieces.polygon)
+        # A curve of degree n may bend at each end of a piece, and at n − 1 cusps inside a piece.
+        bends = pieces.count * pieces.degree + 1
+        # The arrays of the curve and those of its pieces have about the same size.
+        curve_bytes = 2 * pieces.points.nbytes + 2 * pieces.breaks.nbytes
+        return SurfaceSize(
+            (pieces.degree, 0),
+            control_points=net_points,
+            net_points=net_points,
+            net_segments=net_points,
+            name_bytes=2 * len(self.name.encode()),
+            surface_bytes=curve_bytes + self.profile.spread.nbytes,
+            curves=pieces.count,
+            swept_vertices=pieces.count * row_size,
+            extra_vertices=(end_rows + RINGS_AT_BEND * bends) * row_size,
+        )
+
+
 @dataclass(frozen=True, eq=False, slots=True)
-class TubeSurface(SurfaceKind):
+class TubeSurface(SweptSurface):
     """A round tube about a curve.
 
     Attributes
@@ -66,26 +116,20 @@ class TubeSurface(SurfaceKind):
         check_up(self.up)
         check_box(self.bounds(), "/radius", "points")
 
-    @property
-    def degree(self) -> tuple[int, int]:
-        """(n, 0): the degree n of the curve. The profile across the curve counts as 0."""
-        return self.curve.degree, 0
-
     def size(self) -> SurfaceSize:
         """The size of a tube: a ring of vertices at every sample of the curve, and its caps."""
         # A ring of s sides has s + 1 vertices: the first and the last are one point, with different
         # texture coordinates. The 5 rows: a ring at the last sample, and two at each end for a cap.
-        return _size(self.curve, self.sides + 1, end_rows=5, spread=self.radius, name=self.name)
+        return self.count(self.sides + 1, end_rows=5)
 
-    def lower(self) -> SweepModel:
-        """The curve's pieces and the circle swept along them."""
-        return _sweep_along(
-            self.curve, Tube(self.radius, self.sides, self.caps), self.up, self.name
-        )
+    @property
+    def profile(self) -> Tube:
+        """The circle that is swept along the curve."""
+        return Tube(self.radius, self.sides, self.caps)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class RibbonSurface(SurfaceKind):
+class RibbonSurface(SweptSurface):
     """A flat stripe along a curve that faces a direction or a point.
 
     Attributes
@@ -145,59 +189,14 @@ class RibbonSurface(SurfaceKind):
         check_up(self.up)
         check_box(self.bounds(), "/width", "points")
 
-    @property
-    def degree(self) -> tuple[int, int]:
-        """(n, 0): the degree n of the curve. The profile across the curve counts as 0."""
-        return self.curve.degree, 0
-
     def size(self) -> SurfaceSize:
         """The size of a ribbon: a line of two vertices at every sample of the curve."""
-        return _size(self.curve, 2, end_rows=1, spread=self.width, name=self.name)
+        return self.count(2, end_rows=1)
 
-    def lower(self) -> SweepModel:
-        """The curve's pieces and the line that is swept along them."""
-        ribbon = Ribbon(self.width, self.facing, self.camera)
-        return _sweep_along(self.curve, ribbon, self.up, self.name)
-
-
-def _sweep_along(curve: Curve, profile: Profile, up: Up, name: str) -> SweepModel:
-    return SweepModel(name, curve.lower(), profile, up)
-
-
-def _size(
-    curve: Curve, row_size: int, *, end_rows: int, spread: FloatArray, name: str
-) -> SurfaceSize:
-    """The size of a sweep along a curve.
-
-    Parameters
-    ----------
-    curve : Curve
-    row_size : int
-        Number of vertices at a sample of the curve.
-    end_rows : int
-        Number of rows at the last sample of the curve, and of caps.
-    spread : ndarray of float64
-        The coefficients of the radius or width.
-    name : str
-        Name of the surface.
-    """
-    pieces = curve.lower()
-    net_points = len(pieces.polygon)
-    # A curve of degree n may bend at each end of a piece, and at n − 1 cusps inside a piece.
-    bends = pieces.count * pieces.degree + 1
-    # The arrays of the curve and those of its pieces have about the same size.
-    curve_bytes = 2 * pieces.points.nbytes + 2 * pieces.breaks.nbytes
-    return SurfaceSize(
-        (pieces.degree, 0),
-        control_points=net_points,
-        net_points=net_points,
-        net_segments=net_points,
-        name_bytes=2 * len(name.encode()),
-        surface_bytes=curve_bytes + spread.nbytes,
-        curves=pieces.count,
-        swept_vertices=pieces.count * row_size,
-        extra_vertices=(end_rows + RINGS_AT_BEND * bends) * row_size,
-    )
+    @property
+    def profile(self) -> Ribbon:
+        """The line that is swept along the curve."""
+        return Ribbon(self.width, self.facing, self.camera)
 
 
 def _validate_spread(values: ArrayLike, name: str) -> FloatArray:

@@ -153,10 +153,10 @@ def _evaluate(coefficients: FloatArray, t: FloatArray) -> FloatArray:
 
 def _find_slopes(tube: Tube, paths: Paths) -> FloatArray | None:
     """Derivative of the radius by the length at every station; None if the radius is constant."""
-    if len(tube.radii) == 1 or paths.speeds is None:
+    if len(tube.spread) == 1 or paths.speeds is None:
         return None
-    degree = len(tube.radii) - 1
-    steps = degree * np.diff(tube.radii)
+    degree = len(tube.spread) - 1
+    steps = degree * np.diff(tube.spread)
     rate = (bernstein(degree - 1, paths.parameters) * steps).sum(axis=1)
     min_speed = np.maximum(np.abs(rate) / MAX_SLOPE, np.finfo(np.float64).tiny)
     slopes: FloatArray = rate / np.maximum(paths.speeds, min_speed)

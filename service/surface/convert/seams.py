@@ -5,24 +5,21 @@ differ in the last digits. Patches share an edge only if all digits are equal, s
 patch are copied to the other.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.arrays import Bools, FloatArray
 from service.bases.polynomials import Net
 from service.bases.row_batches import unique_rows
 from service.bases.triangle import degree_of, side_rows
-from service.surface.sides import take_side
 
 SAME_WEIGHT = 2.0**-44
 """Weights of an edge in two patches count as equal up to a factor if they differ by at most this
 number, after both are scaled to a largest weight of 1."""
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class _Side:
+class _Side(NamedTuple):
     """One side of all patches of a batch.
 
     Attributes
@@ -32,28 +29,16 @@ class _Side:
     weights : ndarray of float64, shape (P, m+1)
         Weights of the side before elevation.
     elevated : ndarray of float64
-        Points after elevation, a view that `write` changes: of the side, shape (P, n+1, 3), for
-        grids; of the whole net for triangles.
-    rows : ndarray of int, shape (n+1,), or None
-        For triangles, the rows of the net on this side.
+        All points of the batch after elevation; those of this side, shape (P, n+1, 3), are
+        overwritten.
+    place : tuple
+        The index of the points of this side in `elevated`.
     """
 
     points: FloatArray
     weights: FloatArray
     elevated: FloatArray
-    rows: Ints | None = None
-
-    @property
-    def new_points(self) -> FloatArray:
-        """The points of the side after elevation, shape (P, n+1, 3)."""
-        return self.elevated if self.rows is None else self.elevated[:, self.rows]
-
-    def write(self, values: FloatArray) -> None:
-        """Replace the points of the side after elevation."""
-        if self.rows is None:
-            self.elevated[...] = values
-        else:
-            self.elevated[:, self.rows] = values
+    place: tuple[Any, ...]
 
 
 def match_shared_edges(pairs: list[tuple[Net, FloatArray]]) -> None:
@@ -70,27 +55,23 @@ def match_shared_edges(pairs: list[tuple[Net, FloatArray]]) -> None:
     groups: dict[tuple[int, int], list[_Side]] = {}
     for (points, weights), elevated in pairs:
         if weights is not None:
-            list_sides = _sides_of_grids if points.ndim == 4 else _sides_of_triangles
-            for side in list_sides(points, weights, elevated):
-                point_counts = side.points.shape[1], side.new_points.shape[1]
+            for old, new in zip(_index_sides(points), _index_sides(elevated), strict=True):
+                side = _Side(points[old], weights[old], elevated, new)
+                point_counts = side.points.shape[1], elevated[new].shape[1]
                 groups.setdefault(point_counts, []).append(side)
     for sides in groups.values():
         _match_sides(sides)
 
 
-def _sides_of_grids(
-    points: FloatArray, weights: FloatArray, elevated: FloatArray
-) -> Iterator[_Side]:
-    for side in range(4):
-        yield _Side(take_side(points, side), take_side(weights, side), take_side(elevated, side))
+def _index_sides(points: FloatArray) -> list[tuple[Any, ...]]:
+    """For each side of grids (P, m, n, 3), or of triangles (P, K, 3), the index of its points.
 
-
-def _sides_of_triangles(
-    points: FloatArray, weights: FloatArray, elevated: FloatArray
-) -> Iterator[_Side]:
-    old, new = (side_rows(degree_of(net.shape[1])) for net in (points, elevated))
-    for old_rows, new_rows in zip(old, new, strict=True):
-        yield _Side(points[:, old_rows], weights[:, old_rows], elevated, new_rows)
+    The four sides of grids have the order of `service.surface.sides`.
+    """
+    every = slice(None)
+    if points.ndim == 4:
+        return [(every, 0), (every, -1), (every, every, 0), (every, every, -1)]
+    return [(every, rows) for rows in side_rows(degree_of(points.shape[1]))]
 
 
 def _match_sides(sides: list[_Side]) -> None:
@@ -100,26 +81,21 @@ def _match_sides(sides: list[_Side]) -> None:
     """
     old_points = np.concatenate([side.points for side in sides])
     weights = np.concatenate([side.weights for side in sides])
-    new_points = np.concatenate([side.new_points for side in sides])
+    new_points = np.concatenate([side.elevated[side.place] for side in sides])
     # An edge may run in opposite directions in two patches: give all sides a common direction.
     is_reversed = _find_reversed(old_points)
     for values in (old_points, weights, new_points):
         _reverse_rows(values, is_reversed)
-    first_equal = _find_first_equal(old_points)
+    # For each side, the number of the first side with the same points.
+    first, number = unique_rows(old_points.reshape(len(old_points), -1))
+    first_equal = first[number]
     weights /= weights.max(axis=1, keepdims=True)
     is_same = np.abs(weights - weights[first_equal]).max(axis=1) <= SAME_WEIGHT
     new_points[is_same] = new_points[first_equal[is_same]]
     _reverse_rows(new_points, is_reversed)
     ends = np.cumsum([len(side.points) for side in sides])
     for side, values in zip(sides, np.split(new_points, ends[:-1]), strict=True):
-        side.write(values)
-
-
-def _find_first_equal(sides: FloatArray) -> Ints:
-    """For each side, the number of the first side with the same points: shape (N,)."""
-    first, number = unique_rows(sides.reshape(len(sides), -1))
-    first_equal: Ints = first[number]
-    return first_equal
+        side.elevated[side.place] = values
 
 
 def _find_reversed(sides: FloatArray) -> Bools:
