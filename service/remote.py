@@ -13,7 +13,6 @@ import orjson
 from service.encoders.format import FileFormat, Format
 from service.encoders.text import json_text
 from service.errors import BadAddress, InvalidRequest, Issue, ServiceFailed, pointer
-from service.schemas.query import values_from_text
 
 TIMEOUT = 600.0
 """Seconds to wait for a response."""
@@ -29,83 +28,36 @@ KEY = "SURFACE_KEY"
 """The environment variable with the caller's API key, for services that need one."""
 
 
-def remote_mesh(
-    url: str, source: str | dict[str, Any], options: Mapping[str, str], fmt: Format
-) -> bytes:
-    """The mesh file, computed by the service at `url`.
+def fetch_mesh(url: str, id: str, options: Mapping[str, str], fmt: Format) -> bytes:
+    """The mesh file of an example or of a stored surface; raises the errors of `post`.
 
-    Parameters
-    ----------
-    source : str or dict
-        Id of an example or of a stored surface, or the document of a request.
-    options : Mapping
-        Options by name, as text.
-
-    Raises
-    ------
-    InvalidRequest
-        The service reports an error of the request; the issues are from the response.
-    BadAddress, ServiceFailed
+    `options` are the options by name, as text.
     """
-    if isinstance(source, str):
-        path = f"/v1/surfaces/{source}/mesh.{fmt.suffix}"
-        return _request(url, fmt.media_type, "GET", path, params=dict(options))
-    document = source | values_from_text(options.items())
-    return _post(url, fmt.media_type, "/v1/mesh", document, {"format": fmt.name})
+    path = f"/v1/surfaces/{id}/mesh.{fmt.suffix}"
+    return _request(url, fmt.media_type, "GET", path, params=dict(options))
 
 
-def remote_mesh_of_file(
-    url: str, content: bytes, media_type: str, query: Mapping[str, str], fmt: Format
-) -> bytes:
-    """The mesh file of a file of control points; sends the file unchanged.
-
-    Parameters
-    ----------
-    query : Mapping
-        Fields of the surface and options by name, as text.
-
-    Raises
-    ------
-    InvalidRequest
-        The service reports an error of the request; the issues are from the response.
-    BadAddress, ServiceFailed
-    """
-    params = {**query, "format": fmt.name}
-    headers = {"Content-Type": media_type}
-    return _request(
-        url, fmt.media_type, "POST", "/v1/mesh", params=params, content=content, headers=headers
-    )
-
-
-def remote_store(url: str, document: dict[str, Any]) -> dict[str, str]:
-    """Stores a surface at the service at `url`; returns its `id`, and URLs of it and its meshes.
-
-    Raises
-    ------
-    InvalidRequest
-        The service reports an error of the request; the issues are from the response.
-    BadAddress, ServiceFailed
-    """
-    response = orjson.loads(_post(url, "application/json", "/v1/surfaces", document, {}))
-    links = {"self": response["links"]["self"], **response["links"]["mesh"]}
-    return {"id": response["id"]} | {k: str(httpx.URL(url).join(v)) for k, v in links.items()}
-
-
-def remote_document(
+def post(
     url: str,
     path: str,
-    document: dict[str, Any],
+    body: dict[str, Any] | bytes,
     fmt: FileFormat | None = None,
     query: Mapping[str, str] = MappingProxyType({}),
+    *,
+    media_type: str = "application/json",
 ) -> bytes:
-    """The response to a document that is posted to a path of the service at `url`.
+    """The response to a document or a file that is posted to a path of the service at `url`.
 
     Parameters
     ----------
+    body : dict or bytes
+        The document, or the content of the file, which is sent unchanged.
     fmt : FileFormat, optional
         The format of the response; default: JSON.
     query : Mapping
         Further parameters of the URL.
+    media_type : str
+        That of the body.
 
     Raises
     ------
@@ -113,20 +65,24 @@ def remote_document(
         The service reports an error of the request; the issues are from the response.
     BadAddress, ServiceFailed
     """
-    if fmt is None:
-        return _post(url, "application/json", path, document, query)
-    return _post(url, fmt.media_type, path, document, {**query, "format": fmt.name})
-
-
-def _post(
-    url: str, media_type: str, path: str, document: dict[str, Any], params: Mapping[str, str]
-) -> bytes:
-    """Posts a document to a path; returns the body of the response, of the given media type."""
-    content = json_text(document)
-    headers = {"Content-Type": "application/json"}
+    expected_type, params = "application/json", dict(query)
+    if fmt is not None:
+        expected_type, params["format"] = fmt.media_type, fmt.name
+    content = body if isinstance(body, bytes) else json_text(body)
+    headers = {"Content-Type": media_type}
     return _request(
-        url, media_type, "POST", path, params=dict(params), content=content, headers=headers
+        url, expected_type, "POST", path, params=params, content=content, headers=headers
     )
+
+
+def store(url: str, document: dict[str, Any]) -> dict[str, str]:
+    """Stores a surface; returns its `id`, and URLs of it and its meshes.
+
+    Raises the errors of `post`.
+    """
+    response = orjson.loads(post(url, "/v1/surfaces", document))
+    links = {"self": response["links"]["self"], **response["links"]["mesh"]}
+    return {"id": response["id"]} | {k: str(httpx.URL(url).join(v)) for k, v in links.items()}
 
 
 def _request(url: str, expected_type: str, method: str, path: str, **request: Any) -> bytes:

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 from service.errors import ServiceFailed
-from service.remote import MAX_WAIT, RETRIES, remote_document
+from service.remote import MAX_WAIT, RETRIES, post
 
 BUSY = {"code": "busy", "detail": "It has much to do.", "errors": []}
 """The members that the client reads of a problem document, for a refusal of any status."""
@@ -69,7 +69,7 @@ def waits(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 def send(server: BusyServer, *refusals: tuple[int, dict[str, str]]) -> bytes:
     """The body of the response to a request that the server first refuses with these responses."""
     server.refusals = list(refusals)
-    return remote_document(f"http://127.0.0.1:{server.server_port}", "/v1/points", {})
+    return post(f"http://127.0.0.1:{server.server_port}", "/v1/points", {})
 
 
 def test_the_client_waits_as_the_header_retry_after_says(

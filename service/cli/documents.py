@@ -149,9 +149,17 @@ def perform_document(
     return perform(
         arguments,
         lambda: compute(document),
-        lambda remote: remote.remote_document(arguments.url, path, document, fmt, query),
+        lambda: _post(arguments.url, path, document, fmt, query),
         lambda issue: line(issue, arguments) if line else field_line(issue, all_flags),
     )
+
+
+def _post(
+    url: str, path: str, document: Document, fmt: "FileFormat | None", query: Mapping[str, str]
+) -> bytes:
+    from service.remote import post
+
+    return post(url, path, document, fmt, query)
 
 
 def parse_request(model: type[Request], document: Mapping[str, Any]) -> "tuple[Request, Limits]":

@@ -7,13 +7,13 @@ from functools import partial
 from itertools import groupby
 from operator import itemgetter
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from service.cli.documents import parse_request, perform_document
 from service.cli.flags import Command, Flag, option_texts, read_values
 from service.cli.nets import NET_FILES, NetFile, field_line, read_field_flags
 from service.cli.source import (
+    Source,
     check_output,
     choose_format,
     find_format,
@@ -85,31 +85,25 @@ def _run_mesh(arguments: argparse.Namespace) -> int:
     return perform(
         arguments,
         lambda: _compute_mesh(source, flag_values, fmt),
-        lambda remote: _request_mesh(remote, arguments.url, source, flag_values, fmt),
+        lambda: _request_mesh(arguments.url, source, flag_values, fmt),
         lambda issue: field_line(issue, flag_values | read_field_flags(arguments)),
     )
 
 
-def _request_mesh(
-    remote: ModuleType,
-    url: str,
-    source: str | dict[str, Any] | NetFile,
-    flag_values: Mapping[str, str],
-    fmt: "Format",
-) -> bytes:
+def _request_mesh(url: str, source: Source, flag_values: Mapping[str, str], fmt: "Format") -> bytes:
     """Gets the file from the service at `url`; sends a file of control points unchanged."""
-    content: bytes
+    from service import remote
+    from service.schemas.query import values_from_text
+
     if isinstance(source, NetFile):
         query, media_type = {**source.fields, **flag_values}, source.decoder.media_type
-        content = remote.remote_mesh_of_file(url, source.content, media_type, query, fmt)
-    else:
-        content = remote.remote_mesh(url, source, flag_values, fmt)
-    return content
+        return remote.post(url, "/v1/mesh", source.content, fmt, query, media_type=media_type)
+    if isinstance(source, str):
+        return remote.fetch_mesh(url, source, flag_values, fmt)
+    return remote.post(url, "/v1/mesh", source | values_from_text(flag_values.items()), fmt)
 
 
-def _compute_mesh(
-    source: str | dict[str, Any] | NetFile, flag_values: Mapping[str, str], fmt: "Format"
-) -> bytes:
+def _compute_mesh(source: Source, flag_values: Mapping[str, str], fmt: "Format") -> bytes:
     """Computes the file in this process. A `source` that is a text is the id of an example."""
     from service.pipeline.mesh import render, select_encode_options
     from service.schemas.query import options_from_text, values_from_text
@@ -156,15 +150,13 @@ def _run_estimate(arguments: argparse.Namespace) -> int:
 
 def _compute_estimate(formats: "Sequence[Format]", document: Mapping[str, Any]) -> bytes:
     """Computes the estimate in this process."""
-    from service.encoders.text import json_text
     from service.pipeline.estimate import plan_estimate
     from service.pipeline.mesh import select_encode_options
     from service.schemas.request import MeshRequest
 
     request, limits = parse_request(MeshRequest, document)
     options, encode = request.mesh_options(), select_encode_options(request)
-    work = plan_estimate(request.to_surface(), options, encode, limits, formats)
-    return json_text(work.run().to_object())
+    return plan_estimate(request.to_surface(), options, encode, limits, formats).run()
 
 
 MESH = Command(

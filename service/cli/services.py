@@ -92,11 +92,11 @@ def _ask_health(arguments: argparse.Namespace) -> int:
 
 
 def _store(arguments: argparse.Namespace) -> int:
-    from service.remote import remote_store
+    from service import remote
 
     document = surface_document(surface_source(arguments))
     try:
-        urls = remote_store(arguments.url, document)
+        urls = remote.store(arguments.url, document)
     except SurfaceError as error:
         fields = read_field_flags(arguments)
         raise Refused(*(field_line(issue, fields) for issue in error.issues)) from None

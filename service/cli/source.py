@@ -4,7 +4,6 @@ import argparse
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from service.cli.flags import Flag, Flags
@@ -16,6 +15,7 @@ from service.errors import Issue, SurfaceError
 if TYPE_CHECKING:
     from service.encoders.format import FileFormat
 
+Source = str | dict[str, Any] | NetFile
 AnyFormat = TypeVar("AnyFormat", bound="FileFormat")
 
 
@@ -51,7 +51,7 @@ def output_flags(*, formats: bool = True) -> Flags:
 def perform(
     arguments: argparse.Namespace,
     compute: Callable[[], bytes],
-    request: Callable[[ModuleType], bytes],
+    request: Callable[[], bytes],
     line: Callable[[Issue], str],
 ) -> int:
     """Computes the result in this process or at `--url`, and writes it.
@@ -61,18 +61,12 @@ def perform(
     compute : callable
         Computes the bytes in this process.
     request : callable
-        Gets the bytes from the service at `--url`. Takes the module `service.remote`, which is
-        imported only if it is needed.
+        Gets the bytes from the service at `--url`.
     line : callable
         Returns the line of an issue.
     """
     try:
-        if arguments.url is None:
-            content = compute()
-        else:
-            from service import remote
-
-            content = request(remote)
+        content = compute() if arguments.url is None else request()
     except SurfaceError as error:
         raise Refused(*map(line, error.issues)) from None
     write(arguments.output, content)
@@ -108,7 +102,7 @@ def find_format(name: str, formats: Sequence[AnyFormat]) -> AnyFormat:
     return by_name[name]
 
 
-def surface_source(arguments: argparse.Namespace) -> str | dict[str, Any] | NetFile:
+def surface_source(arguments: argparse.Namespace) -> Source:
     """The id of an example, the request in a JSON file, or a file of control points."""
     from service.surface.examples.catalogue import EXAMPLES
 
@@ -164,7 +158,7 @@ def _read(source: str, noun: str, missing_text: str) -> bytes:
     return Path(source).read_bytes()
 
 
-def surface_document(source: str | dict[str, Any] | NetFile) -> dict[str, Any]:
+def surface_document(source: Source) -> dict[str, Any]:
     """The request in a file, or a request that has an example as its surface."""
     if isinstance(source, NetFile):
         try:

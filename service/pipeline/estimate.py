@@ -9,6 +9,7 @@ import numpy as np
 
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.encoders.registry import FORMATS
+from service.encoders.text import json_text
 from service.engine.accuracy import Accuracy
 from service.engine.adaptive.limits import MostTriangles, bound_triangles
 from service.engine.adaptive.tolerances import (
@@ -41,65 +42,6 @@ ROUNDING_SHARE = 2.0**-16
 GRID_FACTOR = 4
 """A tolerance of at least this factor times the largest error of quantizing leaves enough room for
 quantizing."""
-
-
-@dataclass(frozen=True, slots=True)
-class Refusal:
-    """A reason to refuse a mesh, and the formats for which it would be refused."""
-
-    formats: tuple[str, ...]
-    issue: Issue
-
-    def to_object(self) -> dict[str, object]:
-        """The refusal as a JSON object."""
-        issue = self.issue
-        texts = {"code": issue.code, "pointer": issue.pointer, "detail": issue.message}
-        return {"formats": list(self.formats), **texts, "got": issue.got, "needed": issue.needed}
-
-
-@dataclass(frozen=True, slots=True)
-class Estimate:
-    """The estimate of a mesh.
-
-    Attributes
-    ----------
-    counts : Counts
-        The numbers of vertices, triangles and quads.
-    exact : bool
-        Whether the counts are exact; if not, they are upper bounds.
-    sizes : tuple of (format name, bytes, is_exact)
-        The bytes of the file in each format that can store the mesh; upper bounds unless exact.
-    memory : tuple of (format name, bytes)
-        Upper bounds of the memory, for each format in which the service would return the mesh.
-    refusals : tuple of Refusal
-        Each reason once, with its formats.
-    accepted : bool
-        Whether the service would return the mesh in at least one format.
-    certain : bool
-        Whether `accepted` is sure. False if a mesh that is accepted in some format may still be
-        refused in it by a later check.
-    """
-
-    counts: Counts
-    exact: bool
-    sizes: tuple[tuple[str, int, bool], ...]
-    memory: tuple[tuple[str, int], ...]
-    refusals: tuple[Refusal, ...]
-    accepted: bool
-    certain: bool
-
-    def to_object(self) -> dict[str, object]:
-        """The estimate as a JSON object."""
-        return {
-            **asdict(self.counts),
-            "exact": self.exact,
-            "bytes": {name: size for name, size, _ in self.sizes},
-            "exact_bytes": [name for name, _, is_exact in self.sizes if is_exact],
-            "memory": dict(self.memory),
-            "accepted": self.accepted,
-            "certain": self.certain,
-            "refused": [refusal.to_object() for refusal in self.refusals],
-        }
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,7 +94,7 @@ def plan_estimate(
     encode: EncodeOptions = PLAIN,
     limits: Limits = DEFAULT_LIMITS,
     formats: Sequence[Format] = FORMATS,
-) -> Work[Estimate]:
+) -> Work[bytes]:
     """Plan an estimate: estimate its own cost from shapes, and check the limits.
 
     Raises
@@ -171,8 +113,12 @@ def _estimate(
     encode: EncodeOptions,
     limits: Limits,
     formats: Sequence[Format],
-) -> Estimate:
-    """Estimate the size of the file in each format, and list the refusals.
+) -> bytes:
+    """Estimate the size of the file in each format, list the refusals, and write them as JSON.
+
+    `accepted` says whether the service would return the mesh in at least one format. It is
+    `certain` unless a mesh that is accepted in some format may still be refused in it by a later
+    check. Counts and bytes are upper bounds unless they are exact.
 
     The estimate finds the shared edges but evaluates no points. So it takes much less time than
     the mesh.
@@ -194,17 +140,16 @@ def _estimate(
         # The prediction counts the vertices on common borders of members once, but the mesh has
         # them in each of these members. So only the upper bounds are known.
         prediction = _Prediction(*bounds, exact=False, certain=prediction.certain)
-    sizes: list[tuple[str, int, bool]] = []
-    memory: list[tuple[str, int]] = []
+    sizes: dict[str, int] = {}
+    memory: dict[str, int] = {}
     refused_formats: dict[Issue, list[str]] = {}
-    accepted, certain = False, prediction.certain
+    certain = prediction.certain
     for fmt in formats:
         storable_model, storable_options = keep_storable_channels(model, options, fmt)
         try:
             plan = build_plan(surface, options, fmt, encode, limits)
             plan.check(storable_model, storable_options, bounds)
-            accepted = True
-            memory.append((fmt.name, plan.cost.memory))
+            memory[fmt.name] = plan.cost.memory
             if options.accuracy is not None:
                 # A mesh with more triangles than its cost allows is refused while it is built.
                 certain &= prediction.all_counts.triangles <= plan.max_triangles
@@ -223,10 +168,29 @@ def _estimate(
         if options.accuracy is not None:
             certain &= byte_bound <= limits.max_bytes
             byte_bound = min(byte_bound, limits.max_bytes, options.accuracy.max_bytes or byte_bound)
-        sizes.append((fmt.name, byte_bound, prediction.exact and fmt.has_exact_bound))
-    refusals = tuple(Refusal(tuple(names), issue) for issue, names in refused_formats.items())
-    counts, exact, certain = prediction.all_counts, prediction.exact, certain or not accepted
-    return Estimate(counts, exact, tuple(sizes), tuple(memory), refusals, accepted, certain)
+        sizes[fmt.name] = byte_bound
+    is_exact = {fmt.name: prediction.exact and fmt.has_exact_bound for fmt in formats}
+    estimate = {
+        **asdict(prediction.all_counts),
+        "exact": prediction.exact,
+        "bytes": sizes,
+        "exact_bytes": [name for name in sizes if is_exact[name]],
+        "memory": memory,
+        "accepted": bool(memory),
+        "certain": certain or not memory,
+        "refused": [
+            {
+                "formats": names,
+                "code": issue.code,
+                "pointer": issue.pointer,
+                "detail": issue.message,
+                "got": issue.got,
+                "needed": issue.needed,
+            }
+            for issue, names in refused_formats.items()
+        ],
+    }
+    return json_text(estimate)
 
 
 def _predict(

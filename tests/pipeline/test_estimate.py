@@ -13,7 +13,7 @@ from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.accuracy import Accuracy, Camera
 from service.engine.options import MeshOptions
 from service.errors import Issue, SurfaceError
-from service.pipeline.estimate import Estimate, plan_estimate
+from service.pipeline.estimate import plan_estimate
 from service.pipeline.limits import Limits
 from service.pipeline.mesh import render
 from service.pipeline.mesh_plan import PLAIN
@@ -29,22 +29,28 @@ INEXACT = {"trefoil-tube", "ribbon", "hair"}
 """Examples that are sweeps along curves; their counts are bounds."""
 
 
-def select_issues(estimate: Estimate, fmt: Format) -> set[Issue]:
+def estimate_mesh(surface: Any, options: MeshOptions, *request: Any, **others: Any) -> Any:
+    """The estimate for a surface, from its JSON."""
+    return json.loads(plan_estimate(surface, options, *request, **others).run())
+
+
+def select_issues(estimate: Any, fmt: Format) -> set[Issue]:
     """The issues with which an estimate says that a format is refused."""
-    return {refusal.issue for refusal in estimate.refusals if fmt.name in refusal.formats}
+    names = ("code", "detail", "pointer", "got", "needed")
+    refused = (each for each in estimate["refused"] if fmt.name in each["formats"])
+    return {Issue(*(each[name] for name in names)) for each in refused}
 
 
 def assert_estimate_matches_files(
     surface: Any, options: MeshOptions, encode: EncodeOptions = PLAIN, limits: Limits | None = None
-) -> Estimate:
+) -> Any:
     """The estimate for a surface, after comparing it with the files of all formats.
 
     For each format, the refusals are equal. Counts and bytes are equal if the estimate calls them
     exact, and otherwise not larger than estimated.
     """
     limits = limits or Limits()
-    result = plan_estimate(surface, options, encode, limits).run()
-    sizes = {name: (size, is_exact) for name, size, is_exact in result.sizes}
+    result = estimate_mesh(surface, options, encode, limits)
     file_count = 0
     for fmt in FORMATS:
         content, issues = try_render(surface, options, fmt, encode, limits)
@@ -52,13 +58,14 @@ def assert_estimate_matches_files(
         if issues:
             continue
         file_count += 1
-        size, is_exact = sizes[fmt.name]
-        assert len(content) == size if is_exact else len(content) <= size
+        size = result["bytes"][fmt.name]
+        assert len(content) <= size
+        assert len(content) == size or fmt.name not in result["exact_bytes"]
         for report in read_reports(fmt, content):
             for name in COUNT_FIELDS:
-                expected = getattr(result.counts, name)
-                assert report[name] == expected if result.exact else report[name] <= expected
-    assert result.accepted == (file_count > 0)
+                expected = result[name]
+                assert report[name] == expected if result["exact"] else report[name] <= expected
+    assert result["accepted"] == (file_count > 0)
     return result
 
 
@@ -90,10 +97,9 @@ def test_estimates_of_the_examples_match_their_files(example: str, faces: Any) -
     result = assert_estimate_matches_files(
         find(example).surface(), MeshOptions((2, 3), faces=faces)
     )
-    assert result.exact == (example not in INEXACT)
+    assert result["exact"] == (example not in INEXACT)
     # Only the bytes of an STL file follow from the number of triangles; it cannot store quads.
-    exact_formats = [name for name, _, is_exact in result.sizes if is_exact]
-    assert exact_formats == (["stl"] if result.exact and faces == "triangles" else [])
+    assert result["exact_bytes"] == (["stl"] if result["exact"] and faces == "triangles" else [])
 
 
 @pytest.mark.parametrize(
@@ -112,7 +118,7 @@ def test_estimates_with_an_option_match_the_files(options: dict[str, Any]) -> No
     for example in ("cone", "octahedral-sphere"):
         assert assert_estimate_matches_files(
             find(example).surface(), MeshOptions((2, 2), **options)
-        ).exact
+        )["exact"]
 
 
 @pytest.mark.parametrize("accuracy", [None, Accuracy(relative_tolerance=0.05)])
@@ -127,9 +133,10 @@ def test_copies_stretched_in_different_ways_are_counted_as_separate_meshes(accur
     hills = BsplineSurface(net, (2, 2))
     members = (Member(hills), *(Member(hills, matrix=np.diag([k, 1, 1, 1.0])) for k in (2, 3)))
     options = MeshOptions((2, 2), curvatures=True, accuracy=accuracy)
-    result = plan_estimate(GroupSurface(members), options).run()
-    plain = plan_estimate(GroupSurface(members), replace(options, curvatures=False)).run()
-    for (name, size, _), (_, plain_size, _) in zip(result.sizes, plain.sizes, strict=True):
+    result = estimate_mesh(GroupSurface(members), options)
+    plain = estimate_mesh(GroupSurface(members), replace(options, curvatures=False))
+    for name, size in result["bytes"].items():
+        plain_size = plain["bytes"][name]
         content, issues = try_render(GroupSurface(members), options, BY_NAME[name])
         assert not issues
         assert len(content) <= size
@@ -146,7 +153,7 @@ def test_estimates_of_isocurves_as_tubes_or_ribbons_are_upper_bounds(wires: Any)
     result = assert_estimate_matches_files(
         find("cone").surface(), MeshOptions((3, 3), isocurves=(1, 2), wires=wires)
     )
-    assert not result.exact
+    assert not result["exact"]
 
 
 @pytest.mark.parametrize("form", ["cquad", "mesh", "off", "bez"])
@@ -154,7 +161,7 @@ def test_estimates_of_oogl_forms_match_the_files(form: Any) -> None:
     result = assert_estimate_matches_files(
         find("saddle").surface(), MeshOptions((4, 4)), EncodeOptions(form)
     )
-    assert result.accepted
+    assert result["accepted"]
 
 
 ACCURACIES = [
@@ -191,17 +198,16 @@ def test_estimates_by_tolerance_or_budget_are_upper_bounds(
     example: str, accuracy: Accuracy, isocurves: dict[str, Any]
 ) -> None:
     surface, options = find(example).surface(), MeshOptions(accuracy=accuracy, **isocurves)
-    result = plan_estimate(surface, options).run()
-    assert not result.exact
-    assert result.accepted
-    sizes = {name: size for name, size, _ in result.sizes}
+    result = estimate_mesh(surface, options)
+    assert not result["exact"]
+    assert result["accepted"]
     for name in ("glb", "json"):
         content, issues = try_render(surface, options, BY_NAME[name])
-        assert not (issues and result.certain)
-        assert len(content) <= sizes[name]
+        assert not (issues and result["certain"])
+        assert len(content) <= result["bytes"][name]
         for report in read_reports(BY_NAME[name], content) if content else ():
             for count in COUNT_FIELDS:
-                assert report[count] <= getattr(result.counts, count)
+                assert report[count] <= result[count]
 
 
 def test_estimates_by_tolerance_of_members_that_meet_are_upper_bounds() -> None:
@@ -211,7 +217,7 @@ def test_estimates_by_tolerance_of_members_that_meet_are_upper_bounds() -> None:
     group = GroupSurface((Member(surface), Member(surface, matrix=np.diag([-1, 1, 1, 1.0]))))
     for tolerance in (0.1, 1e-3):
         options = MeshOptions(accuracy=Accuracy(tolerance=tolerance))
-        assert not assert_estimate_matches_files(group, options).exact
+        assert not assert_estimate_matches_files(group, options)["exact"]
 
 
 @pytest.mark.parametrize("name", FAMILIES)
@@ -219,64 +225,59 @@ def test_triangles_by_tolerance_are_at_most_half_of_the_estimate(name: str) -> N
     """So an estimate may call a mesh certain although it counts only part of the proof."""
     surface = FAMILIES[name].surface(seed=1)
     options = MeshOptions(accuracy=Accuracy(relative_tolerance=0.01), normals=False)
-    result = plan_estimate(surface, options).run()
+    result = estimate_mesh(surface, options)
     content, issues = try_render(surface, options, BY_NAME["json"])
     if issues:
-        assert not result.certain
+        assert not result["certain"]
         return
     report = json.loads(content)["report"]
-    assert 2 * report["triangles"] <= result.counts.triangles
-    assert report["vertices"] <= result.counts.vertices
+    assert 2 * report["triangles"] <= result["triangles"]
+    assert report["vertices"] <= result["vertices"]
 
 
 def test_an_estimate_is_certain_if_the_mesh_cannot_be_refused() -> None:
     surface = find("sphere").surface()
 
-    def estimate(**accuracy: Any) -> Estimate:
-        return plan_estimate(surface, MeshOptions(accuracy=Accuracy(**accuracy))).run()
+    def estimate(**accuracy: Any) -> Any:
+        return estimate_mesh(surface, MeshOptions(accuracy=Accuracy(**accuracy)))
 
-    assert estimate(tolerance=0.01).certain
-    assert not estimate(tolerance=1e-9).certain
+    assert estimate(tolerance=0.01)["certain"]
+    assert not estimate(tolerance=1e-9)["certain"]
     # A budget may be too small. For budgets and angles, only the limits bound the triangles.
-    assert not estimate(tolerance=0.01, max_triangles=200).certain
-    assert not estimate(tolerance=0.01, max_bytes=5000).certain
-    assert not estimate(max_triangles=200).certain
-    assert not estimate(angle_tolerance=0.1).certain
-    assert estimate(max_triangles=200).counts.triangles == 200
-    assert dict(list_sizes(estimate(max_bytes=5000)))["glb"] == 5000
+    assert not estimate(tolerance=0.01, max_triangles=200)["certain"]
+    assert not estimate(tolerance=0.01, max_bytes=5000)["certain"]
+    assert not estimate(max_triangles=200)["certain"]
+    assert not estimate(angle_tolerance=0.1)["certain"]
+    assert estimate(max_triangles=200)["triangles"] == 200
+    assert estimate(max_bytes=5000)["bytes"]["glb"] == 5000
     # Curvatures at poles are costly, and poles are counted only during evaluation. With 16
     # divisions, the cost is within the limit even if all samples are poles.
     for divisions, is_certain in ((16, True), (200, False)):
         for curvatures in (True, False):
             options = MeshOptions((divisions, divisions), curvatures=curvatures)
-            assert plan_estimate(surface, options).run().certain == (is_certain or not curvatures)
-    assert plan_estimate(surface, MeshOptions((200, 200), curvatures=True)).run().exact
-
-
-def list_sizes(estimate: Estimate) -> list[tuple[str, int]]:
-    """The estimated bytes by name of the format."""
-    return [(name, size) for name, size, _ in estimate.sizes]
+            assert estimate_mesh(surface, options)["certain"] == (is_certain or not curvatures)
+    assert estimate_mesh(surface, MeshOptions((200, 200), curvatures=True))["exact"]
 
 
 def test_options_that_a_mesh_by_tolerance_excludes_are_refused() -> None:
     options = MeshOptions(accuracy=Accuracy(tolerance=0.1), faces="quads")
     result = assert_estimate_matches_files(find("saddle").surface(), options)
-    assert not result.accepted
-    assert {refusal.issue.code for refusal in result.refusals} == {"conflicting_options"}
+    assert not result["accepted"]
+    assert {refused["code"] for refused in result["refused"]} == {"conflicting_options"}
     tube = assert_estimate_matches_files(
         find("trefoil-tube").surface(), MeshOptions(accuracy=Accuracy(tolerance=0.1))
     )
-    assert {refusal.issue.code for refusal in tube.refusals} == {"not_parametric"}
+    assert {refused["code"] for refused in tube["refused"]} == {"not_parametric"}
 
 
 def test_triangles_of_copies_are_counted_each_and_stored_once_in_glb() -> None:
     teapot = find("utah-teapot").surface()
     group = GroupSurface(tuple(Member(teapot, f"{k}", None, None) for k in range(5)))
     teapot_estimate, group_estimate = (
-        plan_estimate(surface, MeshOptions((8, 8))).run() for surface in (teapot, group)
+        estimate_mesh(surface, MeshOptions((8, 8))) for surface in (teapot, group)
     )
-    assert group_estimate.counts.triangles == 5 * teapot_estimate.counts.triangles
-    sizes, group_sizes = (dict(list_sizes(each)) for each in (teapot_estimate, group_estimate))
+    assert group_estimate["triangles"] == 5 * teapot_estimate["triangles"]
+    sizes, group_sizes = teapot_estimate["bytes"], group_estimate["bytes"]
     assert group_sizes["glb"] < 2 * sizes["glb"]
     assert group_sizes["ply"] > 4.5 * sizes["ply"]
     assert_estimate_matches_files(group, MeshOptions((2, 2)))
@@ -295,21 +296,21 @@ def test_estimates_have_the_same_limits_as_meshes() -> None:
 
 
 def test_an_estimate_of_a_refused_mesh_has_its_counts() -> None:
-    result = plan_estimate(find("saddle").surface(), MeshOptions((60_000, 60_000))).run()
-    assert not result.accepted
-    assert not result.exact
-    assert result.counts.vertices == 60_001**2
-    (refusal,) = result.refusals
-    assert refusal.formats == tuple(BY_NAME)
-    assert (refusal.issue.code, refusal.issue.pointer) == ("too_many_vertices", "/resolution")
+    result = estimate_mesh(find("saddle").surface(), MeshOptions((60_000, 60_000)))
+    assert not result["accepted"]
+    assert not result["exact"]
+    assert result["vertices"] == 60_001**2
+    (refused,) = result["refused"]
+    assert refused["formats"] == list(BY_NAME)
+    assert (refused["code"], refused["pointer"]) == ("too_many_vertices", "/resolution")
     # An STL file has a head of 84 bytes, and 50 bytes for each triangle.
-    assert dict(list_sizes(result))["stl"] == 84 + 50 * 2 * 60_000**2
+    assert result["bytes"]["stl"] == 84 + 50 * 2 * 60_000**2
 
 
 def test_the_json_object_has_bytes_and_refusals_by_format() -> None:
     surface, options = find("saddle").surface(), MeshOptions((2, 2), faces="quads")
     formats = [BY_NAME["stl"], BY_NAME["off"]]
-    result: dict[str, Any] = plan_estimate(surface, options, formats=formats).run().to_object()
+    result = estimate_mesh(surface, options, formats=formats)
     assert list(result["bytes"]) == ["off"]
     assert (result["vertices"], result["triangles"], result["quads"]) == (9, 0, 4)
     assert (result["exact"], result["exact_bytes"], result["accepted"]) == (True, [], True)

@@ -14,7 +14,6 @@ from service.api.services import ContextDep
 from service.decoders.registry import DECODERS
 from service.encoders.format import Format
 from service.encoders.registry import BY_NAME, FORMATS
-from service.encoders.text import json_text
 from service.pipeline.estimate import plan_estimate
 from service.pipeline.mesh import plan_mesh, render, select_encode_options
 from service.schemas.request import MeshRequest
@@ -55,7 +54,7 @@ _ESTIMATES: Json = {
 
 def _estimate(body: MeshRequest) -> bytes:
     options, encode = body.mesh_options(), select_encode_options(body)
-    return json_text(plan_estimate(body.to_surface(), options, encode).run().to_object())
+    return plan_estimate(body.to_surface(), options, encode).run()
 
 
 for operation in ("createMesh", "getSurfaceMesh"):
@@ -134,5 +133,4 @@ async def estimate_mesh(body: MeshRequest, context: ContextDep) -> Response:
     formats: Sequence[Format] = FORMATS if fmt is None else (fmt,)
     options, encode = body.mesh_options(), select_encode_options(body)
     work = plan_estimate(body.to_surface(), options, encode, services.limits, formats)
-    result = await job.run(work, "estimate")
-    return bytes_response(json_text(result.to_object()), job)
+    return bytes_response(await job.run(work, "estimate"), job)
