@@ -9,11 +9,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, ClassVar
 
-from fastapi import Request
-
 from service.api.body import BodyRoute
 from service.api.errors import InvalidQuery
 from service.api.job import Job
+from service.api.negotiation import Pairs
 from service.api.services import Services
 from service.api.stored import surface_of
 from service.decoders.format import Decoder, Tree
@@ -38,22 +37,16 @@ class ArrayRoute(BodyRoute):
     decoders = (NPY,)
     array: ClassVar[str] = "points"
 
-    def _parse_query(self, request: Request, decoder: Decoder | None) -> tuple[Any, dict[str, Any]]:
-        """The format that the query names, or None; for a file also the document's other fields."""
-        if decoder is None:
-            return super()._parse_query(request, decoder)
-        try:
-            values = values_from_text(request.query_params.multi_items())
-        except InvalidRequest as error:
-            raise InvalidQuery(*error.issues) from None
-        fmt = values.pop("format", None) if self.formats else None
+    def read_fields(self, pairs: Pairs) -> dict[str, Any]:
+        """The fields in the query of a file, which names a surface; and `format`."""
+        values = values_from_text(pairs)
         if self.array in values:
             message, got = "The body has these numbers.", "a parameter"
-            raise InvalidQuery(Issue("unknown_field", message, f"/{self.array}", got, "a body"))
+            raise InvalidRequest(Issue("unknown_field", message, f"/{self.array}", got, "a body"))
         if not isinstance(values.get("surface"), str):
             message, needed = "The query must name the surface.", "the id of a surface"
-            raise InvalidQuery(Issue("missing_field", message, "/surface", "no id", needed))
-        return fmt, {name: _parse_value(value) for name, value in values.items()}
+            raise InvalidRequest(Issue("missing_field", message, "/surface", "no id", needed))
+        return {name: _parse_value(value) for name, value in values.items()}
 
     def read(self, body: bytes) -> Any:
         """The value of the field `array`, from the bytes of a file."""

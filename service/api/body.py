@@ -18,19 +18,21 @@ from fastapi import Request, Response
 from fastapi.routing import APIRoute
 from starlette.requests import ClientDisconnect
 
-from service.api.errors import BodyTooLarge, BodyTooSlow, InvalidQuery, UnsupportedMediaType
+from service.api.errors import BodyTooLarge, BodyTooSlow, UnsupportedMediaType
 from service.api.job import Job
 from service.api.negotiation import (
+    Pairs,
     format_by_accept,
     format_by_name,
     parse_format_query,
+    read_query,
     refuse_parameters,
 )
 from service.api.record import record_of
 from service.api.services import Context, Services
 from service.decoders.format import Decoder, Tree
 from service.encoders.format import FileFormat
-from service.errors import InvalidRequest, Issue
+from service.errors import Issue
 from service.schemas.document import DocumentBudget
 from service.schemas.fields import RequestModel
 from service.schemas.query import add_fields, document_from_query
@@ -102,13 +104,12 @@ class BodyRoute(APIRoute):
             if not self.formats:
                 refuse_parameters(request.query_params)
             return parse_format_query(query) if query and self.formats else None, {}
-        try:
-            other_fields = document_from_query(request.query_params.multi_items())
-        except InvalidRequest as error:
-            raise InvalidQuery(*error.issues) from None
-        if not (self.formats and "format" in other_fields):
-            return None, other_fields
-        return str(other_fields.pop("format")), other_fields
+        other_fields = read_query(self.read_fields, request.query_params.multi_items())
+        return other_fields.pop("format", None) if self.formats else None, other_fields
+
+    def read_fields(self, pairs: Pairs) -> dict[str, Any]:
+        """The fields in the query of a file, in the form of a document; and `format`."""
+        return document_from_query(pairs)
 
     async def _build_decode(
         self, decoder: Decoder, other_fields: dict[str, Any], services: Services, job: Job
@@ -180,9 +181,15 @@ async def _read_body(
     """
     settings = services.settings
     if headers.get(b"content-encoding", b"identity").lower() != b"identity":
-        message, needed = "The body must not be compressed.", "no encoding, or identity"
-        issue = Issue("unsupported_encoding", message, "/Content-Encoding", "an encoding", needed)
-        raise UnsupportedMediaType(issue)
+        raise UnsupportedMediaType(
+            Issue(
+                "unsupported_encoding",
+                "The body must not be compressed.",
+                "/Content-Encoding",
+                got="an encoding",
+                needed="no encoding, or identity",
+            )
+        )
     max_bytes = max_body_bytes_of(settings, is_json=decoder is None)
     declared_length = headers.get(b"content-length", b"")
     # The server has checked that this is a number. Its first 20 digits show whether it is too
@@ -234,10 +241,14 @@ def decoder_of_body(content_type: str, decoders: Sequence[Decoder] = ()) -> Deco
     if is_json and is_utf8:
         return None
     names = ", ".join(("application/json", *(decoder.media_type for decoder in decoders)))
-    message = "This call does not read bodies of this type."
-    got, needed = "another type" if content_type else "no type", f"{names}; texts in UTF-8"
     raise UnsupportedMediaType(
-        Issue("unsupported_media_type", message, "/Content-Type", got, needed)
+        Issue(
+            "unsupported_media_type",
+            "This call does not read bodies of this type.",
+            "/Content-Type",
+            got="another type" if content_type else "no type",
+            needed=f"{names}; texts in UTF-8",
+        )
     )
 
 
@@ -265,13 +276,23 @@ def body_too_large(settings: Settings, *, is_json: bool) -> BodyTooLarge:
     needed = f"at most {max_bytes} bytes"
     if max_bytes < settings.max_body_bytes:
         needed += "; a larger net can be sent as a .npy file"
-    got = f"more than {max_bytes} bytes"
     return BodyTooLarge(
-        Issue("body_too_large", "The body is longer than this service reads.", "", got, needed)
+        Issue(
+            "body_too_large",
+            "The body is longer than this service reads.",
+            got=f"more than {max_bytes} bytes",
+            needed=needed,
+        )
     )
 
 
 def body_too_slow(received_bytes: int, settings: Settings) -> BodyTooSlow:
     """The error of a body that did not arrive completely in time."""
-    got, needed = f"{received_bytes} bytes", f"all of it within {settings.body_timeout:g} s"
-    return BodyTooSlow(Issue("body_too_slow", "The body did not arrive in time.", "", got, needed))
+    return BodyTooSlow(
+        Issue(
+            "body_too_slow",
+            "The body did not arrive in time.",
+            got=f"{received_bytes} bytes",
+            needed=f"all of it within {settings.body_timeout:g} s",
+        )
+    )

@@ -82,9 +82,14 @@ class Job:
         """
         growth, threads = size - self._body, self.threads
         if size > threads.max_body * 9 // 10:
-            message = "The body would take more memory than this service has for one body."
-            needed = f"at most {threads.max_body * 9 // 10} bytes; a smaller surface"
-            raise TooLarge(Issue("too_much_memory", message, "", f"at least {size} bytes", needed))
+            raise TooLarge(
+                Issue(
+                    "too_much_memory",
+                    "The body would take more memory than this service has for one body.",
+                    got=f"at least {size} bytes",
+                    needed=f"at most {threads.max_body * 9 // 10} bytes; a smaller surface",
+                )
+            )
         # Large bodies leave 1/10 of the memory to small ones.
         room = threads.max_body * (10 if size <= SMALL_BODY else 9) // 10
         if growth > 0 and not (

@@ -3,9 +3,9 @@
 Source: RFC 9110, section 12.5.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache
-from typing import TypeVar
+from typing import TypeAlias, TypeVar
 from urllib.parse import parse_qsl
 
 from starlette.requests import Request
@@ -29,6 +29,8 @@ MAX_CACHED = 200
 the memory with longer texts."""
 
 AnyFormat = TypeVar("AnyFormat", bound=FileFormat)
+Values = TypeVar("Values")
+Pairs: TypeAlias = list[tuple[str, str]]
 
 
 def format_by_name(name: str, formats: Sequence[AnyFormat]) -> AnyFormat:
@@ -60,9 +62,15 @@ def format_by_suffix(suffix: str) -> Format:
     """
     fmt = BY_SUFFIX.get(suffix)
     if fmt is None:
-        message, got = "No format has this suffix.", "an unknown suffix"
-        needed = "one of " + ", ".join(BY_SUFFIX)
-        raise UnknownSuffix(Issue("unknown_suffix", message, "/suffix", got, needed))
+        raise UnknownSuffix(
+            Issue(
+                "unknown_suffix",
+                "No format has this suffix.",
+                "/suffix",
+                got="an unknown suffix",
+                needed="one of " + ", ".join(BY_SUFFIX),
+            )
+        )
     return fmt
 
 
@@ -82,10 +90,15 @@ def format_by_accept(header: str | None, formats: Sequence[AnyFormat]) -> AnyFor
     header = header or ""
     best = _choose_cached(header, types) if len(header) <= MAX_CACHED else _choose(header, types)
     if best is None:
-        message = "The service writes no format that you accept."
-        needed = "one of " + ", ".join(types)
-        got = "no media type of this service"
-        raise NotAcceptable(Issue("not_acceptable", message, "/Accept", got, needed))
+        raise NotAcceptable(
+            Issue(
+                "not_acceptable",
+                "The service writes no format that you accept.",
+                "/Accept",
+                got="no media type of this service",
+                needed="one of " + ", ".join(types),
+            )
+        )
     return next(f for f in formats if f.media_type == best)
 
 
@@ -109,6 +122,14 @@ def _choose(header: str, types: tuple[str, ...]) -> str | None:
 _choose_cached = lru_cache(maxsize=256)(_choose)
 
 
+def read_query(read: Callable[[Pairs], Values], pairs: Pairs) -> Values:
+    """The values that `read` finds in a query; raises `InvalidQuery` where it refuses them."""
+    try:
+        return read(pairs)
+    except InvalidRequest as error:
+        raise InvalidQuery(*error.issues) from None
+
+
 def parse_format_query(query: bytes) -> str | None:
     """The name of the format in a POST's query, or None; other parameters are refused.
 
@@ -121,10 +142,8 @@ def parse_format_query(query: bytes) -> str | None:
 
 
 def _parse_format(query: bytes) -> str | None:
-    try:
-        values = values_from_text(parse_qsl(query.decode("latin-1"), keep_blank_values=True))
-    except InvalidRequest as error:
-        raise InvalidQuery(*error.issues) from None
+    pairs = parse_qsl(query.decode("latin-1"), keep_blank_values=True)
+    values = read_query(values_from_text, pairs)
     refuse_parameters(values.keys() - {"format"}, "only `format`; options go into the body")
     return str(values["format"]) if values else None
 
@@ -149,9 +168,15 @@ def check_engine(engine: int | None) -> None:
         The query names another version.
     """
     if engine not in (None, ENGINE):
-        message = "This service does not have this version of the engine."
-        got, needed = "another version of the engine", f"engine={ENGINE}, or no engine"
-        raise EngineGone(Issue("engine_gone", message, "/engine", got, needed))
+        raise EngineGone(
+            Issue(
+                "engine_gone",
+                "This service does not have this version of the engine.",
+                "/engine",
+                got="another version of the engine",
+                needed=f"engine={ENGINE}, or no engine",
+            )
+        )
 
 
 def codings_of(request: Request) -> Codings:
@@ -180,9 +205,15 @@ def codings_by_header(header: bytes | None) -> Codings:
     """
     accepted = parse_accepted_codings(header)
     if not accepted:
-        message = "The Accept-Encoding header excludes every coding of this service."
-        got, needed = "no coding of this service", "one of " + ", ".join(CODINGS)
-        raise NotAcceptable(Issue("not_acceptable", message, "/Accept-Encoding", got, needed))
+        raise NotAcceptable(
+            Issue(
+                "not_acceptable",
+                "The Accept-Encoding header excludes every coding of this service.",
+                "/Accept-Encoding",
+                got="no coding of this service",
+                needed="one of " + ", ".join(CODINGS),
+            )
+        )
     return accepted
 
 

@@ -117,9 +117,14 @@ class Usage:
 
 def quota_exceeded(free_bytes: int, growth: int) -> StoreFull:
     """The error for a surface of `growth` bytes if the quota has only `free_bytes` bytes left."""
-    text = "The surface does not fit into the quota of the store."
-    got, needed = f"{growth} bytes", f"at most {max(0, free_bytes)} bytes"
-    return StoreFull(Issue("store_full", text, got=got, needed=needed))
+    return StoreFull(
+        Issue(
+            "store_full",
+            "The surface does not fit into the quota of the store.",
+            got=f"{growth} bytes",
+            needed=f"at most {max(0, free_bytes)} bytes",
+        )
+    )
 
 
 def _log_failure(counting: asyncio.Task[None]) -> None:

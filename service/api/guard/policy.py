@@ -67,9 +67,15 @@ _NEEDED = "Authorization: Bearer, and a key"
 
 def key_needed(*, or_signature: bool = False) -> KeyNeeded:
     """The error of a request without a key; `or_signature`: a signed URL is accepted too."""
-    needed = f"{_NEEDED}; or a signed URL" if or_signature else _NEEDED
-    message = "This call needs a key."
-    return KeyNeeded(Issue("key_needed", message, "/Authorization", "no key", needed))
+    return KeyNeeded(
+        Issue(
+            "key_needed",
+            "This call needs a key.",
+            "/Authorization",
+            got="no key",
+            needed=f"{_NEEDED}; or a signed URL" if or_signature else _NEEDED,
+        )
+    )
 
 
 def key_unknown() -> KeyUnknown:
@@ -80,9 +86,14 @@ def key_unknown() -> KeyUnknown:
 
 def rate_limited(limit: int, seconds: int) -> RateLimited:
     """The error of too many requests; the next one is allowed in `seconds` seconds."""
-    message = "Too many requests in a short time."
-    got, needed = f"more than {limit} a minute", f"a wait of {seconds} s"
-    return RateLimited(Issue("rate_limited", message, "", got, needed))
+    return RateLimited(
+        Issue(
+            "rate_limited",
+            "Too many requests in a short time.",
+            got=f"more than {limit} a minute",
+            needed=f"a wait of {seconds} s",
+        )
+    )
 
 
 def build_refusal(error: SurfaceError, retry_after: int = 0) -> Response:

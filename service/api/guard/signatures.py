@@ -100,10 +100,15 @@ class Signer:
         if not (is_signable(path) and any(matches) and _TIME.fullmatch(expires)):
             raise _build_invalid_error()
         if int(expires) <= now:
-            message = "The signature of this URL has expired."
-            got, needed = "a time in the past", "a URL that is signed again"
-            issue = Issue("signature_expired", message, f"/{EXPIRES}", got, needed)
-            raise SignatureExpired(issue)
+            raise SignatureExpired(
+                Issue(
+                    "signature_expired",
+                    "The signature of this URL has expired.",
+                    f"/{EXPIRES}",
+                    got="a time in the past",
+                    needed="a URL that is signed again",
+                )
+            )
         other_parts = (
             part
             for part in text.split("&")
@@ -134,10 +139,15 @@ def _signature(secret: bytes, path: str, pairs: _Pairs) -> str:
 
 
 def _build_invalid_error() -> SignatureInvalid:
-    message = "The signature does not belong to this URL."
-    needed = "the whole URL, as it was signed"
-    issue = Issue("signature_invalid", message, f"/{SIGNATURE}", "another signature", needed)
-    return SignatureInvalid(issue)
+    return SignatureInvalid(
+        Issue(
+            "signature_invalid",
+            "The signature does not belong to this URL.",
+            f"/{SIGNATURE}",
+            got="another signature",
+            needed="the whole URL, as it was signed",
+        )
+    )
 
 
 def build_signed_url(
@@ -161,10 +171,15 @@ def build_signed_url(
     if expires is None:
         raise ValueError("the request has neither `seconds` nor `expires`: it was not validated")
     if not now < expires <= now + MAX_SECONDS:
-        message = "A URL can be signed for at most seven days."
-        needed = f"1 to {MAX_SECONDS} seconds from now"
-        got = "a time in the past" if expires <= now else "a time too far in the future"
-        raise InvalidRequest(Issue("out_of_range", message, f"/{EXPIRES}", got, needed))
+        raise InvalidRequest(
+            Issue(
+                "out_of_range",
+                "A URL can be signed for at most seven days.",
+                f"/{EXPIRES}",
+                got="a time in the past" if expires <= now else "a time too far in the future",
+                needed=f"1 to {MAX_SECONDS} seconds from now",
+            )
+        )
     url = request.url
     path, _, query = url.partition("?")
     try:
