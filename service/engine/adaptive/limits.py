@@ -152,18 +152,10 @@ def sample_goal_isocurves(
         `most` triangles.
     """
     divisions = count_goal_divisions(model, seams, goal)
-    MeshLimits(most).count(
-        count_line_pieces(divisions.count_curves(seams, options.isocurves), options)
-    )
+    size = divisions.count_curves(seams, options.isocurves)  # curves, samples
+    has_triangles = options.has_solid_wires
+    MeshLimits(most).count(bound_solid_counts(*size, options)[1] if has_triangles else size[1])
     return sample_divided_isocurves(model, seams, divisions, options.isocurves)
-
-
-def count_line_pieces(size: tuple[int, int], options: MeshOptions) -> int:
-    """The number that curves of a size (curves, samples) count towards the limit of triangles.
-
-    For lines it is the number of samples, for tubes and ribbons the number of triangles.
-    """
-    return bound_solid_counts(*size, options)[1] if options.has_solid_wires else size[1]
 
 
 class MostTriangles(NamedTuple):

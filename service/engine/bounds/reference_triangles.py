@@ -172,17 +172,17 @@ def _build_wedges(
     # The vertex beyond an edge: s along the edge, `out` away from T, `high` above its plane.
     s, out, high = x * tx + y * ty, x * ty - y * tx, far[:, 2]
     # Its distance from the line of the edge; 0 without a wedge.
-    reach = np.sqrt(out * out + high * high)
-    joined = joined & (reach > 0)
-    reach = np.where(joined, reach, 0.0)
-    divisor = np.where(joined, reach, 1.0)
+    away = np.sqrt(out * out + high * high)
+    joined = joined & (away > 0)
+    away = np.where(joined, away, 0.0)
+    divisor = np.where(joined, away, 1.0)
     # |(cos θ − 1, sin θ)| = 2 sin(θ/2)
     folds = np.sqrt((out / divisor - 1.0) ** 2 + (high / divisor) ** 2)
     # Directions (2, 2, 3, m), axis 0 (cos, sin): at vertex k, where edge k begins and the edge
     # before it ends, the angles of the neighbours beyond these two edges.
     angle = np.empty((2, 2, *s.shape))
     angle[0, 0], angle[0, 1] = np.where(joined, s, 1.0), np.where(joined, lengths - s, 1.0)[BEFORE]
-    angle[1, 0], angle[1, 1] = reach, reach[BEFORE]
+    angle[1, 0], angle[1, 1] = away, away[BEFORE]
     # Two wedges at a vertex share π less the angle of T: the angle (cosine, sine) from the edge
     # before to edge k. Each may have half of it, or `most`: all that the other wedge does not need,
     # if this is more. Cross products compare angles.

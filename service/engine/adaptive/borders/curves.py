@@ -162,14 +162,6 @@ class Curves:
     backward: Bools
     normals: SideNormals | None
 
-    def measure_turns(
-        self, rows: Ints, begin: FloatArray, end: FloatArray
-    ) -> tuple[FloatArray, FloatArray] | None:
-        """Turns along parts of edges (`SideNormals.measure_turns`); None without an angle."""
-        if self.normals is None:
-            return None
-        return self.normals.measure_turns(self.edge[rows], self.backward[rows], begin, end)
-
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Tree:

@@ -211,10 +211,11 @@ def _judge_parts(
     )
     decision = decide_cuts(shapes, goal, cuts, depth, origin=curves.origin[owner], slack=slack)
     begin = at / SPAN
-    turns = curves.measure_turns(row, begin, begin + 0.5**depth)
-    if turns is None:
+    if curves.normals is None:
         return decision, slack
     # Where normals turn too far, short parts are cut only if halving reduces the turn (`FALLING`).
-    half, total = turns
+    half, total = curves.normals.measure_turns(
+        curves.edge[row], curves.backward[row], begin, begin + 0.5**depth
+    )
     far = (total > find_chord(goal.angle)) & ((depth < ROUGH) | (half <= FALLING * total))
     return replace(decision, cut=decision.cut | (far & (depth < MOST_HALVINGS_FOR_ANGLE))), slack

@@ -209,9 +209,10 @@ def _judge_runs(
     decision = decide_cuts(
         shapes.combine_runs(begin), goal, cuts, origin=curves.origin[owner], slack=slack
     )
-    turns = curves.measure_turns(rows, np.zeros(len(rows)), np.ones(len(rows)))
-    if turns is not None:
-        _, edge_turns = turns
+    if curves.normals is not None:
+        _, edge_turns = curves.normals.measure_turns(
+            curves.edge[rows], curves.backward[rows], np.zeros(len(rows)), np.ones(len(rows))
+        )
         far = np.add.reduceat(edge_turns, begin) > find_chord(goal.angle)
         decision = replace(decision, cut=decision.cut | far)
     return decision, slack

@@ -53,9 +53,6 @@ v through the middle of the cell."""
 FAN_CORNERS = np.array([[0, 6, 8, 2], [6, 8, 2, 0]])
 """Both ends of ab, bc, cd, da, on which the triangles of a fan stand."""
 
-OPPOSITE, AFTER_CORNER = np.array([2, 3, 0, 1]), np.array([1, 2, 3, 0])
-"""For each of four corners the opposite one, and the next one."""
-
 NO_DIFFERENCE = np.zeros(1, dtype=np.intp)
 """`CellPlanes.worse` if all triangles have an area."""
 
@@ -172,8 +169,9 @@ def measure_fans(points: FloatArray, two_sided: bool) -> FloatArray:
     normals = cross(after - corners, middle - corners)
     normals /= np.maximum(length(normals), np.finfo(float).tiny)[:, np.newaxis]
     sides = points.take(BENDS[0, :4], axis=0) - (corners + after) * 0.5
-    spokes = (middle - (corners + corners.take(OPPOSITE, axis=0)) * 0.5) * 0.25
-    bends = np.array([sides, spokes.take(AFTER_CORNER, axis=0), spokes])
+    # The corners opposite to each corner, and the spokes at the next corner.
+    spokes = (middle - (corners + after[[1, 2, 3, 0]]) * 0.5) * 0.25
+    bends = np.array([sides, spokes[[1, 2, 3, 0]], spokes])
     heights: FloatArray = np.maximum.reduce(maximize_heights(dot(bends, normals)), axis=0)
     if two_sided:
         # `bends[2]` has the vectors of `bends[1]` in another order.

@@ -20,7 +20,6 @@ from service.engine.adaptive.drafts.triangles import (
     INDEX,
     TriangleRows,
     assign_references,
-    find_crossed_edges,
     find_neighbours,
     is_among,
     number_directed_edges,
@@ -214,10 +213,12 @@ class DraftTriangles:
         self.across[rows] = np.where(edges, across, self.across[rows])
         del across
         nonmanifold = nonmanifold[edges.ravel()[nonmanifold]]
-        self.crossed = np.empty((0, 2), dtype=np.intp)
         if len(nonmanifold):
-            self.crossed = find_crossed_edges(corners, nonmanifold)
-        self.crossed[:, 0] = number[self.crossed[:, 0]]
+            # Inside a face, some triangle has the reverse of an edge, with the same two samples; on
+            # the border of the face, no triangle has it.
+            forth, back = number_directed_edges(corners)
+            nonmanifold = nonmanifold[is_among(back[nonmanifold], forth)]
+        self.crossed = np.stack([number[nonmanifold // 3], nonmanifold % 3], axis=1)
 
     def _find_references(self, rows: Ints, has_area: Bools, edges: Bools) -> None:
         """Find reference triangles for the flat triangles, and the leaves that are bare.

@@ -260,14 +260,3 @@ def find_neighbours(vertex: Ints, has_area: Bools, face: Ints) -> tuple[Ints, In
     for side, opposite in ((one, other), (other, one)):
         across[side] = vertex[opposite // 3, opposite % 3 - 1]
     return across.reshape(vertex.shape), sides
-
-
-def find_crossed_edges(corners: Ints, nonmanifold: Ints) -> Ints:
-    """The edges of `nonmanifold` (3 · triangle + k) inside faces: pairs (triangle, k), (X, 2).
-
-    `corners` (T, 3) are samples. Inside a face, some triangle has the reverse of an edge, with the
-    same two samples; on the border of the face, no triangle has it.
-    """
-    forth, back = number_directed_edges(corners)
-    inside = nonmanifold[is_among(back[nonmanifold], forth)]
-    return np.stack([inside // 3, inside % 3], axis=1)
