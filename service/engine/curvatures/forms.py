@@ -5,7 +5,7 @@ times |N|, L, M, P = S_uu · N, S_uv · N, S_vv · N:
 
     K = (L P − M²) / |N|⁴,  H = (L G − 2 M F + P E) / (2 |N|³)
 
-Signs are those of `service.engine.points.curvature`: H is positive where the surface bends towards
+Signs are those of `service.engine.points.curvatures`: H is positive where the surface bends towards
 its normal.
 
 References

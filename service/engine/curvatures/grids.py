@@ -1,7 +1,7 @@
 """Partials up to the second at all samples of patches of one degree, in chunks.
 
 Each net is translated by its middle, scaled, and then differenced in float64. So the second
-partials are as exact as those that `service.engine.points.differential` computes.
+partials are as exact as those that `service.engine.points.jets` computes.
 """
 
 from collections.abc import Iterator

@@ -7,11 +7,10 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.bases.row_batches import row_runs
-from service.engine.points.differential import evaluate_jets
 from service.engine.points.evaluate import SERIES_COST, find_near_poles
-from service.engine.points.triangle_differential import evaluate_triangle_jets
+from service.engine.points.jets import evaluate_jets
 from service.errors import Issue, TooLarge
-from service.surface.batches import Patches, TensorPatches, TrianglePatches
+from service.surface.batches import Patches, TensorPatches
 from service.surface.lowered import PatchModel
 
 CHUNK_SAMPLES = 16_384
@@ -42,14 +41,10 @@ class LimitCurvatures:
         for first, last in row_runs(len(index), CHUNK_SAMPLES):
             rows = slice(first, last)
             samples = index[rows], u[rows], v[rows]
-            if isinstance(patches, TrianglePatches):
-                jets = evaluate_triangle_jets(patches, *samples, 2)
-            else:
-                jets = evaluate_jets(patches, *samples, 2)
+            jets = evaluate_jets(patches, *samples, 2)
             if jets.curvatures is None or jets.degenerate is None:
                 raise ValueError("Jets of order 2 have curvatures.")
-            values[0, rows] = jets.curvatures.gaussian
-            values[1, rows] = jets.curvatures.mean
+            values[:, rows] = jets.curvatures[:2]
             parameters = np.stack([u[rows], v[rows]], axis=1)
             is_near_pole = find_near_poles(patches, index[rows], parameters)
             count = int((is_near_pole | jets.degenerate).sum())

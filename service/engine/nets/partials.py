@@ -67,18 +67,26 @@ def _evaluate_group(nets: FloatArray, u: FloatArray, v: FloatArray, order: int) 
     # axis of the lists comes first.
     in_u, in_v = _PARTIAL_ORDERS[order]
     partials = np.ascontiguousarray(x[:, in_v, :, in_u].transpose(0, 2, 1))
-    if width == 3:
-        return partials
-    # Homogeneous: X = w S, and Leibniz' rule gives the partials of S.
-    w = partials[:, 3]
-    s = partials[:, :3]
-    s[0] /= w[0]
-    s[1] = (s[1] - w[1] * s[0]) / w[0]
-    s[2] = (s[2] - w[2] * s[0]) / w[0]
-    if order > 1:
-        s[3] = (s[3] - w[3] * s[0] - 2 * w[1] * s[1]) / w[0]
-        s[4] = (s[4] - w[4] * s[0] - w[1] * s[2] - w[2] * s[1]) / w[0]
-        s[5] = (s[5] - w[5] * s[0] - 2 * w[2] * s[2]) / w[0]
+    return partials if width == 3 else project_partials(partials)
+
+
+def project_partials(partials: FloatArray) -> FloatArray:
+    """Partials (n, 3, m) of S = X/w from those of (X, w), (n, 4, m); n is 1, 3 or 6.
+
+        S_u = (X_u − w_u S)/w,  S_uv = (X_uv − w_uv S − w_u S_v − w_v S_u)/w
+
+    The coordinates should be relative to a point near the surface: rounding errors are then
+    smallest.
+    """
+    w, x = partials[:, 3], partials[:, :3]
+    s = np.empty_like(x)
+    s[0] = x[0] / w[0]
+    for k in range(1, min(len(x), 3)):
+        s[k] = (x[k] - w[k] * s[0]) / w[0]
+    if len(x) > 3:
+        s[3] = (x[3] - w[3] * s[0] - 2 * w[1] * s[1]) / w[0]
+        s[4] = (x[4] - w[4] * s[0] - w[1] * s[2] - w[2] * s[1]) / w[0]
+        s[5] = (x[5] - w[5] * s[0] - 2 * w[2] * s[2]) / w[0]
     return s
 
 

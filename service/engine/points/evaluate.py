@@ -6,11 +6,10 @@ from typing import TypeAlias
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.points.differential import evaluate_jets
+from service.engine.points.curvatures import MAX_DISTANCE
+from service.engine.points.jets import evaluate_jets
 from service.engine.points.places import ParameterPoints
-from service.engine.points.pole_curvature import MAX_DISTANCE
-from service.engine.points.triangle_differential import evaluate_triangle_jets
-from service.surface.batches import Patches, TensorPatches, TrianglePatches
+from service.surface.batches import Patches, TensorPatches
 from service.surface.lowered import PatchModel
 
 Column: TypeAlias = FloatArray | Bools
@@ -55,10 +54,7 @@ def evaluate_points(model: PatchModel, places: ParameterPoints, order: int) -> C
         if len(rows):
             u, v = places.local[rows].T
             index = places.patch[rows] - first
-            if isinstance(batch, TrianglePatches):
-                jets = evaluate_triangle_jets(batch, index, u, v, order)
-            else:
-                jets = evaluate_jets(batch, index, u, v, order)
+            jets = evaluate_jets(batch, index, u, v, order)
             wu, wv = places.widths[rows].T[:, :, np.newaxis]
             columns["positions"][rows] = jets.partials[0]
             if jets.normals is not None and jets.degenerate is not None:
@@ -70,10 +66,9 @@ def evaluate_points(model: PatchModel, places: ParameterPoints, order: int) -> C
                 columns["duu"][rows] = jets.partials[3] / wu / wu
                 columns["duv"][rows] = jets.partials[4] / wu / wv
                 columns["dvv"][rows] = jets.partials[5] / wv / wv
-                columns["gaussian_curvature"][rows] = curvatures.gaussian
-                columns["mean_curvature"][rows] = curvatures.mean
-                columns["principal_curvatures"][rows, 0] = curvatures.larger
-                columns["principal_curvatures"][rows, 1] = curvatures.smaller
+                columns["gaussian_curvature"][rows] = curvatures[0]
+                columns["mean_curvature"][rows] = curvatures[1]
+                columns["principal_curvatures"][rows] = curvatures[2:].T
         first += batch.count
     for column in columns.values():
         if column.dtype != np.bool_:

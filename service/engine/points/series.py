@@ -129,14 +129,14 @@ def expand(coefficients: FloatArray, count: int) -> Series:
     return Series(terms, errors)
 
 
-def dot(a: Series, b: Series) -> Series:
+def dot_series(a: Series, b: Series) -> Series:
     """Scalar product of vectors (m, 3, T) of series: (m, T)."""
     products = a * b
     first, second, third = (Series(products.terms[:, k], products.errors[:, k]) for k in range(3))
     return first + second + third
 
 
-def cross(a: Series, b: Series) -> Series:
+def cross_series(a: Series, b: Series) -> Series:
     """Cross product of vectors (m, 3, T) of series."""
     # y, z, x times z, x, y, minus z, x, y times y, z, x.
     return a.axes([1, 2, 0]) * b.axes([2, 0, 1]) - a.axes([2, 0, 1]) * b.axes([1, 2, 0])

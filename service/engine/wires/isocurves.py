@@ -17,7 +17,7 @@ from service.engine.connectivity.edges import sample_edges
 from service.engine.connectivity.seams import Seams, find_seams
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.plans.layout import Layout
-from service.engine.points.triangle_differential import evaluate_triangle_jets
+from service.engine.points.jets import evaluate_jets
 from service.surface.batches import TensorPatches, TrianglePatches
 from service.surface.lowered import PatchModel
 from service.surface.sides import BEGINS, ENDS
@@ -271,9 +271,7 @@ def _sample_across_triangles(
             line = (1 - share)[:, None] * begin + share[:, None] * end
             s, t = (np.tile(column, len(patches)) for column in line.T)
             index = np.repeat(np.arange(len(patches)), count + 1)
-            points = (
-                evaluate_triangle_jets(batch, index, s, t, 0).partials[0].reshape(-1, count + 1, 3)
-            )
+            points = evaluate_jets(batch, index, s, t, 0).partials[0].reshape(-1, count + 1, 3)
             points[:, 0], points[:, -1] = (ends.at(patches, *side) for side in sides)
             first, last = (np.tile(parameters, (len(patches), 1)) for parameters in (begin, end))
             yield IsoCurves(points, patches, first, last)

@@ -15,12 +15,10 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import unique_rows
 from service.engine.clustering import find_leaders
-from service.engine.points.differential import evaluate_jets
-from service.engine.points.triangle_differential import evaluate_triangle_jets
+from service.engine.points.jets import evaluate_jets
 from service.engine.sweeps.paths import Paths
 from service.engine.vectors import dot
 from service.engine.wires.isocurves import IsoCurves
-from service.surface.batches import TrianglePatches
 from service.surface.lowered import PatchModel
 
 MIN_MITRE_LENGTH = 2.0**-0.5
@@ -82,10 +80,7 @@ def _build_curves(model: PatchModel, run: IsoCurves) -> Iterator[_Curve]:
         if len(rows):
             index = np.repeat(run.patch[rows] - first, samples)
             u, v = parameters[rows].reshape(-1, 2).T
-            if isinstance(batch, TrianglePatches):
-                jets = evaluate_triangle_jets(batch, index, u, v, 1)
-            else:
-                jets = evaluate_jets(batch, index, u, v, 1)
+            jets = evaluate_jets(batch, index, u, v, 1)
             steps = np.repeat(directions[rows], samples, axis=0)
             # S_u du + S_v dv
             slope = jets.partials[1] * steps[:, :1] + jets.partials[2] * steps[:, 1:]

@@ -8,8 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from oracles import exact
-from service.engine.points.curvature import Curvatures
-from service.engine.points.differential import evaluate_jets
+from service.engine.points.jets import evaluate_jets
 from service.surface.batches import TensorPatches
 from service.surface.examples import quadrics
 from service.surface.patches import PatchSurface
@@ -30,16 +29,14 @@ def lower_patches(surface: PatchSurface) -> TensorPatches:
 
 def evaluate_curvatures(
     patches: TensorPatches, patch: int, places: list[tuple[float, float]]
-) -> Curvatures:
+) -> Array:
     u, v = np.array(places).T
     result = evaluate_jets(patches, np.full(len(u), patch), u, v, order=2).curvatures
     assert result is not None
     return result
 
 
-def scatter_points(
-    patches: TensorPatches, count: int = 200
-) -> tuple[Array, Array, Curvatures, Array]:
+def scatter_points(patches: TensorPatches, count: int = 200) -> tuple[Array, Array, Array, Array]:
     """Points, normals, curvatures and `degenerate` at random places, also on borders."""
     rng = np.random.default_rng(3)
     index = np.arange(count) % patches.count
@@ -56,8 +53,8 @@ def test_all_curvatures_of_a_sphere_are_equal_also_at_its_poles(radius: float) -
     """K = 1/r², H = k_1 = k_2 = −1/r: the normals point outwards."""
     _, _, result, degenerate = scatter_points(lower_patches(quadrics.sphere(radius)))
     assert degenerate.any()
-    np.testing.assert_allclose(result.gaussian * radius**2, 1, rtol=0, atol=1e-11)
-    for k in (result.mean, result.larger, result.smaller):
+    np.testing.assert_allclose(result[0] * radius**2, 1, rtol=0, atol=1e-11)
+    for k in result[1:]:
         np.testing.assert_allclose(k * radius, -1, rtol=0, atol=1e-11)
 
 
@@ -69,11 +66,11 @@ def test_a_cone_has_no_mean_curvature_at_its_apex() -> None:
     patches = lower_patches(quadrics.cone(1.0, 2.0))
     places = [(0.4, v) for v in (0.0, 0.5, 0.9, 1 - 1e-6, 1.0)]
     result = evaluate_curvatures(patches, 0, places)
-    np.testing.assert_allclose(result.gaussian, 0, atol=1e-9)
+    np.testing.assert_allclose(result[0], 0, atol=1e-9)
     # The radius is 1 and the height is 2, so cos α = 2 / √5.
     rho = 1 - np.array([v for _, v in places[:-1]])
-    np.testing.assert_allclose(result.mean[:-1], -2 / np.sqrt(5) / (2 * rho), rtol=1e-8)
-    assert np.isnan([result.mean[-1], result.larger[-1], result.smaller[-1]]).all()
+    np.testing.assert_allclose(result[1][:-1], -2 / np.sqrt(5) / (2 * rho), rtol=1e-8)
+    assert np.isnan(result[1:, -1]).all()
 
 
 def test_an_ellipsoid_has_two_principal_curvatures_at_its_pole() -> None:
@@ -84,9 +81,9 @@ def test_an_ellipsoid_has_two_principal_curvatures_at_its_pole() -> None:
     result = evaluate_curvatures(
         patches, 5, [(u, v) for u in (0.0, 0.3, 1.0) for v in (1.0, 1 - 1e-9)]
     )
-    np.testing.assert_allclose(result.larger, -1.5 / 9, rtol=1e-8)
-    np.testing.assert_allclose(result.smaller, -1.5 / 4, rtol=1e-8)
-    np.testing.assert_allclose(result.gaussian, 1.5**2 / 36, rtol=1e-8)
+    np.testing.assert_allclose(result[2], -1.5 / 9, rtol=1e-8)
+    np.testing.assert_allclose(result[3], -1.5 / 4, rtol=1e-8)
+    np.testing.assert_allclose(result[0], 1.5**2 / 36, rtol=1e-8)
 
 
 def test_curvatures_at_a_pole_are_limits_unless_the_zero_of_the_normal_is_of_order_5() -> None:
@@ -108,11 +105,11 @@ def test_curvatures_at_a_pole_are_limits_unless_the_zero_of_the_normal_is_of_ord
         weights = np.outer([1, ROOT_HALF, 1], np.ones(n + 1))
         result = evaluate_curvatures(build_batch(net, weights), 0, [(0.25, 0.0)])
         if has_curvature:
-            assert result.gaussian == pytest.approx(4, rel=1e-9)
-            assert abs(result.mean[0]) == pytest.approx(2, rel=1e-9)
-            assert abs(result.smaller[0]) == pytest.approx(2, rel=1e-9)
+            assert result[0] == pytest.approx(4, rel=1e-9)
+            assert abs(result[1][0]) == pytest.approx(2, rel=1e-9)
+            assert abs(result[3][0]) == pytest.approx(2, rel=1e-9)
         else:
-            assert np.isnan([result.gaussian, result.mean, result.larger, result.smaller]).all()
+            assert np.isnan(result).all()
 
 
 @given(
@@ -167,10 +164,10 @@ def check_curvatures(
             float(x) for x in exact.curvatures(exact_net, Fraction(u), Fraction(v))
         )
         scale = max(abs(mean), abs(larger), abs(smaller), 1.0)
-        assert result.gaussian[k] == pytest.approx(gaussian, abs=limit * scale**2)
-        assert result.mean[k] == pytest.approx(mean, abs=limit * scale)
+        assert result[0][k] == pytest.approx(gaussian, abs=limit * scale**2)
+        assert result[1][k] == pytest.approx(mean, abs=limit * scale)
         for actual, expected_value in (
-            (result.larger[k], larger),
-            (result.smaller[k], smaller),
+            (result[2][k], larger),
+            (result[3][k], smaller),
         ):
             assert actual == pytest.approx(expected_value, abs=(principal_limit or limit) * scale)

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from oracles import exact
-from service.engine.points.differential import evaluate_jets
+from service.engine.points.jets import evaluate_jets
 from service.surface.batches import TensorPatches
 from tests.strategies import Array, nets, translate, weighted_nets
 from tools.examples import lower_example
