@@ -31,7 +31,7 @@ from service.encoders.registry import FORMATS
 from service.engine.options import MeshOptions
 from service.errors import InvalidRequest
 from service.pipeline.mesh import render
-from service.pipeline.points import plan_points
+from service.pipeline.queries import plan_points
 from service.schemas.convert import OPERATIONS, ConvertRequest
 from service.schemas.fields import RequestModel
 from service.schemas.kinds import KINDS

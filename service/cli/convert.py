@@ -11,8 +11,8 @@ from typing import Any
 
 from service.cli.documents import Document, Query, parse_request
 from service.cli.flags import Flag
-from service.cli.nets import field_line, read_field_flags
 from service.cli.refusals import issue_line
+from service.cli.source import field_line, read_field_flags
 from service.errors import InvalidRequest, Issue, MalformedJson
 
 

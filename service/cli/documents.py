@@ -8,16 +8,14 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from service.cli.flags import Command, Flags, read_values
-from service.cli.nets import NET_FILES, field_line, read_field_flags
+from service.cli.output import check_output, choose_format, output_flags, perform
 from service.cli.source import (
-    check_output,
-    choose_format,
-    output_flags,
-    perform,
+    NET_FILES,
+    field_line,
+    read_document,
+    read_field_flags,
     read_request,
     source_flag,
-    surface_document,
-    surface_source,
 )
 from service.errors import Issue
 
@@ -104,7 +102,7 @@ class Query:
         if self.is_curve:
             document = read_request(arguments.source, "curve", "no such file")
         else:
-            document = surface_document(surface_source(arguments))
+            document = read_document(arguments)
         values = read_values(arguments, self.flags)
         document = self.merge(document, values) | values
         return perform_document(

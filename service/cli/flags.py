@@ -120,8 +120,8 @@ class Command:
 
 
 def read_values(arguments: argparse.Namespace, flags: Iterable[Flag]) -> dict[str, Any]:
-    """The values of those flags that were given, by name."""
-    values = {flag.destination: getattr(arguments, flag.destination) for flag in flags}
+    """The values of those flags that were given, by name; the command may lack some."""
+    values = {flag.destination: getattr(arguments, flag.destination, None) for flag in flags}
     return {name: value for name, value in values.items() if value is not None}
 
 

@@ -11,17 +11,16 @@ from typing import TYPE_CHECKING, Any
 
 from service.cli.documents import parse_request, perform_document
 from service.cli.flags import Command, Flag, option_texts, read_values
-from service.cli.nets import NET_FILES, NetFile, field_line, read_field_flags
+from service.cli.output import check_output, choose_format, find_format, output_flags, perform
 from service.cli.source import (
+    NET_FILES,
+    NetFile,
     Source,
-    check_output,
-    choose_format,
-    find_format,
+    field_line,
     find_stored_id,
-    output_flags,
-    perform,
+    read_document,
+    read_field_flags,
     source_flag,
-    surface_document,
     surface_source,
 )
 
@@ -136,7 +135,7 @@ def _run_estimate(arguments: argparse.Namespace) -> int:
     if arguments.format is not None:
         formats = (find_format(arguments.format, FORMATS),)
         query = {"format": str(arguments.format)}
-    source = surface_document(surface_source(arguments))
+    source = read_document(arguments)
     flag_values = _read_options(arguments)
     return perform_document(
         arguments,

@@ -1,11 +1,83 @@
-"""Writes the output to standard output, or to a file, as a whole or not at all."""
+"""The output of commands: its format, and writing it to a file, as a whole or not at all."""
 
+import argparse
 import os
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
 
-from service.cli.refusals import Refused
+from service.cli.flags import Flag, Flags
+from service.cli.refusals import OK, Refused, UsageError
+from service.errors import Issue, SurfaceError
+
+if TYPE_CHECKING:
+    from service.encoders.format import FileFormat
+
+AnyFormat = TypeVar("AnyFormat", bound="FileFormat")
+
+
+def output_flags(*, formats: bool = True) -> Flags:
+    """The output file, its format if there are several, and `--url`."""
+    kind = "file" if formats else "JSON file"
+    output = Flag("-o --output", f"{kind} to write, or - for standard output", is_required=True)
+    format_flag = Flag("--format", "format of the output; default: by its suffix")
+    url = Flag("--url", "URL of a service that computes the result")
+    return (output, format_flag, url) if formats else (output, url)
+
+
+def check_output(arguments: argparse.Namespace) -> None:
+    """Raises `UsageError` if the name of the output is empty."""
+    if not arguments.output:
+        raise UsageError("--output: empty; needed a file, or - for standard output")
+
+
+def choose_format(arguments: argparse.Namespace, formats: Sequence[AnyFormat]) -> AnyFormat:
+    """The format of the output, by `--format` or else by the suffix of the output."""
+    by_suffix = {fmt.suffix: fmt for fmt in formats}
+    check_output(arguments)
+    if arguments.format is not None:
+        return find_format(arguments.format, formats)
+    suffix = Path(arguments.output).suffix.removeprefix(".").lower()
+    if arguments.output == "-" or suffix not in by_suffix:
+        raise UsageError(
+            f"the output's name has no known suffix; needed --format or one of the suffixes "
+            f"{', '.join(by_suffix)}"
+        )
+    return by_suffix[suffix]
+
+
+def find_format(name: str, formats: Sequence[AnyFormat]) -> AnyFormat:
+    """The format with this name."""
+    by_name = {fmt.name: fmt for fmt in formats}
+    if name not in by_name:
+        raise UsageError(f"--format: unknown; needed one of {', '.join(by_name)}")
+    return by_name[name]
+
+
+def perform(
+    arguments: argparse.Namespace,
+    compute: Callable[[], bytes],
+    request: Callable[[], bytes],
+    line: Callable[[Issue], str],
+) -> int:
+    """Computes the result in this process or at `--url`, and writes it.
+
+    Parameters
+    ----------
+    compute : callable
+        Computes the bytes in this process.
+    request : callable
+        Gets the bytes from the service at `--url`.
+    line : callable
+        Returns the line of an issue.
+    """
+    try:
+        content = compute() if arguments.url is None else request()
+    except SurfaceError as error:
+        raise Refused(*map(line, error.issues)) from None
+    write(arguments.output, content)
+    return OK
 
 
 def write(output: str, content: bytes) -> None:

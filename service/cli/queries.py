@@ -36,7 +36,7 @@ def _merge_places(document: Document, values: Document) -> Document:
 
 
 def _compute_points(document: Document) -> bytes:
-    from service.pipeline.points import plan_points
+    from service.pipeline.queries import plan_points
     from service.schemas.queries import PointsRequest
 
     request, limits = parse_request(PointsRequest, document)
@@ -65,7 +65,7 @@ def _read_npy(name: str, flag: str) -> Any:
 
 
 def _compute_project(document: Document) -> bytes:
-    from service.pipeline.project import plan_project
+    from service.pipeline.queries import plan_project
     from service.schemas.queries import ProjectRequest
 
     request, limits = parse_request(ProjectRequest, document)
@@ -86,7 +86,7 @@ def _merge_rays(document: Document, values: Document) -> Document:
 
 
 def _compute_hits(document: Document) -> bytes:
-    from service.pipeline.intersect import plan_intersect
+    from service.pipeline.queries import plan_intersect
     from service.schemas.intersect import IntersectRequest
 
     request, limits = parse_request(IntersectRequest, document)

@@ -14,10 +14,9 @@ from logging.handlers import MemoryHandler
 from typing import TYPE_CHECKING
 
 from service.cli.flags import Command, Flag
-from service.cli.nets import NET_FILES, field_line, read_field_flags
 from service.cli.output import print_lines
 from service.cli.refusals import OK, Refused, UsageError
-from service.cli.source import source_flag, surface_document, surface_source
+from service.cli.source import NET_FILES, field_line, read_document, read_field_flags, source_flag
 from service.errors import SurfaceError
 
 if TYPE_CHECKING:
@@ -94,7 +93,7 @@ def _ask_health(arguments: argparse.Namespace) -> int:
 def _store(arguments: argparse.Namespace) -> int:
     from service import remote
 
-    document = surface_document(surface_source(arguments))
+    document = read_document(arguments)
     try:
         urls = remote.store(arguments.url, document)
     except SurfaceError as error:

@@ -1,22 +1,61 @@
-"""Parts of most commands: a file or an example as input, a file as output."""
+"""The source of a command: an example, a JSON file, or a file of control points with flags."""
 
 import argparse
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Container, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
-from service.cli.flags import Flag, Flags
-from service.cli.nets import NetFile, choose_decoder, field_line, read_field_flags, refuse_fields
-from service.cli.output import write
-from service.cli.refusals import OK, Refused, UsageError
-from service.errors import Issue, SurfaceError
+from service.cli.flags import Flag, read_values
+from service.cli.refusals import Refused, UsageError, issue_line
+from service.errors import Issue, SurfaceError, first_part
 
 if TYPE_CHECKING:
-    from service.encoders.format import FileFormat
+    from service.decoders.format import Decoder
+
+_FIELD_FLAGS = (
+    Flag("--type", "bezier, bspline, patches", "KIND"),
+    Flag("--degree", "degree of a bspline (3)", "P|P,Q"),
+    Flag("--knots", "clamped (default), uniform, periodic", "K|K,K"),
+    Flag("--up", "y (default) or z", "AXIS"),
+    Flag("--name", "name of the surface", "NAME"),
+)
+"""Flags of the fields of a surface, listed here because to import their module is slow."""
+
+FIELDS = tuple(flag.destination for flag in _FIELD_FLAGS)
+
+NET_FILES = (
+    "files of control points: .npy, .bez, .bbp, .oogl, .teapot",
+    (
+        Flag("--input-format", "json, npy, oogl or teapot; default: by suffix", "NAME"),
+        *_FIELD_FLAGS,
+    ),
+)
+"""The heading and the flags for files of control points."""
+
+
+@dataclass(frozen=True, slots=True)
+class NetFile:
+    """A file of control points: its bytes, its decoder, and the fields that flags set, as text."""
+
+    content: bytes
+    decoder: "Decoder"
+    fields: Mapping[str, str]
+
+    def document(self) -> dict[str, Any]:
+        """The body of a request without options; raises `SurfaceError` if the file is invalid."""
+        from service.schemas import query
+        from service.settings.environment import read_environment
+
+        max_points = read_environment().max_control_points
+        net = self.decoder.decode(self.content, self.fields.get("type"), max_points)
+        fields = query.surface_fields(self.fields)
+        return {"surface": query.add_fields(net, fields)}
+
 
 Source = str | dict[str, Any] | NetFile
-AnyFormat = TypeVar("AnyFormat", bound="FileFormat")
+"""The id of an example or of a stored surface, a request, or a file of control points."""
 
 
 def source_flag(fields: str, suffix: str = "", *, is_curve: bool = False) -> Flag:
@@ -39,67 +78,24 @@ def source_flag(fields: str, suffix: str = "", *, is_curve: bool = False) -> Fla
     return Flag("source", f"{text}or - for standard input{suffix}", metavar)
 
 
-def output_flags(*, formats: bool = True) -> Flags:
-    """The output file, its format if there are several, and `--url`."""
-    kind = "file" if formats else "JSON file"
-    output = Flag("-o --output", f"{kind} to write, or - for standard output", is_required=True)
-    format_flag = Flag("--format", "format of the output; default: by its suffix")
-    url = Flag("--url", "URL of a service that computes the result")
-    return (output, format_flag, url) if formats else (output, url)
+def read_document(arguments: argparse.Namespace) -> dict[str, Any]:
+    """The request in a file, or a request that has an example as its surface."""
+    source = surface_source(arguments)
+    if isinstance(source, NetFile):
+        try:
+            return source.document()
+        except SurfaceError as error:
+            raise Refused(*(field_line(i, source.fields) for i in error.issues)) from None
+    if isinstance(source, dict):
+        return source
+    import orjson
 
+    from service.encoders.text import json_text
+    from service.schemas.surfaces import definition
+    from service.surface.examples.catalogue import find
 
-def perform(
-    arguments: argparse.Namespace,
-    compute: Callable[[], bytes],
-    request: Callable[[], bytes],
-    line: Callable[[Issue], str],
-) -> int:
-    """Computes the result in this process or at `--url`, and writes it.
-
-    Parameters
-    ----------
-    compute : callable
-        Computes the bytes in this process.
-    request : callable
-        Gets the bytes from the service at `--url`.
-    line : callable
-        Returns the line of an issue.
-    """
-    try:
-        content = compute() if arguments.url is None else request()
-    except SurfaceError as error:
-        raise Refused(*map(line, error.issues)) from None
-    write(arguments.output, content)
-    return OK
-
-
-def check_output(arguments: argparse.Namespace) -> None:
-    """Raises `UsageError` if the name of the output is empty."""
-    if not arguments.output:
-        raise UsageError("--output: empty; needed a file, or - for standard output")
-
-
-def choose_format(arguments: argparse.Namespace, formats: Sequence[AnyFormat]) -> AnyFormat:
-    """The format of the output, by `--format` or else by the suffix of the output."""
-    by_suffix = {fmt.suffix: fmt for fmt in formats}
-    check_output(arguments)
-    if arguments.format is not None:
-        return find_format(arguments.format, formats)
-    suffix = Path(arguments.output).suffix.removeprefix(".").lower()
-    if arguments.output == "-" or suffix not in by_suffix:
-        raise UsageError(
-            f"the output's name has no known suffix; needed --format or one of the suffixes "
-            f"{', '.join(by_suffix)}"
-        )
-    return by_suffix[suffix]
-
-
-def find_format(name: str, formats: Sequence[AnyFormat]) -> AnyFormat:
-    """The format with this name."""
-    by_name = {fmt.name: fmt for fmt in formats}
-    if name not in by_name:
-        raise UsageError(f"--format: unknown; needed one of {', '.join(by_name)}")
-    return by_name[name]
+    # By way of JSON, because a document has lists of numbers where a definition has arrays.
+    return {"surface": orjson.loads(json_text(definition(find(source).surface())))}
 
 
 def surface_source(arguments: argparse.Namespace) -> Source:
@@ -158,20 +154,39 @@ def _read(source: str, noun: str, missing_text: str) -> bytes:
     return Path(source).read_bytes()
 
 
-def surface_document(source: Source) -> dict[str, Any]:
-    """The request in a file, or a request that has an example as its surface."""
-    if isinstance(source, NetFile):
-        try:
-            return source.document()
-        except SurfaceError as error:
-            raise Refused(*(field_line(i, source.fields) for i in error.issues)) from None
-    if isinstance(source, dict):
-        return source
-    import orjson
+def read_field_flags(arguments: argparse.Namespace) -> dict[str, str]:
+    """The texts of the fields that flags set, by name."""
+    return read_values(arguments, _FIELD_FLAGS)
 
-    from service.encoders.text import json_text
-    from service.schemas.surfaces import definition
-    from service.surface.examples.catalogue import find
 
-    # By way of JSON, because a document has lists of numbers where a definition has arrays.
-    return {"surface": orjson.loads(json_text(definition(find(source).surface())))}
+def choose_decoder(arguments: argparse.Namespace) -> "Decoder | None":
+    """The decoder of the source, by `--input-format` or by its suffix; None for JSON."""
+    from service.decoders.registry import BY_NAME, BY_SUFFIX
+
+    name = arguments.input_format
+    if name is None:
+        return BY_SUFFIX.get(Path(arguments.source).suffix.removeprefix(".").lower())
+    if name != "json" and name not in BY_NAME:
+        raise UsageError(f"--input-format: unknown; needed one of json, {', '.join(BY_NAME)}")
+    return BY_NAME.get(name)
+
+
+def refuse_fields(arguments: argparse.Namespace) -> None:
+    """Raises `UsageError` if a flag sets one of `FIELDS`.
+
+    For JSON, examples and stored surfaces, which contain these fields themselves.
+    """
+    for name in read_field_flags(arguments):
+        raise UsageError(f"--{name}: only for files of control points; JSON has a field for it")
+
+
+def field_line(issue: Issue, flags: Container[str]) -> str:
+    """An issue as a line; if a flag set the field that has the issue, the line names that flag.
+
+    `flags` has the names of all fields that flags set: fields beside the surface, and those of
+    `FIELDS`, which are inside the surface.
+    """
+    name = first_part(issue.pointer.removeprefix("/surface"))
+    if name in flags and name in FIELDS:
+        issue = replace(issue, pointer=f"/{name}")
+    return issue_line(issue, flags)

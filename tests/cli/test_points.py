@@ -9,7 +9,7 @@ import pytest
 
 from service.cli.main import main
 from service.engine.points.places import PointsQuery
-from service.pipeline.points import plan_points
+from service.pipeline.queries import plan_points
 from service.surface.examples.catalogue import find
 
 SADDLE = {"control_net": [[[-1, -1, 1], [-1, 1, -1]], [[1, -1, -1], [1, 1, 1]]]}

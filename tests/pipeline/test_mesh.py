@@ -20,7 +20,7 @@ from service.pipeline.limits import Limits
 from service.pipeline.mesh import build_mesh, plan_mesh, render
 from service.pipeline.mesh_counts import count_models, mesh_counts, mesh_size
 from service.pipeline.mesh_plan import build_plan, plan_sizes
-from service.pipeline.points import plan_points
+from service.pipeline.queries import plan_points
 from service.surface.batches import ChannelKind
 from service.surface.bezier import BezierSurface
 from service.surface.curve import BezierCurve

@@ -34,7 +34,7 @@ from service.pipeline.documents import plan_conversion
 from service.pipeline.limits import Limits
 from service.pipeline.measure import plan_measure
 from service.pipeline.mesh import render
-from service.pipeline.points import plan_points
+from service.pipeline.queries import plan_points
 from service.schemas.document import DEFAULT_LIMITS
 from service.schemas.query import parse_mesh_query
 from service.schemas.request import MeshRequest

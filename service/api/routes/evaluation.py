@@ -12,7 +12,7 @@ from service.api.services import ContextDep
 from service.encoders.polylines.registry import CURVE_FORMATS, CURVES_BY_NAME
 from service.pipeline.curve import plan_curve
 from service.pipeline.documents import plan_conversion
-from service.pipeline.points import plan_points
+from service.pipeline.queries import plan_points
 from service.schemas.convert import ConvertRequest
 from service.schemas.curves import CurveRequest
 from service.schemas.queries import PointsRequest

@@ -1,0 +1,160 @@
+"""Queries whose answers are JSON: points at parameters, closest points, and hits of rays."""
+
+from functools import partial
+
+from service.encoders.json_mesh import points_bound
+from service.encoders.text import FLOAT64_CHARS, json_document
+from service.engine.closest.project import ProjectQuery, project_on_curve, project_on_surface
+from service.engine.points.evaluate import estimate_effort, evaluate_points
+from service.engine.points.places import PointsQuery, locate
+from service.engine.rays.intersect import RayQuery, intersect_rays
+from service.measuring import Measured
+from service.pipeline.checks import check_surface, number_patches, require_patches
+from service.pipeline.cost import Work
+from service.pipeline.limits import DEFAULT_LIMITS, Limits, check_items
+from service.pipeline.query_costs import (
+    HIT_JSON_BYTES,
+    SearchedNets,
+    points_cost,
+    project_cost,
+    rays_cost,
+    searched_nets,
+)
+from service.surface.curve import BezierCurve, BsplineCurve, Curve
+from service.surface.sizes import SurfaceKind
+
+MAX_ITEMS = 100_000
+"""The most points or rays for which a query searches."""
+
+POINT_NUMBERS = 16
+"""The most numbers that a response has for each closest point."""
+
+HITS_PER_RAY, MIN_HITS = 8, 10_000
+"""If a request asks for all hits of each ray, the response may list at most `HITS_PER_RAY` times
+the number of rays, or at most `MIN_HITS` hits if that is more."""
+
+
+def plan_points(
+    surface: SurfaceKind, query: PointsQuery, limits: Limits = DEFAULT_LIMITS
+) -> Work[bytes]:
+    """Plan the points of a surface: estimate the cost from shapes, and check the limits.
+
+    Raises
+    ------
+    TooLarge
+        The surface or the query exceeds a limit.
+    """
+    where, count = f"/{query.field}", len(query.places)
+    check_items("too_many_points", count, limits.max_points, where)
+    limits.check_bytes(points_bound(count, query.order), where)
+    size = surface.stored_size()
+    check_surface(size, limits)
+    cost = points_cost(size, count, query.order)
+    limits.check_memory(cost.memory, "The response", where, "fewer points at once")
+    return Work(cost, partial(_evaluate, surface, query, limits))
+
+
+def _evaluate(surface: SurfaceKind, query: PointsQuery, limits: Limits) -> bytes:
+    """Evaluate the surface, and write the response as JSON.
+
+    Raises
+    ------
+    InvalidRequest
+        A place is outside the domain, or its patch does not exist; `not_parametric`.
+    TooLarge
+        The patches of these places have too high degrees.
+    """
+    model = require_patches(surface.lower())
+    places = locate(model, query)
+    limits.check_effort(
+        estimate_effort(model, places, query.order),
+        "Patches of so high a degree take long where they are degenerate.",
+        f"/{query.field}",
+        "fewer points on fewer patches at once",
+    )
+    with Measured("points"):
+        columns = evaluate_points(model, places, query.order)
+    return json_document(columns)
+
+
+def plan_project(
+    shape: SurfaceKind | Curve, query: ProjectQuery, limits: Limits = DEFAULT_LIMITS
+) -> Work[bytes]:
+    """Plan a query for closest points: estimate the cost from shapes, and check the limits.
+
+    Raises
+    ------
+    TooLarge
+        The shape or the query exceeds a limit.
+    """
+    count, where = len(query.points), "/points"
+    check_items("too_many_points", count, min(MAX_ITEMS, limits.max_points), where)
+    file_bytes = 1000 + count * POINT_NUMBERS * (FLOAT64_CHARS + 2)
+    limits.check_bytes(file_bytes, where)
+    if isinstance(shape, BezierCurve | BsplineCurve):
+        pieces = shape.lower()  # takes no time: the curve was lowered when it was created
+        nets = SearchedNets(pieces.count, (pieces.degree, 0), pieces.points.nbytes)
+    else:
+        size = shape.stored_size()
+        check_surface(size, limits)
+        nets = searched_nets(size)
+    cost = project_cost(nets, count, file_bytes, sign=query.sign)
+    instead = "a smaller surface, fewer points at once"
+    limits.check_memory(cost.memory, "The response", where, instead)
+    return Work(cost, partial(_project, shape, query))
+
+
+def _project(shape: SurfaceKind | Curve, query: ProjectQuery) -> bytes:
+    """Find the closest points, and write the response as JSON.
+
+    Raises
+    ------
+    InvalidRequest
+        `not_parametric`: a tube or a ribbon has no patches.
+    """
+    if isinstance(shape, BezierCurve | BsplineCurve):
+        with Measured("project"):
+            return json_document(project_on_curve(shape.lower(), query))
+    model = number_patches(shape.lower())
+    with Measured("project"):
+        return json_document(project_on_surface(model, query))
+
+
+def plan_intersect(
+    surface: SurfaceKind, query: RayQuery, limits: Limits = DEFAULT_LIMITS
+) -> Work[bytes]:
+    """Plan the hits of rays: estimate the cost from shapes, and check the limits.
+
+    Raises
+    ------
+    TooLarge
+        The surface or the query exceeds a limit.
+    """
+    max_hits = count = len(query.origins)
+    check_items("too_many_rays", count, min(MAX_ITEMS, limits.max_points), "/rays")
+    if not query.only_first:
+        max_hits = min(max(HITS_PER_RAY * count, MIN_HITS), limits.max_bytes // HIT_JSON_BYTES)
+    size = surface.stored_size()
+    check_surface(size, limits)
+    # The response has the number of hits of each ray.
+    file_bytes = 1000 + count * 16 + max_hits * HIT_JSON_BYTES
+    cost = rays_cost(searched_nets(size), count, max_hits, file_bytes)
+    limits.check_bytes(file_bytes, "/rays")
+    instead = "a smaller surface, fewer rays at once"
+    limits.check_memory(cost.memory, "The response", "/rays", instead)
+    return Work(cost, partial(_intersect, surface, query, max_hits))
+
+
+def _intersect(surface: SurfaceKind, query: RayQuery, max_hits: int) -> bytes:
+    """Find the hits, and write the response as JSON.
+
+    Raises
+    ------
+    InvalidRequest
+        `not_parametric`: a tube or a ribbon has no patches.
+    TooLarge
+        `too_many_hits`.
+    """
+    model = number_patches(surface.lower())
+    with Measured("intersect"):
+        return json_document(intersect_rays(model, query, max_hits))
