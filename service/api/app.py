@@ -60,9 +60,9 @@ def create_app(settings: Settings | None = None, log: Write | None = None) -> "A
     collect_rarely()
     settings = settings or read_environment()
     limit_plans(settings.memory_bytes)
-    routes: list[Any] = [route for router in _select_routers(settings) for route in router.routes]
     app = Application(
-        routes=routes,  # with `include_router`, FastAPI would search every router twice
+        # With `include_router`, FastAPI would search every router twice.
+        routes=[route for router in _select_routers(settings) for route in router.routes],
         title="Surface Service",
         version=__version__,
         openapi_url=None,  # `routes.pages` serves the document, compressed and with an entity tag
@@ -73,7 +73,7 @@ def create_app(settings: Settings | None = None, log: Write | None = None) -> "A
         telemetry={"tracing": False, "metrics": False, "logs": False, "auto_configure": False},
     )
     services = app.state.services = _build_services(app, settings)
-    problem_handlers.add_error_handlers(app, routes)
+    problem_handlers.add_error_handlers(app)
     app.state.ready = True
     inner = JobMiddleware(partial(FastAPI.__call__, app), services.threads)
     guard = build_guard(CacheMiddleware(inner, services.cache, services.origins), settings)

@@ -58,7 +58,7 @@ class ArrayRoute(BodyRoute):
         """Loads the surface of the query; returns a function from a file to the document."""
         del decoder
         try:
-            stored = await surface_of(services, job, other_fields["surface"])
+            named_surface = await surface_of(services, job, other_fields["surface"])
         except (UnknownSurface, InvalidRequest) as error:
             issue = replace(error.issues[0], pointer="/surface")
             error_class = UnknownSurface if isinstance(error, UnknownSurface) else InvalidQuery
@@ -66,7 +66,7 @@ class ArrayRoute(BodyRoute):
 
         def decode(body: bytes) -> Tree:
             # `flat`: nets as arrays, also those of triangles; the model accepts both forms.
-            surface = definition(stored.surface, flat=True)
+            surface = definition(named_surface, flat=True)
             return {**other_fields, "surface": surface, self.array: self.read(body)}
 
         return decode

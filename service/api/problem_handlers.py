@@ -3,10 +3,7 @@
 The text of an exception that is not a `SurfaceError` never leaves the process.
 """
 
-from collections.abc import Sequence
-
 from fastapi import FastAPI
-from fastapi.routing import APIRoute
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import Response
@@ -24,33 +21,33 @@ from service.cancellation import OutOfTime
 from service.errors import Busy, SurfaceError
 
 
-def add_error_handlers(app: FastAPI, routes: Sequence[APIRoute]) -> None:
-    """Makes `app` respond to every error with a problem; `routes` are all routes of `app`."""
-
-    async def on_http_exception(request: Request, error: Exception) -> Response:
-        """Handles errors of the router: unknown path, wrong method."""
-        assert isinstance(error, HTTPException)
-        headers = dict(error.headers or {})
-        problem = NOT_FOUND
-        if error.status_code == METHOD_NOT_ALLOWED.status:
-            problem = METHOD_NOT_ALLOWED
-            allowed = find_allowed_methods(routes, request)
-            if request.method not in allowed:
-                # FastAPI names only the methods of the first route of the path. A route that
-                # refuses its own method (DELETE of an example) has named the allowed ones itself.
-                headers = {"Allow": ", ".join(allowed)}
-        record_of(request.scope).code = problem.code
-        return problem_response(problem, headers=headers)
-
+def add_error_handlers(app: FastAPI) -> None:
+    """Makes `app` respond to every error with a problem."""
     app.add_exception_handler(SurfaceError, _on_surface_error)
-    app.add_exception_handler(HTTPException, on_http_exception)
+    app.add_exception_handler(HTTPException, _on_http_exception)
     app.add_exception_handler(ClientDisconnect, _on_disconnect)
     app.add_exception_handler(Exception, _on_exception)
 
 
-def find_allowed_methods(routes: Sequence[APIRoute], request: Request) -> list[str]:
+async def _on_http_exception(request: Request, error: Exception) -> Response:
+    """Handles errors of the router: unknown path, wrong method."""
+    assert isinstance(error, HTTPException)
+    headers = dict(error.headers or {})
+    problem = NOT_FOUND
+    if error.status_code == METHOD_NOT_ALLOWED.status:
+        problem = METHOD_NOT_ALLOWED
+        allowed = find_allowed_methods(request)
+        if request.method not in allowed:
+            # FastAPI names only the methods of the first route of the path. A route that refuses
+            # its own method (DELETE of an example) has named the allowed ones itself.
+            headers = {"Allow": ", ".join(allowed)}
+    record_of(request.scope).code = problem.code
+    return problem_response(problem, headers=headers)
+
+
+def find_allowed_methods(request: Request) -> list[str]:
     """The methods that the path of a request supports, HEAD included."""
-    path = route_path(request.scope)
+    routes, path = request.app.routes, route_path(request.scope)
     methods = {m for route in routes if route.path_regex.match(path) for m in route.methods or ()}
     return sorted(methods | ({"HEAD"} if "GET" in methods else set()))
 

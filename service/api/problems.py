@@ -57,7 +57,7 @@ _TITLES = {413: "Content Too Large", 422: "Unprocessable Content"}
 
 
 @dataclass(frozen=True, slots=True)
-class Problem:
+class ProblemKind:
     """The HTTP status and the texts of a class of errors.
 
     `code` is stable, for programs; `detail` is for people. `location` says where the issues are: in
@@ -76,101 +76,101 @@ class Problem:
         return _TITLES.get(self.status) or HTTPStatus(self.status).phrase
 
 
-PROBLEMS: dict[type[SurfaceError], Problem] = {
-    MalformedJson: Problem(400, "malformed_json", "The body is not JSON."),
-    MalformedBody: Problem(
+PROBLEMS: dict[type[SurfaceError], ProblemKind] = {
+    MalformedJson: ProblemKind(400, "malformed_json", "The body is not JSON."),
+    MalformedBody: ProblemKind(
         400, "malformed_body", "The body is not of the type that its `Content-Type` says."
     ),
-    KeyNeeded: Problem(401, "key_needed", "This call needs a key.", "header"),
-    KeyUnknown: Problem(401, "key_unknown", "The service does not know this key.", "header"),
-    SignatureInvalid: Problem(
+    KeyNeeded: ProblemKind(401, "key_needed", "This call needs a key.", "header"),
+    KeyUnknown: ProblemKind(401, "key_unknown", "The service does not know this key.", "header"),
+    SignatureInvalid: ProblemKind(
         403, "signature_invalid", "The signature does not belong to this URL.", "parameter"
     ),
-    SignatureExpired: Problem(
+    SignatureExpired: ProblemKind(
         403, "signature_expired", "The signature of this URL has expired.", "parameter"
     ),
-    RateLimited: Problem(
+    RateLimited: ProblemKind(
         429,
         "rate_limited",
         "Too many requests in a short time; `Retry-After` says when to try again.",
     ),
-    UnknownSurface: Problem(404, "unknown_surface", "No surface has this id.", "parameter"),
-    UnknownSuffix: Problem(404, "unknown_suffix", "No format has this suffix.", "parameter"),
-    NotAcceptable: Problem(
+    UnknownSurface: ProblemKind(404, "unknown_surface", "No surface has this id.", "parameter"),
+    UnknownSuffix: ProblemKind(404, "unknown_suffix", "No format has this suffix.", "parameter"),
+    NotAcceptable: ProblemKind(
         406, "not_acceptable", "The service writes no format or coding that you accept.", "header"
     ),
-    BodyTooSlow: Problem(408, "body_too_slow", "The body did not arrive in time."),
-    EngineGone: Problem(
+    BodyTooSlow: ProblemKind(408, "body_too_slow", "The body did not arrive in time."),
+    EngineGone: ProblemKind(
         410,
         "engine_gone",
         "The URL names a version of the engine (`engine=…`) that this service does not have.",
         "parameter",
     ),
-    BodyTooLarge: Problem(413, "body_too_large", "The body has too many bytes."),
-    UnsupportedMediaType: Problem(
+    BodyTooLarge: ProblemKind(413, "body_too_large", "The body has too many bytes."),
+    UnsupportedMediaType: ProblemKind(
         415,
         "unsupported_media_type",
         "This call does not read bodies of this type, or compressed ones.",
         "header",
     ),
-    InvalidRequest: Problem(
+    InvalidRequest: ProblemKind(
         422, "invalid_request", "The surface or an option is invalid; `errors` says what and where."
     ),
-    InvalidQuery: Problem(
+    InvalidQuery: ProblemKind(
         422, "invalid_request", "A query parameter is invalid; `errors` says which.", "parameter"
     ),
-    UnsupportedByFormat: Problem(
+    UnsupportedByFormat: ProblemKind(
         422, "unsupported_by_format", "The format cannot store what the request asks for."
     ),
-    TooLarge: Problem(422, "result_too_large", "The result would exceed a limit."),
-    Busy: Problem(
+    TooLarge: ProblemKind(422, "result_too_large", "The result would exceed a limit."),
+    Busy: ProblemKind(
         429,
         "busy",
         "The service is busy; nothing was computed. `Retry-After` says when to try again.",
     ),
-    DamagedObject: Problem(
+    DamagedObject: ProblemKind(
         500,
         "damaged_object",
         "The stored surface is damaged and was not sent. To repair it, store the surface again.",
     ),
-    StoreFailed: Problem(
+    StoreFailed: ProblemKind(
         503,
         "store_unavailable",
         "The store does not work at the moment. The service has logged the error.",
     ),
-    OutOfTime: Problem(
+    OutOfTime: ProblemKind(
         503,
         "out_of_time",
         "The result was not ready in time: the service is busy, or the request asks for much work. "
         "`Retry-After` says when to try again.",
     ),
-    StoreFull: Problem(
+    StoreFull: ProblemKind(
         507, "store_full", "The store has no room for another surface; nothing was stored."
     ),
 }
 
-NOT_FOUND = Problem(404, "not_found", "The service has nothing at this URL.")
-METHOD_NOT_ALLOWED = Problem(
+NOT_FOUND = ProblemKind(404, "not_found", "The service has nothing at this URL.")
+METHOD_NOT_ALLOWED = ProblemKind(
     405,
     "method_not_allowed",
     "This URL does not support this method; `Allow` lists the methods that it supports.",
 )
-INTERNAL_ERROR = Problem(
+INTERNAL_ERROR = ProblemKind(
     500, "internal_error", "The service has made an error and has logged it. You may try again."
 )
 
 # The server responds with these itself, before the application sees the request.
-MALFORMED_REQUEST = Problem(400, "malformed_request", "The request is not valid HTTP/1.1.")
-HEAD_TOO_SLOW = Problem(408, "head_too_slow", "The head of the request did not arrive in time.")
-HEAD_TOO_LARGE = Problem(
+MALFORMED_REQUEST = ProblemKind(400, "malformed_request", "The request is not valid HTTP/1.1.")
+HEAD_TOO_SLOW = ProblemKind(408, "head_too_slow", "The head of the request did not arrive in time.")
+HEAD_TOO_LARGE = ProblemKind(
     431, "head_too_large", "The URL and the headers together have too many bytes."
 )
-TOO_MANY_CONNECTIONS = Problem(
+TOO_MANY_CONNECTIONS = ProblemKind(
     503,
     "too_many_connections",
     "The service has its largest number of connections. `Retry-After` says when to try again.",
 )
-DRAINING = Problem(
+DRAINING = ProblemKind(
     503,
     "draining",
     "The service is about to stop and takes no more requests. Try again later.",
@@ -178,7 +178,7 @@ DRAINING = Problem(
 
 
 def problem_document(
-    problem: Problem, issues: tuple[Issue, ...] = (), location: LocationKind | None = None
+    problem: ProblemKind, issues: tuple[Issue, ...] = (), location: LocationKind | None = None
 ) -> dict[str, Any]:
     """The body of an error response; `location` replaces the location of the problem."""
     return {
@@ -226,7 +226,7 @@ def _locate_in_file_or_query(pointer: str) -> tuple[LocationKind, str]:
 
 
 def problem_response(
-    problem: Problem,
+    problem: ProblemKind,
     issues: tuple[Issue, ...] = (),
     location: LocationKind | None = None,
     headers: dict[str, str] | None = None,
@@ -236,6 +236,6 @@ def problem_response(
     return json_response(content, problem.status, PROBLEM_HEADERS | (headers or {}), MEDIA_TYPE)
 
 
-def problem_of(error: SurfaceError) -> Problem:
+def problem_of(error: SurfaceError) -> ProblemKind:
     """The problem of an error: the entry of its class, or of the nearest parent, in `PROBLEMS`."""
     return next(PROBLEMS[cls] for cls in type(error).__mro__ if cls in PROBLEMS)

@@ -4,7 +4,7 @@ In URLs, `root` is the path that the service is mounted at, often empty, and `su
 """
 
 import logging
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from difflib import get_close_matches
 from functools import cache, partial
 
@@ -31,25 +31,7 @@ INLINE_BYTES = 1 << 16
 """Most bytes of a content that is parsed on the event loop; a thread parses larger contents."""
 
 
-@dataclass(frozen=True, slots=True)
-class Stored:
-    """A surface and its id.
-
-    Attributes
-    ----------
-    id : str
-        The id in the path.
-    surface : Surface
-    is_hash : bool
-        Whether the id is the hash of the content, so that it always means the same surface.
-    """
-
-    id: str
-    surface: Surface
-    is_hash: bool
-
-
-async def surface_of(services: Services, job: Job, id: str) -> Stored:
+async def surface_of(services: Services, job: Job, id: str) -> Surface:
     """The surface with this id; requests for the same stored surface share one load.
 
     Raises
@@ -60,7 +42,7 @@ async def surface_of(services: Services, job: Job, id: str) -> Stored:
     DamagedObject, StoreFailed
     """
     if id in EXAMPLES:
-        return Stored(id, find(id).surface(), is_hash=False)
+        return find(id).surface()
     if not is_id(id):
         raise _build_unknown_error(id)
     # Each deletion raises the generation: later requests do not share a load from before it.
@@ -103,7 +85,7 @@ def _hash_of_example(name: str) -> str:
     return surface_id(canonical_content(find(name).surface()))
 
 
-async def _load(services: Services, id: str, job: Job) -> Stored:
+async def _load(services: Services, id: str, job: Job) -> Surface:
     """Loads a stored surface, in a job of its own."""
     try:
         content = await services.store.get(id, job.hold_body)  # reserves memory before it reads
@@ -113,7 +95,7 @@ async def _load(services: Services, id: str, job: Job) -> Stored:
     work = partial(_restore, id, content, services.document_limits)
     surface = await job.parse(work, is_long=len(content) > INLINE_BYTES)
     job.hold_body(len(content))  # the surface has the same numbers as its content
-    return Stored(id, surface, is_hash=True)
+    return surface
 
 
 def _restore(id: str, content: bytes, limits: DocumentLimits) -> Surface:

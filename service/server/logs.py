@@ -40,11 +40,11 @@ _UNSAFE = re.compile(
 """Control characters, ends of lines, and characters that change the direction of a text."""
 
 
-def start_logs(settings: Settings) -> tuple["Lines", "Lines"]:
+def start_logs(settings: Settings) -> tuple["LogLines", "LogLines"]:
     """Sends `logging` and warnings to standard error; returns the access log and the error log."""
     # A process without standard output or error gets the descriptor −1: every write to it fails, so
     # the lines are dropped.
-    access_log, error_log = Lines(1 if sys.stdout else -1), Lines(2 if sys.stderr else -1)
+    access_log, error_log = LogLines(1 if sys.stdout else -1), LogLines(2 if sys.stderr else -1)
     error_log.setFormatter(RecordFormatter(settings.log_format))
     root = logging.getLogger()
     root.handlers[:] = [error_log]
@@ -53,7 +53,7 @@ def start_logs(settings: Settings) -> tuple["Lines", "Lines"]:
     return access_log, error_log
 
 
-class Lines(QueueHandler):
+class LogLines(QueueHandler):
     """Writes lines to a file descriptor, in order, from a thread; counts the lines that it drops.
 
     The thread does not write through a `StreamHandler`, which would hold its lock while it waits

@@ -12,7 +12,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol, RequestResponseCycle
 
 from service.api import problems
-from service.api.problems import Problem
+from service.api.problems import ProblemKind
 from service.errors import Issue
 from service.settings.values import Settings
 
@@ -20,7 +20,7 @@ MAX_PIPELINED = 16
 """Most requests of a connection that wait for the response to an earlier request."""
 
 
-def build_refusal(problem: Problem, settings: Settings) -> Response:
+def build_refusal(problem: ProblemKind, settings: Settings) -> Response:
     """The response with a problem document. It tells the client that the connection closes."""
     needed = {
         problems.HEAD_TOO_LARGE.code: f"at most {settings.max_head_bytes} bytes",
@@ -54,10 +54,10 @@ def add_failure_response(app: ASGIApp, settings: Settings, state: Any) -> ASGIAp
     return respond
 
 
-class Refused(Exception):
-    """Stops the parser, because of a problem, or of too many requests that wait."""
+class StopParsing(Exception):
+    """Ends the parsing of a request, for a problem or because too many requests wait."""
 
-    def __init__(self, problem: Problem = problems.MALFORMED_REQUEST) -> None:
+    def __init__(self, problem: ProblemKind = problems.MALFORMED_REQUEST) -> None:
         self.problem = problem
 
 
@@ -104,7 +104,7 @@ class BoundedProtocol(HttpToolsProtocol):
             self.data_received(head_and_rest)
         except httptools.HttpParserError as error:
             if not self._ignores_input:
-                # If a callback raised `Refused`, httptools has it as the context of its own error.
+                # If a callback raised `StopParsing`, it is the context of the error of httptools.
                 self._refuse(getattr(error.__context__, "problem", problems.MALFORMED_REQUEST))
         # The deadline of the next head starts with its first bytes, or when the connection opens.
         is_idle = self._running is None or self._running.response_complete
@@ -116,7 +116,7 @@ class BoundedProtocol(HttpToolsProtocol):
             # The connection ends after the response to the newest request. The error only stops the
             # parser: `data_received` sends no response to it, because the input is ignored.
             self._ignores_input, self.cycle.keep_alive = True, False
-            raise Refused
+            raise StopParsing
         check_head(self, self._settings.max_head_bytes)
         if not self.parser.should_upgrade():
             # uvicorn stops its timer for idle connections whenever data arrive. Here the timer runs
@@ -174,7 +174,7 @@ class BoundedProtocol(HttpToolsProtocol):
             self.transport.write_eof()
             self._response_due = self._send_deadline()
 
-    def _refuse(self, problem: Problem) -> None:
+    def _refuse(self, problem: ProblemKind) -> None:
         """Responds with a problem, after the responses to earlier requests, and then closes."""
         self._state.count_refusal(problem.code)
         if self._in_body and self.pipeline:
@@ -209,7 +209,7 @@ class BoundedProtocol(HttpToolsProtocol):
 
 
 def check_head(connection: HttpToolsProtocol, max_bytes: int) -> None:
-    """Raises `Refused` for a head that is too long or ambiguous but that httptools accepts."""
+    """Raises `StopParsing` for a head that is too long or ambiguous but that httptools accepts."""
     method, version = connection.parser.get_method(), connection.parser.get_http_version()
     size, host_count = len(connection.url), 0
     is_clear = method != b"CONNECT" and version in ("1.0", "1.1")
@@ -219,10 +219,10 @@ def check_head(connection: HttpToolsProtocol, max_bytes: int) -> None:
         if name == b"transfer-encoding":
             is_clear = is_clear and version == "1.1" and value.lower() == b"chunked"
     if size > max_bytes:
-        raise Refused(problems.HEAD_TOO_LARGE)
+        raise StopParsing(problems.HEAD_TOO_LARGE)
     # HTTP/1.1 requires one Host header, and HTTP/1.0 allows one.
     if not is_clear or (host_count != 1 and (host_count or version == "1.1")):
-        raise Refused(problems.MALFORMED_REQUEST)
+        raise StopParsing(problems.MALFORMED_REQUEST)
 
 
 def head_without_upgrade(connection: HttpToolsProtocol) -> bytes:

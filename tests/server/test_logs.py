@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
 from service.api.record import NO_ROUTE, RequestRecord, current_record
-from service.server.logs import MAX_MESSAGE, MAX_TEXT, Lines, RecordFormatter
+from service.server.logs import MAX_MESSAGE, MAX_TEXT, LogLines, RecordFormatter
 from tools.programs import run_python
 
 HOSTILE = "a\nERROR:    forged\r\x1b[31m\x9b31m\u2028\u202e\x00\ud800"
@@ -137,7 +137,7 @@ def open_pipe() -> Iterator[tuple[int, int]]:
                 os.close(descriptor)
 
 
-def wait_until_written(log: Lines, seconds: float = 10) -> bool:
+def wait_until_written(log: LogLines, seconds: float = 10) -> bool:
     """Waits until the thread of the log has written all lines so far; False if it takes longer."""
     has_written = threading.Event()
     # The thread sets an event that it finds in the queue: all lines before it are then written.
@@ -147,7 +147,7 @@ def wait_until_written(log: Lines, seconds: float = 10) -> bool:
 
 def test_lines_are_complete_and_in_order() -> None:
     with open_pipe() as (read_end, write_end):
-        log = Lines(write_end)
+        log = LogLines(write_end)
         for number in range(1000):
             log.write(f"{number}\n")
         assert wait_until_written(log)
@@ -160,7 +160,7 @@ def test_lines_are_complete_and_in_order() -> None:
 
 def test_a_full_pipe_blocks_no_writer() -> None:
     with open_pipe() as (read_end, write_end):
-        log = Lines(write_end, max_lines=100)
+        log = LogLines(write_end, max_lines=100)
         line = "x" * 1000 + "\n"
         for _ in range(500):
             log.write(line)
@@ -185,12 +185,12 @@ def test_a_full_pipe_blocks_no_writer() -> None:
 def test_a_closed_pipe_is_no_error() -> None:
     with open_pipe() as (read_end, write_end):
         os.close(read_end)
-        log = Lines(write_end)
+        log = LogLines(write_end)
         log.write("a\n")
         log.write("b\n")
         assert wait_until_written(log)
     assert log.dropped == 2
-    without_file = Lines(-1)
+    without_file = LogLines(-1)
     without_file.write("a\n")
     assert wait_until_written(without_file)
     assert without_file.dropped == 1

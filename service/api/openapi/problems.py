@@ -18,7 +18,7 @@ from service.api.negotiation import (
 )
 from service.api.openapi.parameters import Json
 from service.api.openapi.responses import header
-from service.api.problems import MEDIA_TYPE, LocationKind, Problem, problem_document, problem_of
+from service.api.problems import MEDIA_TYPE, LocationKind, ProblemKind, problem_document, problem_of
 from service.api.stored import content_id
 from service.api.threads import MAX_RETRY_AFTER
 from service.cancellation import OutOfTime
@@ -48,7 +48,7 @@ from service.surface.convert.operations import Split
 from service.surface.examples.catalogue import find
 
 FailingCall: TypeAlias = Callable[[], object]
-Example: TypeAlias = Problem | SurfaceError | FailingCall
+Example: TypeAlias = ProblemKind | SurfaceError | FailingCall
 """A problem, an error, or a call that raises an error."""
 
 _INSIDE = PointsQuery(np.array([[0.5, 0.5]]), patch=None, order=0)
@@ -146,7 +146,7 @@ def _render(fmt: str, options: MeshOptions) -> FailingCall:
 
 def _problem(example: Example, location: LocationKind | None) -> Json:
     """The body of an error response."""
-    if isinstance(example, Problem):
+    if isinstance(example, ProblemKind):
         return problem_document(example)
     if not isinstance(example, SurfaceError):
         try:

@@ -145,15 +145,16 @@ async def _compute(
     cache = services.cache
     generation = cache.generation
     with job.timing.step("surface"):
-        stored = await surface_of(services, job, subject.surface)
+        surface = await surface_of(services, job, subject.surface)
     options = parse_mesh_query(parse_qsl(query))
     encode = select_encode_options(options)
-    work = plan_mesh(stored.surface, options.mesh_options(), fmt, encode, services.limits)
+    work = plan_mesh(surface, options.mesh_options(), fmt, encode, services.limits)
     mesh_file = await job.run(work, "mesh")
     job.finish_work(len(mesh_file.content))
     counters.count_mesh(mesh_file.report)
     # A hash is no good file name, so the surface's own name is taken; the id of an example is one.
-    file_name = disposition("inline", mesh_file.name if stored.is_hash else stored.id, fmt)
+    name = mesh_file.name if subject.is_permanent else subject.surface
+    file_name = disposition("inline", name, fmt)
     headers = (
         (b"content-type", fmt.media_type.encode()),
         (b"content-disposition", file_name.encode()),

@@ -184,8 +184,8 @@ async def get_surface(id: SurfaceId, request: Request, context: ContextDep) -> R
         if is_unchanged and await exists(services.store, id):
             return Response(status_code=304, headers=HEADERS | headers)
         with job.timing.step("surface"):
-            stored = await surface_of(services, job, id)
-        content = await job.run(plan_definition(stored.surface, services.limits), "definition")
+            surface = await surface_of(services, job, id)
+        content = await job.run(plan_definition(surface, services.limits), "definition")
     return bytes_response(content, job, HEADERS | headers)
 
 
