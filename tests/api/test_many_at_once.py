@@ -16,7 +16,7 @@ from service.pipeline.mesh_plan import MeshPlan
 from service.settings.values import Settings
 from service.storage.canonical import canonical_content, surface_id
 from service.storage.store import SurfaceStore
-from service.surface import Surface
+from service.surface.kinds import Surface
 from service.surface.sizes import SurfaceKind
 from tools.client import Client, start_client
 
