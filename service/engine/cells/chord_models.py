@@ -4,7 +4,7 @@ A model has three things: a ball that contains the control points of the cell; t
 cell; and the sum, over its four sides, of a bound A of the area between the side and its chord. For
 a side of degree n, A = ω³ n h Σ_i δ_i / (n + 1). Here δ_i are the distances of the n + 1 control
 points from the chord, h is the longest distance from one to the next, and ω is the ratio of the
-greatest weight to the least. With these, the theorem of `winding` bounds the error of the solid
+greatest weight to the least. With these, the theorem of `signs` bounds the error of the solid
 angle of the two triangles over the corners. If two sides that are one edge may differ by a gap g, A
 grows by ω³ n h g.
 """

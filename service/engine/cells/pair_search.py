@@ -18,7 +18,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from service.bases.arrays import Bools, Ints
+from service.bases.arrays import Bools, FloatArray, Ints
 from service.cancellation import checkpoint
 from service.engine.cells.bounding_spheres import BoundingSpheres
 from service.engine.cells.tree import CellTree
@@ -258,3 +258,13 @@ def join_pairs(pairs: Sequence[Pairs]) -> Pairs:
     item, cell = (np.concatenate(column) for column in zip(*filled, strict=True))
     order = np.argsort(item, kind="stable")
     return item[order], cell[order]
+
+
+def split_nearest(item: Ints, cell: Ints, low: FloatArray) -> tuple[Ints, Ints]:
+    """The rows of the nearest pair of each item, in the order of items, and of all other pairs.
+
+    `low` are distances; of equally near cells the one with the least number is the nearest.
+    """
+    order = np.lexsort((cell, low, item))
+    is_first = np.diff(item[order], prepend=-1) > 0
+    return order[is_first], order[~is_first]

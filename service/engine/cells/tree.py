@@ -10,7 +10,6 @@ cells are halved.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -119,6 +118,8 @@ class CellTree:
     roots : int
         The number of cells that are never dropped: `first`, and the cells of which these are
         halves.
+    box : tuple of ndarray of float64, shape (3,)
+        Least and greatest coordinates of all control points.
     largest : float
         No control point is further than this from the origin.
     models : ndarray of float64, shape (row_count, N)
@@ -135,9 +136,9 @@ class CellTree:
 
     def __init__(self, nets: QueryNets, limits: WorkLimits, table: Table = FULL) -> None:
         self.nets, self.limits, self._table = nets, limits, table
-        self.largest = max(
-            float(np.abs(project(g.nets, -1)).max(initial=0.0)) * 3**0.5 for g in nets.groups
-        )
+        points = np.concatenate([project(g.nets, -1).reshape(-1, 3) for g in nets.groups])
+        self.box = points.min(axis=0), points.max(axis=0)
+        self.largest = float(np.abs(self.box).max()) * 3**0.5
         # Twice the bound that the docstring of `net_partials` states, with `largest` for M.
         self.errors = np.repeat(
             [8 * UNIT * self.largest * (sum(g.degree) + 2) for g in nets.groups],
@@ -145,17 +146,12 @@ class CellTree:
         )
         self.point_sides = np.hstack([self._find_point_sides(g.nets) for g in nets.groups])
         self.count = self.additions = 0
-        total = len(nets.patch)
-        self.models = np.empty((table.row_count, total))
-        self.rectangle = np.empty((4, total))
-        self.net = np.empty(total, np.intp)
+        self.models, self.rectangle = np.empty((table.row_count, 0)), np.empty((4, 0))
+        self.net = np.empty(0, np.intp)
         # The group of the net of each cell, its column in the space of the group, and its halvings.
-        self._group = np.empty(total, np.intp)
-        self._column = np.empty(total, np.intp)
-        self._depth = np.empty(total, np.intp)
+        self._group, self._column, self._depth = self.net, self.net, self.net
         # The children are the cells from `_first_child` on; −1 for cells that were not halved.
-        self._first_child = np.empty(total, np.intp)
-        self._child_count = np.empty(total, np.intp)
+        self._first_child, self._child_count = self.net, self.net
         self._spaces: list[NetSpace] = []
         for number, group in enumerate(nets.groups):
             whole = np.ascontiguousarray(group.nets.transpose(1, 2, 3, 0))
@@ -173,15 +169,6 @@ class CellTree:
         # The other arrays have about 10 numbers for each cell.
         per_cell = 8 * (len(self.models) + 10) + max(g.nets[0].nbytes for g in self.nets.groups)
         return int((self.count - self.roots) * per_cell)
-
-    @cached_property
-    def box(self) -> tuple[FloatArray, FloatArray]:
-        """Least and greatest coordinates (3,) of all control points."""
-        points = [project(group.nets, -1).reshape(-1, 3) for group in self.nets.groups]
-        return (
-            np.min([group_points.min(axis=0) for group_points in points], axis=0),
-            np.max([group_points.max(axis=0) for group_points in points], axis=0),
-        )
 
     def drop_if_large(self) -> None:
         """Drop all cells but the `roots`, if they take more than half of the bytes."""

@@ -46,6 +46,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.cells import models as model_rows
+from service.engine.cells.tree import CellTree
 from service.engine.vectors import UNIT, Items, dot
 
 SAFE = 1 + 64 * UNIT
@@ -58,6 +59,7 @@ class Minima(Items):
 
     Attributes
     ----------
+    point, cell : ndarray of int, shape (N,)
     low : ndarray of float64, shape (N,)
         Squared lower bound of the distance from the point to the cell.
     estimate : ndarray of float64, shape (N,)
@@ -72,6 +74,8 @@ class Minima(Items):
         Must be subtracted from squared lower bounds, because μ may be a little below 0.
     """
 
+    point: Ints
+    cell: Ints
     low: FloatArray
     estimate: FloatArray
     start: FloatArray
@@ -80,80 +84,46 @@ class Minima(Items):
     loss: FloatArray
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class CellBounds:
-    """The bounds of N pairs of a point and a cell.
-
-    Attributes
-    ----------
-    low : ndarray of float64, shape (N,)
-        Squared lower bound of the distance from the point to the cell.
-    is_empty, is_settled : ndarray of bool, shape (N,)
-        Whether the cell has no minimum of its patch; and whether the cell is settled.
-    squared : ndarray of float64, shape (N,)
-        |y|², less a bound of rounding errors.
-    gradient, forms : ndarray of float64, shapes (2, N) and (3, N)
-        f_a and f_b, and f_aa, f_ab and f_bb, at the centre.
-    side : ndarray of float64, shape (2, N)
-        For f_a and for f_b: if it has one sign, the side toward which the distance decreases, −1 or
-        1; else 0.
-    least_second, convexity : ndarray of float64, shape (2, N)
-        l_a and l_b; μ_a and μ_b.
-    """
-
-    low: FloatArray
-    is_empty: Bools
-    is_settled: Bools
-    squared: FloatArray
-    gradient: FloatArray
-    forms: FloatArray
-    side: FloatArray
-    least_second: FloatArray
-    convexity: FloatArray
-
-    @np.errstate(all="ignore")
-    def minima(self, rows: Ints) -> Minima:
-        """The bounds of the minima of the settled pairs `rows`."""
-        gradient, forms, side, least_second, convexity = (
-            values.take(rows, axis=1)
-            for values in (self.gradient, self.forms, self.side, self.least_second, self.convexity)
-        )
-        is_on_side = side != 0
-        # The loss is 2 |μ_i| in f, and twice this in the squared distance 2 f.
-        loss = np.where(is_on_side.any(axis=0), 0.0, -4 * np.minimum(convexity, 0.0).sum(axis=0))
-        # If b is on a side, only a varies, and the reverse: so l replaces μ (Theorem 3).
-        convexity = np.where(is_on_side[::-1], least_second, convexity)
-        convexity = np.where(is_on_side, 0.0, np.maximum(convexity, 0.0))
-        start = _model_minimum(gradient, forms, side)
-        a, b = start
-        # f changes by g · s + ½ s · (H s), and the squared distance by twice this.
-        slopes = np.stack([forms[0] * a + forms[1] * b, forms[1] * a + forms[2] * b])
-        change = ((2 * gradient + slopes) * start).sum(axis=0)
-        estimate = self.squared[rows] + change
-        return Minima(self.low[rows], estimate, start, side, convexity, loss)
-
-
 @np.errstate(all="ignore")
-def cell_bounds(
-    model: FloatArray, rectangle: FloatArray, point_sides: Bools, x: FloatArray, flattest: float
-) -> CellBounds:
-    """Compute bounds of the distance for N pairs of a point and a cell.
+def bound_distances(
+    cells: CellTree,
+    x: FloatArray,
+    point: Ints,
+    cell: Ints,
+    *,
+    low: FloatArray,
+    limit: FloatArray,
+    flattest: float,
+) -> tuple[FloatArray, Bools, Minima]:
+    """Bound the distances of N pairs of a point and a cell.
 
     Parameters
     ----------
-    model : ndarray of float64, shape (ROW_COUNT, N)
-        The models of the cells.
-    rectangle : ndarray of float64, shape (4, N)
-        The rectangle of the cell. A side at 0 or 1 is a side of the patch.
-    point_sides : ndarray of bool, shape (4, N)
-        Which sides of the patch are one point.
-    x : ndarray of float64, shape (3, N)
-        The points.
+    cells : CellTree
+    x : ndarray of float64, shape (3, m)
+        All points.
+    point, cell : ndarray of int, shape (N,)
+        The pairs.
+    low, limit : ndarray of float64, shape (N,)
+        Squared lower bounds of the distances that are known, and the largest of interest.
     flattest : float
         A cell may be settled if μ_a and μ_b, where negative, add up to at least −`flattest` d.
+
+    Returns
+    -------
+    low : ndarray of float64, shape (N,)
+        Squared lower bounds of the distances.
+    is_open : ndarray of bool, shape (N,)
+        Which cells must be halved: those that are within the limit, may have a minimum of their
+        patch, and are not settled.
+    minima : Minima
+        The bounds of the minima of settled pairs within the limit.
     """
     m = model_rows
-    y = x - model[:3]
+    model, net = cells.models.take(cell, axis=1), cells.net.take(cell)
+    # A side of a rectangle at 0 or 1 is a side of the patch; some of these are points.
+    rectangle, point_sides = cells.rectangle.take(cell, axis=1), cells.point_sides.take(net, axis=1)
+    y = x.take(point, axis=1) - model[:3]
     squared = dot(y, y)
     d = np.sqrt(squared) * SAFE
     ya, yb, yaa, yab, ybb, height = (dot(y, model[first : first + 3]) for first in m.VECTORS)
@@ -190,7 +160,8 @@ def cell_bounds(
     # Less the rounding errors of |y|² and of the bound below, and the error of c: 2 ε in y.
     squared -= 16 * UNIT * (squared + slope.sum(axis=0)) + 4 * d * model[m.ERROR]
     # Twice the bound of f.
-    low = squared + 2 * _least(slope + gradient_error, convexity, 1.0).sum(axis=0)
+    bound = squared + 2 * _least(slope + gradient_error, convexity, 1.0).sum(axis=0)
+    low = np.maximum(bound, low)
     is_settled = -np.minimum(convexity, 0.0).sum(axis=0) <= flattest * d
     # Theorem 3.
     has_one_sign = is_down | is_up
@@ -198,10 +169,26 @@ def cell_bounds(
     # A cell that is not at such a side of the patch is empty.
     is_settled |= ((is_down & point_sides[::2]) | (is_up & point_sides[1::2])).any(axis=0)
     is_settled &= ~is_empty
+    is_near = low <= limit
+    is_open = is_near & ~(is_empty | is_settled)
+    rows = np.flatnonzero(is_near & is_settled)
     side = is_up.astype(np.float64) - is_down
-    return CellBounds(
-        low, is_empty, is_settled, squared, gradient, forms, side, least_second, convexity
+    gradient, forms, side, least_second, convexity = (
+        values.take(rows, axis=1) for values in (gradient, forms, side, least_second, convexity)
     )
+    is_on_side = side != 0
+    # The loss is 2 |μ_i| in f, and twice this in the squared distance 2 f.
+    loss = np.where(is_on_side.any(axis=0), 0.0, -4 * np.minimum(convexity, 0.0).sum(axis=0))
+    # If b is on a side, only a varies, and the reverse: so l replaces μ (Theorem 3).
+    convexity = np.where(is_on_side[::-1], least_second, convexity)
+    convexity = np.where(is_on_side, 0.0, np.maximum(convexity, 0.0))
+    start = _model_minimum(gradient, forms, side)
+    a, b = start
+    # f changes by g · s + ½ s · (H s), and the squared distance by twice this.
+    slopes = np.stack([forms[0] * a + forms[1] * b, forms[1] * a + forms[2] * b])
+    estimate = squared[rows] + ((2 * gradient + slopes) * start).sum(axis=0)
+    pairs = point[rows], cell[rows]
+    return low, is_open, Minima(*pairs, bound[rows], estimate, start, side, convexity, loss)
 
 
 def _model_minimum(gradient: FloatArray, forms: FloatArray, sides: FloatArray) -> FloatArray:
@@ -223,10 +210,10 @@ def _model_minimum(gradient: FloatArray, forms: FloatArray, sides: FloatArray) -
     return np.where(np.isfinite(start), np.clip(start, -1.0, 1.0), 0.0)
 
 
-def _least(slope: FloatArray, mu: FloatArray, reach: FloatArray | float) -> FloatArray:
-    """Lower bound of g t + ½ μ t² for |t| ≤ reach and |g| ≤ slope."""
-    inside = slope < mu * reach
-    at_end = (0.5 * reach * mu - slope) * reach
+def _least(slope: FloatArray, mu: FloatArray, max_t: FloatArray | float) -> FloatArray:
+    """Lower bound of g t + ½ μ t² for |t| ≤ max_t and |g| ≤ slope."""
+    inside = slope < mu * max_t
+    at_end = (0.5 * max_t * mu - slope) * max_t
     return np.where(inside, -0.5 * slope * slope / np.where(inside, mu, 1.0), at_end)
 
 
@@ -244,5 +231,5 @@ def least_change(gradient: FloatArray, mu: FloatArray, parameters: FloatArray) -
         At most 0. An error e of g lowers the bound by at most 2 Σ e_i; rounding acts like an error
         of 4 u |g|.
     """
-    reach = np.where(gradient > 0, 1.0 + parameters, 1.0 - parameters)
-    return np.asarray(_least(np.abs(gradient), mu, reach).sum(axis=0))
+    max_t = np.where(gradient > 0, 1.0 + parameters, 1.0 - parameters)
+    return np.asarray(_least(np.abs(gradient), mu, max_t).sum(axis=0))

@@ -1,13 +1,20 @@
-"""The search for the closest points to some points, level by level.
+"""The search for closest points, each with an interval that contains the distance.
 
-`closest` describes its result.
+The search examines pairs of a point and a cell of a patch (`cells`), for all points and all patches
+together, level by level. A pair ends in three cases: the cell is farther than a point of the
+surface that is already known; the distance has no minimum over the patch in the cell; or the cell
+is *settled*: the distance is nearly convex over it, or is least on a known side. Otherwise the cell
+is halved. In settled cells Newton's method finds the minimum, and the theorems of `distance_bounds`
+bound the least distance. If this bound is too far from the distance, the cell is halved, too.
+Minima of the nearest cells are computed first; they usually show that most other cells are farther.
+Here `low` has squared lower bounds of distances, but in `SurfacePoints` they are not squared.
 
-A pair of a point and a cell is open until one of these is proved: the cell is farther than a point
-of the surface that is already known; the distance has no minimum over the patch in the cell; or the
-cell is settled: the distance is nearly convex over it, or is least on a known side. Newton's method
-then computes the minima of settled cells, the nearest first. These minima usually show that most
-other cells are farther. Here `low` has squared lower bounds of distances, but in `SurfacePoints`
-they are not squared.
+The lower end of a point's interval is the least lower bound of all pairs that were not proved to be
+farther; the upper end is the distance of the reported point. The work for a point is limited. When
+the limit is reached, the bounds of the remaining pairs are included in the interval.
+
+Most points need the bounds of 20 to 70 pairs; a point near the centre of a sphere needs 25,000. So
+the points of a request share a budget of pairs (`pair_search`).
 """
 
 import numpy as np
@@ -23,8 +30,9 @@ from service.engine.cells.pair_search import (
     Pairs,
     TreeSearch,
     join_pairs,
+    split_nearest,
 )
-from service.engine.closest.distance_bounds import Minima, cell_bounds, least_change
+from service.engine.closest.distance_bounds import Minima, bound_distances, least_change
 from service.engine.closest.nearest import ClosestPoints, Nearest
 from service.engine.closest.newton import measure_surface_points
 from service.engine.vectors import UNIT
@@ -41,6 +49,9 @@ settled."""
 MAX_STRAIN = 0.2
 """A cell that was halved only a few times (`COARSE_HALVINGS`) and has more strain (the remainder of
 its model, divided by its size) is halved without computing bounds, which would be too wide."""
+
+ERROR_ROWS = slice(model_rows.TANGENT_ERROR_A, model_rows.CENTER_ERROR_B + 1)
+"""The rows of the errors of A and B, and of those that follow from the error of the centre."""
 
 MAX_STEPS = 8
 """The most steps of Newton's method in a cell; after these, the cell is halved."""
@@ -82,7 +93,7 @@ class ClosestLevels(TreeSearch):
         self.nearest = Nearest(self.cells, self.x, tolerance)
         # Squared upper bounds of the least distances, from the centres of spheres.
         self.sphere_best = np.full(self.count, np.inf)
-        self.settled_pairs: list[tuple[Ints, Ints, Minima]] = []
+        self.settled: list[Minima] = []
 
     def search(self) -> ClosestPoints | None:
         """Search all levels until no pair is open; None if fewer points must be searched."""
@@ -106,8 +117,7 @@ class ClosestLevels(TreeSearch):
         while len(point):
             checkpoint()
             next_pairs = [self.step(point, cell)]
-            settled_count = sum(len(settled_point) for settled_point, _, _ in self.settled_pairs)
-            if settled_count >= len(next_pairs[0][0]):
+            if sum(len(minima.point) for minima in self.settled) >= len(next_pairs[0][0]):
                 # Compute minima before the next level, as they exclude most open cells.
                 next_pairs.append(self.find_minima())
             point, cell = join_pairs([*next_pairs, self.waiting_pairs])
@@ -159,19 +169,18 @@ class ClosestLevels(TreeSearch):
         # With `flattest` = `min_width` / 8, a cell at the distance d may be settled if its μ
         # (`distance_bounds`) is at least −`flattest` d. This costs 4 |μ| in squared distances,
         # which is at most about 2 `flattest` = `min_width` / 4 in distances.
-        bounds = cell_bounds(
-            self.cells.models.take(cell, axis=1),
-            self.cells.rectangle.take(cell, axis=1),
-            self.cells.point_sides.take(self.cells.net.take(cell), axis=1),
-            self.x.take(point, axis=1),
-            self.min_width / 8,
+        low, is_open, minima = bound_distances(
+            self.cells,
+            self.x,
+            point,
+            cell,
+            low=low,
+            limit=self.nearest.limit(point),
+            flattest=self.min_width / 8,
         )
-        low = np.maximum(bounds.low, low)
-        is_near = low <= self.nearest.limit(point)
-        rows = np.flatnonzero(is_near & bounds.is_settled)
-        if len(rows):
-            self.settled_pairs.append((point[rows], cell[rows], bounds.minima(rows)))
-        return is_near & ~(bounds.is_empty | bounds.is_settled), low
+        if len(minima.point):
+            self.settled.append(minima)
+        return is_open, low
 
     def halve_open(self, point: Ints, cell: Ints, low: FloatArray) -> Pairs:
         """Halve the cells of open pairs; returns the pairs with the halves.
@@ -194,35 +203,28 @@ class ClosestLevels(TreeSearch):
 
         Returns the pairs of the next level, with the halves of cells whose minimum was not found.
         """
-        if not self.settled_pairs:
+        if not self.settled:
             return NO_PAIRS
-        point = np.concatenate([point for point, _, _ in self.settled_pairs])
-        cell = np.concatenate([cell for _, cell, _ in self.settled_pairs])
-        bounds = Minima.join([bounds for _, _, bounds in self.settled_pairs])
-        self.settled_pairs = []
-        order = np.lexsort((cell, bounds.estimate, point))
-        is_first = np.diff(point[order], prepend=-1) > 0
+        minima = Minima.join(self.settled)
+        self.settled = []
         open_rows = []
         # First the nearest cell of each point: its minimum may exclude the point's other cells.
-        for chosen in (order[is_first], order[~is_first]):
-            rows = chosen[bounds.low[chosen] <= self.nearest.limit(point[chosen])]
+        for chosen in split_nearest(minima.point, minima.cell, minima.estimate):
+            rows = chosen[minima.low[chosen] <= self.nearest.limit(minima.point[chosen])]
             if len(rows):
-                open_rows.append(rows[~self.descend(point[rows], cell[rows], bounds.take(rows))])
+                open_rows.append(rows[~self.descend(minima.take(rows))])
         rows = np.concatenate(open_rows) if open_rows else np.zeros(0, np.intp)
-        rows = rows[np.lexsort((cell[rows], point[rows]))]
-        return self.halve_open(point[rows], cell[rows], bounds.low[rows])
+        rows = rows[np.lexsort((minima.cell[rows], minima.point[rows]))]
+        return self.halve_open(minima.point[rows], minima.cell[rows], minima.low[rows])
 
-    def descend(self, point: Ints, cell: Ints, minima: Minima) -> Bools:
+    def descend(self, minima: Minima) -> Bools:
         """Compute the minima of settled pairs by Newton's method; returns which pairs ended."""
-        is_ended = np.zeros(len(point), bool)
-        rows, net, cell_parameters = np.arange(len(point)), self.cells.net[cell], minima.start
-        rectangle = self.cells.rectangle.take(cell, axis=1)
-        # Rows 0 and 1 are the errors of A and B, rows 2 and 3 those from the error of the centre.
-        error_rows = slice(model_rows.TANGENT_ERROR_A, model_rows.CENTER_ERROR_B + 1)
-        errors = self.cells.models[error_rows].take(cell, axis=1)
-        x = self.x.take(point, axis=1)
+        is_ended = np.zeros(len(minima.point), bool)
+        rows, cell_parameters = np.arange(len(is_ended)), minima.start
         for remaining in range(MAX_STEPS, 0, -1):
-            found = measure_surface_points(self.cells, net, rectangle, cell_parameters, x)
+            point, cell = minima.point, minima.cell
+            found = measure_surface_points(self.cells, self.x, point, cell, cell_parameters)
+            errors = self.cells.models[ERROR_ROWS].take(cell, axis=1)
             gradient_error = (
                 errors[:2] * found.distance + errors[2:] + 4 * UNIT * np.abs(found.gradient)
             )
@@ -236,23 +238,13 @@ class ClosestLevels(TreeSearch):
                 # Near a minimum the distance is exact before the parameters: take one more step.
                 is_narrow &= change >= -(MAX_DISTANCE_TO_MINIMUM**2)
             is_narrow &= ~is_far
-            is_done = np.flatnonzero(is_narrow | (remaining == 1))
-            self.nearest.add_found(point[is_done], net[is_done], found.take(is_done))
+            self.nearest.add_found(found.take(is_narrow | (remaining == 1)))
             self.nearest.end_cells(point[is_narrow], low[is_narrow])
             ends_now = is_narrow | is_far
             is_ended[rows[ends_now]] = True
-            remaining_rows = np.flatnonzero(~ends_now)
-            if remaining == 1 or not len(remaining_rows):
+            open_rows = np.flatnonzero(~ends_now)
+            if remaining == 1 or not len(open_rows):
                 break
-            cell_parameters = found.next(cell_parameters, minima.sides).take(remaining_rows, axis=1)
-            rows, net, point, minima = (
-                rows[remaining_rows],
-                net[remaining_rows],
-                point[remaining_rows],
-                minima.take(remaining_rows),
-            )
-            rectangle, errors, x = (
-                columns_of_pairs.take(remaining_rows, axis=1)
-                for columns_of_pairs in (rectangle, errors, x)
-            )
+            cell_parameters = found.next(cell_parameters, minima.sides).take(open_rows, axis=1)
+            rows, minima = rows[open_rows], minima.take(open_rows)
         return is_ended

@@ -7,7 +7,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.cells.tree import CellTree
 from service.engine.closest.newton import SurfacePoints, measure_surface_points
-from service.engine.vectors import Items, dot
+from service.engine.vectors import Items, dot, length
 
 TIE_WIDTH = 1 / 16
 """Two points of the surface count as equally near if their distances differ by at most this, in
@@ -65,7 +65,7 @@ class Nearest:
         # For each point, the least squared lower bound of the distances of its cells.
         self._low = np.full(m, np.inf)
         # Results of `add_found` and `end_open_cells`.
-        self._found: list[tuple[Ints, Ints, SurfacePoints]] = []
+        self._found: list[SurfacePoints] = []
         self._open_cells: list[tuple[Ints, Ints, FloatArray]] = []
 
     def limit(self, point: Ints) -> FloatArray:
@@ -97,10 +97,10 @@ class Nearest:
             self.best[points] = self._center_best[points] = upper[nearest_rows]
             self._center_cell[points] = cell[nearest_rows]
 
-    def add_found(self, point: Ints, net: Ints, found: SurfacePoints) -> None:
-        """Record points of the surface, one for each of `point`, on the nets `net`."""
-        np.minimum.at(self.best, point, found.high * found.high)
-        self._found.append((point, net, found))
+    def add_found(self, found: SurfacePoints) -> None:
+        """Record points of the surface."""
+        np.minimum.at(self.best, found.point, found.high * found.high)
+        self._found.append(found)
 
     def end_cells(self, point: Ints, low: FloatArray) -> None:
         """Record squared lower bounds of cells whose minima are recorded by `add_found`."""
@@ -115,18 +115,15 @@ class Nearest:
     def answer(self) -> ClosestPoints:
         """The result of the search: the closest points, with intervals of their distances."""
         self._descend()
-        point = np.concatenate([point for point, _, _ in self._found])
-        net = np.concatenate([net for _, net, _ in self._found])
-        found = SurfacePoints.join([found for _, _, found in self._found])
-        chosen = self._choose(point, net, found)
-        position, distance = found.position[:, chosen], found.distance[chosen]
-        high = np.full(len(distance), np.inf)
-        np.minimum.at(high, point, found.high)
-        high = np.maximum(high, distance)
+        found = SurfacePoints.join(self._found)
+        chosen = found.take(self._choose(found))
+        high = np.full(len(self.best), np.inf)
+        np.minimum.at(high, found.point, found.high)
+        high = np.maximum(high, chosen.distance)
         low = np.minimum(np.sqrt(np.maximum(self._low, 0.0)), high)
-        is_tied = self._find_ties(point, found, position, distance)
-        parameters = found.parameters[:, chosen]
-        return ClosestPoints(net[chosen], parameters, position, distance, low, high, is_tied)
+        is_tied = self._find_ties(found, chosen)
+        place = chosen.net, chosen.parameters, chosen.position, chosen.distance
+        return ClosestPoints(*place, low, high, is_tied)
 
     def _descend(self) -> None:
         """Find a surface point for each x that has none nearer than the nearest centre of a cell.
@@ -134,34 +131,29 @@ class Nearest:
         Newton's method begins at this centre; it proves nothing.
         """
         found_distance = np.full(len(self.best), np.inf)
-        for point, _, found in self._found:
-            np.minimum.at(found_distance, point, found.high)
+        for found in self._found:
+            np.minimum.at(found_distance, found.point, found.high)
         rows = np.flatnonzero(
             np.isinf(found_distance) | (found_distance * found_distance > self._center_best)
         )
-        cell = self._center_cell[rows]
-        net, rectangle = self._cells.net[cell], self._cells.rectangle[:, cell]
         if not len(rows):
             return
+        cell = self._center_cell[rows]
         # The search begins at the centres, and no side is proved to contain the minimum.
-        center = no_sides = np.zeros((2, len(rows)))
-        cell_parameters = center
-        nearest = found = measure_surface_points(
-            self._cells, net, rectangle, center, self._x[:, rows]
-        )
+        cell_parameters = no_sides = np.zeros((2, len(rows)))
+        nearest = found = measure_surface_points(self._cells, self._x, rows, cell, cell_parameters)
         for _ in range(STEPS):
             cell_parameters = found.next(cell_parameters, no_sides)
-            found = measure_surface_points(
-                self._cells, net, rectangle, cell_parameters, self._x[:, rows]
-            )
+            found = measure_surface_points(self._cells, self._x, rows, cell, cell_parameters)
             nearest = nearest.replace_where(found, found.high <= nearest.high)
-        self.add_found(rows, net, nearest)
+        self.add_found(nearest)
 
-    def _choose(self, point: Ints, net: Ints, found: SurfacePoints) -> Ints:
+    def _choose(self, found: SurfacePoints) -> Ints:
         """The row of the nearest point of the surface for each x, shape (m,).
 
         Of several that are equally near, the first in the order of nets, u and v is chosen.
         """
+        point = found.point
         min_distance = np.full(len(self.best), np.inf)
         np.minimum.at(min_distance, point, found.distance)
         # `high` exceeds `distance` by a bound of its rounding error. Four times this bounds the
@@ -169,22 +161,23 @@ class Nearest:
         max_distance = min_distance[point] + 4 * (found.high - found.distance)
         rows = np.flatnonzero(found.distance <= max_distance)
         u, v = found.parameters[:, rows]
-        rows = rows[np.lexsort((v, u, net[rows], point[rows]))]
+        rows = rows[np.lexsort((v, u, found.net[rows], point[rows]))]
         return rows[np.diff(point[rows], prepend=-1) > 0]
 
-    def _find_ties(
-        self, point: Ints, found: SurfacePoints, position: FloatArray, distance: FloatArray
-    ) -> Bools:
-        """Which points x (m,) have an equally near second point, or an open cell that may."""
-        is_tied = np.zeros(len(distance), bool)
-        difference = found.position - position[:, point]
-        is_near = found.distance <= distance[point] + TIE_WIDTH * self._tolerance
+    def _find_ties(self, found: SurfacePoints, chosen: SurfacePoints) -> Bools:
+        """Which points x (m,) have an equally near second point, or an open cell that may.
+
+        `chosen` has the closest point for each x, in this order.
+        """
+        is_tied, point = np.zeros(len(self.best), bool), found.point
+        difference = found.position - chosen.position[:, point]
+        is_near = found.distance <= chosen.distance[point] + TIE_WIDTH * self._tolerance
         is_near &= dot(difference, difference) > MIN_SEPARATION**2
         is_tied[point[is_near]] = True
         for points, cell, low in self._open_cells:
             center, radius = self._cells.models[:3, cell], self._cells.models[3, cell]
-            difference = center - position[:, points]
+            difference = center - chosen.position[:, points]
             is_near = low <= self.limit(points)
-            is_near &= np.sqrt(dot(difference, difference)) > MIN_SEPARATION + radius
+            is_near &= length(difference) > MIN_SEPARATION + radius
             is_tied[points[is_near]] = True
         return is_tied

@@ -21,6 +21,8 @@ class SurfacePoints(Items):
 
     Attributes
     ----------
+    point, net : ndarray of int, shape (n,)
+        The number of each x, and the net of its cell.
     parameters : ndarray of float64, shape (2, n)
         The parameters (u, v) of the net, in [0, 1].
     position : ndarray of float64, shape (3, n)
@@ -33,6 +35,8 @@ class SurfacePoints(Items):
         |x − S| as computed, and bounds of the exact distance.
     """
 
+    point: Ints
+    net: Ints
     parameters: FloatArray
     position: FloatArray
     gradient: FloatArray
@@ -70,27 +74,26 @@ class SurfacePoints(Items):
 
 
 def measure_surface_points(
-    cells: CellTree, net: Ints, rectangle: FloatArray, cell_parameters: FloatArray, x: FloatArray
+    cells: CellTree, x: FloatArray, point: Ints, cell: Ints, cell_parameters: FloatArray
 ) -> SurfacePoints:
-    """Evaluate points of the surface in cells, with their distances from the points x.
+    """Evaluate points of the surface in cells, with their distances from points x.
 
     Parameters
     ----------
     cells : CellTree
-    net : ndarray of int, shape (n,)
-        The number of the net of each cell.
-    rectangle : ndarray of float64, shape (4, n)
-        The rectangle u₀, u₁, v₀, v₁ of each cell, in the parameters of its net.
+    x : ndarray of float64, shape (3, m)
+        All points.
+    point, cell : ndarray of int, shape (n,)
+        The pairs.
     cell_parameters : ndarray of float64, shape (2, n)
         The parameters (a, b) in the cells, in [−1, 1]².
-    x : ndarray of float64, shape (3, n)
-        The points.
     """
+    net, rectangle = cells.net.take(cell), cells.rectangle.take(cell, axis=1)
     low, high = rectangle[::2], rectangle[1::2]  # (u₀, v₀) and (u₁, v₁)
     half = (high - low) / 2
     parameters = low + half * (cell_parameters + 1)
     position, du, dv, duu, duv, dvv = net_partials(cells.nets, net, parameters)
-    y = x - position
+    y = x.take(point, axis=1) - position
     distance = np.sqrt(dot(y, y))
     # The partials by a and b are those by u and v, times half the sides of the cell.
     ha, hb = half
@@ -105,6 +108,7 @@ def measure_surface_points(
     # The rounding errors of the position and of the distance.
     error = cells.errors[net] + 8 * UNIT * distance
     min_distance = np.maximum(distance - error, 0.0)
+    interval = min_distance, distance + error
     return SurfacePoints(
-        parameters, position, gradient, second_partials, distance, min_distance, distance + error
+        point, net, parameters, position, gradient, second_partials, distance, *interval
     )

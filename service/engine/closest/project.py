@@ -7,9 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.cells.tree import WorkLimits
+from service.engine.cells.bounding_spheres import BoundingSpheres
+from service.engine.cells.pair_search import Chunks
+from service.engine.cells.tree import CellTree, WorkLimits
+from service.engine.closest.levels import ClosestLevels
 from service.engine.closest.nearest import ClosestPoints
-from service.engine.closest.search import find_closest
 from service.engine.connectivity.connect import connect, connect_if_apart
 from service.engine.connectivity.incidence import triangular_patches
 from service.engine.connectivity.seams import Seams
@@ -30,6 +32,10 @@ MIN_SINE, or if |S_u × S_v|, in coordinates of the nets, is at most MIN_SINE².
 
 RELATIVE_TOLERANCE = 1e-9
 """The default width of intervals of distances, in diagonals of the box of control points."""
+
+CHUNK_SIZES = 16, 8192, 8192
+"""How many points are searched together (`Chunks`): at most 8192, so that their data stay in the
+processor's cache."""
 
 LIMITS = WorkLimits(pairs=12_000_000, of_item=1000)
 """A pair takes 1 to 2.5 µs, so a response takes at most half a minute."""
@@ -178,12 +184,34 @@ def in_domains(model: PatchModel, patch: Ints, local: FloatArray) -> tuple[Float
     return uv, surface_numbers
 
 
+def _find_closest(
+    nets: QueryNets, tolerance: float, points: FloatArray, limits: WorkLimits
+) -> ClosestPoints:
+    """Find the closest points to `points` (m, 3), in the coordinates of the nets.
+
+    `tolerance` is the largest width of intervals.
+    """
+    cells = CellTree(nets, limits)
+    spheres = BoundingSpheres(cells)
+    chunks = Chunks(cells, len(points), CHUNK_SIZES)
+    results = []
+    for rows, budget in chunks:
+        search = ClosestLevels(spheres, points[rows], budget, tolerance, can_split=chunks.can_split)
+        result = search.search()
+        if result is None:
+            chunks.split()
+        else:
+            results.append(result)
+            chunks.grow(search.most_open)
+    return ClosestPoints.join(results)
+
+
 def _closest(
     nets: QueryNets, local_points: LocalPoints, query: ProjectQuery
 ) -> tuple[ClosestPoints, Columns]:
     """Find the closest points; returns them, and the arrays that surfaces and curves share."""
     width = query.relative_tolerance * nets.diagonal
-    closest = find_closest(nets, width / nets.scale, local_points.points, query.limits)
+    closest = _find_closest(nets, width / nets.scale, local_points.points, query.limits)
     # `LocalPoints` moves very far points nearer; their distances have an error below one rounding.
     is_moved = local_points.shift > 0
     low = np.where(is_moved, np.nextafter(closest.low, 0.0), closest.low)

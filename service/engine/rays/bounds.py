@@ -51,6 +51,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import row_slices
 from service.engine.cells import models as model_rows
+from service.engine.cells.tree import CellTree
 from service.engine.nets.query_nets import QueryNets
 from service.engine.vectors import UNIT, Items, cross, dot, length
 
@@ -169,6 +170,9 @@ class RootBounds(Items):
 
     Attributes
     ----------
+    ray, cell : ndarray of int, shape (N,)
+    low : ndarray of float64, shape (N,)
+        A lower bound of t in the cell.
     first, second : ndarray of float64, shape (3, N)
         −B and A, so that X · y = first · (y × d) and Y · y = second · (y × d) for every y.
     lengths : ndarray of float64, shape (2, N)
@@ -183,6 +187,9 @@ class RootBounds(Items):
         Whether a root is proved by the second condition of Theorem 3.
     """
 
+    ray: Ints
+    cell: Ints
+    low: FloatArray
     first: FloatArray
     second: FloatArray
     lengths: FloatArray
@@ -194,17 +201,17 @@ class RootBounds(Items):
 
 @np.errstate(all="ignore")
 def root_bounds(
-    model: FloatArray, o: FloatArray, d: FloatArray, slack: FloatArray
+    cells: CellTree, rays: Rays, ray: Ints, cell: Ints, low: FloatArray
 ) -> tuple[Bools, Bools, RootBounds]:
     """Apply the theorems to N pairs of a ray and a cell.
 
     Parameters
     ----------
-    model : ndarray of float64, shape (at least ROUND + 1, N)
-        The models of the cells.
-    o, d : ndarray of float64, shape (3, N)
-        Origins and directions of the rays.
-    slack : ndarray of float64, shape (N,)
+    cells : CellTree
+    rays : Rays
+    ray, cell : ndarray of int, shape (N,)
+    low : ndarray of float64, shape (N,)
+        Lower bounds of t in the cells, from `sphere_misses`.
 
     Returns
     -------
@@ -215,6 +222,8 @@ def root_bounds(
         The bounds of the settled pairs.
     """
     m = model_rows
+    model, slack = cells.models[: m.ROUND + 1].take(cell, axis=1), rays.slack[ray]
+    o, d = rays.origin.take(ray, axis=1), rays.direction.take(ray, axis=1)
     a, b = model[m.TANGENT_A : m.TANGENT_A + 3], model[m.TANGENT_B : m.TANGENT_B + 3]
     seconds = [model[k : k + 3] for k in (m.SECOND_AA, m.SECOND_AB, m.SECOND_BB)]
     q = cross(model[:3] - o, d)  # X · g = −B · q and Y · g = A · q
@@ -258,6 +267,9 @@ def root_bounds(
             for value, (aa, ab, bb) in zip(values, curvature_terms, strict=True)
         )
     bounds = RootBounds(
+        ray[rows],
+        cell[rows],
+        low[rows],
         -b[:, rows],
         a[:, rows],
         lengths[:, rows],

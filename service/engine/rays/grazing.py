@@ -47,9 +47,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from service.bases.arrays import Bools, FloatArray
+from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.cells import models as model_rows
-from service.engine.rays.bounds import SAFE
+from service.engine.cells.tree import CellTree
+from service.engine.rays.bounds import SAFE, Rays
 from service.engine.vectors import UNIT, cross, dot
 
 MAX_SLOPE = 0.25
@@ -65,6 +66,7 @@ class Strips:
 
     Attributes
     ----------
+    ray, cell : ndarray of int, shape (N,)
     across : ndarray of float64, shape (3, N)
         The vectors w.
     is_along_b : ndarray of bool, shape (N,)
@@ -75,6 +77,8 @@ class Strips:
         The factor of Theorem 2, by which an error of P changes t.
     """
 
+    ray: Ints
+    cell: Ints
     across: FloatArray
     is_along_b: Bools
     line: FloatArray
@@ -83,19 +87,15 @@ class Strips:
 
 @np.errstate(all="ignore")
 def find_grazed_strips(
-    model: FloatArray, o: FloatArray, d: FloatArray, slack: FloatArray, thickness: FloatArray
+    cells: CellTree, rays: Rays, ray: Ints, cell: Ints
 ) -> tuple[Bools, Bools, Strips]:
     """Apply the theorems to N pairs of a ray and a cell.
 
     Parameters
     ----------
-    model : ndarray of float64, shape (ROW_COUNT, N)
-        The models of the cells.
-    o, d : ndarray of float64, shape (3, N)
-        Origins and directions of the rays.
-    slack, thickness : ndarray of float64, shape (N,)
-        As in `Rays`: a bound of the rounding errors of c − o; and the distance from the ray at
-        which a point may count as a hit.
+    cells : CellTree
+    rays : Rays
+    ray, cell : ndarray of int, shape (N,)
 
     Returns
     -------
@@ -105,6 +105,8 @@ def find_grazed_strips(
         The strips of the thin pairs.
     """
     m = model_rows
+    model = cells.models.take(cell, axis=1)
+    o, d = rays.origin.take(ray, axis=1), rays.direction.take(ray, axis=1)
     normal = model[m.NORMAL : m.NORMAL + 3]
     slope_to_ray = np.abs(dot(d, normal))
     w = cross(d, normal)
@@ -115,7 +117,7 @@ def find_grazed_strips(
     ta, tb, taa, tab, tbb = (dot(d, vector) for vector in vectors)
     pa, pb, paa, pab, pbb = (dot(w, vector) for vector in vectors)
     ha, hb, haa, hab, hbb = (dot(z, vector) for vector in vectors)
-    rounding = model[m.ROUND] + slack
+    rounding = model[m.ROUND] + rays.slack[ray]
     rest = model[m.REST] + rounding
     # REST_z; 2⁻⁴⁰ is larger than the rounding errors of z and n.
     height_error = model[m.REST_LIFT] + (slope_to_ray + 2.0**-40) * model[m.REST] + rounding
@@ -135,7 +137,7 @@ def find_grazed_strips(
     delta += 16 * UNIT * (1 + max_x) * (np.abs(hx) + np.abs(hab) + np.abs(hxx) * (1 + max_x))
     max_variation = (np.abs(h1) + np.abs(h2) + delta) * SAFE
     is_empty |= np.abs(h0) > max_variation
-    is_thin = np.abs(h0) + max_variation <= thickness / 2
+    is_thin = np.abs(h0) + max_variation <= rays.thickness[ray] / 2
     is_thin &= np.abs(h1) <= np.minimum(np.abs(h0), np.abs(h2) + delta) + np.abs(h2) + delta
     # Theorem 2: `determinant` is |det M|, and `max_change` becomes ν |det M|. The rows of M⁻¹ are
     # (P_b, −T_b) / det M and (−P_a, T_a) / det M.
@@ -155,5 +157,6 @@ def find_grazed_strips(
     rows = np.flatnonzero(is_thin)
     # m' = (−T_b, T_a) / det M, of which |·| is the larger component, and |m_y| = |P_x / det M|.
     spread = 4 * np.maximum(np.abs(ta[rows]), np.abs(tb[rows])) / np.abs(px[rows])
-    strips = Strips(w[:, rows], is_along_b[rows], np.stack([x0[rows], x1[rows]]), spread)
+    line = np.stack([x0[rows], x1[rows]])
+    strips = Strips(ray[rows], cell[rows], w[:, rows], is_along_b[rows], line, spread)
     return is_empty, is_thin, strips

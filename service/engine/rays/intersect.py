@@ -1,16 +1,51 @@
-"""Hits of rays as arrays with a row for each hit, ordered by ray and by position on the ray."""
+"""Hits of rays on a surface, with a proof that no hit is missed.
 
-from dataclasses import dataclass
+The *thickness* τ of a ray o + t d is a distance: a point of the surface that is nearer to the ray
+may count as a hit. The search examines pairs of a ray and a cell of a patch (`cells`), for all rays
+and all patches together, level by level (`ray_levels`). It has finished with a pair if
+
+- the cell does not meet the ray;
+- the pair is *settled*: the cell meets the ray at most once, and Newton's method decides whether it
+  does (`ray_bounds`);
+- the pair is *thin*: the ray is almost tangent to the cell, and the part of the cell that it may
+  meet is within τ of it (`grazing`);
+- the cell is *small*, compared with τ; or
+- only first hits are requested, and the cell is behind a proved hit.
+
+Otherwise the cell is halved. The work for a ray is limited. A ray is *reached* if its search does
+not end at one of the limits, and if rounding does not require a thickness larger than τ.
+
+**Theorem.** If a ray is reached, the t of every point of the surface on the ray is in the interval
+of a hit that the search finds (if only first hits are requested: of every point before the first
+proved hit; of the hits found, only the first is then returned). Every position of a hit is a point
+of the surface nearer than τ to the ray. *Proof.* A pair is dropped only if its cell does not meet
+the ray (Theorem 1 of `ray_bounds`, Theorem 1 of `grazing`); or, if only first hits are requested,
+if it is behind a proved hit. A settled pair gives the one point where the cell meets the ray, with
+the interval of Theorem 2 of `ray_bounds`; or, by that theorem, there is no such point. A thin pair
+gives an interval that contains all of its hits by Theorem 2 of `grazing`; a small cell gives an
+interval that contains the cell. Merging only joins intervals. ∎
+
+At a proved hit, the surface and the ray cross. If a ray only comes nearer than τ to the surface, or
+to its border, an edge or a pole, a hit may be reported there, too.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from service.bases.arrays import FloatArray
-from service.engine.cells.tree import WorkLimits
+from service.bases.arrays import Bools, FloatArray
+from service.engine.cells import models as model_rows
+from service.engine.cells.bounding_spheres import BoundingSpheres
+from service.engine.cells.pair_search import Chunks, PairBudget
+from service.engine.cells.tree import CellTree, WorkLimits
 from service.engine.closest.project import regular_normals, surface_columns
-from service.engine.nets.query_nets import surface_nets
-from service.engine.rays.hits import NO_HITS, Hits, Kind
-from service.engine.rays.search import RaySearch
+from service.engine.nets.query_nets import QueryNets, surface_nets
+from service.engine.rays.bounds import Rays, local_rays
+from service.engine.rays.hits import MIN_LENGTH_ALONG, NO_HITS, Hits, Kind, merge_hits
+from service.engine.rays.levels import MAX_STRAIN, RayLevels
+from service.engine.rays.newton import begin_at_origins
 from service.errors import Issue, TooLarge
 from service.surface.lowered import PatchModel
 
@@ -23,6 +58,14 @@ a request take at most 40 s. The search of a ray with too many pairs on a level 
 
 NAMES = np.array([kind.name.lower() for kind in Kind])
 """The name of each `Kind`, in lower case."""
+
+CHUNK_SIZES = 16, 1 << 14, 1 << 16
+"""How many rays are searched together (`Chunks`)."""
+
+MAX_FIRST_CELLS, MAX_NUMBERS = 128, 1 << 16
+"""Before the search, patches are halved into at most `MAX_FIRST_CELLS` cells, whose nets have at
+most `MAX_NUMBERS` numbers together; these cells are tested with every ray. If there are more
+patches, at most `MAX_FIRST_CELLS` spheres of the tree of spheres are tested with every ray."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -78,18 +121,16 @@ def intersect_rays(model: PatchModel, query: RayQuery, max_hits: int) -> dict[st
         `too_many_hits`: more than `max_hits`.
     """
     nets = surface_nets(model.batches)
-    search = RaySearch(nets, query.relative_thickness * nets.diagonal / nets.scale, query.limits)
+    thickness = query.relative_thickness * nets.diagonal / nets.scale
+    rays = local_rays(nets, query.origins, query.directions, thickness)
+    search = RaySearch(nets, thickness, query.limits)
     count = 0
     parts: list[Hits] = []
-    # For each hit, the sine of the angle between the ray and the tangent plane of the surface. A
-    # sine is negative if the ray runs against the normal.
-    sines: list[FloatArray] = []
     reached = []
-    for chunk in search.find(query.origins, query.directions, only_first=query.only_first):
-        parts.append(chunk.hits)
-        sines.append(chunk.sines)
-        reached.append(chunk.reached)
-        count += len(chunk.sines)
+    for chunk_hits, chunk_reached in search.find(rays, only_first=query.only_first):
+        parts.append(chunk_hits)
+        reached.append(chunk_reached)
+        count += len(chunk_hits.ray)
         if count > max_hits:
             message = "The rays have more hits than one response may list."
             needed = f"at most {max_hits}; fewer rays, or their first hits alone"
@@ -106,7 +147,8 @@ def intersect_rays(model: PatchModel, query: RayQuery, max_hits: int) -> dict[st
     farthest = (np.hypot(np.hypot(x, y), z) + nets.diagonal) * (1 + 1e-14) / lengths
     high = np.where(np.isinf(hits.high), farthest, hits.high * units)
     is_crossing = kind == Kind.CROSSING
-    entering = (np.concatenate([np.zeros(0), *sines]) < 0).tolist()
+    # A ray enters if it runs against the normal.
+    entering = (hits.sines(rays.direction[:, hits.ray]) < 0).tolist()
     columns: dict[str, Any] = {
         "reached": np.concatenate(reached),
         "counts": np.bincount(hits.ray, minlength=len(query.origins)),
@@ -124,3 +166,98 @@ def intersect_rays(model: PatchModel, query: RayQuery, max_hits: int) -> dict[st
             for enters, crosses in zip(entering, is_crossing.tolist(), strict=True)
         ],
     }
+
+
+class RaySearch:
+    """Finds the hits of rays on one surface.
+
+    Parameters
+    ----------
+    nets : QueryNets
+    thickness : float
+        τ, in the coordinates of the nets.
+    limits : WorkLimits
+    """
+
+    def __init__(self, nets: QueryNets, thickness: float, limits: WorkLimits) -> None:
+        self.thickness = thickness
+        # The diagonal of the model, divided by the scale, is in the coordinates of the nets.
+        self.min_length_along = MIN_LENGTH_ALONG * (thickness * nets.diagonal / nets.scale) ** 0.5
+        self.cells = CellTree(nets, limits)
+        max_cells = min(
+            MAX_FIRST_CELLS, MAX_NUMBERS // max(group.nets[0].size for group in nets.groups)
+        )
+        # In cells with more strain than this no ray can be settled.
+        self.cells.halve_first(max_cells, model_rows.STRAIN, MAX_STRAIN)
+        self.spheres = BoundingSpheres(self.cells, MAX_FIRST_CELLS)
+        # The most pairs that were open on one level, in all searches.
+        self.most_open = 0
+
+    def find(self, rays: Rays, *, only_first: bool) -> Iterator[tuple[Hits, Bools]]:
+        """Find the hits of rays; yields the hits of some rays, and which of these are reached.
+
+        Hits are in the order of rays and of t; t = 0 is the origin of the ray in the request. If
+        `only_first`, only the first hit of each ray is found.
+        """
+        chunks = Chunks(self.cells, len(rays.near), CHUNK_SIZES)
+        for rows, budget in chunks:
+            chosen = rays.take(rows)
+            result = self._search(chosen, budget, only_first=only_first, can_split=chunks.can_split)
+            if result is None:
+                chunks.split()
+                continue
+            hits, reached = result
+            if only_first:
+                hits = self._complete_first_hits(chosen, budget, hits, reached)
+            # From here on, t is 0 at the origin of the request, where the ray begins.
+            begins = chosen.near[hits.ray]
+            ends = (np.maximum(value - begins, 0.0) for value in (hits.t, hits.low, hits.high))
+            t, low, high = ends
+            # The theorem needs τ; rounding may have required a larger thickness of a ray.
+            reached &= chosen.thickness <= self.thickness
+            yield replace(hits, ray=hits.ray + rows.start, t=t, low=low, high=high), reached
+            chunks.grow(self.most_open)
+
+    def _complete_first_hits(
+        self, rays: Rays, budget: PairBudget, hits: Hits, reached: Bools
+    ) -> Hits:
+        """The first hits of rays, with complete intervals; `reached` is updated.
+
+        The search ended behind proved crossings, so the intervals of other first hits may be
+        incomplete: these rays are searched again for all hits.
+        """
+        hits = hits.take(is_first(hits))
+        is_crossing = hits.label == Kind.CROSSING
+        repeated = hits.ray[~is_crossing]
+        if not len(repeated):
+            return hits
+        pairs = budget.pairs - int(budget.spent.sum())
+        rest = PairBudget(pairs, len(repeated), budget.max_spheres)
+        result = self._search(rays.take(repeated), rest, only_first=False, can_split=False)
+        budget.spent[repeated] += rest.spent
+        budget.spent_spheres += rest.spent_spheres
+        if result is None:
+            return hits
+        complete, complete_reached = result
+        reached[repeated] &= complete_reached
+        complete = complete.take(is_first(complete))
+        complete.ray[:] = repeated[complete.ray]
+        hits = Hits.join([hits.take(is_crossing), complete])
+        return hits.take(np.argsort(hits.ray, kind="stable"))
+
+    def _search(
+        self, rays: Rays, budget: PairBudget, *, only_first: bool, can_split: bool
+    ) -> tuple[Hits, Bools] | None:
+        """Find the hits of some rays, merged to one for each place, and which rays are reached."""
+        levels = RayLevels(self.spheres, rays, budget, only_first=only_first, can_split=can_split)
+        hits = levels.search()
+        self.most_open = max(self.most_open, levels.most_open)
+        if hits is None:
+            return None
+        merged = merge_hits(hits, rays, self.min_length_along)
+        return begin_at_origins(self.cells, rays, merged), levels.reached
+
+
+def is_first(hits: Hits) -> Bools:
+    """Which hits are the first of their rays."""
+    return np.diff(hits.ray, prepend=-1) > 0

@@ -24,6 +24,7 @@ from service.engine.cells.pair_search import (
     Pairs,
     TreeSearch,
     join_pairs,
+    split_nearest,
 )
 from service.engine.rays.bounds import (
     CHUNK_PAIRS,
@@ -96,8 +97,7 @@ class RayLevels(TreeSearch):
         self.reached = np.isfinite(rays.slack)
         # Which rays have pairs with farther cells that have not joined the search.
         self.is_later = np.zeros(self.count, bool)
-        # Pairs for `apply_newton`: rays, cells, lower bounds of t, and bounds of the roots.
-        self.settled_pairs: list[tuple[Ints, Ints, FloatArray, RootBounds]] = []
+        self.settled: list[RootBounds] = []  # for `apply_newton`
         self.hits: list[Hits] = []
 
     def search(self) -> Hits | None:
@@ -116,7 +116,7 @@ class RayLevels(TreeSearch):
         self.charge_tree()
         (ray, cell), later_pairs = self.split_by_distance(ray, cell)
         self.is_later[later_pairs[0]] = True
-        while len(ray) or self.settled_pairs or len(later_pairs[0]):
+        while len(ray) or self.settled or len(later_pairs[0]):
             if len(ray) - len(self.waiting_pairs[0]) <= MAX_NEAR_SHARE * len(later_pairs[0]):
                 ray, cell = join_pairs([(ray, cell), later_pairs])
                 later_pairs = NO_PAIRS
@@ -124,7 +124,7 @@ class RayLevels(TreeSearch):
             next_pairs = [self.step(ray, cell)]
             # Collect settled pairs until there are no more open pairs than settled pairs, because
             # Newton's method is faster for many pairs together.
-            if sum(len(pair[0]) for pair in self.settled_pairs) >= len(next_pairs[0][0]):
+            if sum(len(bounds.ray) for bounds in self.settled) >= len(next_pairs[0][0]):
                 next_pairs.append(self.apply_newton())
             ray, cell = join_pairs([*next_pairs, self.waiting_pairs])
         if self.takes_too_much:
@@ -198,22 +198,18 @@ class RayLevels(TreeSearch):
     def bound_pairs(self, ray: Ints, cell: Ints, low: FloatArray) -> Pairs:
         """Compute the bounds of pairs; returns the pairs that stay open."""
         models, rays = self.cells.models, self.rays
-        o, d = rays.origin.take(ray, axis=1), rays.direction.take(ray, axis=1)
-        model = models[: model_rows.ROUND + 1].take(cell, axis=1)
-        is_empty, is_settled, bounds = root_bounds(model, o, d, rays.slack[ray])
-        rows = np.flatnonzero(is_settled)
-        if len(rows):
-            self.settled_pairs.append((ray[rows], cell[rows], low[rows], bounds))
+        is_empty, is_settled, bounds = root_bounds(self.cells, rays, ray, cell, low)
+        if len(bounds.ray):
+            self.settled.append(bounds)
             if self.only_first:
-                is_sure = rows[bounds.exists & (low[rows] > rays.near[ray[rows]])]
+                sure = bounds.take(bounds.exists & (bounds.low > rays.near[bounds.ray]))
                 # A hit is at most 2 (radius + slack) behind `low`. That is less than 3 radii: the
                 # radius is at least 8 times the slack, because smaller cells count as points.
-                self.limit_search(
-                    ray[is_sure], low[is_sure] + 3 * models[model_rows.RADIUS, cell[is_sure]]
-                )
+                self.limit_search(sure.ray, sure.low + 3 * models[model_rows.RADIUS, sure.cell])
         rows = np.flatnonzero(~(is_empty | is_settled))
         normals = models[model_rows.NORMAL : model_rows.NORMAL + 3].take(cell[rows], axis=1)
-        is_grazed = np.abs(dot(normals, d[:, rows])) <= MAX_SLOPE
+        directions = rays.direction.take(ray[rows], axis=1)
+        is_grazed = np.abs(dot(normals, directions)) <= MAX_SLOPE
         grazed = rows[is_grazed]
         open_rows = [rows[~is_grazed]]
         if len(grazed):
@@ -223,16 +219,10 @@ class RayLevels(TreeSearch):
 
     def graze(self, ray: Ints, cell: Ints) -> Bools:
         """Examine pairs whose ray is almost tangent to the cell; returns which stay open."""
-        rays = self.rays
-        model = self.cells.models.take(cell, axis=1)
-        o, d = rays.origin.take(ray, axis=1), rays.direction.take(ray, axis=1)
-        is_empty, is_thin, strips = find_grazed_strips(
-            model, o, d, rays.slack[ray], rays.thickness[ray]
-        )
-        is_open = ~is_empty
-        rows = np.flatnonzero(is_thin)
+        is_empty, is_thin, strips = find_grazed_strips(self.cells, self.rays, ray, cell)
+        is_open, rows = ~is_empty, np.flatnonzero(is_thin)
         if len(rows):
-            hits, is_done = find_strips(self.cells, rays, ray[rows], cell[rows], strips)
+            hits, is_done = find_strips(self.cells, self.rays, strips)
             self.hits.append(hits)
             is_open[rows[is_done]] = False
         return is_open
@@ -261,32 +251,22 @@ class RayLevels(TreeSearch):
         make the others unnecessary. Returns the pairs of the next level, with the halves of cells
         in which the method failed.
         """
-        if not self.settled_pairs:
+        if not self.settled:
             return NO_PAIRS
-        ray, cell, low = (
-            np.concatenate([pairs[k] for pairs in self.settled_pairs]) for k in range(3)
-        )
-        bounds = RootBounds.join([pairs[3] for pairs in self.settled_pairs])
-        self.settled_pairs = []
-        parts = [np.arange(len(ray))]
-        if self.only_first:
-            order = np.lexsort((cell, low, ray))
-            is_first = np.diff(ray[order], prepend=-1) > 0
-            parts = [order[is_first], order[~is_first]]
+        bounds = RootBounds.join(self.settled)
+        ray, cell, low = bounds.ray, bounds.cell, bounds.low
+        self.settled = []
+        parts = split_nearest(ray, cell, low) if self.only_first else (np.arange(len(ray)),)
         open_rows = []
         for part in parts:
             rows = part[low[part] <= self.farthest[ray[part]]]
-            for chunk in (rows[k : k + CHUNK_PAIRS] for k in range(0, len(rows), CHUNK_PAIRS)):
-                checkpoint()
-                hits, is_done = find_roots(
-                    self.cells, self.rays, ray[chunk], cell[chunk], bounds.take(chunk)
-                )
+            for chunk in row_slices(len(rows), 1, CHUNK_PAIRS):
+                hits, is_done = find_roots(self.cells, self.rays, bounds.take(rows[chunk]))
                 self.hits.append(hits)
-                open_rows.append(chunk[~is_done])
+                open_rows.append(rows[chunk][~is_done])
                 if self.only_first:
-                    is_sure = (hits.label == Evidence.PROVED) & (
-                        hits.low > self.rays.near[hits.ray]
-                    )
+                    is_sure = hits.label == Evidence.PROVED
+                    is_sure &= hits.low > self.rays.near[hits.ray]
                     self.limit_search(hits.ray[is_sure], hits.t[is_sure])
         rows = np.concatenate(open_rows) if open_rows else np.zeros(0, np.intp)
         return self.halve_open(ray[rows], cell[rows])

@@ -11,7 +11,7 @@ from service.engine.nets.partials import net_partials
 from service.engine.rays.bounds import Rays, RootBounds
 from service.engine.rays.grazing import Strips
 from service.engine.rays.hits import NO_HITS, Evidence, Hits, Kind
-from service.engine.vectors import UNIT, cross, dot
+from service.engine.vectors import UNIT, Items, cross, dot, length
 
 MAX_STEPS = 8
 """The most steps of Newton's method in a cell; after these, the cell is halved."""
@@ -29,11 +29,12 @@ error."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _RayPoints:
+class _RayPoints(Items):
     """One point of the surface in each of n cells, and its distance from a ray.
 
     Attributes
     ----------
+    ray, net : ndarray of int, shape (n,)
     cell_parameters, parameters : ndarray of float64, shape (2, n)
         The parameters (a, b) ∈ [−1, 1]² of the cells, and the parameters (u, v) of the nets.
     half : ndarray of float64, shape (2, n)
@@ -48,6 +49,8 @@ class _RayPoints:
         The distance from the ray, and a bound of its rounding error.
     """
 
+    ray: Ints
+    net: Ints
     cell_parameters: FloatArray
     parameters: FloatArray
     half: FloatArray
@@ -72,24 +75,11 @@ class _RayPoints:
             self, cell_parameters=cell_parameters, parameters=parameters, position=position, t=t
         )
 
-    def to_hits(
-        self,
-        rows: Ints,
-        ray: Ints,
-        net: Ints,
-        ends: tuple[FloatArray, FloatArray],
-        evidence: Evidence,
-    ) -> Hits:
-        """The points `rows` as hits that were found as `evidence`.
-
-        `ray` and `net` are the numbers of their rays and nets; `ends` are the lower and the upper
-        ends of their intervals of t.
-        """
-        t, residual = self.t[rows], self.residual[rows]
-        low, high = ends
-        points = self.position[:, rows], self.du[:, rows], self.dv[:, rows]
-        labels = np.full(len(rows), evidence)
-        return Hits(ray, net, self.parameters[:, rows], *points, t, low, high, residual, labels)
+    def to_hits(self, low: FloatArray, high: FloatArray, evidence: Evidence) -> Hits:
+        """The points as hits with this evidence, and with these ends of their intervals of t."""
+        points = self.parameters, self.position, self.du, self.dv
+        labels = np.full(len(low), evidence)
+        return Hits(self.ray, self.net, *points, self.t, low, high, self.residual, labels)
 
 
 def _evaluate_points(
@@ -104,23 +94,19 @@ def _evaluate_points(
     d = rays.direction[:, ray]
     from_origin = position - rays.origin[:, ray]
     t, cross_d = dot(from_origin, d), cross(from_origin, d)
-    residual = np.sqrt(dot(cross_d, cross_d))
     rounding = cells.errors[net] + rays.slack[ray]
-    return _RayPoints(
-        cell_parameters, parameters, half, position, du, dv, t, cross_d, residual, rounding
-    )
+    places = cell_parameters, parameters, half, position, du, dv
+    return _RayPoints(ray, net, *places, t, cross_d, length(cross_d), rounding)
 
 
 @np.errstate(all="ignore")
-def find_roots(
-    cells: CellTree, rays: Rays, ray: Ints, cell: Ints, bounds: RootBounds
-) -> tuple[Hits, Bools]:
+def find_roots(cells: CellTree, rays: Rays, bounds: RootBounds) -> tuple[Hits, Bools]:
     """Find the hits of settled pairs by Newton's method.
 
     A point of the surface counts as a hit if it is as near to the ray as rounding allows; or if it
     is within the thickness and Newton's method cannot come nearer inside the cell. A pair has no
     hit if Theorem 2 of `ray_bounds`, applied at one of the iterates, proves that the root is
-    outside the cell. `ray` and `cell` have the numbers (N,) of the pairs.
+    outside the cell.
 
     Returns
     -------
@@ -128,25 +114,24 @@ def find_roots(
     is_done : ndarray of bool, shape (N,)
         Which pairs are decided; the cells of the others must be halved.
     """
-    is_done = np.zeros(len(ray), bool)
+    is_done = np.zeros(len(bounds.ray), bool)
     hits_by_step: list[Hits] = []
-    rows, cell_parameters = np.arange(len(ray)), bounds.start
+    rows, bound, cell_parameters = np.arange(len(is_done)), bounds, bounds.start
     for remaining_steps in range(MAX_STEPS, 0, -1):
-        bound = bounds.take(rows)
-        points = _evaluate_points(cells, rays, ray[rows], cell[rows], cell_parameters)
-        # G, with a bound of its error, at the parameters s₀; the root s* is at most `reach` away.
+        points = _evaluate_points(cells, rays, bound.ray, bound.cell, cell_parameters)
+        # G, with a bound of its error, at the parameters s₀; the root s* is at most `radius` away.
         g = (
             np.stack([dot(bound.first, points.cross_d), dot(bound.second, points.cross_d)])
             / bound.determinant
         )
         error = bound.lengths * points.rounding / np.abs(bound.determinant)
-        reach = (np.abs(g) + error).max(axis=0) / (1 - bound.contraction)
+        radius = (np.abs(g) + error).max(axis=0) / (1 - bound.contraction)
         # By Theorem 2 of `ray_bounds`, the components of |s*| are at least `min_root`.
-        min_root = np.abs(points.cell_parameters - g) - bound.contraction * reach - error
+        min_root = np.abs(points.cell_parameters - g) - bound.contraction * radius - error
         is_outside = (min_root > 1 + 64 * UNIT).any(axis=0)
         # Newton's step, with the partials by the parameters of the cell.
         da, db = points.half[0] * points.du, points.half[1] * points.dv
-        d = rays.direction[:, ray[rows]]
+        d = rays.direction[:, bound.ray]
         determinant = dot(cross(da, db), d)
         step = np.stack([dot(db, points.cross_d), -dot(da, points.cross_d)]) / determinant
         step = np.where(np.isfinite(step), step, 0.0)
@@ -155,42 +140,35 @@ def find_roots(
             remaining_steps == 1
         )
         is_exact = points.residual <= MAX_EXACT_ERROR * points.rounding
-        is_near = is_exact | is_stuck & (points.residual <= rays.thickness[ray[rows]])
+        is_near = is_exact | is_stuck & (points.residual <= rays.thickness[bound.ray])
         hit_columns = np.flatnonzero(is_near & ~is_outside)
         if len(hit_columns):
             # Exact points make one more step, of the size of rounding errors.
             points = points.move(np.where(is_exact, next_parameters, points.cell_parameters), d)
-            hit_rows = rows[hit_columns]
-            is_inside = (
-                np.abs(points.cell_parameters[:, hit_columns]) + reach[hit_columns] <= 1
-            ).all(axis=0)
+            found, radius = points.take(hit_columns), radius[hit_columns]
+            is_inside = (np.abs(found.cell_parameters) + radius <= 1).all(axis=0)
             # |S_a| + |S_b| is at most the sum of the lengths of the model's vectors, plus 3 REST;
             # ROUND is 16 u times this sum.
-            model = cells.models[: model_rows.ROUND + 1, cell[hit_rows]]
+            model = cells.models[: model_rows.ROUND + 1, bound.cell[hit_columns]]
             speed = model[model_rows.ROUND] / (16 * UNIT) + 3 * model[model_rows.REST]
-            t = points.t[hit_columns]
-            half_width = reach[hit_columns] * speed + points.rounding[hit_columns]
-            hits = points.to_hits(
-                hit_columns,
-                ray[hit_rows],
-                cells.net[cell[hit_rows]],
-                (t - half_width, t + half_width),
-                Evidence.NEAR,
-            )
+            half_width = radius * speed + found.rounding
+            hits = found.to_hits(found.t - half_width, found.t + half_width, Evidence.NEAR)
             hits.label[is_inside] = Evidence.PROVED
             hits_by_step.append(hits)
         is_done[rows[is_outside | is_near]] = True
         is_open = ~(is_outside | is_near | is_stuck)
-        rows, cell_parameters = rows[is_open], next_parameters[:, is_open]
+        rows, bound, cell_parameters = (
+            rows[is_open],
+            bound.take(is_open),
+            next_parameters[:, is_open],
+        )
         if not len(rows):
             break
     return Hits.join(hits_by_step or [NO_HITS]), is_done
 
 
 @np.errstate(all="ignore")
-def find_strips(
-    cells: CellTree, rays: Rays, ray: Ints, cell: Ints, strips: Strips
-) -> tuple[Hits, Bools]:
+def find_strips(cells: CellTree, rays: Rays, strips: Strips) -> tuple[Hits, Bools]:
     """Find both ends of the strips of thin pairs.
 
     In the notation of `grazing`, a strip follows the curve P = 0, x ≈ x₀ + x₁ y, where y is the
@@ -205,7 +183,7 @@ def find_strips(
     is_done : ndarray of bool, shape (N,)
         The cells of the other pairs must be halved.
     """
-    x0, x1 = strips.line
+    (x0, x1), ray, cell = strips.line, strips.ray, strips.cell
     ends, is_done = [], np.ones(len(ray), bool)
     for y in (-1.0, 1.0):
         x = x0 + x1 * y
@@ -236,11 +214,10 @@ def find_strips(
     rows = np.flatnonzero(is_done)
     # Points within the thickness may be before or behind the ends: see `Strips.spread`.
     padding = (rays.thickness[ray] * (1 + strips.spread))[rows]
-    t = np.stack([points.t[rows] for points in ends])
+    found = [points.take(rows) for points in ends]
+    t = np.stack([points.t for points in found])
     low, high = t.min(axis=0) - padding, t.max(axis=0) + padding
-    net = cells.net[cell[rows]]
-    hits = [points.to_hits(rows, ray[rows], net, (low, high), Evidence.STRIP) for points in ends]
-    return Hits.join(hits), is_done
+    return Hits.join([points.to_hits(low, high, Evidence.STRIP) for points in found]), is_done
 
 
 def take_points(cells: CellTree, rays: Rays, ray: Ints, cell: Ints) -> Hits:
@@ -248,10 +225,7 @@ def take_points(cells: CellTree, rays: Rays, ray: Ints, cell: Ints) -> Hits:
     points = _evaluate_points(cells, rays, ray, cell, np.zeros((2, len(ray))))
     # Twice the radius, so that the intervals of neighbours overlap.
     half_width = 2 * cells.models[model_rows.RADIUS, cell] + points.rounding
-    rows, net = np.arange(len(ray)), cells.net[cell]
-    return points.to_hits(
-        rows, ray, net, (points.t - half_width, points.t + half_width), Evidence.POINT
-    )
+    return points.to_hits(points.t - half_width, points.t + half_width, Evidence.POINT)
 
 
 @np.errstate(all="ignore")
