@@ -18,13 +18,12 @@ from service.engine.connectivity.closure import OPEN, find_closure
 from service.engine.connectivity.connect import connect, connect_if_apart, may_be_cut
 from service.engine.connectivity.curve_patches import leave_out_curves
 from service.engine.connectivity.incidence import hash_arrays
-from service.engine.curvatures.ranges import find_ranges
 from service.engine.curvatures.rows import layout_curvatures
 from service.engine.extent import AT_ZERO, choose_origin, find_stored_bounds
 from service.engine.joining.join import Allow, allow_any, join, join_further
 from service.engine.mesh.channels import match_values, split_by_kind
 from service.engine.mesh.filling import SampleRows, fill_vertices, sample_model
-from service.engine.mesh.mesh import Mesh, MeshPart, MeshReport, Overlay
+from service.engine.mesh.mesh import Mesh, MeshPart, MeshReport, Overlay, find_ranges
 from service.engine.mesh.overlays import draw_overlays
 from service.engine.options import MeshOptions
 from service.engine.plans.face_plan import FacePlan, plan_faces

@@ -10,8 +10,8 @@ import numpy as np
 
 from service.encoders.format import EncodeOptions, FileFormat, Format
 from service.encoders.libraries import list_compressions
-from service.engine.curvatures.ranges import NAMES
 from service.engine.evaluation import de_casteljau, forward_difference
+from service.engine.mesh.mesh import CURVATURE_NAMES
 from service.engine.models import NOT_PATCHES, find_largest_coordinate, to_patches
 from service.engine.options import MeshOptions
 from service.engine.sweeps import sweep
@@ -221,10 +221,10 @@ def check_model(model: Model, options: MeshOptions, limits: Limits) -> None:
 def _check_names(model: PatchModel) -> None:
     """Refuse a surface with an attribute that has the name of a curvature."""
     channels = model.batches[0].channels
-    if any(c.kind == "attribute" and c.name.lower() in NAMES for c in channels):
+    if any(c.kind == "attribute" and c.name.lower() in CURVATURE_NAMES for c in channels):
         message = "The surface has an attribute with the name of a curvature."
         got = "an attribute and a curvature with the same name"
-        needed = f"other names than {' and '.join(NAMES)}, or no curvatures"
+        needed = f"other names than {' and '.join(CURVATURE_NAMES)}, or no curvatures"
         raise InvalidRequest(Issue("name_clash", message, "/curvatures", got, needed))
 
 

@@ -18,8 +18,8 @@ from service.engine.adaptive.tolerances import (
     separate_copies,
     subtract_rounding,
 )
-from service.engine.curvatures.limit_curvature import is_affordable
 from service.engine.curvatures.placement_scale import add_stretches
+from service.engine.curvatures.rows import is_affordable
 from service.engine.joining.join import join
 from service.engine.joining.members import join_group
 from service.engine.options import MeshOptions

@@ -5,7 +5,7 @@ from dataclasses import astuple, replace
 
 from service.bases import triangle
 from service.encoders.format import Format, MeshSize
-from service.engine.curvatures.ranges import NAMES as CURVATURES
+from service.engine.mesh.mesh import CURVATURE_NAMES
 from service.engine.options import MeshOptions
 from service.engine.plans.counts import Counts
 from service.engine.sweeps.sweep import predict_sweep
@@ -91,7 +91,7 @@ def mesh_size(
             points, segments = points + samples, segments + samples - curves
     attributes = size.attributes if "attribute" in fmt.carries else ()
     if options.curvatures and "attribute" in fmt.carries:
-        attributes += tuple((name, 1) for name in CURVATURES)
+        attributes += tuple((name, 1) for name in CURVATURE_NAMES)
     letters = size.members * sum(map(len, names))
     return MeshSize(
         vertices,

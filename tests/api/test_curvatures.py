@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from service.engine.curvatures.ranges import NAMES
+from service.engine.mesh.mesh import CURVATURE_NAMES
 from tests.forms import SURFACES, TUBE
 from tools.client import Client
 
@@ -19,12 +19,12 @@ def test_curvatures_of_vertices_agree_with_those_of_points(client: Client) -> No
     mesh = client.post("/v1/mesh", body | {"uvs": True, "weld": False}).json()
     request = {"surface": SADDLE, "uv": mesh["uvs"], "derivatives": 2}
     points = client.post("/v1/points", request).json()
-    for name in NAMES:
+    for name in CURVATURE_NAMES:
         values = np.array(mesh["attributes"][name])
         np.testing.assert_allclose(values[:, 0], points[name], rtol=1e-9, atol=1e-12)
     assert mesh["report"]["curvature"] == {
         short: [float(np.min(mesh["attributes"][name])), float(np.max(mesh["attributes"][name]))]
-        for short, name in zip(("gaussian", "mean"), NAMES, strict=True)
+        for short, name in zip(("gaussian", "mean"), CURVATURE_NAMES, strict=True)
     }
 
 

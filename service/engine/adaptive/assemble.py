@@ -16,11 +16,17 @@ from service.engine.adaptive.samples import (
 from service.engine.adaptive.triangulation import Triangulation, drop_flat_triangles
 from service.engine.bounds.faces import Faces
 from service.engine.connectivity.closure import Closure
-from service.engine.curvatures.ranges import find_ranges
-from service.engine.evaluation.scattered import evaluate_scattered_normals
+from service.engine.evaluation.normals import evaluate_scattered_normals
 from service.engine.extent import find_stored_bounds
 from service.engine.mesh.channels import ChannelRows, match_values, split_by_kind
-from service.engine.mesh.mesh import Mesh, MeshPart, MeshReport, Overlay, find_largest_angle
+from service.engine.mesh.mesh import (
+    Mesh,
+    MeshPart,
+    MeshReport,
+    Overlay,
+    find_largest_angle,
+    find_ranges,
+)
 from service.engine.mesh.overlays import draw_control_net
 from service.engine.options import MeshOptions
 from service.engine.plans.faces import count_borders

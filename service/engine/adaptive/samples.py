@@ -17,9 +17,13 @@ from service.bases.triangle import degree_of
 from service.bases.triangle_basis import triangle_bernstein
 from service.engine.adaptive.triangulation import Triangulation
 from service.engine.bounds.faces import SPAN, Faces
-from service.engine.curvatures.limit_curvature import LimitCurvatures
-from service.engine.curvatures.rows import clip_to_storable, stretch_patches, to_channels
-from service.engine.evaluation.scattered import group_by_batch
+from service.engine.curvatures.rows import (
+    LimitCurvatures,
+    clip_to_storable,
+    stretch_patches,
+    to_channels,
+)
+from service.engine.evaluation.normals import group_by_batch
 from service.engine.evaluation.triangle_nets import to_barycentric
 from service.engine.mesh.channels import CHUNK_VALUES, ChannelRows, find_limits
 from service.engine.scratch import Real

@@ -14,7 +14,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints
 from service.engine.cells import models as model_rows
 from service.engine.cells.tree import Table
-from service.engine.nets.third_partials import largest_length
+from service.engine.nets.partials import largest_length
 from service.engine.vectors import UNIT, dot, project
 
 SIZE_A, SIZE_B, AREA, GAP_FACTOR, CORNERS, ROW_COUNT = 5, 6, 7, 8, 9, 21

@@ -45,7 +45,7 @@ greatest weight of the cell to the least. All bounds are enlarged by these error
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.engine.nets.third_partials import (
+from service.engine.nets.partials import (
     ORDERS,
     THIRD,
     bounds_of_partials,

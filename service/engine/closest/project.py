@@ -16,7 +16,7 @@ from service.engine.connectivity.connect import connect, connect_if_apart
 from service.engine.connectivity.incidence import triangular_patches
 from service.engine.connectivity.seams import Seams
 from service.engine.curves.evaluation import CurveSamples, evaluate_tangents
-from service.engine.evaluation.scattered import evaluate_scattered_normals
+from service.engine.evaluation.normals import evaluate_scattered_normals
 from service.engine.nets.partials import net_partials
 from service.engine.nets.query_nets import LocalPoints, QueryNets, curve_nets, surface_nets
 from service.engine.signs.signs import WELD_TOLERANCE, compute_signs

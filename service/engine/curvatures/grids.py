@@ -17,8 +17,7 @@ from service.bases.row_batches import row_runs
 from service.engine.curvatures.forms import Planes, find_squared_norm
 from service.engine.evaluation.evaluate import choose_formulation
 from service.engine.evaluation.nets import PARTIALS, DerivativeNets
-from service.engine.evaluation.triangle_nets import partial_nets
-from service.engine.evaluation.triangle_normals import localize
+from service.engine.evaluation.triangle_nets import localize, partial_nets
 from service.surface.batches import TensorPatches, TrianglePatches
 
 CHUNK_SAMPLES = 16_384

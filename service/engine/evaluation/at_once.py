@@ -20,15 +20,13 @@ from service.cancellation import checkpoint
 from service.engine.evaluation.chunks import (
     CHUNK_SAMPLES,
     SUBNORMAL,
-    find_shift,
-    weight_points,
-    write_local,
-)
-from service.engine.evaluation.grid_products import (
     build_means,
     count_vectors,
+    find_shift,
     plan_separable_products,
     plan_whole_products,
+    weight_points,
+    write_local,
 )
 from service.engine.extent import find_scale, is_moved
 from service.engine.scratch import Real, Workspaces

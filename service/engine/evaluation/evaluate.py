@@ -18,10 +18,9 @@ from service.bases import triangle
 from service.bases.arrays import FloatArray
 from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.evaluation.at_once import count_chunk, evaluate_at_once, fits_cache
-from service.engine.evaluation.chunks import CHUNK_SAMPLES
+from service.engine.evaluation.chunks import CHUNK_SAMPLES, count_vectors
 from service.engine.evaluation.evaluation_state import Evaluation, PatchSamples
 from service.engine.evaluation.grid_evaluation import GridEvaluation
-from service.engine.evaluation.grid_products import count_vectors
 from service.engine.evaluation.large_grids import evaluate_by_normal_polynomial, evaluate_separably
 from service.engine.evaluation.triangle_evaluation import TriangleEvaluation
 from service.engine.options import Method

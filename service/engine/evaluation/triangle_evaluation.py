@@ -28,8 +28,8 @@ from service.engine.evaluation.evaluation_state import (
     Evaluation,
     PatchSamples,
 )
+from service.engine.evaluation.normals import triangle_normals
 from service.engine.evaluation.triangle_nets import partial_nets
-from service.engine.evaluation.triangle_normals import triangle_normals
 from service.engine.scratch import Real, scratch
 from service.surface.batches import TrianglePatches
 

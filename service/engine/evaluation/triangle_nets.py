@@ -1,9 +1,19 @@
-"""Nets of the partials of triangular patches, and barycentric coordinates of parameters."""
+"""Nets of triangular patches about their middles, nets of their partials, and their parameters."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from service.bases import triangle
 from service.bases.arrays import FloatArray, Ints
+from service.bases.row_batches import row_slices
+from service.engine.extent import find_unit_scales
+from service.surface.batches import TrianglePatches
+
+CHUNK_POINTS = 1 << 18
+"""The most control points in one chunk, even if each of its samples is on a patch of its own."""
 
 
 def partial_nets(nets: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -39,3 +49,64 @@ def neighbour_rows(count: int) -> tuple[Ints, Ints, Ints]:
     corner = np.delete(np.arange(count), triangle.side_rows(degree)[1])
     above = triangle.row_starts(degree)[1] + np.arange(len(corner))
     return corner, corner + 1, above
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LocalTriangles:
+    """K patches as (S − middle) · scale, with the `middle` (K, 3) and the `scale` (K,) of each.
+
+    Converting to a tensor-product patch raises the degree, which rounds. If points are relative to
+    the middle, the rounding error depends on the size of the patch and not on its distance from
+    zero.
+    """
+
+    patches: TrianglePatches
+    middle: FloatArray
+    scale: FloatArray
+
+
+def triangles_of_samples(
+    patches: TrianglePatches, index: NDArray[np.intp]
+) -> Iterator[tuple[LocalTriangles, NDArray[np.intp], NDArray[np.intp]]]:
+    """Yields the patches of m samples, for some samples at a time.
+
+    Sample k is on patch `index[k]`.
+
+    Yields
+    ------
+    local : LocalTriangles
+    rows : ndarray of int, shape (r,)
+        The numbers of r samples: rows of `index`. Each sample occurs in one item only.
+    patch_numbers : ndarray of int, shape (r,)
+        For each of these samples, the number of its patch in `local`.
+    """
+    order = np.argsort(index, kind="stable")
+    for part in row_slices(len(order), patches.points.shape[1], CHUNK_POINTS):
+        rows = order[part]
+        used, patch_numbers = np.unique(index[rows], return_inverse=True)
+        yield localize(patches.take(used)), rows, patch_numbers
+
+
+def localize(patches: TrianglePatches) -> LocalTriangles:
+    """The patches relative to their middles, each scaled by a power of two."""
+    middle = patches.points.mean(axis=1, keepdims=True)
+    points = patches.points - middle
+    size = np.abs(points).max(axis=(1, 2), keepdims=True)
+    scale = find_unit_scales(size)
+    local = TrianglePatches(points * scale, patches.weights)
+    return LocalTriangles(local, middle[:, 0], scale[:, 0, 0])
+
+
+def tensor_u(
+    patches: TrianglePatches, patch_numbers: NDArray[np.intp], barycentric: FloatArray
+) -> FloatArray:
+    """The parameter u = s / (r + s) of barycentric coordinates (m, 3) in the tensor-product form.
+
+    At the corner t = 1, where r + s = 0, u chooses the direction from which a limit is taken. If
+    one of the two sides at the corner is a point, u is on the other side; else u is 1/2.
+    """
+    r, s, _ = barycentric.T
+    sides = patches.collapsed[patch_numbers]
+    u_at_corner = (1.0 + sides[:, 0] - sides[:, 1]) / 2.0
+    is_regular = r + s > 0
+    return np.where(is_regular, s / np.where(is_regular, r + s, 1.0), u_at_corner)

@@ -16,9 +16,13 @@ from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import bernstein
 from service.engine.evaluation.nets import PARTIALS, DerivativeNets, evaluate_at, nets_of_samples
-from service.engine.evaluation.normals import find_normals
-from service.engine.evaluation.triangle_nets import partial_nets, to_barycentric
-from service.engine.evaluation.triangle_normals import normals_at, tensor_u, triangles_of_samples
+from service.engine.evaluation.normals import find_normals, normals_at
+from service.engine.evaluation.triangle_nets import (
+    partial_nets,
+    tensor_u,
+    to_barycentric,
+    triangles_of_samples,
+)
 from service.engine.nets.partials import project_partials
 from service.engine.points.curvatures import find_pole_curvatures, find_regular_curvatures
 from service.surface.batches import Patches, TensorPatches, TrianglePatches

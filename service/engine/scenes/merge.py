@@ -6,8 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from service.bases.arrays import IndexArray, RealArray
-from service.engine.curvatures.ranges import merge_ranges
-from service.engine.mesh.mesh import Mesh, MeshPart, MeshReport
+from service.engine.mesh.mesh import Mesh, MeshPart, MeshReport, merge_ranges
 
 
 def merge_meshes(meshes: Sequence[Mesh], name: str) -> Mesh:

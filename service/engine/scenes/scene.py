@@ -10,9 +10,8 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, IndexArray, RealArray
 from service.bases.row_batches import unique_rows
-from service.engine.curvatures.ranges import round_ranges
 from service.engine.extent import AT_ZERO, choose_origin, find_extent, find_stored_bounds
-from service.engine.mesh.mesh import Mesh, MeshPart, MeshReport, find_largest_angle
+from service.engine.mesh.mesh import Mesh, MeshPart, MeshReport, find_largest_angle, round_ranges
 from service.engine.scenes.colors import tint
 from service.engine.scenes.merge import add_reports, merge_meshes
 from service.engine.scenes.placing import (

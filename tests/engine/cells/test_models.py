@@ -6,9 +6,8 @@ import pytest
 from service.engine.cells import models as model_rows
 from service.engine.cells.tree import CellTree, WorkLimits
 from service.engine.models import to_patches
-from service.engine.nets.partials import net_partials
+from service.engine.nets.partials import ORDERS, net_partials
 from service.engine.nets.query_nets import surface_nets
-from service.engine.nets.third_partials import ORDERS
 from tools.certify.surfaces import FAMILIES
 
 SAMPLES = 7

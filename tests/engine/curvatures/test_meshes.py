@@ -5,10 +5,9 @@ import pytest
 
 from service.engine.accuracy import Accuracy
 from service.engine.connectivity.connect import connect
-from service.engine.curvatures import limit_curvature
-from service.engine.curvatures.ranges import NAMES
+from service.engine.curvatures import rows
 from service.engine.curvatures.rows import find_parameters, layout_curvatures
-from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.mesh import CURVATURE_NAMES, Mesh
 from service.engine.options import MeshOptions
 from service.engine.plans.layout import Layout
 from service.engine.points.evaluate import evaluate_points
@@ -38,7 +37,7 @@ def build_mesh(model: PatchModel, resolution: tuple[int, int] = (5, 4), **fields
 def read_curvatures(mesh: Mesh) -> tuple[Array, Array]:
     """Gaussian and mean curvature of the vertices."""
     result = dict(mesh.attributes)
-    gaussian, mean = (result[name] for name in NAMES)
+    gaussian, mean = (result[name] for name in CURVATURE_NAMES)
     assert gaussian.shape == mean.shape == (len(mesh.positions), 1)
     return gaussian[:, 0].astype(np.float64), mean[:, 0].astype(np.float64)
 
@@ -152,7 +151,7 @@ def compare_with_single_parameters(model: PatchModel, mesh: Mesh) -> None:
                 places = np.column_stack([1 - uvs.sum(axis=1), uvs])
                 query = PointsQuery(places, None, order=2)
             columns = evaluate_points(model, locate(model, query), 2)
-            expected = np.array([columns[name] for name in NAMES], np.float64)
+            expected = np.array([columns[name] for name in CURVATURE_NAMES], np.float64)
             largest_curvature: Array = np.abs(
                 columns["principal_curvatures"].astype(np.float64)
             ).max(axis=1)
@@ -269,9 +268,9 @@ def test_too_many_limits_of_curvatures_at_poles_are_refused(
     """
     model = quadrics.sphere().lower()
     monkeypatch.setattr(
-        limit_curvature,
+        rows,
         "MAX_MULTIPLICATIONS",
-        limit_curvature.count_limit_multiplications(model.batches[0]) * 8 * 7,
+        rows.count_limit_multiplications(model.batches[0]) * 8 * 7,
     )
     assert len(read_curvatures(build_mesh(model, (6, 6)))[0]) > 0
     with pytest.raises(TooLarge) as refused:

@@ -5,7 +5,7 @@ import pytest
 
 from service.engine.accuracy import Accuracy
 from service.engine.curvatures.placement_scale import add_stretches
-from service.engine.curvatures.ranges import NAMES
+from service.engine.mesh.mesh import CURVATURE_NAMES
 from service.engine.models import to_patches
 from service.engine.options import MeshOptions
 from service.engine.scenes.placing import place_points
@@ -84,7 +84,7 @@ def test_a_placed_sphere_is_an_ellipsoid(name: str, accuracy: Accuracy | None) -
     placed = place_points(mesh.positions, node.matrix)
     expected = compute_curvatures(placed - matrix[:3, 3], matrix[:3, :3])
     assert len(flat.positions) - begin == len(placed)
-    for key, values in zip(NAMES, expected, strict=True):
+    for key, values in zip(CURVATURE_NAMES, expected, strict=True):
         limit = 1e-8 * np.abs(values).max()
         for result in (dict(mesh.attributes)[key], dict(flat.attributes)[key][begin:]):
             np.testing.assert_allclose(result[:, 0], values, rtol=1e-8, atol=limit)
@@ -128,6 +128,9 @@ def test_copies_with_equal_curvatures_share_a_model() -> None:
     assert [mesh.report.curvature is not None for mesh in scene.meshes] == [True] * 3
     assert scene.report.curvature is not None
     low, high = scene.report.curvature[0]
-    assert low == min(float(dict(m.attributes)[NAMES[0]].min()) for m in scene.meshes)
+    gaussian = [dict(mesh.attributes)[CURVATURE_NAMES[0]] for mesh in scene.meshes]
+    assert low == min(float(values.min()) for values in gaussian)
     # A sphere of half the size has the Gaussian curvature 4.
-    assert high == max(float(dict(m.attributes)[NAMES[0]].max()) for m in scene.meshes) >= 4
+    assert (
+        high == max(float(dict(m.attributes)[CURVATURE_NAMES[0]].max()) for m in scene.meshes) >= 4
+    )

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from oracles import exact, triangles
-from service.engine.evaluation import triangle_normals
+from service.engine.evaluation import triangle_nets
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.points.jets import evaluate_jets
 from service.surface.batches import TrianglePatches
@@ -131,7 +131,7 @@ def test_chunks_have_no_effect(monkeypatch: pytest.MonkeyPatch) -> None:
     index = rng.integers(0, 5, 40)
     s, t = rng.random((2, 40)) / 2
     in_one_chunk = evaluate_jets(patches, index, s, t, order=2)
-    monkeypatch.setattr(triangle_normals, "CHUNK_POINTS", 70)
+    monkeypatch.setattr(triangle_nets, "CHUNK_POINTS", 70)
     in_small_chunks = evaluate_jets(patches, index, s, t, order=2)
     np.testing.assert_allclose(in_small_chunks.partials, in_one_chunk.partials, rtol=0, atol=1e-12)
     assert in_one_chunk.curvatures is not None

@@ -17,7 +17,7 @@ from service.engine.adaptive.borders.chains import Chains
 from service.engine.adaptive.borders.curve_shapes import bound_net_rounding
 from service.engine.bounds.faces import SPAN
 from service.engine.connectivity.seams import Seams
-from service.engine.evaluation.scattered import evaluate_scattered_normals
+from service.engine.evaluation.normals import evaluate_scattered_normals
 from service.engine.nets.subdivision import halve
 from service.surface.batches import Patches
 
