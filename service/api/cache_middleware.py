@@ -3,16 +3,14 @@
 from dataclasses import dataclass
 from operator import attrgetter
 
-from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.types import ASGIApp, Receive, Scope, Send
 
 from service.api.caching.cache import ResponseCache
 from service.api.caching.cached_response import CachedResponse, Variant, find_match, matches_all
 from service.api.caching.codings import Codings, parse_accepted_codings
 from service.api.cors import Origins
 from service.api.record import record_of
-from service.api.responses import CHUNK, MAX_BUFFERED, send_in_chunks
-
-_END: Message = {"type": "http.response.body", "body": b""}
+from service.api.responses import MAX_BUFFERED, send_in_chunks
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -48,28 +46,23 @@ class CacheMiddleware:
                     variant, is_unchanged = choice
                     heads = variant.heads_304 if is_unchanged else variant.heads_200
                     await send(heads[has_engine])
-                    if is_unchanged or method == "HEAD":
-                        await send(_END)
-                    elif len(variant.body) <= MAX_BUFFERED:
-                        await send(variant.only_message)
+                    body = b"" if is_unchanged or method == "HEAD" else variant.body
+                    if len(body) <= MAX_BUFFERED:
+                        await send({"type": "http.response.body", "body": body})
                     else:
-                        await self._send_long(entry, variant, send)
+                        await self._send_long(entry, body, send)
                     return
         elif method == "OPTIONS" and (head := self.origins.preflight(scope)) is not None:
             await send(head)
-            await send(_END)
+            await send({"type": "http.response.body", "body": b""})
             return
         await self.app(scope, receive, send)
 
-    async def _send_long(self, entry: CachedResponse, variant: Variant, send: Send) -> None:
+    async def _send_long(self, entry: CachedResponse, body: bytes, send: Send) -> None:
         """Sends a long body; the entry stays in memory while a slow client receives it."""
         self.cache.begin(entry)
         try:
-            if len(variant.body) <= CHUNK:
-                await send(variant.part_message)
-                await send(_END)
-            else:
-                await send_in_chunks(variant.body, send)
+            await send_in_chunks(body, send)
         finally:
             self.cache.end(entry)
 

@@ -124,9 +124,8 @@ class Subject:
 
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """The file in one coding, with the messages that send it (ASGI).
+    """The file in one coding, with the heads of its responses as messages (ASGI).
 
-    `only_message` sends the body as the only message, `part_message` as one of several messages.
     `heads_200` and `heads_304` are the heads of these responses: first for URLs without `engine`,
     then with it.
     """
@@ -134,8 +133,6 @@ class Variant:
     coding: Coding
     body: bytes
     tag: bytes
-    only_message: Message
-    part_message: Message
     heads_200: tuple[Message, Message]
     heads_304: tuple[Message, Message]
 
@@ -169,8 +166,6 @@ class CachedResponse:
             coding,
             body,
             self.subject.tag(coding),
-            {"type": "http.response.body", "body": body},
-            {"type": "http.response.body", "body": body, "more_body": True},
             _build_heads(200, partial(self.build_200_headers, coding, len(body))),
             _build_heads(304, partial(self.subject.build_304_headers, coding)),
         )

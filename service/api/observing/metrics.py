@@ -4,7 +4,7 @@
 when Prometheus asks (at each scrape).
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from functools import cache, partial
 
 from prometheus_client import (
@@ -144,58 +144,62 @@ class StateCollector(Collector):
     def __init__(self, state: State) -> None:
         self._state = state
 
-    def collect(self) -> Iterator[Metric]:
+    def collect(self) -> list[Metric]:
         """All metric families."""
-        state = self._state
-        services: Services = state.services
-        responses, requests = services.cache, state.counters
-        max_connections = services.settings.max_connections
-        about = "Whether the service was ready at the last check."
-        yield _gauge("ready", about, is_ready(state))
-        yield _gauge("connections", "Open connections.", len(state.connections))
-        yield _gauge("connections_limit", "Most connections at the same time.", max_connections)
-        yield _counter(
-            "log_lines_dropped",
-            "Log lines that could not be written.",
-            requests.count_dropped_lines(),
-        )
-        yield _counter(
-            "http_response_bytes", "Bytes of response bodies.", requests.sent_bytes, "format"
-        )
-        yield _counter("refused", "Error responses.", requests.refusals, "code")
-        yield _counter("vertices", "Vertices of computed meshes.", requests.vertices)
-        yield _counter("triangles", "Triangles of computed meshes.", requests.triangles)
-        yield _counter("cache_hits", "Responses sent from the cache.", responses.hits)
-        yield _counter("cache_misses", "Responses computed for the cache.", responses.misses)
-        yield _counter("cache_evictions", "Responses removed to free memory.", responses.evictions)
-        yield _gauge("cache_bytes", "Memory of cached responses.", responses.bytes)
-        yield _gauge("cache_limit_bytes", "Most memory of cached responses.", responses.max_bytes)
-        yield _gauge("cache_entries", "Number of cached responses.", len(responses))
-        yield _counter("plan_hits", "Mesh plans found in the cache.", MESH_PLANS.hits)
-        yield _counter("plan_misses", "Mesh plans that were not in the cache.", MESH_PLANS.misses)
-        yield _gauge("plan_bytes", "Memory of mesh plans.", MESH_PLANS.nbytes)
-        yield from _collect_threads(services.threads)
-        yield from _collect_store(services.store)
+        services: Services = self._state.services
+        responses, requests = services.cache, self._state.counters
+        return [
+            _gauge(
+                "ready", "Whether the service was ready at the last check.", is_ready(self._state)
+            ),
+            _gauge("connections", "Open connections.", len(self._state.connections)),
+            _gauge(
+                "connections_limit",
+                "Most connections at the same time.",
+                services.settings.max_connections,
+            ),
+            _counter(
+                "log_lines_dropped",
+                "Log lines that could not be written.",
+                requests.count_dropped_lines(),
+            ),
+            _counter(
+                "http_response_bytes", "Bytes of response bodies.", requests.sent_bytes, "format"
+            ),
+            _counter("refused", "Error responses.", requests.refusals, "code"),
+            _counter("vertices", "Vertices of computed meshes.", requests.vertices),
+            _counter("triangles", "Triangles of computed meshes.", requests.triangles),
+            _counter("cache_hits", "Responses sent from the cache.", responses.hits),
+            _counter("cache_misses", "Responses computed for the cache.", responses.misses),
+            _counter("cache_evictions", "Responses removed to free memory.", responses.evictions),
+            _gauge("cache_bytes", "Memory of cached responses.", responses.bytes),
+            _gauge("cache_limit_bytes", "Most memory of cached responses.", responses.max_bytes),
+            _gauge("cache_entries", "Number of cached responses.", len(responses)),
+            _counter("plan_hits", "Mesh plans found in the cache.", MESH_PLANS.hits),
+            _counter("plan_misses", "Mesh plans that were not in the cache.", MESH_PLANS.misses),
+            _gauge("plan_bytes", "Memory of mesh plans.", MESH_PLANS.nbytes),
+            *_collect_threads(services.threads),
+            *_collect_store(services.store),
+        ]
 
 
-def _collect_threads(threads: Threads) -> Iterator[Metric]:
+def _collect_threads(threads: Threads) -> list[Metric]:
     counts = {"work": threads.count, "parsing": 1}
     busy_counts = {"work": threads.busy_count, "parsing": threads.parse_lock.locked()}
     used_bytes = {"work": threads.used_bytes - threads.body_bytes, "bodies": threads.body_bytes}
     limits = {"work": threads.capacity - threads.max_body, "bodies": threads.max_body}
-    about = "Requests that wait for a thread or for memory."
-    yield _gauge("queue_length", about, {"work": threads.queue_length}, "lane")
-    yield _gauge("threads_busy", "Threads that compute.", busy_counts, "lane")
-    yield _gauge("threads", "Threads that may compute at the same time.", counts, "lane")
-    about, seconds = "Waiting time of all requests together.", {"work": threads.seconds_waited}
-    yield _counter("queue_wait_seconds", about, seconds, "lane")
-    yield _gauge("memory_bytes", "Predicted memory of running requests.", used_bytes, "pool")
-    yield _gauge("memory_limit_bytes", "Most memory that requests may hold.", limits, "pool")
+    waiting, waited = {"work": threads.queue_length}, {"work": threads.seconds_waited}
+    return [
+        _gauge("queue_length", "Requests that wait for a thread or for memory.", waiting, "lane"),
+        _gauge("threads_busy", "Threads that compute.", busy_counts, "lane"),
+        _gauge("threads", "Threads that may compute at the same time.", counts, "lane"),
+        _counter("queue_wait_seconds", "Waiting time of all requests together.", waited, "lane"),
+        _gauge("memory_bytes", "Predicted memory of running requests.", used_bytes, "pool"),
+        _gauge("memory_limit_bytes", "Most memory that requests may hold.", limits, "pool"),
+    ]
 
 
-def _collect_store(store: SurfaceStore) -> Iterator[Metric]:
-    about = "Whether the store answered the last check."
-    yield _gauge("store_answering", about, not store.seconds_failing)
+def _collect_store(store: SurfaceStore) -> list[Metric]:
     operations = SummaryMetricFamily(
         "surface_store_operation_seconds",
         "Time of store operations, by their outcome.",
@@ -203,11 +207,17 @@ def _collect_store(store: SurfaceStore) -> Iterator[Metric]:
     )
     for labels, total in store.operations.totals.items():
         operations.add_metric(labels, total.count, total.seconds)
-    yield operations
-    yield _gauge("store_bytes", "Bytes of stored surfaces at the last count.", store.usage.used)
-    yield _gauge(
-        "store_quota_bytes", "Most bytes of stored surfaces; 0: no limit.", store.usage.quota
-    )
+    usage = store.usage
+    return [
+        _gauge(
+            "store_answering",
+            "Whether the store answered the last check.",
+            not store.seconds_failing,
+        ),
+        operations,
+        _gauge("store_bytes", "Bytes of stored surfaces at the last count.", usage.used),
+        _gauge("store_quota_bytes", "Most bytes of stored surfaces; 0: no limit.", usage.quota),
+    ]
 
 
 def _family(
