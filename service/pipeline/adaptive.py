@@ -45,8 +45,10 @@ NO_LIMIT = 2**62
 """A limit of triangles that no mesh reaches."""
 
 
-class AdaptiveMesher:
-    """Builds meshes of one model by several tolerances; data that they share is computed once.
+def prepare_meshes(
+    plan: MeshPlan, model: Model, options: MeshOptions, effort: Effort | None = None
+) -> Build:
+    """A function that builds meshes of one model by tolerance; data that they share is made once.
 
     Parameters
     ----------
@@ -57,50 +59,39 @@ class AdaptiveMesher:
     effort : Effort, optional
         The most work of all meshes together.
     """
+    if isinstance(model, SweepModel):
+        raise InvalidRequest(NOT_PATCHES)  # never reached: `plan_mesh` refuses such a request
+    fmt, limits = plan.fmt, plan.limits
+    all_effort = effort or Effort(EFFORT_FACTOR * limits.max_multiplications)
+    mesher = build_mesher(
+        model,
+        options,
+        Storage(fmt.is_float32, fmt.has_local_origin),
+        has_nodes=fmt.encode_scene is not None,
+        is_quantized=plan.encode.quantize,
+    )
 
-    def __init__(
-        self, plan: MeshPlan, model: Model, options: MeshOptions, effort: Effort | None = None
-    ) -> None:
-        if isinstance(model, SweepModel):
-            raise InvalidRequest(NOT_PATCHES)  # never reached: `plan_mesh` refuses such a request
-        fmt, self._plan, self._model = plan.fmt, plan, model
-        self._effort = effort or Effort(EFFORT_FACTOR * plan.limits.max_multiplications)
-        self._meshing = build_mesher(
-            model,
-            options,
-            Storage(fmt.is_float32, fmt.has_local_origin),
-            has_nodes=fmt.encode_scene is not None,
-            is_quantized=plan.encode.quantize,
-        )
+    def build(accuracy: Accuracy, tolerance: float | None) -> AnyMesh:
+        """Build the mesh for an accuracy; `tolerance`, in model units, replaces its tolerance.
 
-    def build(self, accuracy: Accuracy, tolerance: float | None = None) -> AnyMesh:
-        """Build the mesh for an accuracy.
-
-        `tolerance`, in model units, replaces the tolerance of `accuracy`.
-
-        Raises
-        ------
-        InvalidRequest, TooLarge
-            The pointer leads to the option that is the cause.
+        The pointers of errors lead to the option that is the cause.
         """
-        plan = self._plan
         # The limit of the service, which is that of an accuracy without a budget.
-        max_triangles, limit_pointer = adaptive_triangles(Accuracy(), plan.limits), accuracy.pointer
+        max_triangles, limit_pointer = adaptive_triangles(Accuracy(), limits), accuracy.pointer
         if accuracy.max_triangles is not None and accuracy.max_triangles < max_triangles:
             max_triangles, limit_pointer = accuracy.max_triangles, "/max_triangles"
         # `plan.max_triangles` is at most `allowed_triangles`; it is less if memory is the limit.
         requested = plan.options.accuracy or accuracy
-        allowed_triangles = adaptive_triangles(requested, plan.limits, plan.stored.patches)
-        memory = (
-            plan.cost.memory if plan.max_triangles < min(allowed_triangles, max_triangles) else None
-        )
+        allowed_triangles = adaptive_triangles(requested, limits, plan.stored.patches)
+        is_memory_limit = plan.max_triangles < min(allowed_triangles, max_triangles)
+        memory = plan.cost.memory if is_memory_limit else None
         max_triangles = min(max_triangles, plan.max_triangles)
-        goal = build_goal(accuracy, self._model)
+        goal = build_goal(accuracy, model)
         if tolerance is not None:
             goal = replace(goal, tolerance=tolerance)
         try:
             with Measured("adaptive"):
-                mesh = self._meshing.build_mesh(goal, max_triangles, self._effort)
+                mesh = mesher.build_mesh(goal, max_triangles, all_effort)
         except TooLarge as error:
             issues = (
                 _explain(issue, limit_pointer, max_triangles, accuracy, memory)
@@ -110,9 +101,11 @@ class AdaptiveMesher:
         except InvalidRequest as error:
             invalid = (replace(issue, pointer=accuracy.pointer) for issue in error.issues)
             raise InvalidRequest(*invalid) from None
-        self._effort.spent += TRIANGLE_EFFORT * mesh.report.triangles
+        all_effort.spent += TRIANGLE_EFFORT * mesh.report.triangles
         check_mesh(mesh, plan, accuracy)
         return mesh
+
+    return build
 
 
 def build_within_budget(
@@ -123,7 +116,7 @@ def build_within_budget(
         MIN_TOLERANCE_SINGLE if plan.fmt.is_float32 else MIN_TOLERANCE
     ) * model.diagonal
     effort = Effort(EFFORT_FACTOR * plan.limits.max_multiplications)
-    build = AdaptiveMesher(plan, model, options, effort).build
+    build = prepare_meshes(plan, model, options, effort)
     return search_budget(build, plan.encode_mesh, accuracy, min_tolerance, effort)
 
 
@@ -246,19 +239,22 @@ def _explain(
     if issue.code != "too_many_triangles":
         return replace(issue, pointer=where)
     if memory is None:
-        needed = f"at most {max_triangles}; a greater tolerance needs fewer"
         return replace(
             issue,
             pointer=where,
             got=f"more than {count_nouns(max_triangles, 'triangles')}",
-            needed=needed,
+            needed=f"at most {max_triangles}; a greater tolerance needs fewer",
         )
     # If a file of `max_triangles` triangles exceeds the budget, more memory would not help.
     if accuracy.max_bytes is not None and MIN_TRIANGLE_BYTES * max_triangles > accuracy.max_bytes:
         return _too_many_bytes(f"more than {accuracy.max_bytes} bytes", accuracy.max_bytes)
-    message = "The mesh would take more memory than this service has for a mesh by tolerance."
-    needed = f"at most {memory}; a greater tolerance, or another format, takes less"
-    return Issue("too_much_memory", message, where, f"more than {memory} bytes", needed)
+    return Issue(
+        "too_much_memory",
+        "The mesh would take more memory than this service has for a mesh by tolerance.",
+        where,
+        f"more than {memory} bytes",
+        f"at most {memory}; a greater tolerance, or another format, takes less",
+    )
 
 
 def _too_many_bytes(got: str, max_bytes: int) -> Issue:
@@ -275,6 +271,12 @@ def _budget_share(mesh: AnyMesh, content: Content, budget: Accuracy) -> float:
 def _check_budget(where: str, unit: str, min_count: int, max_count: int | None) -> None:
     """Refuse a budget `max_count` that is below `min_count`, the size of the coarsest mesh."""
     if max_count is not None and min_count > max_count:
-        message = "Even the coarsest mesh of the surface is larger."
-        got, needed = count_nouns(max_count, unit), f"at least {count_nouns(min_count, unit)}"
-        raise InvalidRequest(Issue("budget_too_small", message, where, got, needed))
+        raise InvalidRequest(
+            Issue(
+                "budget_too_small",
+                "Even the coarsest mesh of the surface is larger.",
+                where,
+                count_nouns(max_count, unit),
+                f"at least {count_nouns(min_count, unit)}",
+            )
+        )

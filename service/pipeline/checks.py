@@ -53,9 +53,15 @@ def check_options(
     degree = max(size.degree)
     max_degree = forward_difference.MAX_DEGREE[np.float32 if fmt.is_float32 else np.float64]
     if options.method == "forward_difference" and degree > max_degree:
-        message = "Forward differences of so high a degree lose the digits that the format stores."
-        got, needed = f"degree {degree}", f"degrees up to {max_degree}, or another method"
-        raise InvalidRequest(Issue("degree_too_high", message, "/method", got, needed))
+        raise InvalidRequest(
+            Issue(
+                "degree_too_high",
+                "Forward differences of so high a degree lose the digits that the format stores.",
+                "/method",
+                f"degree {degree}",
+                f"degrees up to {max_degree}, or another method",
+            )
+        )
 
 
 def _check_swept(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> None:
@@ -66,10 +72,15 @@ def _check_swept(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> No
     elif options.accuracy is not None:
         where = options.accuracy.pointer
     elif options.has_wires or not options.has_faces:
-        message = "Tubes and ribbons have no isoparametric curves; they are made of their faces."
-        where = "/isocurves" if options.has_wires else "/faces"
-        got, needed = "a tube or a ribbon", "no isoparametric curves, and faces"
-        raise InvalidRequest(Issue("not_parametric", message, where, got, needed))
+        raise InvalidRequest(
+            Issue(
+                "not_parametric",
+                "Tubes and ribbons have no isoparametric curves; they are made of their faces.",
+                "/isocurves" if options.has_wires else "/faces",
+                "a tube or a ribbon",
+                "no isoparametric curves, and faces",
+            )
+        )
     elif options.curvatures and "attribute" in fmt.carries:
         where = "/curvatures"
     elif options.method != "matrix":
@@ -194,38 +205,50 @@ def check_model(model: Model, options: MeshOptions, limits: Limits) -> None:
         options.has_solid_wires
         and (largest_coordinate := find_largest_coordinate(model, options)) > MAX_COORDINATE
     ):
-        message = "Coordinates are stored in single precision."
-        got, needed = (
-            f"wires that reach as far as {largest_coordinate:.6g}",
-            f"at most {MAX_COORDINATE:.7g}",
+        raise InvalidRequest(
+            Issue(
+                "coordinate_too_large",
+                "Coordinates are stored in single precision.",
+                "/wire_width",
+                f"wires that reach as far as {largest_coordinate:.6g}",
+                f"at most {MAX_COORDINATE:.7g}",
+            )
         )
-        raise InvalidRequest(Issue("coordinate_too_large", message, "/wire_width", got, needed))
     models = model.models if isinstance(model, GroupModel) else (model,)
     for submodel in models:
         if isinstance(submodel, SweepModel):
-            message = "Measuring a curve takes time that grows with the square of its degree."
-            count = sweep.estimate_effort(submodel, options)
-            limits.check_effort(count, message, "/resolution", "fewer divisions, or a lower degree")
+            limits.check_effort(
+                sweep.estimate_effort(submodel, options),
+                "Measuring a curve takes time that grows with the square of its degree.",
+                "/resolution",
+                "fewer divisions, or a lower degree",
+            )
         elif options.curvatures:
             _check_names(submodel)
     if options.method == "de_casteljau":
-        why = "it grows with the third power of the degree."
-        message = f"De Casteljau's algorithm would take too long: {why}"
         patches = [submodel for submodel in models if isinstance(submodel, PatchModel)]
-        count = sum(
-            de_casteljau.estimate_effort(submodel, options.resolution) for submodel in patches
+        limits.check_effort(
+            sum(de_casteljau.estimate_effort(submodel, options.resolution) for submodel in patches),
+            "De Casteljau's algorithm would take too long: it grows with the third power of the "
+            "degree.",
+            "/method",
+            "fewer divisions, or another method",
         )
-        limits.check_effort(count, message, "/method", "fewer divisions, or another method")
 
 
 def _check_names(model: PatchModel) -> None:
     """Refuse a surface with an attribute that has the name of a curvature."""
     channels = model.batches[0].channels
     if any(c.kind == "attribute" and c.name.lower() in CURVATURE_NAMES for c in channels):
-        message = "The surface has an attribute with the name of a curvature."
-        got = "an attribute and a curvature with the same name"
-        needed = f"other names than {' and '.join(CURVATURE_NAMES)}, or no curvatures"
-        raise InvalidRequest(Issue("name_clash", message, "/curvatures", got, needed))
+        raise InvalidRequest(
+            Issue(
+                "name_clash",
+                "The surface has an attribute with the name of a curvature.",
+                "/curvatures",
+                "an attribute and a curvature with the same name",
+                f"other names than {' and '.join(CURVATURE_NAMES)}, or no curvatures",
+            )
+        )
 
 
 def require_patches(model: Model) -> PatchModel:

@@ -41,9 +41,14 @@ class Limits:
         `where` is the JSON pointer to the cause.
         """
         if byte_bound > self.max_bytes:
-            needed = f"at most {self.max_bytes}"
             raise TooLarge(
-                Issue("too_many_bytes", message, where, f"up to {byte_bound} bytes", needed)
+                Issue(
+                    "too_many_bytes",
+                    message,
+                    where,
+                    f"up to {byte_bound} bytes",
+                    f"at most {self.max_bytes}",
+                )
             )
 
     def check_effort(self, count: int, message: str, where: str, instead: str) -> None:
@@ -52,9 +57,15 @@ class Limits:
         `where` is the JSON pointer to the cause; `instead` names requests that take less time.
         """
         if count > self.max_multiplications:
-            needed = f"at most {self.max_multiplications}; {instead}"
-            got = f"up to {count} multiplications"
-            raise TooLarge(Issue("too_costly", message, where, got, needed))
+            raise TooLarge(
+                Issue(
+                    "too_costly",
+                    message,
+                    where,
+                    f"up to {count} multiplications",
+                    f"at most {self.max_multiplications}; {instead}",
+                )
+            )
 
     def check_memory(self, byte_bound: int, what: str, where: str, instead: str) -> None:
         """Refuse work that may take more than `max_memory` bytes.
@@ -63,10 +74,14 @@ class Limits:
         requests that take less memory.
         """
         if byte_bound > self.max_memory:
-            message = f"{what} would take more memory than this service has for one request."
-            needed = f"at most {self.max_memory}; {instead}"
             raise TooLarge(
-                Issue("too_much_memory", message, where, f"up to {byte_bound} bytes", needed)
+                Issue(
+                    "too_much_memory",
+                    f"{what} would take more memory than this service has for one request.",
+                    where,
+                    f"up to {byte_bound} bytes",
+                    f"at most {self.max_memory}; {instead}",
+                )
             )
 
 

@@ -14,7 +14,7 @@ from service.engine.models import keep_model_channels
 from service.engine.options import MeshOptions
 from service.engine.quantize import quantize
 from service.engine.scenes.scene import Scene, move_to_zero
-from service.pipeline.adaptive import AdaptiveMesher, build_within_budget, check_content
+from service.pipeline.adaptive import build_within_budget, check_content, prepare_meshes
 from service.pipeline.checks import require_all_patches
 from service.pipeline.cost import Work
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
@@ -78,7 +78,7 @@ def make_file(plan: MeshPlan, surface: SurfaceKind) -> MeshFile:
 def build_planned(plan: MeshPlan, model: Model, options: MeshOptions) -> Mesh | Scene:
     """Build the mesh; or, for a group in a format with nodes, a scene of several meshes."""
     if options.accuracy is not None:
-        return AdaptiveMesher(plan, model, options).build(options.accuracy)
+        return prepare_meshes(plan, model, options)(options.accuracy, None)
     is_quantized = plan.encode.quantize
     if isinstance(model, GroupModel) and plan.fmt.encode_scene is not None:
         return build_scene(

@@ -100,11 +100,15 @@ def _cut(
 
     def check_pieces(count: int) -> None:
         if count > max_pieces:
-            message = "Polylines with this tolerance would have too many points."
-            where = "/planes" if tolerance.distance is None else "/tolerance"
-            got = f"more than {count_nouns(max_pieces, 'pieces')}"
-            needed = f"at most {max_pieces}; fewer planes, or a larger tolerance"
-            raise TooLarge(Issue("too_many_vertices", message, where, got, needed))
+            raise TooLarge(
+                Issue(
+                    "too_many_vertices",
+                    "Polylines with this tolerance would have too many points.",
+                    "/planes" if tolerance.distance is None else "/tolerance",
+                    f"more than {count_nouns(max_pieces, 'pieces')}",
+                    f"at most {max_pieces}; fewer planes, or a larger tolerance",
+                )
+            )
 
     model = number_patches(surface.lower())
     with Measured("intersect"):

@@ -11,7 +11,7 @@ from service.engine.accuracy import Accuracy
 from service.engine.adaptive.limits import Effort
 from service.engine.options import MeshOptions
 from service.errors import InvalidRequest
-from service.pipeline.adaptive import AdaptiveMesher, search_budget
+from service.pipeline.adaptive import prepare_meshes, search_budget
 from service.pipeline.mesh import MeshFile, plan_mesh
 from service.pipeline.mesh_plan import build_plan
 from service.surface.bezier import BezierSurface
@@ -127,7 +127,7 @@ def test_a_search_ends_when_the_work_of_a_request_is_spent() -> None:
     effort = Effort(limit=1e8)
     surface, options = EXAMPLES["saddle"].surface(), MeshOptions(accuracy=accuracy)
     plan = build_plan(surface, options, fmt)
-    build = AdaptiveMesher(plan, surface.lower(), options, effort).build
+    build = prepare_meshes(plan, surface.lower(), options, effort)
     best, _ = search_budget(build, plan.encode_mesh, accuracy, min_tolerance=1e-12, effort=effort)
     # This work suffices for about 4000 triangles.
     assert 300 < best.report.triangles < 5000
