@@ -17,7 +17,7 @@ not depend on other curves.
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.engine.vectors import project
+from service.engine.vectors import dot, length, project
 
 
 def bound_chord_deviations(nets: FloatArray, chords: FloatArray) -> FloatArray:
@@ -54,36 +54,24 @@ def bound_from_distances(distance: FloatArray, weights: FloatArray | None) -> Fl
 
 def measure_distances(points: FloatArray, chords: FloatArray) -> FloatArray:
     """Distances of points (M, m, d) to segments (M, 2, d): shape (M, m)."""
-    axes = range(points.shape[2])
-    differences = [points[..., k] - chords[:, :1, k] for k in axes]
-    along = [chords[:, 1, k] - chords[:, 0, k] for k in axes]
+    differences, along = points - chords[:, :1], chords[:, 1] - chords[:, 0]
     # In units of the largest coordinate, so that squares of small ones do not underflow.
-    size = find_row_maxima(
-        np.stack([*(find_row_maxima(np.abs(x)) for x in differences), *np.abs(along)], axis=1)
-    )
+    sizes = np.abs(np.concatenate([differences, along[:, None]], axis=1))
+    size = find_row_maxima(find_row_maxima(sizes))
     unit = np.where(size > 0, size, 1.0)
-    differences, along = [x / unit[:, None] for x in differences], [x / unit for x in along]
-    squared = _dot(along, along)
+    differences /= unit[:, None, None]
+    along /= unit[:, None]
+    squared = dot(along, along, -1)
     # The parameter in [0, 1] of the nearest point of the segment, and the vector from it.
-    foot = _dot(differences, [x[:, None] for x in along])
+    foot = dot(differences, along[:, None], -1)
     foot /= np.where(squared > 0, squared, 1.0)[:, None]
     np.clip(foot, 0.0, 1.0, out=foot)
-    gap = [x - foot * y[:, None] for x, y in zip(differences, along, strict=True)]
-    distance: FloatArray = unit[:, None] * np.sqrt(_dot(gap, gap))
-    return distance
+    return unit[:, None] * length(differences - foot[..., None] * along[:, None], -1)
 
 
 def find_row_maxima(values: FloatArray) -> FloatArray:
-    """Largest number (M,) of every row (M, m); column by column, which is faster if m is small."""
+    """Largest numbers (M, …) of rows (M, m, …); column by column, which is faster if m is small."""
     maxima = values[:, 0].copy()
     for k in range(1, values.shape[1]):
         np.maximum(maxima, values[:, k], out=maxima)
     return maxima
-
-
-def _dot(one: list[FloatArray], other: list[FloatArray]) -> FloatArray:
-    """Inner products of vectors, given as lists of coordinates that are added in order."""
-    total = one[0] * other[0]
-    for x, y in zip(one[1:], other[1:], strict=True):
-        total = total + x * y
-    return total

@@ -18,7 +18,7 @@ from service.engine.bounds.goal import bound_storage_error, count_roundings
 from service.engine.bounds.reference_triangles import ReferenceTriangles, build_reference_triangles
 from service.engine.nets.blossoms import build_triangle_nets, list_exponents
 from service.engine.nets.patch_nets import Nets, PatchNets
-from service.engine.vectors import UNIT, project
+from service.engine.vectors import UNIT, length, project
 
 FAR = 2.0**300
 """Largest coordinate relative to the middle of the patch, in units of the piece. A triangle across
@@ -143,11 +143,10 @@ class LocalFrames:
         local_eye = self.triangles.to_frames(difference.T[..., np.newaxis], 1.0 / self.unit)[..., 0]
         points = project(piece.net)
         gap = np.maximum(points.min(axis=2) - local_eye, local_eye - points.max(axis=2)).T
-        gap = np.maximum(gap, 0.0)
-        length = np.sqrt(gap[0] * gap[0] + gap[1] * gap[1] + gap[2] * gap[2])
-        # If the eye is far from the middle, rounding of its coordinates is relative to `length`.
-        length = length * (1.0 - 2.0**-40) - piece.gap - self.rounding
-        least: FloatArray = np.maximum(length * self.unit - self.slack, 0.0)
+        # If the eye is far from the middle, rounding of its coordinates is relative to the length.
+        lengths = length(np.maximum(gap, 0.0)) * (1.0 - 2.0**-40)
+        lengths = lengths - piece.gap - self.rounding
+        least: FloatArray = np.maximum(lengths * self.unit - self.slack, 0.0)
         return least
 
     def bound_reverse_distances(self, piece: LocalNets, images: FloatArray) -> FloatArray:

@@ -49,7 +49,11 @@ from service.bases.cache import PLANS
 from service.bases.polynomials import restriction_matrices
 from service.bases.row_batches import row_slices
 from service.engine.evaluation.triangle_nets import partial_nets
+from service.engine.vectors import dot, length
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
+
+COORDINATES = -6
+"""The axis of coordinates in nets of blocks, (d, a, n_u, b, n_v, m)."""
 
 CHUNK = 1 << 17
 """Numbers in the cut nets of one chunk: they fit the second-level cache."""
@@ -225,7 +229,7 @@ class _Middles:
         points = nets[:3] / nets[3]
         low, high = points.min(axis=(1, 3), keepdims=True), points.max(axis=(1, 3), keepdims=True)
         middles = (low + high) / 2
-        radii = np.sqrt(_find_block_maxima(_square_lengths(points - middles)))
+        radii = _find_block_maxima(length(points - middles, COORDINATES))
         return _Middles(middles, radii[:, np.newaxis], nets[3].min(axis=(0, 2)))
 
 
@@ -236,18 +240,10 @@ def _find_longest(vectors: FloatArray, middles: _Middles | None) -> FloatArray:
     |X − c w| + r |w|, divided by the least weight of the net.
     """
     if middles is None:
-        return np.sqrt(_find_block_maxima(_square_lengths(vectors)))
-    lengths = np.sqrt(_square_lengths(vectors[:3] - middles.points * vectors[3]))
+        return np.sqrt(_find_block_maxima(dot(vectors, vectors, COORDINATES)))
+    lengths = length(vectors[:3] - middles.points * vectors[3], COORDINATES)
     lengths += middles.radii * np.abs(vectors[3])
     return _find_block_maxima(lengths) / middles.least
-
-
-def _square_lengths(vectors: FloatArray) -> FloatArray:
-    """Squares of the lengths of vectors (3, …)."""
-    squares: FloatArray = vectors[0] * vectors[0]
-    squares += vectors[1] * vectors[1]
-    squares += vectors[2] * vectors[2]
-    return squares
 
 
 def _find_block_maxima(values: FloatArray) -> FloatArray:

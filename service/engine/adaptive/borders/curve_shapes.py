@@ -15,7 +15,7 @@ from service.engine.bounds.chords import (
 )
 from service.engine.bounds.faces import DEPTH
 from service.engine.nets.subdivision import elevate
-from service.engine.vectors import UNIT, project
+from service.engine.vectors import UNIT, dot, length, project
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -106,13 +106,13 @@ def find_tangents(nets: FloatArray, slack: FloatArray) -> tuple[FloatArray, Floa
     They have the directions of the first and the last leg of the net that is longer than `slack`
     (M,), the rounding of the net; they are 0 if the net has no such leg.
     """
-    legs, length = _find_legs(project(nets, -1))
-    is_long = length > slack[:, None]
+    legs, lengths = _find_legs(project(nets, -1))
+    is_long = lengths > slack[:, None]
     rows = np.arange(len(nets))
     tangents = []
     for at in (is_long.argmax(axis=1), is_long.shape[1] - 1 - is_long[:, ::-1].argmax(axis=1)):
         has_length = is_long[rows, at]
-        unit = np.where(has_length, length[rows, at], 1.0)
+        unit = np.where(has_length, lengths[rows, at], 1.0)
         tangents.append(np.where(has_length[:, None], legs[rows, at] / unit[:, None], 0.0))
     return tangents[0], tangents[1]
 
@@ -144,35 +144,28 @@ def _bound_apart(
     """
     degree = points.shape[1] - 1
     share = (np.arange(degree + 2) / (degree + 1))[:, None]
-    from_first_end = points - chord_parts[:, :1]
-    from_second_end = points - chord_parts[:, 1:]
+    from_ends = np.zeros((2, len(points), degree + 2, 3))
+    from_ends[0, :, :-1], from_ends[1, :, 1:] = (
+        points - chord_parts[:, :1],
+        points - chord_parts[:, 1:],
+    )
     least = np.ones(len(points))
     if weights is not None:
-        from_first_end, from_second_end = (
-            weights[..., None] * from_first_end,
-            weights[..., None] * from_second_end,
-        )
+        from_ends[0, :, :-1] *= weights[..., None]
+        from_ends[1, :, 1:] *= weights[..., None]
         least = -find_row_maxima(-weights)
-    none = np.zeros((len(points), 1, 3))
-    from_first_end, from_second_end = (
-        np.concatenate([from_first_end, none], 1),
-        np.concatenate([none, from_second_end], 1),
-    )
-    return (
-        find_row_maxima(measure_lengths((1.0 - share) * from_first_end + share * from_second_end))
-        / least
-    )
+    net = (1.0 - share) * from_ends[0] + share * from_ends[1]
+    return find_row_maxima(measure_lengths(net)) / least
 
 
 def _find_least_cosine(points: FloatArray, tangents: tuple[FloatArray, FloatArray]) -> FloatArray:
     """Least cosines (M,) between legs of nets and tangents; vectors of length 0 do not count."""
-    legs, length = _find_legs(points)
+    legs, lengths = _find_legs(points)
     least = np.ones(len(points))
     for tangent in tangents:
-        along = legs[..., 0] * tangent[:, None, 0] + legs[..., 1] * tangent[:, None, 1]
-        along += legs[..., 2] * tangent[:, None, 2]
-        counts = (length > 0) & (tangent != 0).any(axis=1)[:, None]
-        cosine = np.where(counts, along, 1.0) / np.where(counts, length, 1.0)
+        along = dot(legs, tangent[:, None], -1)
+        counts = (lengths > 0) & (tangent != 0).any(axis=1)[:, None]
+        cosine = np.where(counts, along, 1.0) / np.where(counts, lengths, 1.0)
         least = np.minimum(least, -find_row_maxima(-cosine))
     return least
 
@@ -185,9 +178,7 @@ def _find_legs(points: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def measure_lengths(vectors: FloatArray) -> FloatArray:
     """Lengths of vectors (…, 3), also if their squares would underflow or overflow."""
-    x, y, z = (vectors[..., k] for k in range(3))
-    size = np.maximum(np.maximum(np.abs(x), np.abs(y)), np.abs(z))
+    x, y, z = np.abs(np.moveaxis(vectors, -1, 0))
+    size = np.maximum(np.maximum(x, y), z)
     unit = np.where(size > 0, size, 1.0)
-    x, y, z = x / unit, y / unit, z / unit
-    length: FloatArray = unit * np.sqrt(x * x + y * y + z * z)
-    return length
+    return unit * length(vectors / unit[..., None], -1)
