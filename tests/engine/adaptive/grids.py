@@ -59,13 +59,8 @@ def build_regular(model: PatchModel, divisions: int = 2, *, per_face: bool = Fal
     lines = [vertex[number] for number, _ in sides]  # the vertices of each side
     starts = np.cumsum([0, *(len(line) for line in lines)])
     collapsed = np.array([bool((line == line[0]).all()) for line in lines]).reshape(-1, 4)
-    border = Border(
-        start=starts,
-        at=np.concatenate([at for _, at in sides]),
-        vertex=np.concatenate(lines),
-        points=points[first],
-        collapsed=collapsed,
-    )
+    entries = np.concatenate([at for _, at in sides]), np.concatenate(lines)
+    border = Border.of(faces, starts, entries, points[first], collapsed)
     corners = np.concatenate(triangles)
     # At poles, triangles of which two corners are one vertex are left out.
     vertices = vertex[corners]

@@ -1,8 +1,4 @@
-"""The vertices on the sides of faces; the goal for distances and angles determines their places.
-
-The division of the sides is a `Border`; `BorderPlaces` are its vertices as places of the faces,
-sorted so that leaves can look up their corners.
-"""
+"""The vertices on the sides of faces; the goal for distances and angles determines their places."""
 
 from dataclasses import dataclass
 
@@ -29,20 +25,63 @@ class Border:
 
     Attributes
     ----------
+    faces : Faces
     start : ndarray of int, shape (4F+1,)
     at, vertex : ndarray of int, shape (M,)
-        Place and vertex of each entry.
+        Place along the side, and vertex, of each entry.
     points : ndarray of float64, shape (B, 3)
         The vertices, in model coordinates.
     collapsed : ndarray of bool, shape (F, 4)
         Sides that are one point.
+    side, u, v : ndarray of int, shape (M,)
+        Side (4 f + s) and place of each entry in its face.
+    base : ndarray of int, shape (4F,)
+        Offset added to places along each side, so that places of all sides differ.
+    key : ndarray of int, shape (M,)
+        Places of the entries along their sides, plus the offset; in ascending order.
+    low : ndarray of int, shape (2, F)
+        Offsets added to u and to v, so that no two faces share a value of u or of v.
+    is_pole : ndarray of bool, shape (B,)
+        Whether a vertex is a whole side.
     """
 
+    faces: Faces
     start: Ints
     at: Ints
     vertex: Ints
     points: FloatArray
     collapsed: Bools
+    side: Ints
+    u: Ints
+    v: Ints
+    base: Ints
+    key: Ints
+    low: Ints
+    is_pole: Bools
+
+    @classmethod
+    def of(
+        cls,
+        faces: Faces,
+        start: Ints,
+        entries: tuple[Ints, Ints],
+        points: FloatArray,
+        collapsed: Bools,
+    ) -> "Border":
+        """The border with these `entries` (at, vertex)."""
+        (at, vertex), size = entries, (faces.spans * SPAN).T
+        side = np.arange(len(start) - 1).repeat(start[1:] - start[:-1])
+        # Sides 0 and 1 (u = 0 and the greatest u) run along v, sides 2 and 3 along u.
+        far, s = size[:, side // 4], side % 4
+        u = np.where(s < 2, np.where(s == 1, far[0], 0), at)
+        v = np.where(s < 2, at, np.where(s == 3, far[1], 0))
+        length = size[[1, 1, 0, 0]].T.ravel() + 1
+        base = length.cumsum() - length
+        is_pole = np.zeros(len(points), dtype=bool)
+        is_pole[vertex[start[:-1][collapsed.ravel()]]] = True
+        low = (size + 1).cumsum(axis=1) - size - 1
+        key = base[side] + at
+        return cls(faces, start, at, vertex, points, collapsed, side, u, v, base, key, low, is_pole)
 
 
 def divide_border(
@@ -103,51 +142,4 @@ def divide_border(
     pole = start[:-1][collapsed.ravel()]
     at[pole + 1] = spans[collapsed] * SPAN
     entry_vertex[pole] = entry_vertex[pole + 1] = number[len(corners) - len(poles) :]
-    return Border(start.astype(np.intp), at, entry_vertex, points, collapsed)
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class BorderPlaces:
-    """The entries of the border as places of the faces; all rounds of refinement share this value.
-
-    Attributes
-    ----------
-    faces : Faces
-    border : Border
-    side, u, v : ndarray of int, shape (M,)
-        Side (4 f + s) and place of each entry of the border.
-    base : ndarray of int, shape (4F,)
-        Offset added to places along each side, so that places of all sides differ.
-    key : ndarray of int, shape (M,)
-        Places of the entries along their sides, plus the offset; in ascending order.
-    low : ndarray of int, shape (2, F)
-        Offsets added to u and to v, so that no two faces share a value of u or of v.
-    is_pole : ndarray of bool, shape (B,)
-        Whether a vertex is a whole side.
-    """
-
-    faces: Faces
-    border: Border
-    side: Ints
-    u: Ints
-    v: Ints
-    base: Ints
-    key: Ints
-    low: Ints
-    is_pole: Bools
-
-    @classmethod
-    def of(cls, faces: Faces, border: Border) -> "BorderPlaces":
-        """The places of the border of faces."""
-        size = (faces.spans * SPAN).T
-        side = np.arange(len(border.start) - 1).repeat(border.start[1:] - border.start[:-1])
-        # Sides 0 and 1 (u = 0 and the greatest u) run along v, sides 2 and 3 along u.
-        far, s, at = size[:, side // 4], side % 4, border.at
-        u = np.where(s < 2, np.where(s == 1, far[0], 0), at)
-        v = np.where(s < 2, at, np.where(s == 3, far[1], 0))
-        length = size[[1, 1, 0, 0]].T.ravel() + 1
-        base = length.cumsum() - length
-        is_pole = np.zeros(len(border.points), dtype=bool)
-        is_pole[border.vertex[border.start[:-1][border.collapsed.ravel()]]] = True
-        low = (size + 1).cumsum(axis=1) - size - 1
-        return cls(faces, border, side, u, v, base, base[side] + at, low, is_pole)
+    return Border.of(faces, start.astype(np.intp), (at, entry_vertex), points, collapsed)

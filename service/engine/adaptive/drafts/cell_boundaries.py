@@ -19,7 +19,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, Ints
 from service.bases.row_batches import expand_runs, unique_values
-from service.engine.adaptive.borders.border import BorderPlaces
+from service.engine.adaptive.borders.border import Border
 from service.engine.adaptive.cutting.cells import FaceCells, Leaves
 from service.engine.adaptive.limits import build_depth_error
 from service.engine.bounds.faces import SPAN
@@ -82,24 +82,24 @@ class CellBoundaries:
     touching: Ints
 
 
-def trace_boundaries(border_places: BorderPlaces, leaves: Leaves, halvings: Ints) -> CellBoundaries:
+def trace_boundaries(border: Border, leaves: Leaves, halvings: Ints) -> CellBoundaries:
     """The boundaries of leaves that cover faces, or a part of them, without overlap.
 
     `halvings` (M,) has the number of halvings of the height of the strip after each entry of the
     border.
     """
-    count, border, fan = len(leaves), border_places.border, leaves.is_fan.nonzero()[0]
+    count, fan = len(leaves), leaves.is_fan.nonzero()[0]
     # Places (2, 4, L) and vertices (4, L) of the corners of leaves; −1 stands for a new vertex.
     places, vertex = leaves.rectangle[CORNER_ROWS], np.full((4, count), -1)
-    corner, leaf, segment, touching = _lift(border_places, leaves, halvings, (places, vertex))
+    corner, leaf, segment, touching = _lift(border, leaves, halvings, (places, vertex))
     u0, u1, v0, v1 = leaves.rectangle.take(fan, axis=1)
-    face = np.concatenate([*[leaves.face] * 4, border_places.side // 4, leaves.face[fan]])
-    u = np.concatenate([places[0].ravel(), border_places.u, (u0 + u1) // 2])
-    v = np.concatenate([places[1].ravel(), border_places.v, (v0 + v1) // 2])
+    face = np.concatenate([*[leaves.face] * 4, border.side // 4, leaves.face[fan]])
+    u = np.concatenate([places[0].ravel(), border.u, (u0 + u1) // 2])
+    v = np.concatenate([places[1].ravel(), border.v, (v0 + v1) // 2])
     del places
     # Each line of constant u, or of constant v, of each face gets a number of its own; the numbers
     # are replaced by their ranks.
-    low_u, low_v = border_places.low
+    low_u, low_v = border.low
     lines_u, rank_u = _rank(low_u[face] + u)
     lines_v, rank_v = _rank(low_v[face] + v)
     many_u, many_v = len(lines_u), len(lines_v)
@@ -146,7 +146,7 @@ def trace_boundaries(border_places: BorderPlaces, leaves: Leaves, halvings: Ints
     pairs = pairs[unique_values(pairs)[0]]
     segment, lifted = pairs // len(first), pairs % len(first)
     # The face is to the left of a segment on side 1 or 2, to the right on the others.
-    ends, s = np.array([segment, segment + 1]), border_places.side[segment] % 4
+    ends, s = np.array([segment, segment + 1]), border.side[segment] % 4
     return CellBoundaries(
         face,
         u,
@@ -158,7 +158,7 @@ def trace_boundaries(border_places: BorderPlaces, leaves: Leaves, halvings: Ints
         segment,
         lifted,
         entry[ends],
-        border_places.is_pole[border.vertex[ends]],
+        border.is_pole[border.vertex[ends]],
         (s == 1) | (s == 2),
         entry,
         touching,
@@ -172,7 +172,7 @@ def _rank(values: Ints) -> tuple[Ints, Ints]:
 
 
 def _lift(
-    border_places: BorderPlaces, cells: FaceCells, halvings: Ints, corners: tuple[Ints, Ints]
+    border: Border, cells: FaceCells, halvings: Ints, corners: tuple[Ints, Ints]
 ) -> tuple[Ints, Ints, Ints, Ints]:
     """Lift corners of leaves that are on the border, but not at a vertex of the border.
 
@@ -189,9 +189,9 @@ def _lift(
     touching : ndarray of int, shape (2, E)
         See `CellBoundaries`.
     """
-    (places, vertex), box, border = corners, cells.rectangle, border_places.border
-    face_boxes = np.zeros((len(border_places.faces.spans), 4), dtype=np.intp)
-    face_boxes[:, 1::2] = border_places.faces.spans * SPAN
+    (places, vertex), box = corners, cells.rectangle
+    face_boxes = np.zeros((len(border.faces.spans), 4), dtype=np.intp)
+    face_boxes[:, 1::2] = border.faces.spans * SPAN
     # A leaf is at side s of its face if row s of its box is equal to that of the face.
     s, leaf = (box == face_boxes[cells.face].T).nonzero()
     side = 4 * cells.face[leaf] + s
@@ -203,9 +203,9 @@ def _lift(
     # Rows of the box: across the side, and those of both ends along it.
     across = s - s % 2
     along = np.array([2 - across, 3 - across])
-    key = border_places.base[side] + box[along, leaf]
-    entry = border_places.key.searchsorted(key, "right") - 1
-    exact = border_places.key[entry] == key
+    key = border.base[side] + box[along, leaf]
+    entry = border.key.searchsorted(key, "right") - 1
+    exact = border.key[entry] == key
     # Both ends of each side of a leaf on the border: shape (2, sides).
     corner, end_leaf = CORNERS[s].T, np.array([leaf, leaf])
     vertex[corner[exact], end_leaf[exact]] = border.vertex[entry[exact]]
@@ -216,7 +216,7 @@ def _lift(
     free = (~exact).nonzero()
     corner, lifted, entry = corner[free], end_leaf[free], entry[free]
     if len(lifted):
-        least = np.full(len(border_places.key), np.iinfo(np.intp).max)
+        least = np.full(len(border.key), np.iinfo(np.intp).max)
         height = box[across + 1, leaf] - box[across, leaf]
         np.minimum.at(least, touching[0], np.concatenate([height, height]))
         lift = (least[entry] // LIFT) >> halvings[entry]

@@ -14,7 +14,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import expand_runs
-from service.engine.adaptive.borders.border import Border, BorderPlaces
+from service.engine.adaptive.borders.border import Border
 from service.engine.adaptive.cutting.cells import NO_NUMBERS, FaceCells, Leaves, Task
 from service.engine.adaptive.cutting.subdivision import divide_cells
 from service.engine.adaptive.drafts.cell_boundaries import CellBoundaries, trace_boundaries
@@ -42,7 +42,6 @@ class Draft:
     ----------
     task : Task
     border : Border
-    border_places : BorderPlaces
     halvings : ndarray of int, shape (M,)
         Number of halvings of the height of the strip after each entry of the border.
     samples : DraftSamples
@@ -52,7 +51,6 @@ class Draft:
 
     def __init__(self, task: Task, border: Border, store: Store) -> None:
         self.task, self.border = task, border
-        self.border_places = BorderPlaces.of(task.faces, border)
         self.halvings = np.zeros(len(border.at), dtype=np.intp)
         self.samples = DraftSamples(task, border, store)
         self.polygons = LeafPolygons(len(border.at))
@@ -77,7 +75,7 @@ class Draft:
             parts = [fresh, old_leaves.take(old)] if len(old) else [fresh]
             leaves = Leaves.join(parts)
             self.task.limits.spend(OVERHEAD * len(leaves))
-            boundaries = trace_boundaries(self.border_places, leaves, self.halvings)
+            boundaries = trace_boundaries(self.border, leaves, self.halvings)
             size = boundaries.start[1:] - boundaries.start[:-1] - leaves.is_fan
             crowded = find_crowded(self.task, leaves, size[: len(fresh) + len(near)])
             if not len(crowded):

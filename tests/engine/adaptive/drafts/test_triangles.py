@@ -25,7 +25,7 @@ def build_first_triangles(
     leaves = divide_cells(task, build_whole_cells(result.faces))
     draft.renew(leaves)
     # The draft traces these boundaries, too, and has their samples in the same order.
-    boundaries = trace_boundaries(draft.border_places, leaves, draft.halvings)
+    boundaries = trace_boundaries(draft.border, leaves, draft.halvings)
     return boundaries, draft.triangles
 
 
