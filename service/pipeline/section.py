@@ -10,9 +10,8 @@ from service.cancellation import checkpoint
 from service.encoders.polylines.format import PolylineSize, SectionFormat, count_sections
 from service.engine.joining.join import join
 from service.engine.options import MeshOptions
-from service.engine.sections.planes import Planes, SectionTolerance
 from service.engine.sections.section import cut_surface
-from service.engine.sections.values import Sections
+from service.engine.sections.values import Planes, Sections, SectionTolerance
 from service.errors import Issue, TooLarge, count_nouns
 from service.measuring import Measured
 from service.pipeline.checks import check_bytes, check_surface, number_patches

@@ -6,7 +6,7 @@ from pydantic import Field, model_validator
 
 from service.bases.arrays import FloatArray
 from service.engine.rays.intersect import RELATIVE_THICKNESS, RayQuery
-from service.engine.sections.planes import (
+from service.engine.sections.values import (
     MIN_RELATIVE_TOLERANCE,
     RELATIVE_TOLERANCE,
     Planes,

@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from service.bases.arrays import FloatArray
-from service.engine.sections.planes import Planes
+from service.engine.sections.values import Planes
 from service.errors import InvalidRequest, Issue
 from service.schemas.arrays import NumberGrid
 from service.schemas.fields import StrictModel, conflict_issue, optional

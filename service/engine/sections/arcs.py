@@ -1,6 +1,6 @@
 """Arcs of a section: pairs of nodes on the border of a cell that are the two ends of one piece.
 
-The section is the zero set of f (`heights`) in the cells, and a piece is a connected part of it in
+The section is the zero set of f (`cells`) in the cells, and a piece is a connected part of it in
 one cell. The nodes are the roots of f on the borders of cells; corners of cells have numbers of
 nodes, too (`segments`).
 
@@ -22,11 +22,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.row_batches import expand_runs
 from service.cancellation import checkpoint
-from service.engine.sections.borders import ONE, Borders
-from service.engine.sections.cells import ABOVE, BELOW, COPLANAR, OVER_U, OVER_V, SINGULAR
+from service.engine.sections.borders import ONE
+from service.engine.sections.cells import (
+    ABOVE,
+    BELOW,
+    COPLANAR,
+    OVER_U,
+    OVER_V,
+    SINGULAR,
+    EndedCells,
+)
 from service.engine.sections.segments import Segments
-from service.engine.sections.sides import CellSides, CellTable
+from service.engine.sections.sides import CellSides, is_change
 from service.surface.sides import BEGINS, ENDS
 
 
@@ -53,37 +62,39 @@ class Arcs:
     touching: Ints
 
 
-def find_arcs(cells: CellTable, segments: Segments, borders: Borders) -> Arcs:
+def find_arcs(cells: EndedCells, sides: CellSides, segments: Segments) -> Arcs:
     """Find the arcs in all cells."""
     # One entry for each root on a side of a cell; `key` orders the entries of a cell for pairing.
-    cell, side, root = _incidences(segments)
+    side_numbers, root = _find_roots_on_sides(segments)
+    cell, side = np.divmod(side_numbers, 4)
     node = segments.root_node[root]
     node_count = len(segments.node_net)
-    u, v = CellSides.of(cells, borders).parameters(cells, cell, side, segments.root_at[root])
+    u, v = sides.convert_to_parameters(cells, cell, side, segments.root_at[root])
     checkpoint()
     kind = cells.kind[cell]
     key = np.where(kind == OVER_U, u, v)
     # Where the section is not a graph, the entries are ordered around the border of the cell.
     around = np.flatnonzero((kind != OVER_U) & (kind != OVER_V))
-    sides = cell[around], side[around]
-    key[around] = _find_positions(cells, segments, sides, (u[around], v[around]))
+    key[around] = _find_positions(
+        cells, segments, (cell[around], side[around]), (u[around], v[around])
+    )
     ordered = np.flatnonzero(kind != SINGULAR)
     ordered = ordered[np.lexsort((key[ordered], cell[ordered]))]
     begin, end = _pair_entries(cell[ordered])
     pairs = np.stack([node[ordered[begin]], node[ordered[end]]], axis=1)
     cell_of_pair = cell[ordered[begin]]
     is_loop = pairs[:, 0] == pairs[:, 1]
-    is_kept = ~is_loop & ~_along_sides(segments, cell_of_pair, pairs)
+    is_kept = ~is_loop & ~_are_along_sides(cells, segments, cell_of_pair, pairs)
 
     checkpoint()
-    arcs_in_plane, sense_in_plane = _sides_in_plane(cells, segments)
+    arcs_in_plane, sense_in_plane = _find_sides_in_plane(cells, sides, segments)
     crossing = _number_crossings(cells, segments)
     checkpoint()
     # A node is on the border of a crossing if only one singular cell has its segment.
     is_singular = kind == SINGULAR
     is_on_border = _count_sides(segments, cells.kind == SINGULAR)[segments.root_segment[root]] == 1
     is_joined = is_singular & is_on_border
-    spokes, touching = _spokes(
+    spokes, touching = _find_spokes(
         crossing[cell[is_joined]] + node_count, node[is_joined], crossing, node_count
     )
     ends = np.concatenate([pairs[is_kept], arcs_in_plane, spokes])
@@ -91,24 +102,20 @@ def find_arcs(cells: CellTable, segments: Segments, borders: Borders) -> Arcs:
         [cells.sense[cell_of_pair[is_kept]], sense_in_plane, np.zeros(len(spokes))]
     )
     # A patch folded to a curve crosses the plane at a node that is on two of its sides.
-    free_nodes = _free_nodes(segments, ends, cells, pairs[is_loop, 0])
+    free_nodes = _find_free_nodes(segments, ends, cells, pairs[is_loop, 0])
     touching = np.concatenate([free_nodes, touching])
     return Arcs(ends, sense, crossing, touching)
 
 
-def _incidences(segments: Segments) -> tuple[Ints, Ints, Ints]:
-    """All triples (cell, side, root) of a root on a side of a cell."""
+def _find_roots_on_sides(segments: Segments) -> tuple[Ints, Ints]:
+    """All pairs (side, root) of a root on a side of a cell; sides have the numbers of `sides`."""
     first = np.searchsorted(segments.root_segment, segments.first.ravel())
     last = np.searchsorted(segments.root_segment, segments.last.ravel())
-    counts = last - first  # the roots first … last − 1 are on a side
-    side_numbers = np.repeat(np.arange(len(counts)), counts)
-    offset = np.arange(len(side_numbers)) - np.repeat(np.cumsum(counts) - counts, counts)
-    cell, side = np.divmod(side_numbers, 4)
-    return cell, side, first[side_numbers] + offset
+    return expand_runs(last - first, first)  # the roots first … last − 1 are on a side
 
 
 def _find_positions(
-    cells: CellTable,
+    cells: EndedCells,
     segments: Segments,
     sides: tuple[Ints, Ints],
     parameters: tuple[FloatArray, FloatArray],
@@ -122,19 +129,15 @@ def _find_positions(
     which all cells at the corner share, may be negative by rounding.
     """
     (cell, side), (u, v) = sides, parameters
-    rectangle = cells.place[:, cell] / ONE
-    s, t = (
-        (u - rectangle[0]) / (rectangle[1] - rectangle[0]),
-        (v - rectangle[2]) / (rectangle[3] - rectangle[2]),
-    )
+    rectangle = cells.rectangle[:, cell] / ONE
+    s = (u - rectangle[0]) / (rectangle[1] - rectangle[0])
+    t = (v - rectangle[2]) / (rectangle[3] - rectangle[2])
     key = np.choose(side, [3 + (1 - t), 1 + t, s, 2 + (1 - s)])
     is_negative = segments.value[segments.corner[cell, 0]] < 0
     kind = cells.kind[cell]
     must_move = np.where(kind == BELOW, ~is_negative, (kind == ABOVE) & is_negative)
     order = np.lexsort((key, cell))
-    is_first = np.ones(len(order), bool)
-    is_first[1:] = cell[order][1:] != cell[order][:-1]
-    first_nodes = order[is_first]
+    first_nodes = order[is_change(cell[order])]
     first_nodes = first_nodes[must_move[first_nodes]]
     key[first_nodes] += 8.0  # after all others, which are at most 4
     return np.asarray(key)
@@ -146,24 +149,19 @@ def _pair_entries(cell: Ints) -> tuple[Ints, Ints]:
     `cell` is the sorted list of the cells of all entries. Returns the positions in this list of the
     first, and of the second entries of all pairs.
     """
-    is_first = np.ones(len(cell), bool)
-    is_first[1:] = cell[1:] != cell[:-1]
-    start = np.maximum.accumulate(np.where(is_first, np.arange(len(cell)), 0))
-    first_of_pair = np.flatnonzero((np.arange(len(cell)) - start) % 2 == 0)
-    first_of_pair = first_of_pair[first_of_pair + 1 < len(cell)]
-    first_of_pair = first_of_pair[cell[first_of_pair] == cell[first_of_pair + 1]]
+    every = np.arange(len(cell))
+    start = np.maximum.accumulate(np.where(is_change(cell), every, 0))
+    first_of_pair = every[:-1][((every - start) % 2 == 0)[:-1] & (cell[:-1] == cell[1:])]
     return first_of_pair, first_of_pair + 1
 
 
-def _along_sides(segments: Segments, cell: Ints, pairs: Ints) -> Bools:
+def _are_along_sides(cells: EndedCells, segments: Segments, cell: Ints, pairs: Ints) -> Bools:
     """Which pairs of nodes are both ends of a side of their cell that lies in the plane."""
-    is_along = np.zeros(len(cell), bool)
-    for side in range(4):
-        begin, end = segments.corner[cell, BEGINS[side]], segments.corner[cell, ENDS[side]]
-        is_side = (pairs[:, 0] == begin) & (pairs[:, 1] == end)
-        is_side |= (pairs[:, 0] == end) & (pairs[:, 1] == begin)
-        is_along |= is_side & segments.side_in_plane[cell, side]
-    return is_along
+    sides = segments.corner[cell][:, np.stack([BEGINS, ENDS], axis=1)]  # (…, 4 sides, 2 ends)
+    ends = pairs[:, np.newaxis]
+    is_side = (ends == sides).all(axis=2) | (ends[..., ::-1] == sides).all(axis=2)
+    is_in_plane = ~np.any(cells.sides, axis=0).T
+    return np.asarray((is_side & is_in_plane[cell]).any(axis=1))
 
 
 def _count_sides(segments: Segments, is_chosen: Bools) -> Ints:
@@ -175,17 +173,19 @@ def _count_sides(segments: Segments, is_chosen: Bools) -> Ints:
     return np.cumsum(change)[:-1]
 
 
-def _sides_in_plane(cells: CellTable, segments: Segments) -> tuple[Ints, FloatArray]:
+def _find_sides_in_plane(
+    cells: EndedCells, sides: CellSides, segments: Segments
+) -> tuple[Ints, FloatArray]:
     """Segments in the plane as arcs, and their senses."""
     is_coplanar = cells.kind == COPLANAR
     is_inside = _count_sides(segments, is_coplanar) > 1
     is_inside &= _count_sides(segments, ~is_coplanar) == 0
     arc_segments = np.flatnonzero(segments.in_plane & ~is_inside)
-    sign_of_f = np.sign(cells.corner_values().sum(axis=1))
+    sign_of_f = np.sign(cells.corner_values.sum(axis=0))
     # The sense of sides u₀, u₁, v₀, v₁ of cells with f > 0: side v₀ has f > 0 to its left, since it
     # runs toward larger u; side u₀ has f > 0 to its right, since it runs toward larger v.
     sense = sign_of_f[:, np.newaxis] * np.array([-1.0, 1.0, 1.0, -1.0])
-    sense[segments.backward] *= -1
+    sense[sides.step.reshape(-1, 4) < 0] *= -1
     sense_of_segment = np.zeros(len(segments.ends))
     # A side of one segment gives its sense to the segment.
     is_single = segments.last - segments.first == 1
@@ -193,32 +193,29 @@ def _sides_in_plane(cells: CellTable, segments: Segments) -> tuple[Ints, FloatAr
     return segments.ends[arc_segments], np.sign(sense_of_segment[arc_segments])
 
 
-def _number_crossings(cells: CellTable, segments: Segments) -> Ints:
+def _number_crossings(cells: EndedCells, segments: Segments) -> Ints:
     """For each cell the number of its crossing, (n,); −1 for cells that are not singular.
 
     Singular cells that touch each other belong to the same crossing.
     """
     singular = np.flatnonzero(cells.kind == SINGULAR)
-    crossing = np.full(len(cells.kind), -1)
+    crossing = np.full(len(cells), -1)
     if not len(singular):
         return crossing
     first, last = segments.first[singular].ravel(), segments.last[singular].ravel()
-    counts = last - first
-    cell_of_segment = np.repeat(np.repeat(singular, 4), counts)
-    offset = np.arange(len(cell_of_segment)) - np.repeat(np.cumsum(counts) - counts, counts)
+    side, segment = expand_runs(last - first, first)
+    cell_of_side = np.repeat(singular, 4)
     # A graph whose vertices are all cells, then all corners, then all segments; a singular cell is
     # connected with its corners and segments.
-    n, corners = len(cells.kind), len(segments.value)
-    first_vertices = np.concatenate([np.repeat(singular, 4), cell_of_segment])
-    second_vertices = np.concatenate(
-        [n + segments.corner[singular].ravel(), n + corners + np.repeat(first, counts) + offset]
-    )
-    label = components(n + corners + len(segments.ends), first_vertices, second_vertices)
+    n, corners = len(cells), len(segments.value)
+    first_vertices = np.concatenate([cell_of_side, cell_of_side[side]])
+    second_vertices = np.concatenate([n + segments.corner[singular].ravel(), n + corners + segment])
+    label = _find_components(n + corners + len(segments.ends), first_vertices, second_vertices)
     crossing[singular] = np.unique(label[singular], return_inverse=True)[1]
     return crossing
 
 
-def components(count: int, first_vertices: Ints, second_vertices: Ints) -> Ints:
+def _find_components(count: int, first_vertices: Ints, second_vertices: Ints) -> Ints:
     """Connected components of a graph of `count` vertices: the least vertex of each, (count,)."""
     label = np.arange(count)
     while True:
@@ -234,7 +231,7 @@ def components(count: int, first_vertices: Ints, second_vertices: Ints) -> Ints:
         label = next_label
 
 
-def _spokes(hub: Ints, node: Ints, crossing: Ints, node_count: int) -> tuple[Ints, Ints]:
+def _find_spokes(hub: Ints, node: Ints, crossing: Ints, node_count: int) -> tuple[Ints, Ints]:
     """The arcs from crossings to nodes on their borders, and the crossings without arcs.
 
     `hub` and `node` are the crossing and the node of each arc. A node that meets a crossing an even
@@ -250,7 +247,7 @@ def _spokes(hub: Ints, node: Ints, crossing: Ints, node_count: int) -> tuple[Int
     return np.concatenate([joined_pairs, pairs[~has_two_nodes]]), touching
 
 
-def _free_nodes(segments: Segments, ends: Ints, cells: CellTable, loops: Ints) -> Ints:
+def _find_free_nodes(segments: Segments, ends: Ints, cells: EndedCells, loops: Ints) -> Ints:
     """Find the nodes without arcs at which the surface meets the plane.
 
     These are corners with f = 0, double roots, and the nodes `loops`, at which both ends of a piece

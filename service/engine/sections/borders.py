@@ -37,8 +37,23 @@ CENTROID = -2
 """The first number in the name of a place at the centroid of a triangle."""
 
 
+THIRDS = (
+    # For each of the three nets of a triangle A, B, C: the parameters of the corner at which it
+    # begins; for each side of the net, the side of the triangle on which it lies or on whose median
+    # it lies; and whether it begins at the end of the side of the triangle. The nets begin at A, B
+    # and C. Their parameter a runs along AB, BC and CA, their parameter b along AC, BA and CB. The
+    # sides 0, 1, 2 of a triangle are AC, BC and AB.
+    ((0.0, 0.0), np.array([0, 2, 2, 0]), np.array([False, False, False, False])),
+    ((1.0, 0.0), np.array([2, 1, 1, 2]), np.array([True, False, False, False])),
+    ((0.0, 1.0), np.array([1, 0, 0, 1]), np.array([True, False, True, False])),
+)
+
+ON_MEDIAN = np.array([False, True, False, True])
+"""Whether each side of a third of a triangle lies on a median."""
+
+
 @dataclass(frozen=True, eq=False, slots=True)
-class Borders:
+class BorderLines:
     """The lines on which the borders of N nets lie.
 
     Attributes
@@ -65,7 +80,7 @@ class Borders:
         return len(self.is_point)
 
 
-def find_border_lines(nets: QueryNets, seams: Seams, is_triangle: Bools) -> Borders:
+def find_border_lines(nets: QueryNets, seams: Seams, is_triangle: Bools) -> BorderLines:
     """Find the lines of the nets of patches with these seams."""
     edges, patches = seams.edge_count, len(seams.edge)
     is_point = np.zeros(edges + 3 * patches, bool)
@@ -86,60 +101,15 @@ def find_border_lines(nets: QueryNets, seams: Seams, is_triangle: Bools) -> Bord
     patch = nets.patch
     line, start = seams.edge[patch], np.where(seams.backward[patch], LINE, 0)
     step = np.where(seams.backward[patch], -2, 2)
-    for third in _thirds(nets, is_triangle[patch]):
-        rows, sides = third.rows, third.sides
-        patch_of_row = patch[rows, np.newaxis]
-        line[rows] = np.where(
-            third.is_inner, medians[patch_of_row, sides], seams.edge[patch_of_row, sides]
-        )
-        # On an outer side a net begins at an end of the patch's side and reaches its middle.
-        is_reversed = third.is_reversed != seams.backward[patch_of_row, sides]
-        start[rows] = np.where(third.is_inner, 0, np.where(is_reversed, LINE, 0))
-        step[rows] = np.where(third.is_inner, 2, np.where(is_reversed, -1, 1))
-    return Borders(line, start, step, is_point, ends)
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Third:
-    """The nets at one corner of triangles.
-
-    Attributes
-    ----------
-    rows : ndarray of int, shape (m,)
-        Numbers of the nets.
-    sides : ndarray of int, shape (4,)
-        For each side of a net, the side of the triangle on which it lies, or on whose median it
-        lies.
-    is_inner : ndarray of bool, shape (4,)
-        Whether each side of a net lies on a median.
-    is_reversed : ndarray of bool, shape (4,)
-        Whether each side of a net begins at the end of the side of the triangle.
-    """
-
-    rows: Ints
-    sides: Ints
-    is_inner: Bools
-    is_reversed: Bools
-
-
-_THIRDS = (
-    # For each of the three nets of a triangle A, B, C: the parameters of the corner at which it
-    # begins, `sides` and `is_reversed`. The nets begin at A, B and C. Their parameter a runs along
-    # AB, BC and CA, their parameter b along AC, BA and CB. The sides 0, 1, 2 of a triangle are AC,
-    # BC and AB.
-    ((0.0, 0.0), (0, 2, 2, 0), (False, False, False, False)),
-    ((1.0, 0.0), (2, 1, 1, 2), (True, False, False, False)),
-    ((0.0, 1.0), (1, 0, 0, 1), (True, False, True, False)),
-)
-
-
-def _thirds(nets: QueryNets, is_triangle: Bools) -> list[_Third]:
-    """The nets that are thirds of triangles, for each of the three corners."""
     # A triangle of high degree is one net, not three; two of the corners of this net are at C.
-    is_divided = is_triangle & (nets.corners[:, 2] != nets.corners[:, 3]).any(axis=1)
-    is_inner = np.array([False, True, False, True])
-    thirds = []
-    for corner, sides, is_reversed in _THIRDS:
-        rows = np.flatnonzero(is_divided & (nets.corners[:, 0] == corner).all(axis=1))
-        thirds.append(_Third(rows, np.array(sides), is_inner, np.array(is_reversed)))
-    return thirds
+    is_third = is_triangle[patch] & (nets.corners[:, 2] != nets.corners[:, 3]).any(axis=1)
+    for corner, sides, is_reversed in THIRDS:
+        rows = np.flatnonzero(is_third & (nets.corners[:, 0] == corner).all(axis=1))
+        patch_of_row = patch[rows, np.newaxis]
+        edge, backward = seams.edge[patch_of_row, sides], seams.backward[patch_of_row, sides]
+        line[rows] = np.where(ON_MEDIAN, medians[patch_of_row, sides], edge)
+        # On an outer side a net begins at an end of the patch's side and reaches its middle.
+        runs_back = ~ON_MEDIAN & (is_reversed != backward)
+        start[rows] = np.where(runs_back, LINE, 0)
+        step[rows] = np.where(ON_MEDIAN, 2, np.where(runs_back, -1, 1))
+    return BorderLines(line, start, step, is_point, ends)

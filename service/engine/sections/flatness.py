@@ -28,14 +28,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import bernstein
 from service.bases.row_batches import row_slices
-from service.cancellation import checkpoint
 from service.engine.bounds.chords import bound_chord_deviations
+from service.engine.cells.cells import Cells
 from service.engine.nets.blossoms import restrict
 from service.engine.nets.query_nets import NetGroup
-from service.engine.sections.heights import LocalPlanes
+from service.engine.sections.cells import LocalPlanes
 from service.engine.vectors import cross, dot, length, normalize, project
 
 SLACK = 2.0**-44
@@ -46,53 +46,52 @@ MAX_NUMBERS = 1 << 19
 """How many coordinates of control points one chunk has, to bound the memory."""
 
 
+SHARES = np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5]])
+"""The part of its chord that a piece advances along u, and along v, for the three values of `axis`
+in `Pieces`."""
+
+
 @dataclass(frozen=True, eq=False, slots=True)
-class Pieces:
+class Pieces(Cells):
     """The m pieces of sections; each is a graph of one parameter over the other.
 
     Attributes
     ----------
+    rectangle : ndarray of float64, shape (4, m)
+        A rectangle of parameters that contains the piece.
     plane, net : ndarray of int, shape (m,)
-    begin, end : ndarray of float64, shape (m, 2)
+    begin, end : ndarray of float64, shape (2, m)
         The parameters (u, v) of both ends; the parameter over which the piece is a graph ascends.
-    low, high : ndarray of float64, shape (m, 2)
-        The corners of a rectangle of parameters that contains the piece.
     axis : ndarray of int, shape (m,)
         0 for a graph over u, 1 over v; 2 if the piece is monotone in both, so that its ends are
         corners of the rectangle.
     """
 
+    rectangle: FloatArray
     plane: Ints
     net: Ints
     begin: FloatArray
     end: FloatArray
-    low: FloatArray
-    high: FloatArray
     axis: Ints
 
 
-def piece_bounds(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
+def bound_pieces(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
     """Bound the distances of pieces of nets of one group from their chords: shape (2, m).
 
     The first row does not include rounding, and decreases when the rectangles are halved. The
     second row is the slack for rounding; it is large where the surface is almost parallel to the
     plane.
     """
-    bounds = np.empty((2, len(pieces.net)))
-    for rows in row_slices(len(pieces.net), group.nets[0].size, MAX_NUMBERS):
-        checkpoint()
-        bounds[:, rows] = _bounds(
-            group,
-            planes,
-            Pieces(*(getattr(pieces, name)[rows] for name in Pieces.__dataclass_fields__)),
-        )
+    bounds = np.empty((2, len(pieces)))
+    for rows in row_slices(len(pieces), group.nets[0].size, MAX_NUMBERS):
+        bounds[:, rows] = _bound(group, planes, pieces.take(rows))
     return bounds
 
 
-def _bounds(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
-    """Apply the theorem to some pieces; the result is as in `piece_bounds`."""
+def _bound(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
+    """Apply the theorem to some pieces; the result is as in `bound_pieces`."""
     nets = group.nets[pieces.net - group.first]
-    first, last = _points_at(nets, pieces.begin), _points_at(nets, pieces.end)
+    first, last = _evaluate(nets, pieces.begin), _evaluate(nets, pieces.end)
     normal = planes.normals[pieces.plane]
     chord = last - first
     chord -= dot(chord, normal, -1)[:, np.newaxis] * normal
@@ -106,80 +105,71 @@ def _bounds(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
         direction_along[rows_without_chord] = normalize(direction, -1)
     direction_across = cross(normal, direction_along, -1)
     # x = e · (P − A), y = g · (P − A) and the height h of all control points P.
-    points = project(_restrict(nets, pieces.low, pieces.high), -1)
+    points = project(_restrict(nets, pieces.rectangle), -1)
     difference = points - first[:, np.newaxis, np.newaxis]
     x = np.matmul(difference, direction_along[:, np.newaxis, :, np.newaxis])[..., 0]
     y = np.matmul(difference, direction_across[:, np.newaxis, :, np.newaxis])[..., 0]
     h = planes.heights(pieces.plane, points)
-    h_slope = _slopes(h)
-    squared_slope = dot(h_slope, h_slope, -1)
+    h_slope = _find_slopes(h)
+    squared_slope = dot(h_slope, h_slope)
     squared_slope[squared_slope == 0] = np.inf
     # λ is `slide_y` and μ is `slide_x`. They bring the slopes of y near 0, and those of x near
     # `target`: |AB| along the axis of the graph, or half of this along both axes.
-    target = np.zeros((len(lengths), 2))
     sense = np.where(pieces.end >= pieces.begin, 1.0, -1.0)
-    shares_along_u, shares_along_v = np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5]])
-    for axis, share in enumerate((shares_along_u, shares_along_v)):
-        target[:, axis] = share[pieces.axis] * lengths * sense[:, axis]
-    slide_y = dot(_slopes(y), h_slope, -1) / squared_slope
-    slide_x = dot(_slopes(x) - target, h_slope, -1) / squared_slope
+    target = SHARES[:, pieces.axis] * lengths * sense
+    slide_y = dot(_find_slopes(y), h_slope) / squared_slope
+    slide_x = dot(_find_slopes(x) - target, h_slope) / squared_slope
     distance_beside = np.abs(y - slide_y[:, np.newaxis, np.newaxis] * h).max(axis=(1, 2))
     position = x - slide_x[:, np.newaxis, np.newaxis] * h
     length_beyond = np.maximum(position.max(axis=(1, 2)) - lengths, -position.min(axis=(1, 2)))
-    slack = slack_of(group.nets) * (1 + np.abs(slide_x) + np.abs(slide_y))
+    slack = bound_rounding(group.nets) * (1 + np.abs(slide_x) + np.abs(slide_y))
     return np.stack([np.hypot(distance_beside, np.maximum(length_beyond, 0.0)), slack])
 
 
-def side_bounds(
-    group: NetGroup, net: Ints, low: FloatArray, high: FloatArray, axis: int
-) -> FloatArray:
-    """Bound the distances (m,) of sides of rectangles from their chords.
+def bound_sides(group: NetGroup, net: Ints, rectangle: FloatArray, axis: int) -> FloatArray:
+    """Bound the distances (m,) of sides of cells from their chords.
 
-    `low` and `high` (m, 2) differ along `axis` alone.
+    The rectangles (4, m) are sides: they have a length along `axis` alone.
     """
-    lines = _restrict(group.nets[net - group.first], low, high)
+    lines = _restrict(group.nets[net - group.first], rectangle)
     lines = lines[:, :, 0] if axis == 0 else lines[:, 0]
-    return bound_chord_deviations(lines, project(lines[:, [0, -1]], -1)) + slack_of(group.nets)
+    bounds = bound_chord_deviations(lines, project(lines[:, [0, -1]], -1))
+    return bounds + bound_rounding(group.nets)
 
 
-def cell_sizes(group: NetGroup, net: Ints, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Bound the diameters (m,) of the pieces of surface over rectangles."""
+def bound_sizes(group: NetGroup, net: Ints, rectangle: FloatArray) -> FloatArray:
+    """Bound the diameters (m,) of the pieces of surface over rectangles (4, m)."""
     sizes = np.empty(len(net))
     for rows in row_slices(len(sizes), group.nets[0].size, MAX_NUMBERS):
-        cells = _restrict(group.nets[net[rows] - group.first], low[rows], high[rows])
+        cells = _restrict(group.nets[net[rows] - group.first], rectangle[:, rows])
         points = project(cells, -1).reshape(len(cells), -1, 3)
         sides = points.max(axis=1) - points.min(axis=1)
-        sizes[rows] = length(sides, -1) + slack_of(group.nets)
+        sizes[rows] = length(sides, -1) + bound_rounding(group.nets)
     return sizes
 
 
-def slack_of(nets: FloatArray) -> float:
+def bound_rounding(nets: FloatArray) -> float:
     """A bound of the rounding of control points of rectangles of nets (m, p+1, q+1, 3 or 4)."""
     _, rows, columns, _ = nets.shape
     return float(SLACK * max(1.0, (rows + columns - 2) / 64))
 
 
-def _restrict(nets: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Nets (m, p+1, q+1, 3 or 4) over rectangles with the corners `low` and `high` (m, 2)."""
-    over = restrict(nets.transpose(0, 3, 1, 2), np.stack([low.T, high.T]))
-    return over.transpose(0, 2, 3, 1)
+def _restrict(nets: FloatArray, rectangle: FloatArray) -> FloatArray:
+    """Nets (m, p+1, q+1, 3 or 4) over rectangles (4, m)."""
+    corners = rectangle.reshape(2, 2, -1).swapaxes(0, 1)
+    return restrict(nets.transpose(0, 3, 1, 2), corners).transpose(0, 2, 3, 1)
 
 
-def _points_at(nets: FloatArray, parameters: FloatArray) -> FloatArray:
-    """Points (m, 3) of nets (m, p+1, q+1, 3 or 4), each at its `parameters` (m, 2)."""
+def _evaluate(nets: FloatArray, parameters: FloatArray) -> FloatArray:
+    """Points (m, 3) of nets (m, p+1, q+1, 3 or 4), each at its `parameters` (2, m)."""
     m, rows, columns, width = nets.shape
-    basis_u = bernstein(rows - 1, parameters[:, 0])[:, np.newaxis]
-    basis_v = bernstein(columns - 1, parameters[:, 1])[:, np.newaxis]
+    basis_u = bernstein(rows - 1, parameters[0])[:, np.newaxis]
+    basis_v = bernstein(columns - 1, parameters[1])[:, np.newaxis]
     lines = np.matmul(basis_u, nets.reshape(m, rows, -1)).reshape(m, columns, width)
     return project(np.matmul(basis_v, lines)[:, 0], -1)
 
 
-def _slopes(values: FloatArray) -> FloatArray:
-    """Mean differences (m, 2) along u and v of the corner values of arrays (m, p+1, q+1)."""
+def _find_slopes(values: FloatArray) -> FloatArray:
+    """Mean differences (2, m) along u and v of the corner values of arrays (m, p+1, q+1)."""
     a, b, c, d = values[:, 0, 0], values[:, 0, -1], values[:, -1, 0], values[:, -1, -1]
-    return np.stack([(c + d - a - b) / 2, (b + d - a - c) / 2], axis=1)
-
-
-def is_zero(rows: FloatArray) -> Bools:
-    """Which rows (m, n+1) are zero: sides of cells that lie in the plane."""
-    return np.asarray(~rows.any(axis=1))
+    return np.stack([(c + d - a - b) / 2, (b + d - a - c) / 2])

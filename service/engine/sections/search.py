@@ -1,18 +1,18 @@
 """The search for the cells of a section by halving, which misses no loop.
 
-A cell in which the section is not a graph (`graphs`) is halved in both directions. A cell with a
-graph is halved along the parameter of the graph, until each piece of the graph is within the
+A cell in which the section is not a graph (`coefficients`) is halved in both directions. A cell
+with a graph is halved along the parameter of the graph, until each piece of the graph is within the
 tolerance of its chord (`flatness`), and along the other parameter, too, while a piece may reach all
 of its values in the cell. Cells with a side in the plane are halved along this side, until it is
 within the tolerance of its chord. If the section is still not a graph in a cell of the size
 `MIN_SIZE`, the cell is *singular*: near it the surface touches the plane, or the section crosses
 itself. If the section is not a graph in more than `MAX_UNCLEAR_CELLS` cells of one patch, these lie
-along a curve; then the size of singular cells is the share `SIZE_SHARE` of the tolerance instead,
+along a curve; then the size of singular cells is `RELATIVE_SIZE` times the tolerance instead,
 which is mostly larger.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,33 +23,33 @@ from service.engine.nets.query_nets import NetGroup
 from service.engine.sections.borders import ONE
 from service.engine.sections.cells import (
     COPLANAR,
+    NOISE,
     OVER_U,
     OVER_V,
     SINGULAR,
-    Cells,
+    EndedCells,
+    LocalPlanes,
     OpenCells,
-    join_cells,
+    build_cells,
 )
-from service.engine.sections.flatness import Pieces, is_zero, piece_bounds, side_bounds
-from service.engine.sections.graphs import bound_slopes, classify, find_border_points
-from service.engine.sections.heights import NOISE, LocalPlanes, height_nets
+from service.engine.sections.coefficients import bound_slopes, classify_cells, find_border_points
+from service.engine.sections.flatness import Pieces, bound_pieces, bound_sides
 from service.engine.vectors import project
-from service.surface.sides import take_side
 
 MIN_SIZE = 2.0**-20
 """The size of singular cells, in the coordinates of the nets. Heights grow with the square of the
 distance from a point where the surface touches the plane, so in such cells they are about
-`heights.THICKNESS`."""
+`cells.THICKNESS`."""
 
 MAX_UNCLEAR_CELLS = 128
 """If the section by one plane is not a graph in more cells of one patch, these cells lie along a
 curve, because only about 16 such cells lie around a point where a section crosses itself."""
 
-SIZE_SHARE = 1 / 8
+RELATIVE_SIZE = 1 / 8
 """The size of singular cells along a curve, in units of the tolerance."""
 
 MAX_CHANGE = 0.1
-"""The expected number of pieces is reliable if it changes by at most this share from one level to
+"""The expected number of pieces is reliable if it changes by at most this part from one level to
 the next."""
 
 MAX_NUMBERS = 1 << 18
@@ -62,6 +62,8 @@ class CellSearch:
 
     Attributes
     ----------
+    width : int
+        At least the number of coefficients of any side of a net, of any group.
     tolerance : float
         In the coordinates of the nets.
     allow : callable
@@ -73,32 +75,28 @@ class CellSearch:
 
     group: NetGroup
     planes: LocalPlanes
+    width: int
     tolerance: float
     allow: Callable[[int, float], None]
     deviation: float = 0.0
-    _ended: list[Cells] = field(default_factory=list)
-    """The cells that need no further halving."""
     _pieces: float = 0.0
     """The expected number of pieces in the cells of the present level: the sum of √(bound /
     tolerance), because bounds are of the second order in the size of cells. In tests this sum was
     0.6 to 1.7 times the final number from the third level on, and 0.6 to 1 times if it changed by
     less than `MAX_CHANGE`."""
 
-    def find(self, plane: Ints, net: Ints) -> tuple[Cells, Bools]:
+    def find(self, plane: Ints, net: Ints) -> tuple[list[EndedCells], Bools]:
         """Find the cells that the sections meet, for m pairs of a plane and a net.
 
         Also returns for which pairs (m,) the patch lies in the plane.
         """
-        nets, floor, is_coplanar = height_nets(self.group, self.planes, plane, net)
-        # The rectangle of each cell, u₀, u₁, v₀, v₁: at first the whole net.
-        place = np.zeros((4, len(plane)), np.int64)
-        place[1], place[3] = ONE, ONE
-        cells = OpenCells(np.arange(len(plane)), plane, net, place, nets, is_coplanar, floor)
+        cells = build_cells(self.group, self.planes, plane, net)
+        is_coplanar, ended = cells.is_coplanar, list[EndedCells]()
         count, expected = 0, 0.0
         while len(cells := _keep_near(cells)):
             kind, sense, is_monotone = _classify(cells.nets)
-            kind[cells.coplanar] = COPLANAR
-            along_u, along_v = self._to_halve(cells, kind, is_monotone)
+            kind[cells.is_coplanar] = COPLANAR
+            along_u, along_v = self._choose_halvings(cells, kind, is_monotone)
             change = abs(count + self._pieces - expected)
             expected = count + self._pieces
             # While the sum changes, it may be too large (`_pieces`): then use half of it.
@@ -107,55 +105,52 @@ class CellSearch:
             count += int(np.count_nonzero(is_ended))
             checkpoint()
             if is_ended.any():
-                self._ended.append(cells.take(is_ended).end(kind[is_ended], sense[is_ended]))
-            cells = cells.halve(along_u, along_v)
-        return join_cells(self._ended), is_coplanar
+                at_end = cells.take(is_ended)
+                ended.append(at_end.end(kind[is_ended], sense[is_ended], self.width))
+            if is_ended.all():
+                break
+            cells = cells.halve_some(along_u, along_v)
+        return ended, is_coplanar
 
-    def _to_halve(self, cells: OpenCells, kind: Ints, is_monotone: Bools) -> tuple[Bools, Bools]:
-        """Which cells are halved along u, and along v."""
+    def _choose_halvings(self, cells: OpenCells, kind: Ints, is_monotone: Bools) -> Bools:
+        """Which cells are halved along u, and along v: shape (2, n)."""
         checkpoint()
         self._pieces = 0.0
-        sizes_in_units = cells.place[1::2] - cells.place[::2]
         is_unclear = kind == SINGULAR
-        unclear_counts = np.bincount(cells.pair[is_unclear], minlength=1)
-        is_crowded = np.zeros(len(cells), bool)
-        is_crowded[is_unclear] = unclear_counts[cells.pair[is_unclear]] > MAX_UNCLEAR_CELLS
-        min_size = np.where(is_crowded, self.tolerance * SIZE_SHARE, MIN_SIZE)
-        is_unclear &= self._sizes(cells, sizes_in_units) > min_size
+        unclear_counts = np.bincount(cells.pair, is_unclear)[cells.pair]
+        is_crowded = unclear_counts > MAX_UNCLEAR_CELLS
+        min_size = np.where(is_crowded, self.tolerance * RELATIVE_SIZE, MIN_SIZE)
+        is_unclear &= self._estimate_sizes(cells) > min_size
         is_halved = np.stack([is_unclear, is_unclear])
         # The kinds `OVER_U` and `OVER_V` are 0 and 1, the axes of these parameters.
         for axis in (OVER_U, OVER_V):
             cells_with_graph = np.flatnonzero(kind == axis)
-            for chunk in row_slices(len(cells_with_graph), cells.nets[0].size, MAX_NUMBERS):
+            for chunk in row_slices(len(cells_with_graph), cells.nets[..., 0].size, MAX_NUMBERS):
                 rows = cells_with_graph[chunk]
                 is_flat_graph, is_wide = self._are_flat(cells.take(rows), axis, is_monotone[rows])
-                is_halved[axis, rows], is_halved[1 - axis, rows] = (
-                    ~is_flat_graph,
-                    ~is_flat_graph & is_wide,
-                )
-        for side in range(4):
+                is_halved[axis, rows] = ~is_flat_graph
+                is_halved[1 - axis, rows] = ~is_flat_graph & is_wide
+        for side, coefficients in enumerate(cells.take_sides()):
             checkpoint()
             axis = 1 - side // 2  # the parameter that varies along the side
-            is_in_plane = is_zero(take_side(cells.nets, side)) & (kind != SINGULAR)
+            is_in_plane = ~coefficients.any(axis=0) & (kind != SINGULAR)
             # Of a patch that lies in the plane, only the border is a polyline.
-            is_in_plane &= (kind != COPLANAR) | (cells.place[side] == (side % 2) * ONE)
+            is_in_plane &= (kind != COPLANAR) | (cells.rectangle[side] == (side % 2) * ONE)
             rows = np.flatnonzero(is_in_plane & ~is_halved[axis])
             if len(rows):
                 is_halved[axis, rows] = ~self._have_straight_side(cells.take(rows), side, axis)
-        is_halved &= sizes_in_units > 1
-        return is_halved[0], is_halved[1]
+        is_halved &= cells.lengths > 1
+        return is_halved
 
-    def _sizes(self, cells: OpenCells, sizes_in_units: Ints) -> FloatArray:
+    def _estimate_sizes(self, cells: OpenCells) -> FloatArray:
         """Approximate sizes (n,) of cells on the surface."""
         points = project(self.group.nets, -1)
-        speeds = []
-        for axis in (1, 2):
-            steps = np.abs(np.diff(points, axis=axis)).max(axis=(1, 2, 3))
-            speeds.append(steps * (points.shape[axis] - 1))
         net = cells.net - self.group.first
-        return np.asarray(
-            (speeds[0][net] * sizes_in_units[0] + speeds[1][net] * sizes_in_units[1]) / ONE
-        )
+        sizes = np.zeros(len(cells))
+        for axis, lengths in enumerate(cells.lengths):
+            steps = np.abs(np.diff(points, axis=axis + 1)).max(axis=(1, 2, 3))
+            sizes += (steps * self.group.degree[axis])[net] * lengths
+        return sizes / ONE
 
     def _are_flat(self, cells: OpenCells, axis: int, is_monotone: Bools) -> tuple[Bools, Bools]:
         """In which cells all pieces of the graph are near enough to their chords, shape (n,).
@@ -163,66 +158,54 @@ class CellSearch:
         The second result, of shape (n,), says in which of the cells a piece may reach every value
         of the other parameter.
         """
-        cell, parameters = find_border_points(cells.nets, cells.floor, cells.place / ONE, axis)
+        cell, parameters = find_border_points(cells, axis)
         checkpoint()
-        # Border points are in turn beginnings and ends of pieces. A piece is in the rectangle from
-        # `low` to `high`: at first from its begin to its end along the axis, the whole cell across.
-        cell_of_piece, begin, end = cell[::2], parameters[::2], parameters[1::2]
-        low = np.stack([cells.place[0], cells.place[2]], axis=1)[cell_of_piece] / ONE
-        high = np.stack([cells.place[1], cells.place[3]], axis=1)[cell_of_piece] / ONE
-        low[:, axis], high[:, axis] = begin[:, axis], end[:, axis]
+        # Border points are in turn beginnings and ends of pieces. A piece is in a rectangle: at
+        # first from its begin to its end along the axis, the whole cell across.
+        cell_of_piece, begin, end = cell[::2], parameters[:, ::2], parameters[:, 1::2]
+        rectangle = cells.rectangle.take(cell_of_piece, axis=1) / ONE
+        rectangle[2 * axis], rectangle[2 * axis + 1] = begin[axis], end[axis]
         across = 1 - axis
+        low, high = rectangle[2 * across], rectangle[2 * across + 1]
         # With slopes of at most K, v is at most K Δu / 2 from the mean of its values at both ends;
         # 2⁻⁵⁰ covers rounding.
-        middle = (begin[:, across] + end[:, across]) / 2
-        reach = (
-            bound_slopes(cells, axis)[cell_of_piece] * (end[:, axis] - begin[:, axis]) / 2
-            + 2.0**-50
-        )
-        low[:, across] = np.maximum(low[:, across], middle - reach)
-        high[:, across] = np.minimum(high[:, across], middle + reach)
+        middle = (begin[across] + end[across]) / 2
+        radius = bound_slopes(cells, axis)[cell_of_piece] * (end[axis] - begin[axis]) / 2 + 2.0**-50
+        np.maximum(low, middle - radius, out=low)
+        np.minimum(high, middle + radius, out=high)
         is_tight = is_monotone[cell_of_piece]
-        low[is_tight] = np.minimum(begin[is_tight], end[is_tight])
-        high[is_tight] = np.maximum(begin[is_tight], end[is_tight])
-        pieces = Pieces(
-            cells.plane[cell_of_piece],
-            cells.net[cell_of_piece],
-            begin,
-            end,
-            low,
-            high,
-            axis=np.where(is_tight, 2, axis),  # 2: monotone in both parameters
-        )
-        bound, slack = piece_bounds(self.group, self.planes, pieces)
+        np.copyto(rectangle[::2], np.minimum(begin, end), where=is_tight)
+        np.copyto(rectangle[1::2], np.maximum(begin, end), where=is_tight)
+        plane, net = cells.plane[cell_of_piece], cells.net[cell_of_piece]
+        axes = np.where(is_tight, 2, axis)  # 2: monotone in both parameters
+        pieces = Pieces(rectangle, plane, net, begin, end, axes)
+        bound, slack = bound_pieces(self.group, self.planes, pieces)
         max_bound = np.zeros(len(cells))
         # Halving does not reduce the slack for rounding, so count at most half of the tolerance for
         # it: then the rest is left for the errors that halving reduces.
         np.maximum.at(max_bound, cell_of_piece, np.minimum(slack, self.tolerance / 2) + bound)
-        is_wide = np.zeros(len(max_bound), bool)
-        is_wide[cell_of_piece] = (high - low)[:, across] * ONE >= cells.place[
-            2 * across + 1, cell_of_piece
-        ] - (cells.place[2 * across, cell_of_piece])
-        is_flat = self._are_small(max_bound, cells.place[2 * axis + 1] - cells.place[2 * axis])
+        is_wide = np.zeros(len(cells), bool)
+        is_wide[cell_of_piece] = (high - low) * ONE >= cells.lengths[across, cell_of_piece]
+        is_flat = self._are_small(max_bound, cells.lengths[axis])
         self._record_bounds((bound + slack)[is_flat[cell_of_piece]])
         return is_flat, is_wide & ~is_monotone
 
     def _have_straight_side(self, cells: OpenCells, side: int, axis: int) -> Bools:
         """In which cells this side, which lies in the plane, is near enough to its chord."""
-        low = np.stack([cells.place[0], cells.place[2]], axis=1) / ONE
-        high = np.stack([cells.place[1], cells.place[3]], axis=1) / ONE
-        low[:, 1 - axis] = high[:, 1 - axis] = cells.place[side] / ONE
-        bounds = side_bounds(self.group, cells.net, low, high, axis)
-        is_flat = self._are_small(bounds, cells.place[2 * axis + 1] - cells.place[2 * axis])
+        rectangle = cells.rectangle / ONE
+        rectangle[2 - 2 * axis : 4 - 2 * axis] = rectangle[side]
+        bounds = bound_sides(self.group, cells.net, rectangle, axis)
+        is_flat = self._are_small(bounds, cells.lengths[axis])
         self._record_bounds(bounds[is_flat])
         return is_flat
 
-    def _are_small(self, bounds: FloatArray, size_in_units: Ints) -> Bools:
+    def _are_small(self, bounds: FloatArray, lengths: Ints) -> Bools:
         """Which bounds are small enough, or belong to cells that cannot be halved.
 
         Also adds the pieces that these cells are expected to need to `_pieces`.
         """
         self._pieces += float(np.sqrt(np.maximum(bounds / self.tolerance, 1.0)).sum())
-        return np.asarray((bounds <= self.tolerance) | (size_in_units <= 1))
+        return np.asarray((bounds <= self.tolerance) | (lengths <= 1))
 
     def _record_bounds(self, bounds: FloatArray) -> None:
         """Update the largest bound."""
@@ -230,12 +213,9 @@ class CellSearch:
 
 
 def _classify(nets: FloatArray) -> tuple[Ints, FloatArray, Bools]:
-    """Call `graphs.classify` for a limited number of cells at a time.
-
-    Returns the kind of each cell; `sense`, the direction in which its graph has f > 0 on its left,
-    as in `Cells`; and whether the section is a graph over both parameters.
-    """
-    parts = [classify(nets[rows]) for rows in row_slices(len(nets), nets[0].size, MAX_NUMBERS)]
+    """Call `classify_cells` for a limited number of cells at a time."""
+    slices = row_slices(nets.shape[-1], nets[..., 0].size, MAX_NUMBERS)
+    parts = [classify_cells(nets[..., cells]) for cells in slices]
     kind, sense, is_monotone = (np.concatenate(column) for column in zip(*parts, strict=True))
     return kind, sense, is_monotone
 
@@ -243,6 +223,6 @@ def _classify(nets: FloatArray) -> tuple[Ints, FloatArray, Bools]:
 def _keep_near(cells: OpenCells) -> OpenCells:
     """The cells that the section may meet; the margin `NOISE` covers rounding."""
     checkpoint()
-    low, high = cells.nets.min(axis=(1, 2)), cells.nets.max(axis=(1, 2))
+    low, high = cells.nets.min(axis=(0, 1)), cells.nets.max(axis=(0, 1))
     checkpoint()
     return cells.take((low <= NOISE) & (high >= -NOISE))

@@ -4,7 +4,7 @@ The arrays of one step are computed for several planes at once. The section by o
 depend on the other planes.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,20 +18,18 @@ from service.engine.curves.polyline import Polyline
 from service.engine.nets.partials import net_partials
 from service.engine.nets.query_nets import QueryNets, surface_nets
 from service.engine.sections.arcs import Arcs, find_arcs
-from service.engine.sections.borders import ONE, Borders, find_border_lines
-from service.engine.sections.cells import Cells
-from service.engine.sections.flatness import cell_sizes, slack_of
-from service.engine.sections.heights import Boxes, LocalPlanes, runs_of_planes
-from service.engine.sections.planes import Planes
+from service.engine.sections.borders import ONE, BorderLines, find_border_lines
+from service.engine.sections.cells import EndedCells, LocalPlanes, find_boxes, find_pairs
+from service.engine.sections.flatness import bound_rounding, bound_sizes
 from service.engine.sections.search import CellSearch
 from service.engine.sections.segments import Segments, find_segments
-from service.engine.sections.sides import CellTable
+from service.engine.sections.sides import find_sides, is_change
 from service.engine.sections.trace import join_arcs
-from service.engine.sections.values import Section, Sections
+from service.engine.sections.values import Planes, Section, Sections
 from service.surface.lowered import PatchModel
 
 CHUNK_NUMBERS = 1 << 16
-"""How many coefficients of the polynomials f (`heights`) one chunk of pairs of a plane and a net
+"""How many coefficients of the polynomials f (`cells`) one chunk of pairs of a plane and a net
 has, before halving; more only if one plane alone has more."""
 
 MIN_TOLERANCE = 2.0**-38
@@ -47,7 +45,7 @@ CHUNK_NODES = 1 << 14
 CHUNK_PAIRS = 1 << 20
 """How many pairs of a plane and a net have their boxes compared at once."""
 
-TOLERANCE_SHARE = 0.999
+TOLERANCE_FACTOR = 0.999
 """Sections are refined to this multiple of the tolerance. Formats round the bound up to four
 digits, and the rounded bound must still be within the tolerance."""
 
@@ -73,24 +71,37 @@ def cut_surface(
     nets = surface_nets(model.batches)
     borders = find_border_lines(nets, seams, triangular_patches(model.batches))
     local = LocalPlanes.of(planes, nets)
-    local_tolerance = max(TOLERANCE_SHARE * tolerance / nets.scale, MIN_TOLERANCE)
+    local_tolerance = max(TOLERANCE_FACTOR * tolerance / nets.scale, MIN_TOLERANCE)
     search = _Search(nets, borders, local, planes, local_tolerance, allow)
-    boxes = Boxes(nets)
+    boxes = find_boxes(nets)
     sections: list[Section] = []
     planes_at_once = max(1, CHUNK_PAIRS // len(nets.patch))
     max_coefficients = max(group.nets[0, ..., 0].size for group in nets.groups)
     for first in range(0, len(planes), planes_at_once):
         last = min(first + planes_at_once, len(planes))
-        plane, net = boxes.candidates(local, first, last)
+        plane, net = find_pairs(boxes, local, first, last)
         counts = np.bincount(plane - first, minlength=last - first)
         search.begin(len(plane))
-        for low, high in runs_of_planes(counts, CHUNK_NUMBERS // max_coefficients):
+        for low, high in _split_planes(counts, CHUNK_NUMBERS // max_coefficients):
             checkpoint()
             rows = slice(*np.searchsorted(plane, [first + low, first + high]))
             sections += search.cut(range(first + low, first + high), plane[rows], net[rows])
-    slack = max(slack_of(group.nets) for group in nets.groups)
+    slack = max(bound_rounding(group.nets) for group in nets.groups)
     bound = (search.deviation + slack) * nets.scale
     return Sections(model.name, model.up, planes, tuple(sections), bound)
+
+
+def _split_planes(counts: Ints, max_pairs: int) -> Iterator[tuple[int, int]]:
+    """Split planes into runs [first, last) that have together at most `max_pairs` pairs.
+
+    `counts` has the number of pairs of each plane. A run has at least one plane.
+    """
+    first, totals = 0, np.cumsum(counts)
+    while first < len(counts):
+        most = totals[first] - counts[first] + max_pairs
+        last = max(first + 1, int(np.searchsorted(totals, most, side="right")))
+        yield first, last
+        first = last
 
 
 @dataclass(eq=False, slots=True)
@@ -98,7 +109,7 @@ class _Search:
     """The state of cutting a surface; lengths are in the coordinates of the nets."""
 
     nets: QueryNets
-    borders: Borders
+    borders: BorderLines
     local: LocalPlanes
     planes: Planes
     tolerance: float
@@ -120,26 +131,24 @@ class _Search:
         """The sections by planes `numbers`; `plane` and `net` are all pairs that may meet."""
         pairs, begun_pairs = self._pairs
         self._pairs = pairs, begun_pairs + len(plane)
-        parts: list[Cells] = []
+        parts: list[EndedCells] = []
         coplanar = [np.zeros((0, 2), np.intp)]
+        width = 1 + max(max(group.degree) for group in self.nets.groups)
         for group in self.nets.groups:
             rows = np.flatnonzero((net >= group.first) & (net < group.first + len(group.nets)))
-            search = CellSearch(group, self.local, self.tolerance, self._allow)
-            cells, is_coplanar = search.find(plane[rows], net[rows])
+            search = CellSearch(group, self.local, width, self.tolerance, self._allow)
+            ended, is_coplanar = search.find(plane[rows], net[rows])
             self.deviation = max(self.deviation, search.deviation)
-            coplanar_rows = rows[is_coplanar]
-            coplanar.append(
-                np.stack([plane[coplanar_rows], self.nets.patch[net[coplanar_rows]]], axis=1)
-            )
-            if len(cells.net):
-                self.count += len(cells.net)
-                parts.append(cells)
+            in_plane = rows[is_coplanar]
+            coplanar.append(np.stack([plane[in_plane], self.nets.patch[net[in_plane]]], axis=1))
+            self.count += sum(map(len, ended))
+            parts += ended
         coplanar_patches = np.unique(np.concatenate(coplanar), axis=0)
         polylines: list[list[Polyline]] = [[] for _ in numbers]
         touching = np.zeros((0, 3))
         plane_of_point = np.zeros(0, np.intp)
         if parts:
-            touching, plane_of_point = self._draw(tuple(parts), numbers.start, polylines)
+            touching, plane_of_point = self._draw(EndedCells.join(parts), numbers.start, polylines)
         return [
             Section(
                 tuple(polylines[k - numbers.start]),
@@ -158,15 +167,15 @@ class _Search:
         self.allow(int(self._earlier_count + pieces * max(1.0, pairs / begun_pairs / 2)))
 
     def _draw(
-        self, parts: tuple[Cells, ...], first: int, polylines: list[list[Polyline]]
+        self, cells: EndedCells, first: int, polylines: list[list[Polyline]]
     ) -> tuple[FloatArray, Ints]:
         """Add polylines to those of each plane; return touching points, and their planes.
 
         `polylines[k]` belongs to the plane with the number `first` + k.
         """
-        cells = CellTable.of(parts)
-        segments = find_segments(cells, self.borders)
-        arcs = find_arcs(cells, segments, self.borders)
+        sides = find_sides(cells, self.borders)
+        segments = find_segments(cells, sides, self.borders)
+        arcs = find_arcs(cells, sides, segments)
         checkpoint()
         points, plane = self._points(cells, segments, arcs)
         x, y = (axes[plane] for axes in self.planes.axes)
@@ -174,21 +183,21 @@ class _Search:
         model_points = self.nets.origin + points * self.nets.scale
         checkpoint()
         touching = [arcs.touching]
-        for line in join_arcs(arcs.ends, arcs.sense, positions_in_plane, self.tolerance):
-            rows = model_points[line.nodes]
-            is_kept = np.ones(len(rows), bool)
-            is_kept[1:] = (rows[1:] != rows[:-1]).any(axis=1)
-            if is_kept.sum() > 1:
-                polylines[plane[line.nodes[0]] - first].append(Polyline(rows[is_kept], line.closed))
+        for nodes in join_arcs(arcs.ends, arcs.sense, positions_in_plane, self.tolerance):
+            rows = model_points[nodes]
+            rows = rows[is_change(*rows.T)]
+            if len(rows) > 1:
+                is_closed = bool(nodes[0] == nodes[-1])
+                polylines[plane[nodes[0]] - first].append(Polyline(rows, is_closed))
             else:
                 # All points are equal: a patch that is only a curve passes through the plane.
-                touching.append(line.nodes[:1])
+                touching.append(nodes[:1])
         arc_counts = np.bincount(arcs.ends.ravel(), minlength=len(points))
         crossings = np.flatnonzero(arc_counts > 2)
         separate = _keep_separate(points, np.concatenate(touching), crossings)
         return model_points[separate], plane[separate]
 
-    def _points(self, cells: CellTable, segments: Segments, arcs: Arcs) -> tuple[FloatArray, Ints]:
+    def _points(self, cells: EndedCells, segments: Segments, arcs: Arcs) -> tuple[FloatArray, Ints]:
         """The points (N, 3) of all nodes, and the number of the plane of each node, (N,).
 
         Points are in the coordinates of the nets, and are projected onto their planes. Crossings
@@ -208,7 +217,7 @@ class _Search:
         rows = np.flatnonzero(arcs.crossing >= 0)
         if len(rows):
             crossing = arcs.crossing[rows]
-            middle = (cells.place[::2, rows] + cells.place[1::2, rows]) / (2 * ONE)
+            middle = (cells.rectangle[::2, rows] + cells.rectangle[1::2, rows]) / (2 * ONE)
             positions = net_partials(self.nets, cells.net[rows], middle)[0].T
             sums = np.stack([np.bincount(crossing, positions[:, k]) for k in range(3)], axis=1)
             means = sums / np.bincount(crossing)[:, np.newaxis]
@@ -222,7 +231,7 @@ class _Search:
         height = self.local.heights(plane, points)
         return points - height[:, np.newaxis] * self.local.normals[plane], plane
 
-    def _note_crossings(self, cells: CellTable, rows: Ints, distances: FloatArray) -> None:
+    def _note_crossings(self, cells: EndedCells, rows: Ints, distances: FloatArray) -> None:
         """Include in the deviation the distance of the section from the arcs at crossings.
 
         `rows` (k,) are the singular cells; `distances` (k,) are those of their middles from their
@@ -232,15 +241,11 @@ class _Search:
         in such a cell, and the ends of arcs on its border, are at most r = distance + size from
         this point. So the distance of the section from the arcs is at most 2 max r.
         """
-        low, high = cells.place[::2, rows].T / ONE, cells.place[1::2, rows].T / ONE
+        net, rectangle = cells.net[rows], cells.rectangle[:, rows] / ONE
         size = np.zeros(len(rows))
         for group in self.nets.groups:
-            rows_of_group = np.flatnonzero(
-                (cells.net[rows] >= group.first) & (cells.net[rows] < group.first + len(group.nets))
-            )
-            size[rows_of_group] = cell_sizes(
-                group, cells.net[rows][rows_of_group], low[rows_of_group], high[rows_of_group]
-            )
+            own = np.flatnonzero((net >= group.first) & (net < group.first + len(group.nets)))
+            size[own] = bound_sizes(group, net[own], rectangle[:, own])
         self.deviation = max(self.deviation, float(2 * (distances + size).max()))
 
 

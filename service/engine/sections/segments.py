@@ -15,10 +15,10 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.cancellation import checkpoint
-from service.engine.sections.borders import Borders
-from service.engine.sections.flatness import is_zero
-from service.engine.sections.roots import roots
-from service.engine.sections.sides import CellSides, CellTable, is_change, number_corners
+from service.engine.sections.borders import ONE, BorderLines
+from service.engine.sections.cells import EndedCells
+from service.engine.sections.coefficients import find_roots
+from service.engine.sections.sides import CellSides, is_change, number_corners
 from service.surface.sides import BEGINS, ENDS
 
 MIN_NEGATIVE = 2.0**-1000
@@ -42,10 +42,6 @@ class Segments:
         The places at which the G segments begin and end.
     in_plane : ndarray of bool, shape (G,)
         Whether each segment lies in the plane.
-    side_in_plane : ndarray of bool, shape (n, 4)
-        Whether each side of a cell lies in the plane.
-    backward : ndarray of bool, shape (n, 4)
-        Whether each side and its line (`sides`) run in opposite directions.
     root_segment, root_node : ndarray of int, shape (R,)
         The segment and the node of each root; segments ascend.
     root_at : ndarray of float64, shape (R,)
@@ -62,8 +58,6 @@ class Segments:
     last: Ints
     ends: Ints
     in_plane: Bools
-    side_in_plane: Bools
-    backward: Bools
     root_segment: Ints
     root_node: Ints
     root_at: FloatArray
@@ -72,39 +66,40 @@ class Segments:
     node_parameters: FloatArray
 
 
-def find_segments(cells: CellTable, borders: Borders) -> Segments:
+def find_segments(cells: EndedCells, sides: CellSides, borders: BorderLines) -> Segments:
     """Find the segments of all sides of cells, and the roots on them."""
     corner, first_corners = number_corners(cells, borders)
-    value = cells.corner_values().ravel()[first_corners]
-    sides = CellSides.of(cells, borders)
+    cell_of_place, corner_of_place = np.divmod(first_corners, 4)
+    value = cells.corner_values[corner_of_place, cell_of_place]
     checkpoint()
     side, first, last = _find_smallest(sides)
     checkpoint()
     cell, side_of_cell = np.divmod(side, 4)
     ends = np.stack([corner[cell, BEGINS[side_of_cell]], corner[cell, ENDS[side_of_cell]]], axis=1)
-    is_reversed = sides.backward[side]
+    is_reversed = sides.step[side] < 0
     ends[is_reversed] = ends[is_reversed, ::-1]
-    segment, t, in_plane = _segment_roots(cells, side, is_reversed, value[ends])
+    segment, t, in_plane = _find_segment_roots(cells, side, is_reversed, value[ends])
     low, high = sides.low[side][segment], sides.high[side][segment]
     coordinates = np.asarray(low + t * (high - low), np.float64)
     # A root at an end of its segment is the node of this place; other roots have their own nodes.
     node = np.where(t == 0, ends[segment, 0], ends[segment, 1])
     inner_roots = np.flatnonzero((t > 0) & (t < 1))
     # A double root is one node.
-    is_repeated = np.zeros(len(inner_roots), bool)
-    is_repeated[1:] = (np.diff(segment[inner_roots]) == 0) & (np.diff(t[inner_roots]) == 0)
-    node[inner_roots] = len(value) - 1 + np.cumsum(~is_repeated)
-    inner_roots = inner_roots[~is_repeated]
+    is_new = is_change(segment[inner_roots], t[inner_roots])
+    node[inner_roots] = len(value) - 1 + np.cumsum(is_new)
+    inner_roots = inner_roots[is_new]
 
     checkpoint()
-    corner_parameters = cells.corner_parameters()[:, first_corners]
-    cell_of_node, side_of_node = np.divmod(side[segment[inner_roots]], 4)
-    net = np.concatenate([cells.net[first_corners // 4], cells.net[cell_of_node]])
-    plane = np.concatenate([cells.plane[first_corners // 4], cells.plane[cell_of_node]])
-    parameters = sides.parameters(cells, cell_of_node, side_of_node, coordinates[inner_roots])
-    checkpoint()
-    is_zero_side = np.concatenate(
-        [np.stack([is_zero(row) for row in part.rows], axis=1) for part in cells.parts]
+    corner_parameters = np.stack(
+        [
+            cells.rectangle[corner_of_place // 2, cell_of_place],
+            cells.rectangle[2 + corner_of_place % 2, cell_of_place],
+        ]
+    )
+    cell_of_root, side_of_root = np.divmod(side[segment[inner_roots]], 4)
+    cell_of_node = np.concatenate([cell_of_place, cell_of_root])
+    root_parameters = sides.convert_to_parameters(
+        cells, cell_of_root, side_of_root, coordinates[inner_roots]
     )
     return Segments(
         corner,
@@ -113,14 +108,12 @@ def find_segments(cells: CellTable, borders: Borders) -> Segments:
         last.reshape(-1, 4),
         ends,
         in_plane,
-        is_zero_side,
-        sides.backward.reshape(-1, 4),
         segment,
         node,
         coordinates,
-        net,
-        plane,
-        np.concatenate([corner_parameters, parameters], axis=1),
+        cells.net[cell_of_node],
+        cells.plane[cell_of_node],
+        np.concatenate([corner_parameters / ONE, root_parameters], axis=1),
     )
 
 
@@ -155,8 +148,8 @@ def _find_smallest(sides: CellSides) -> tuple[Ints, Ints, Ints]:
     return order[smallest], first, last
 
 
-def _segment_roots(
-    cells: CellTable, side: Ints, is_reversed: Bools, end_values: FloatArray
+def _find_segment_roots(
+    cells: EndedCells, side: Ints, is_reversed: Bools, end_values: FloatArray
 ) -> tuple[Ints, FloatArray, Bools]:
     """Find the roots of f on segments; `side` has the side of a cell that each segment is.
 
@@ -172,25 +165,21 @@ def _segment_roots(
         Whether each segment lies in the plane.
     """
     cell, side_of_cell = np.divmod(side, 4)
+    counts = cells.counts[side_of_cell, cell]
     in_plane = np.zeros(len(side), bool)
-    parts: list[tuple[Ints, FloatArray]] = []
-    group = np.searchsorted(cells.first, cell, side="right") - 1
-    for k, part in enumerate(cells.parts):
-        for side_number, coefficients in enumerate(part.rows):
-            segments_of_side = np.flatnonzero((group == k) & (side_of_cell == side_number))
-            rows = coefficients[cell[segments_of_side] - cells.first[k]]
-            rows = np.where(is_reversed[segments_of_side, np.newaxis], rows[:, ::-1], rows)
-            in_plane[segments_of_side] = is_zero(rows)
-            for end, is_negative in (
-                (0, end_values[segments_of_side, 0] < 0),
-                (-1, end_values[segments_of_side, 1] < 0),
-            ):
-                has_wrong_sign = (rows[:, end] < 0) != is_negative
-                rows[has_wrong_sign, end] = np.where(
-                    is_negative[has_wrong_sign], -MIN_NEGATIVE, 0.0
-                )
-            row, t = roots(rows, part.floor[cell[segments_of_side] - cells.first[k]])
-            parts.append((segments_of_side[row], t))
+    parts = [(np.zeros(0, np.intp), np.zeros(0))]
+    for count in np.bincount(counts).nonzero()[0].tolist():
+        chosen = (counts == count).nonzero()[0]
+        rows = cells.sides[:count, side_of_cell[chosen], cell[chosen]]
+        rows = np.where(is_reversed[chosen], rows[::-1], rows)
+        in_plane[chosen] = ~rows.any(axis=0)
+        for end in (0, -1):
+            is_negative = end_values[chosen, end] < 0
+            has_wrong_sign = (rows[end] < 0) != is_negative
+            right_values = np.where(is_negative, -MIN_NEGATIVE, 0.0)
+            rows[end, has_wrong_sign] = right_values[has_wrong_sign]
+        number, t = find_roots(rows, cells.threshold[cell[chosen]])
+        parts.append((chosen[number], t))
     segment, t = (np.concatenate(column) for column in zip(*parts, strict=True))
     order = np.lexsort((t, segment))
     return segment[order], t[order], in_plane

@@ -11,7 +11,6 @@ and `half >> 1` is the arc.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -25,16 +24,10 @@ CHECKPOINT_NODES = 4096
 """After this number of nodes of a polyline, the request can be cancelled."""
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Line:
-    """The nodes (k,) of a polyline; if it is closed, the last node repeats the first."""
-
-    nodes: Ints
-    closed: bool
-
-
-def join_arcs(ends: Ints, sense: FloatArray, positions: FloatArray, reach: float) -> Iterator[Line]:
-    """Join arcs to polylines.
+def join_arcs(
+    ends: Ints, sense: FloatArray, positions: FloatArray, radius: float
+) -> Iterator[Ints]:
+    """Join arcs to polylines: the nodes (k,) of each; if it is closed, the last repeats the first.
 
     Parameters
     ----------
@@ -45,11 +38,11 @@ def join_arcs(ends: Ints, sense: FloatArray, positions: FloatArray, reach: float
         other direction, 0 if both are possible. The sum over a polyline decides its direction.
     positions : ndarray of float64, shape (N, 2)
         Coordinates of the nodes in the plane.
-    reach : float
+    radius : float
         At this distance from a crossing the directions of arcs are compared.
     """
     node = ends.ravel()
-    mate = _find_mates(node, positions, reach)
+    mate = _find_mates(node, positions, radius)
     nodes, mates = node.tolist(), mate.tolist()
     senses = sense.tolist()
     is_done = bytearray(len(ends))
@@ -71,11 +64,10 @@ def join_arcs(ends: Ints, sense: FloatArray, positions: FloatArray, reach: float
             if half < 0 or is_done[half >> 1]:
                 break
         checkpoint()
-        line = np.array(path if sense_of_path >= 0 else path[::-1])
-        yield Line(line, path[0] == path[-1])
+        yield np.array(path if sense_of_path >= 0 else path[::-1])
 
 
-def _find_mates(node: Ints, positions: FloatArray, reach: float) -> Ints:
+def _find_mates(node: Ints, positions: FloatArray, radius: float) -> Ints:
     """For each half, the other half that begins at its node and to which it is joined: (2 A,).
 
     It is −1 where lines end. `node` has the node at which each half begins.
@@ -96,20 +88,20 @@ def _find_mates(node: Ints, positions: FloatArray, reach: float) -> Ints:
         for k in crossings.tolist():
             checkpoint()
             halves = order[begins[k] : begins[k] + counts[k]]
-            angles = [_find_angle(int(h), node, mates_of_two, positions, reach) for h in halves]
+            angles = [_find_angle(int(h), node, mates_of_two, positions, radius) for h in halves]
             halves = halves[np.argsort(angles, kind="stable")]
             # Each half is joined to the opposite one.
             mate[halves] = np.roll(halves, len(halves) // 2)
     return mate
 
 
-def _find_angle(half: int, node: Ints, mate: Ints, positions: FloatArray, reach: float) -> float:
+def _find_angle(half: int, node: Ints, mate: Ints, positions: FloatArray, radius: float) -> float:
     """The angle in the plane at which the line that begins with a half leaves its node."""
     begin = positions[node[half]]
     x = y = 0.0
     for _ in range(MAX_NODES):
         x, y = (positions[node[half ^ 1]] - begin).tolist()
         half = int(mate[half ^ 1])
-        if half < 0 or x * x + y * y >= reach * reach:
+        if half < 0 or x * x + y * y >= radius * radius:
             break
     return float(np.arctan2(y, x))

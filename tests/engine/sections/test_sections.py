@@ -9,9 +9,8 @@ from oracles.sections import find_crossings, measure_distances
 from oracles.sheets import Array, build_sheets
 from service.engine.connectivity.connect import connect
 from service.engine.models import to_patches
-from service.engine.sections.planes import Planes
 from service.engine.sections.section import cut_surface
-from service.engine.sections.values import Section, Sections
+from service.engine.sections.values import Planes, Section, Sections
 from service.surface.bspline import BsplineSurface
 from service.surface.examples.catalogue import find
 from service.surface.examples.quadrics import cone, cylinder, sphere, torus
