@@ -15,7 +15,6 @@ from trimesh.visual import TextureVisuals
 
 from service.encoders.format import EncodeOptions, Format, OoglForm
 from service.encoders.registry import BY_NAME
-from service.engine.build import build
 from service.engine.mesh.mesh import Mesh
 from service.engine.options import Faces, MeshOptions, OverlayName
 from service.errors import InvalidRequest, UnsupportedByFormat
@@ -29,6 +28,7 @@ from service.surface.lowered import GroupModel
 from tests.clients.geomview import read_oogl
 from tests.clients.gltf_validator import list_issues
 from tests.forms import REQUESTS
+from tools.building import build
 
 OVERLAYS: tuple[OverlayName, ...] = ("control_net", "boundary")
 LINES_ALONE = "isocurves as lines alone"
