@@ -54,39 +54,29 @@ from service.engine.nets.partials import (
 )
 from service.engine.vectors import UNIT, cross, dot, length, project
 
-# The rows of a model, which is a column of numbers. For a vector: the first of its three rows.
-CENTER, RADIUS, ERROR = 0, 3, 4
-"""c, r and ε."""
-TANGENT_A, TANGENT_B = 5, 8
-"""A and B."""
-SECOND_AA, SECOND_AB, SECOND_BB = 11, 14, 17
-"""Q_aa, Q_ab and Q_bb."""
-FORM_AA, FORM_AB, FORM_BB = 20, 21, 22
-"""A · A, A · B, B · B."""
+# The rows of a model; of a vector, the first of three rows.
+CENTER, RADIUS, ERROR = 0, 3, 4  # c, r and ε
+TANGENT_A, TANGENT_B = 5, 8  # A and B
+SECOND_AA, SECOND_AB, SECOND_BB = 11, 14, 17  # Q_aa, Q_ab and Q_bb
+FORM_AA, FORM_AB, FORM_BB = 20, 21, 22  # A · A, A · B, B · B
+# Bounds of |rest| and of |n · rest|. The differences of S_a and of S_b from the partials of the
+# model add up to at most 3 REST.
 REST, REST_LIFT = 23, 24
-"""Bounds of |rest| and of |n · rest|. The differences of S_a and of S_b from the partials of the
-model add up to at most 3 REST."""
+# A bound of the rounding of products with the vectors of the model: 16 u times the sum of their
+# lengths.
 ROUND = 25
-"""Bound of the rounding of products with the vectors of the model: 16 u times the sum of their
-lengths."""
+# Bounds of |S_i · S_j + (S − c) · S_ij − A_i · A_j| within the cell; then τ_aa, τ_ab and τ_bb.
 SPREAD_AA, SPREAD_AB, SPREAD_BB = 26, 27, 28
-"""Bounds of |S_i · S_j + (S − c) · S_ij − A_i · A_j| within the cell."""
 BEND_AA, BEND_AB, BEND_BB = 29, 30, 31
-"""τ_aa, τ_ab and τ_bb."""
+# Bounds of the rounding errors of A and of B; then 2 ε, a bound of the rounding error of c with a
+# margin, times |A| and times |B|.
 TANGENT_ERROR_A, TANGENT_ERROR_B = 32, 33
-"""Bounds of the rounding errors of A and of B."""
 CENTER_ERROR_A, CENTER_ERROR_B = 34, 35
-"""2 ε, a bound of the rounding error of c with a margin, times |A| and times |B|."""
-NORMAL = 36
-"""Unit normal n at the centre; 0 where A × B vanishes."""
-LIFT_AA, LIFT_AB, LIFT_BB = 39, 40, 41
-"""Bounds of |n · (S_ij − Q_ij)|."""
-SIZE_A, SIZE_B = 42, 43
-"""The greatest length of a row of control points along a, and along b."""
-STRAIN = 44
-"""REST / min(|A|, |B|): large in cells that are far from flat; 0 for curves."""
+NORMAL = 36  # the unit normal n at the centre; 0 where A × B vanishes
+LIFT_AA, LIFT_AB, LIFT_BB = 39, 40, 41  # bounds of |n · (S_ij − Q_ij)|
+SIZE_A, SIZE_B = 42, 43  # the greatest length of a row of control points along a, and along b
+STRAIN = 44  # REST / min(|A|, |B|): large in cells that are far from flat; 0 for curves
 ROW_COUNT = 45
-"""How many numbers a model has."""
 VECTORS = TANGENT_A, TANGENT_B, SECOND_AA, SECOND_AB, SECOND_BB, NORMAL
 """The first rows of A, B, Q_aa, Q_ab, Q_bb and n."""
 

@@ -1,10 +1,8 @@
 """Closest points on surfaces and curves, as arrays with one row for each point of the query."""
 
 from dataclasses import dataclass
-from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.cells.bounding_spheres import BoundingSpheres
@@ -16,19 +14,12 @@ from service.engine.connectivity.connect import connect, connect_if_apart
 from service.engine.connectivity.incidence import triangular_patches
 from service.engine.connectivity.seams import Seams
 from service.engine.curves.evaluation import CurveSamples, evaluate_tangents
-from service.engine.evaluation.normals import evaluate_scattered_normals
 from service.engine.nets.partials import net_partials
 from service.engine.nets.query_nets import LocalPoints, QueryNets, curve_nets, surface_nets
+from service.engine.points.surface_columns import Columns, surface_columns
 from service.engine.signs.signs import WELD_TOLERANCE, compute_signs
-from service.engine.vectors import cross, dot, length
 from service.surface.curve_model import CurvePieces, to_space
 from service.surface.lowered import PatchModel
-
-Columns: TypeAlias = dict[str, NDArray[Any]]
-
-MIN_SINE = 1e-4
-"""The normal is computed as a limit if the sine of the angle between S_u and S_v is at most
-MIN_SINE, or if |S_u × S_v|, in coordinates of the nets, is at most MIN_SINE²."""
 
 RELATIVE_TOLERANCE = 1e-9
 """The default width of intervals of distances, in diagonals of the box of control points."""
@@ -93,8 +84,8 @@ def project_on_surface(model: PatchModel, query: ProjectQuery) -> Columns:
         columns["signs"] = compute_signs(model, seams, nets, local_points.points, closest.low)
     patch = nets.patch[closest.net]
     local = nets.parameters(closest.net, closest.parameters.T)
-    normals = net_normals(nets, closest.net, closest.parameters)
-    columns |= surface_columns(model, patch, local, normals)
+    _, du, dv = net_partials(nets, closest.net, closest.parameters, 1)
+    columns |= surface_columns(model, patch, local, du, dv)
     columns["on_boundary"] = _on_boundary(model, seams or connect(model), patch, local)
     return columns
 
@@ -116,72 +107,6 @@ def project_on_curve(pieces: CurvePieces, query: ProjectQuery) -> Columns:
     columns["parameters"] = samples.parameters(pieces.breaks)
     columns["tangents"] = evaluate_tangents(pieces, samples)
     return columns
-
-
-def net_normals(nets: QueryNets, net: Ints, parameters: FloatArray) -> tuple[FloatArray, Bools]:
-    """Unit normals (m, 3) at parameters (2, m) of nets, and whether each is precise (m,)."""
-    _, du, dv = net_partials(nets, net, parameters, 1)
-    return regular_normals(du.T, dv.T)
-
-
-def regular_normals(du: FloatArray, dv: FloatArray) -> tuple[FloatArray, Bools]:
-    """Unit normals (m, 3) from partials (m, 3), and whether each is precise (m,)."""
-    normals = cross(du, dv, -1)
-    with np.errstate(all="ignore"):
-        lengths = length(normals, -1)
-        max_length = np.sqrt(dot(du, du, -1) * dot(dv, dv, -1))
-        return normals / lengths[:, np.newaxis], (lengths > MIN_SINE * max_length) & (
-            lengths > MIN_SINE**2
-        )
-
-
-def surface_columns(
-    model: PatchModel, patch: Ints, local: FloatArray, regular: tuple[FloatArray, Bools]
-) -> Columns:
-    """The arrays `uv`, `patch` and `normals` of a response, for points on patches of a model.
-
-    `local` (m, 2) are the parameters of the points in their patches, (s, t) on triangles. `regular`
-    is the result of `regular_normals`; normals that are not precise are computed as limits.
-    """
-    normals, is_regular = regular
-    columns: Columns = {}
-    if model.domains:
-        columns["uv"], number = in_domains(model, patch, local)
-        if len(model.domains) > 1:
-            columns["patch"] = number
-    else:
-        columns |= {
-            "patch": patch if model.request_numbers is None else model.request_numbers[patch],
-            "uv": local,
-        }
-    u, v = local.T
-    # `evaluate_scattered_normals` takes triangles as patches with s = u (1 − v) and t = v.
-    if triangular_patches(model.batches).any():
-        is_triangle = triangular_patches(model.batches)[patch]
-        width_of_row = np.where(is_triangle & (v < 1), 1 - v, 1.0)
-        u = np.minimum(u / width_of_row, 1.0)
-    if len(rows := np.flatnonzero(~is_regular)):
-        normals[rows], _ = evaluate_scattered_normals(model.batches, patch[rows], u[rows], v[rows])
-    return columns | {"normals": normals}
-
-
-def in_domains(model: PatchModel, patch: Ints, local: FloatArray) -> tuple[FloatArray, Ints]:
-    """Convert parameters (m, 2) of patches to those of the parametric surfaces of a model.
-
-    Returns the parameters (m, 2), and the numbers (m,) of the surfaces.
-    """
-    first_patches = np.array([domain.first for domain in model.domains])
-    order = np.argsort(first_patches)
-    surface_numbers = order[np.searchsorted(first_patches[order], patch, side="right") - 1]
-    uv = np.empty(local.shape)
-    for k in np.unique(surface_numbers).tolist():
-        domain, rows = model.domains[k], np.flatnonzero(surface_numbers == k)
-        # The patches of a domain are numbered span by span, with v first.
-        spans = np.divmod(patch[rows] - domain.first, len(domain.v) - 1)
-        for axis, (knots, span) in enumerate(zip((domain.u, domain.v), spans, strict=True)):
-            t, low, high = local[rows, axis], knots[span], knots[span + 1]
-            uv[rows, axis] = np.where(t == 1, high, low + t * (high - low))
-    return uv, surface_numbers
 
 
 def _find_closest(

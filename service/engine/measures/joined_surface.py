@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.engine.closest.project import in_domains
 from service.engine.connectivity.connect import connect
 from service.engine.connectivity.incidence import triangular_patches
 from service.engine.connectivity.seams import Seams
@@ -18,6 +17,7 @@ from service.engine.joining.join import Allow, join
 from service.engine.joining.members import join_members
 from service.engine.models import to_patches
 from service.engine.nets.patch_nets import bound_lowering_error
+from service.engine.points.surface_columns import in_domains
 from service.engine.vectors import UNIT
 from service.surface.lowered import GroupModel, Model, PatchModel, PlacedModel
 from service.surface.placement import is_mirroring
@@ -56,14 +56,14 @@ class RequestSide:
 class _JoinedModel:
     """A joined model whose patches begin at `first`, and the `members` that became this model.
 
-    For each member: its number in the group, its placement, and its model in the request. A member
-    alone is joined first and then placed; the members of a cluster are placed first and then
-    joined.
+    For each member: its number in the group, the matrix of its placement, and its model in the
+    request. A member alone is joined first and then placed; the members of a cluster are placed
+    first and then joined.
     """
 
     first: int
     model: PatchModel
-    members: tuple[tuple[int | None, PlacedModel | None, PatchModel], ...]
+    members: tuple[tuple[int | None, FloatArray | None, PatchModel], ...]
     is_cluster: bool
 
 
@@ -97,7 +97,7 @@ class JoinedSurface:
         # `index` is the number of the patch in the joined model.
         index, model = patch - joined.first, joined.model
         ends = CORNERS[[BEGINS[side], ENDS[side]]]
-        surface, placed, patch_model = joined.members[0]
+        surface, matrix, patch_model = joined.members[0]
         # A mirrored patch was transposed: side ^ 2 exchanges the sides of u (0, 1) and of v (2, 3).
         # The side r = 0 (1) of a triangle stays.
         is_triangle = bool(triangular_patches(self.model.batches)[patch])
@@ -105,7 +105,7 @@ class JoinedSurface:
         if is_triangle:
             ends = _on_triangle(ends)
         # Placement and joining are undone, the last of them first: `_JoinedModel` has their order.
-        if not joined.is_cluster and _is_mirrored(placed):
+        if not joined.is_cluster and is_mirroring(matrix):
             side, ends = exchanged_side, ends[:, ::-1]
         if model.domains:
             # From here on, `index` is the number of a parametric surface.
@@ -118,9 +118,9 @@ class JoinedSurface:
             ]
             end_numbers = np.cumsum(counts)
             member = int(np.searchsorted(end_numbers, index, side="right"))
-            surface, placed, patch_model = joined.members[member]
+            surface, matrix, patch_model = joined.members[member]
             index -= int(end_numbers[member]) - counts[member]
-            if _is_mirrored(placed):
+            if is_mirroring(matrix):
                 side, ends = exchanged_side, ends[:, ::-1]
         names, patch_number = SIDES, None if len(patch_model.domains) == 1 else index
         if not patch_model.domains:
@@ -185,7 +185,7 @@ def _join_group(group: GroupModel, tolerance: float, allow: Allow) -> JoinedSurf
         else:
             numbers = (single_members[number],)
             part.append(np.full(model.patch_count, numbers[0]))
-        members = tuple((n, group.members[n], _find_model(group, n)) for n in numbers)
+        members = tuple((n, group.members[n].matrix, _find_model(group, n)) for n in numbers)
         joined_models.append(_JoinedModel(first, model, members, number in clusters))
         first += model.patch_count
         stretch = _stretch(member)
@@ -223,8 +223,3 @@ def _bound_placing_error(member: PlacedModel, model: PatchModel) -> float:
     # 16 · 32 roundings are an upper bound.
     roundings = 16 * 32 if triangular_patches(model.batches).any() else 16
     return error + roundings * UNIT * float(np.linalg.norm(max_placed))
-
-
-def _is_mirrored(member: PlacedModel | None) -> bool:
-    """Whether a member is placed by a reflection."""
-    return member is not None and is_mirroring(member.matrix)

@@ -180,30 +180,24 @@ def _join_open_sides(seams: Seams, oriented: OrientedSides) -> list[_OpenBorder]
     # A side that has its patch on the right is passed from its end to its beginning.
     is_reversed = np.tile(LEFT < 0, len(seams.edge))[sides]
     begins, ends = np.where(is_reversed, ends, begins), np.where(is_reversed, begins, ends)
-    # The positions in `sides` of the sides that begin at each corner, the least number last.
-    after: dict[int, list[int]] = {}
-    for k in range(len(sides) - 1, -1, -1):
-        after.setdefault(int(begins[k]), []).append(k)
-    end_corners = set(ends.tolist())
-    is_unused = np.ones(len(sides), dtype=bool)
-    borders = []
+    # The positions in `sides` of the unused sides that begin at each corner, the least number last.
+    unused: dict[int, list[int]] = {}
+    for k in reversed(range(len(sides))):
+        unused.setdefault(int(begins[k]), []).append(k)
     # Begin first at sides that follow no other side: a beginning in the middle of a border would
     # divide it.
-    starts = [k for k, corner in enumerate(begins.tolist()) if corner not in end_corners]
+    starts = np.flatnonzero(~np.isin(begins, ends)).tolist()
+    borders = []
     for start in (*starts, *range(len(sides))):
-        if not is_unused[start]:
+        if start not in unused[int(begins[start])]:
             continue
-        numbers, k = [], start
-        while True:
-            is_unused[k] = False
-            numbers.append(int(sides[k]))
-            if ends[k] == begins[start]:
-                break
-            following = after.get(int(ends[k]), [])
-            while following and not is_unused[following[-1]]:
-                following.pop()
+        unused[int(begins[start])].remove(start)
+        border = [start]
+        while ends[border[-1]] != begins[start]:
+            following = unused.get(int(ends[border[-1]]))
             if not following:
                 break
-            k = following[-1]
-        borders.append(_OpenBorder(tuple(numbers), bool(ends[k] == begins[start])))
+            border.append(following.pop())
+        is_closed = bool(ends[border[-1]] == begins[start])
+        borders.append(_OpenBorder(tuple(sides[border].tolist()), is_closed))
     return sorted(borders, key=lambda border: border.sides[0])

@@ -40,8 +40,8 @@ from service.engine.cells import models as model_rows
 from service.engine.cells.bounding_spheres import BoundingSpheres
 from service.engine.cells.pair_search import Chunks, PairBudget
 from service.engine.cells.tree import CellTree, WorkLimits
-from service.engine.closest.project import regular_normals, surface_columns
 from service.engine.nets.query_nets import QueryNets, surface_nets
+from service.engine.points.surface_columns import surface_columns
 from service.engine.rays.bounds import Rays, local_rays
 from service.engine.rays.hits import MIN_LENGTH_ALONG, NO_HITS, Hits, Kind, merge_hits
 from service.engine.rays.levels import MAX_STRAIN, RayLevels
@@ -158,7 +158,7 @@ def intersect_rays(model: PatchModel, query: RayQuery, max_hits: int) -> dict[st
         "positions": nets.origin + hits.position.T * nets.scale,
     }
     patch, local = nets.patch[hits.net], nets.parameters(hits.net, hits.parameters.T)
-    columns |= surface_columns(model, patch, local, regular_normals(hits.du.T, hits.dv.T))
+    columns |= surface_columns(model, patch, local, hits.du, hits.dv)
     return columns | {
         "kind": NAMES[kind].tolist(),
         "entering": [

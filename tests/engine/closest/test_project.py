@@ -13,13 +13,12 @@ from oracles.sheets import Array, bernstein, build_bezier_sheet, build_sheets
 from service.engine.cells.tree import WorkLimits
 from service.engine.closest.project import (
     LIMITS,
-    Columns,
     ProjectQuery,
     project_on_curve,
     project_on_surface,
-    surface_columns,
 )
 from service.engine.models import to_patches
+from service.engine.points.surface_columns import Columns, surface_columns
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.curve import BezierCurve, BsplineCurve
@@ -271,9 +270,10 @@ def test_normals_at_a_collapsed_side_of_a_triangle_are_normals_of_a_cone() -> No
     net = np.array([*rows, top + c[2], top, top])
     t = np.array([0.25, 0.5, 0.7])
     local = np.stack([1 - t, t], axis=1)
-    no_normals = np.full((3, 3), np.nan), np.zeros(3, bool)  # none is precise: all are computed
+    no_partials = np.full((3, 3), np.nan)  # so all normals are computed as limits
     model = to_patches(TriangleSurface(net).lower())
-    result = surface_columns(model, np.zeros(3, np.intp), local, no_normals)["normals"]
+    patch = np.zeros(3, np.intp)
+    result = surface_columns(model, patch, local, no_partials, no_partials)["normals"]
     basis = np.stack([(1 - t) ** 2, 2 * t * (1 - t), t**2], axis=1)
     slope = np.stack([2 * t - 2, 2 - 4 * t, 2 * t], axis=1)
     normals = np.cross(slope @ c, basis @ c)

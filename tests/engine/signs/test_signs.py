@@ -11,11 +11,12 @@ from oracles.sheets import Array, bernstein
 from service.engine.build import build
 from service.engine.cells import chord_models
 from service.engine.cells.cells import NetCells
-from service.engine.closest.project import Columns, ProjectQuery, project_on_surface
+from service.engine.closest.project import ProjectQuery, project_on_surface
 from service.engine.connectivity.connect import connect_if_apart
 from service.engine.models import to_patches
 from service.engine.nets.query_nets import surface_nets
 from service.engine.options import MeshOptions
+from service.engine.points.surface_columns import Columns
 from service.engine.signs.signs import LIMITS, WELD_TOLERANCE, compute_signs
 from service.surface.batches import TensorPatches
 from service.surface.examples.catalogue import find
