@@ -31,7 +31,6 @@ from service.surface.lowered import Model
 
 AnyMesh: TypeAlias = Mesh | Scene
 Build: TypeAlias = Callable[[Accuracy, float | None], AnyMesh]
-Encode: TypeAlias = Callable[[AnyMesh], Content]
 
 ATTEMPTS = 3
 """The search for a mesh within a budget may take the work of this number of meshes of the highest
@@ -111,36 +110,10 @@ def prepare_meshes(
 def build_within_budget(
     plan: MeshPlan, model: Model, options: MeshOptions, accuracy: Accuracy
 ) -> tuple[AnyMesh, Content]:
-    """Make the mesh with the least proved deviation within the budget, and its file."""
-    min_tolerance = (
-        MIN_TOLERANCE_SINGLE if plan.fmt.is_float32 else MIN_TOLERANCE
-    ) * model.diagonal
-    effort = Effort(EFFORT_FACTOR * plan.limits.max_multiplications)
-    build = prepare_meshes(plan, model, options, effort)
-    return search_budget(build, plan.encode_mesh, accuracy, min_tolerance, effort)
+    """Make the mesh with the least proved deviation within the budget, and its file.
 
-
-def search_budget(
-    build: Build, encode: Encode, accuracy: Accuracy, min_tolerance: float, effort: Effort
-) -> tuple[AnyMesh, Content]:
-    """Search the least tolerance whose mesh is within a budget.
-
-    Parameters
-    ----------
-    build : function
-        Builds the mesh for an accuracy and a tolerance.
-    encode : function
-        Encodes a mesh as a file.
-    accuracy : Accuracy
-        The budget.
-    min_tolerance : float
-        The least tolerance that the search tries, in model units.
-    effort : Effort
-        The most work of all meshes together; one mesh may take 1/`ATTEMPTS` of this plan.
-
-    Returns
-    -------
-    (mesh, file)
+    All meshes of the search together may take the work of one request; one mesh may take
+    1/`ATTEMPTS` of it.
 
     Raises
     ------
@@ -149,12 +122,14 @@ def search_budget(
     TooLarge
         Even the coarsest mesh exceeds a limit.
     """
+    effort = Effort(EFFORT_FACTOR * plan.limits.max_multiplications)
+    build = prepare_meshes(plan, model, options, effort)
     effort_for_mesh = effort.limit / ATTEMPTS
 
     def try_tolerance(allowed: Accuracy, tolerance: float) -> Attempt[tuple[AnyMesh, Content]]:
         spent_before = effort.spent
         mesh = build(allowed, tolerance)
-        content = encode(mesh)
+        content = plan.encode_mesh(mesh)
         effort_share = (effort.spent - spent_before) / effort_for_mesh
         cost = max(_budget_share(mesh, content, accuracy), effort_share)
         return Attempt(cost, mesh.report.deviation_bound or 0.0, (mesh, content))
@@ -181,7 +156,8 @@ def search_budget(
                 raise
             return None
 
-    return search_tolerances(attempt, coarsest_attempt, min_tolerance).result
+    min_share = MIN_TOLERANCE_SINGLE if plan.fmt.is_float32 else MIN_TOLERANCE
+    return search_tolerances(attempt, coarsest_attempt, min_share * model.diagonal).result
 
 
 def check_mesh(mesh: AnyMesh, plan: MeshPlan, accuracy: Accuracy) -> None:

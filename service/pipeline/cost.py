@@ -105,8 +105,9 @@ def definition_cost(size: SurfaceSize, max_bytes: int = sys.maxsize) -> Cost:
     8 bytes become at most 32 characters. Each member of a group is written, so `size` must count
     equal members each.
     """
-    byte_bound = 1000 + 600 * size.members + 4 * size.surface_bytes + 8 * size.name_bytes
-    byte_bound = min(byte_bound, max_bytes)
+    byte_bound = min(
+        max_bytes, 1000 + 600 * size.members + 4 * size.surface_bytes + 8 * size.name_bytes
+    )
     return Cost(3 * byte_bound, 1e-4 * size.members + byte_bound * 1e-8)
 
 
@@ -198,8 +199,8 @@ def mesh_cost(
     triangles = mesh.triangles + 2 * mesh.quads
     line_memory = LINE_BYTES * (mesh.overlay_points + mesh.overlay_segments + mesh.overlay_cells)
     if encode.exact and fmt.encode_exact is not None:
-        patch_memory = 96 * mesh.control_points + line_memory
-        patch_memory += 2 * file_bytes + min(TEXT_BYTES, 8 * file_bytes)
+        text_memory = 2 * file_bytes + min(TEXT_BYTES, 8 * file_bytes)
+        patch_memory = 96 * mesh.control_points + line_memory + text_memory
         return Cost(lowering_memory(size, patch_memory), seconds)
     # A group in a format without nodes: its meshes are built, and then joined to one mesh.
     is_flattened = size.members > 1 and fmt.encode_scene is None

@@ -49,20 +49,12 @@ def plan_conversion(
     max_points = min(allowed.control_points, max_converted_points(size, limits))
     cost = conversion_cost(size, min(max_points, conversion_points(size, operations)))
     allowed = replace(allowed, control_points=max_points)
-    return Work(cost, partial(_convert, surface, operations, allowed, limits))
 
+    def run() -> bytes:
+        # The document can be the body of a request.
+        return _write_document(convert(surface, operations, allowed), limits, "/operations")
 
-def _convert(
-    surface: Surface, operations: Sequence[Operation], allowed: SizeLimits, limits: Limits
-) -> bytes:
-    """Convert the surface, and write it as a JSON document, which can be the body of a request.
-
-    Raises
-    ------
-    InvalidRequest, TooLarge
-        With pointers `/operations/…` into the request.
-    """
-    return _write_document(convert(surface, operations, allowed), limits, "/operations")
+    return Work(cost, run)
 
 
 def plan_definition(surface: Surface, limits: Limits = DEFAULT_LIMITS) -> Work[bytes]:
