@@ -10,7 +10,7 @@ from functools import partial
 from typing import Any
 
 from service.cli.documents import Document, Query, parse_request
-from service.cli.flags import Flag
+from service.cli.flags import Flag, flag
 from service.cli.refusals import issue_line
 from service.cli.source import field_line, read_field_flags
 from service.errors import InvalidRequest, Issue, MalformedJson
@@ -22,9 +22,10 @@ def _name_text(name: str, text: str) -> tuple[str, str]:
 
 def _operation_flag(name: str, metavar: str | None, text: str) -> Flag:
     """The flag of an operation; its name and its text are appended to a list, in their order."""
-    value = None if metavar else _name_text(name, "")
-    read = partial(_name_text, name)
-    return Flag(f"--{name}", text, metavar, read, "operations", is_list=True, value=value)
+    how: dict[str, Any] = {"action": "append", "type": partial(_name_text, name)}
+    if metavar is None:
+        how = {"action": "append_const", "const": _name_text(name, "")}
+    return flag(f"--{name}", text, metavar, dest="operations", **how)
 
 
 def _merge_operations(document: Document, values: Document) -> Document:

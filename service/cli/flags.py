@@ -1,65 +1,35 @@
 """Commands and their flags as rows of tables, and the values that flags set."""
 
 import argparse
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from service.cli.refusals import EXIT_CODES
 
 
-@dataclass(frozen=True, slots=True)
-class Flag:
-    """A flag of a command, or an argument without a flag.
+class Flag(NamedTuple):
+    """A flag of a command, or an argument without a flag: the arguments of `add_argument`."""
 
-    Attributes
-    ----------
-    names : str
-        `--uv`, `-o --output`, or the name of an argument without a flag.
-    text : str
-        The text of the help.
-    metavar : str or None
-        Stands for the text of the flag in the help; by default the name.
-    read : callable
-        Turns the text of the flag into its value; it raises no error.
-    field : str or None
-        The name of the value; by default the name of the flag with underscores.
-    is_list : bool
-        Whether the flag may be repeated; its value is then a list.
-    value : object or None
-        The value that a flag without a text sets.
-    is_switch : bool
-        Whether the flag has no text, and a second form `--no-…`.
-    is_required : bool
-    """
-
-    names: str
-    text: str
-    metavar: str | None = None
-    read: Callable[[str], object] = str
-    field: str | None = None
-    is_list: bool = False
-    value: object = None
-    is_switch: bool = False
-    is_required: bool = False
+    names: Sequence[str]
+    options: Mapping[str, Any]
 
     @property
     def destination(self) -> str:
-        """The name of the value."""
-        return self.field or self.names.split()[-1].removeprefix("--").replace("-", "_")
+        """The name of the flag's value."""
+        name = self.names[-1].removeprefix("--").replace("-", "_")
+        return str(self.options.get("dest", name))
 
-    def add_to(self, parser: Any) -> None:
-        """Adds the flag to a parser, or to one of its groups."""
-        options: dict[str, Any] = {"type": self.read, "metavar": self.metavar, "action": "store"}
-        if self.is_switch:
-            options = {"action": argparse.BooleanOptionalAction}
-        elif self.value is not None:
-            options = {"const": self.value, "action": "store_const"}
-        if self.is_list:
-            options["action"] = "append" if self.value is None else "append_const"
-        if self.names.startswith("-"):
-            options |= {"dest": self.destination, "required": self.is_required}
-        parser.add_argument(*self.names.split(), help=self.text, **options)
+
+def flag(names: str, text: str, metavar: str | None = None, **options: Any) -> Flag:
+    """A flag with its names (`-o --output`), the text of its help, and options of argparse.
+
+    The functions that read the text of a flag (`type`) raise no errors: only a command refuses a
+    value.
+    """
+    if metavar is not None:
+        options["metavar"] = metavar
+    return Flag(names.split(), {"help": text, **options})
 
 
 Flags = tuple[Flag, ...]
@@ -104,24 +74,25 @@ class Command:
         parser = commands.add_parser(
             self.name, help=self.text, description=self.description, **help_form
         )
-        for flag in self.flags:
-            flag.add_to(parser)
+        _add_flags(parser, self.flags)
         if self.one_of:
-            alternatives = parser.add_mutually_exclusive_group(required=True)
-            for flag in self.one_of:
-                flag.add_to(alternatives)
+            _add_flags(parser.add_mutually_exclusive_group(required=True), self.one_of)
         groups: dict[str, Any] = {}
         for title, flags in self.groups:
             if title not in groups:
                 groups[title] = parser.add_argument_group(title)
-            for flag in flags:
-                flag.add_to(groups[title])
+            _add_flags(groups[title], flags)
         parser.set_defaults(run=self.run)
+
+
+def _add_flags(parser: Any, flags: Flags) -> None:
+    for each in flags:
+        parser.add_argument(*each.names, **each.options)
 
 
 def read_values(arguments: argparse.Namespace, flags: Iterable[Flag]) -> dict[str, Any]:
     """The values of those flags that were given, by name; the command may lack some."""
-    values = {flag.destination: getattr(arguments, flag.destination, None) for flag in flags}
+    values = {each.destination: getattr(arguments, each.destination, None) for each in flags}
     return {name: value for name, value in values.items() if value is not None}
 
 

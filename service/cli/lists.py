@@ -2,7 +2,7 @@
 
 import argparse
 
-from service.cli.flags import Command, Flag
+from service.cli.flags import Command, flag
 from service.cli.output import print_lines
 from service.cli.refusals import OK
 
@@ -42,10 +42,10 @@ OPENAPI = Command(
     "print the OpenAPI document",
     _openapi,
     (
-        Flag(
+        flag(
             "--all",
             "with all optional features; otherwise with those that the settings switch on",
-            value=True,
+            action="store_true",
         ),
     ),
 )

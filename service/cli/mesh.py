@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from service.cli.documents import parse_request, perform_document
-from service.cli.flags import Command, Flag, option_texts, read_values
+from service.cli.flags import Command, Flag, flag, option_texts, read_values
 from service.cli.output import check_output, choose_format, find_format, output_flags, perform
 from service.cli.source import (
     NET_FILES,
@@ -44,7 +44,8 @@ _TITLES = ("options of the mesh", "instead of a resolution: accuracy, proved")
 
 def _option_flag(option: Mapping[str, Any]) -> Flag:
     name, value = option["name"].replace("_", "-"), option["value"]
-    return Flag(f"--{name}", option["text"], value, is_switch=value is None)
+    switch = {"action": argparse.BooleanOptionalAction} if value is None else {}
+    return flag(f"--{name}", option["text"], value, **switch)
 
 
 _GROUPS = tuple(
@@ -55,7 +56,7 @@ _GROUPS = tuple(
 
 def _read_options(arguments: argparse.Namespace) -> dict[str, str]:
     """The options that flags set, as texts of a query, by name."""
-    return option_texts(read_values(arguments, (flag for _, flags in _GROUPS for flag in flags)))
+    return option_texts(read_values(arguments, (each for _, flags in _GROUPS for each in flags)))
 
 
 def drop_replaced(source: dict[str, Any], flag_values: Mapping[str, str]) -> dict[str, Any]:
@@ -177,7 +178,7 @@ ESTIMATE = Command(
     (
         source_flag("options"),
         *output_flags(formats=False),
-        Flag("--format", "estimate this format only", "NAME"),
+        flag("--format", "estimate this format only", "NAME"),
     ),
     groups=(*_GROUPS, NET_FILES),
     has_exit_codes=True,

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
-from service.cli.flags import Flag, Flags
+from service.cli.flags import Flags, flag
 from service.cli.refusals import OK, Refused, UsageError
 from service.errors import Issue, SurfaceError
 
@@ -20,9 +20,9 @@ AnyFormat = TypeVar("AnyFormat", bound="FileFormat")
 def output_flags(*, formats: bool = True) -> Flags:
     """The output file, its format if there are several, and `--url`."""
     kind = "file" if formats else "JSON file"
-    output = Flag("-o --output", f"{kind} to write, or - for standard output", is_required=True)
-    format_flag = Flag("--format", "format of the output; default: by its suffix")
-    url = Flag("--url", "URL of a service that computes the result")
+    output = flag("-o --output", f"{kind} to write, or - for standard output", required=True)
+    format_flag = flag("--format", "format of the output; default: by its suffix")
+    url = flag("--url", "URL of a service that computes the result")
     return (output, format_flag, url) if formats else (output, url)
 
 

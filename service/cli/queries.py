@@ -1,11 +1,12 @@
 """The commands `points`, `project`, `intersect`, `section`, `measure` and `curve` as a table."""
 
+from argparse import BooleanOptionalAction
 from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from service.cli.documents import Document, Query, parse_request
-from service.cli.flags import Flag, option_texts, parse_number, parse_numbers
+from service.cli.flags import flag, option_texts, parse_number, parse_numbers
 from service.cli.refusals import Refused
 from service.errors import SurfaceError
 
@@ -54,14 +55,14 @@ def _merge_points(document: Document, values: Document) -> Document:
     return document
 
 
-def _read_npy(name: str, flag: str) -> Any:
+def _read_npy(name: str, flag_name: str) -> Any:
     """The array in a .npy file; an error names the flag."""
     from service.decoders.npy import read_array
 
     try:
         return read_array(Path(name).read_bytes())
     except SurfaceError as error:
-        raise Refused(*(f"{flag}: {issue.message}" for issue in error.issues)) from None
+        raise Refused(*(f"{flag_name}: {issue.message}" for issue in error.issues)) from None
 
 
 def _compute_project(document: Document) -> bytes:
@@ -168,10 +169,12 @@ POINTS = Query(
     "places",
     "places; --uv and --barycentric may be repeated",
     (
-        Flag("--uv", "parameters of a place", "U,V", parse_numbers, is_list=True),
-        Flag("--barycentric", "a place on a triangle", "R,S,T", parse_numbers, is_list=True),
-        Flag("--patch", "index of the patch, if there are several", "K", parse_number),
-        Flag("--derivatives", "0, 1 (default) or 2", "N", parse_number),
+        flag("--uv", "parameters of a place", "U,V", type=parse_numbers, action="append"),
+        flag(
+            "--barycentric", "a place on a triangle", "R,S,T", type=parse_numbers, action="append"
+        ),
+        flag("--patch", "index of the patch, if there are several", "K", type=parse_number),
+        flag("--derivatives", "0, 1 (default) or 2", "N", type=parse_number),
     ),
     _compute_points,
     _merge_places,
@@ -184,16 +187,28 @@ PROJECT = Query(
     "points",
     "points",
     (
-        Flag("--point", "a point; may be repeated", "X,Y,Z", parse_numbers, "points", is_list=True),
-        Flag("--points", "a .npy file of points, (m, 3)", "FILE", field="file"),
-        Flag(
+        flag(
+            "--point",
+            "a point; may be repeated",
+            "X,Y,Z",
+            type=parse_numbers,
+            action="append",
+            dest="points",
+        ),
+        flag("--points", "a .npy file of points, (m, 3)", "FILE", dest="file"),
+        flag(
             "--relative-tolerance",
             "largest width of the interval that is proved to contain a distance, as a share of "
             "the diagonal (1e-9)",
             "X",
-            parse_number,
+            type=parse_number,
         ),
-        Flag("--sign", "write signs too: -1 inside a closed surface, 1 outside", value=True),
+        flag(
+            "--sign",
+            "write signs too: -1 inside a closed surface, 1 outside",
+            action="store_const",
+            const=True,
+        ),
     ),
     _compute_project,
     _merge_points,
@@ -207,21 +222,27 @@ INTERSECT = Query(
     "rays",
     "rays",
     (
-        Flag(
+        flag(
             "--ray",
             "a ray from a point in a direction; may be repeated",
             "X,Y,Z,DX,DY,DZ",
-            parse_numbers,
-            "rays",
-            is_list=True,
+            type=parse_numbers,
+            action="append",
+            dest="rays",
         ),
-        Flag("--rays", "a .npy file with a ray in each row, (m, 6)", "FILE", field="file"),
-        Flag("--all", "all hits of each ray, not only the first", field="hits", value="all"),
-        Flag(
+        flag("--rays", "a .npy file with a ray in each row, (m, 6)", "FILE", dest="file"),
+        flag(
+            "--all",
+            "all hits of each ray, not only the first",
+            dest="hits",
+            action="store_const",
+            const="all",
+        ),
+        flag(
             "--relative-thickness",
             "how near a ray may pass to count as a hit, in diagonals (1e-9)",
             "X",
-            parse_number,
+            type=parse_number,
         ),
     ),
     _compute_hits,
@@ -235,22 +256,24 @@ SECTION = Query(
     "planes",
     "planes",
     (
-        Flag("--normal", "normal of all planes (0,0,1)", "X,Y,Z", parse_numbers),
-        Flag(
+        flag("--normal", "normal of all planes (0,0,1)", "X,Y,Z", type=parse_numbers),
+        flag(
             "--offsets",
             "distances of the planes from the origin, along the normal",
             "D,D,…",
-            parse_numbers,
+            type=parse_numbers,
         ),
-        Flag(
+        flag(
             "--point",
             "instead of --offsets: a point of a plane; may be repeated",
             "X,Y,Z",
-            parse_numbers,
-            is_list=True,
+            type=parse_numbers,
+            action="append",
         ),
-        Flag("--tolerance", "largest deviation, in model units", "DISTANCE", parse_number),
-        Flag("--relative-tolerance", "largest deviation, in diagonals (1e-3)", "X", parse_number),
+        flag("--tolerance", "largest deviation, in model units", "DISTANCE", type=parse_number),
+        flag(
+            "--relative-tolerance", "largest deviation, in diagonals (1e-3)", "X", type=parse_number
+        ),
     ),
     _compute_sections,
     _merge_planes,
@@ -264,12 +287,12 @@ MEASURE = Query(
     "tolerance",
     "intervals",
     (
-        Flag("--tolerance", "relative width of the intervals (1e-6)", "X", parse_number),
-        Flag(
+        flag("--tolerance", "relative width of the intervals (1e-6)", "X", type=parse_number),
+        flag(
             "--weld-tolerance",
             "distance within which borders are joined, as a share of the diagonal (1e-12)",
             "X",
-            parse_number,
+            type=parse_number,
         ),
     ),
     _compute_measures,
@@ -282,10 +305,10 @@ CURVE = Query(
     "options",
     "options of the curve",
     (
-        Flag("--resolution", "divisions of every piece (16)", "N"),
-        Flag("--tolerance", "instead of --resolution: largest deviation", "DISTANCE"),
-        Flag("--tangents", "unit tangents (yes)", is_switch=True),
-        Flag("--arc-lengths", "arc length up to each point (yes)", is_switch=True),
+        flag("--resolution", "divisions of every piece (16)", "N"),
+        flag("--tolerance", "instead of --resolution: largest deviation", "DISTANCE"),
+        flag("--tangents", "unit tangents (yes)", action=BooleanOptionalAction),
+        flag("--arc-lengths", "arc length up to each point (yes)", action=BooleanOptionalAction),
     ),
     _compute_curve,
     _merge_curve_options,

@@ -13,7 +13,7 @@ from contextlib import suppress
 from logging.handlers import MemoryHandler
 from typing import TYPE_CHECKING
 
-from service.cli.flags import Command, Flag
+from service.cli.flags import Command, flag
 from service.cli.output import print_lines
 from service.cli.refusals import OK, Refused, UsageError
 from service.cli.source import NET_FILES, field_line, read_document, read_field_flags, source_flag
@@ -144,8 +144,8 @@ SERVE = Command(
     "serve requests over HTTP",
     _serve,
     (
-        Flag("--host", "address to listen at (SURFACE_HOST, 127.0.0.1)"),
-        Flag("--port", "port to listen at (SURFACE_PORT, 8000)"),
+        flag("--host", "address to listen at (SURFACE_HOST, 127.0.0.1)"),
+        flag("--port", "port to listen at (SURFACE_PORT, 8000)"),
     ),
 )
 
@@ -154,9 +154,9 @@ HEALTH = Command(
     "ask the service on this machine whether it is ready",
     _ask_health,
     (
-        Flag("--live", "ask only whether the process runs", value=True),
-        Flag("--host", "address of the service (SURFACE_HOST, 127.0.0.1)"),
-        Flag("--port", "port of the service (SURFACE_PORT, 8000)"),
+        flag("--live", "ask only whether the process runs", action="store_true"),
+        flag("--host", "address of the service (SURFACE_HOST, 127.0.0.1)"),
+        flag("--port", "port of the service (SURFACE_PORT, 8000)"),
     ),
     description="Exit code 0 if the service is ready for requests, 1 if it is not or does not "
     "answer.",
@@ -168,7 +168,7 @@ STORE = Command(
     _store,
     (
         source_flag("no options"),
-        Flag("--url", "URL of the service that stores it", is_required=True),
+        flag("--url", "URL of the service that stores it", required=True),
     ),
     groups=(NET_FILES,),
     has_exit_codes=True,
@@ -178,10 +178,10 @@ SIGN = Command(
     "sign",
     "sign a URL of a private surface",
     _sign,
-    (Flag("path", "surface or mesh, without the host: /v1/surfaces/ID/mesh.glb?engine=4", "URL"),),
+    (flag("path", "surface or mesh, without the host: /v1/surfaces/ID/mesh.glb?engine=4", "URL"),),
     one_of=(
-        Flag("--seconds", "seconds from now until it expires", "N"),
-        Flag("--expires", "when it expires, in Unix time", "UNIXTIME"),
+        flag("--seconds", "seconds from now until it expires", "N"),
+        flag("--expires", "when it expires, in Unix time", "UNIXTIME"),
     ),
     description="Signs with the first secret of SURFACE_SIGNING_KEYS and prints the URL, "
     "which is valid at every service with that secret. It sends no request to a service.",
@@ -192,7 +192,7 @@ KEY = Command(
     "key",
     "make an API key",
     _make_key,
-    (Flag("name", "name of the client, for logs", "NAME"),),
+    (flag("name", "name of the client, for logs", "NAME"),),
     description="Prints a new key, for the client, and the line for SURFACE_API_KEYS or for "
     "the file SURFACE_API_KEYS_FILE, with the hash of the key. The key itself is not stored: "
     "it cannot be printed again.",

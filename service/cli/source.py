@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from service.cli.flags import Flag, read_values
+from service.cli.flags import Flag, flag, read_values
 from service.cli.refusals import Refused, UsageError, issue_line
 from service.errors import Issue, SurfaceError, first_part
 
@@ -15,20 +15,20 @@ if TYPE_CHECKING:
     from service.decoders.format import Decoder
 
 _FIELD_FLAGS = (
-    Flag("--type", "bezier, bspline, patches", "KIND"),
-    Flag("--degree", "degree of a bspline (3)", "P|P,Q"),
-    Flag("--knots", "clamped (default), uniform, periodic", "K|K,K"),
-    Flag("--up", "y (default) or z", "AXIS"),
-    Flag("--name", "name of the surface", "NAME"),
+    flag("--type", "bezier, bspline, patches", "KIND"),
+    flag("--degree", "degree of a bspline (3)", "P|P,Q"),
+    flag("--knots", "clamped (default), uniform, periodic", "K|K,K"),
+    flag("--up", "y (default) or z", "AXIS"),
+    flag("--name", "name of the surface", "NAME"),
 )
 """Flags of the fields of a surface, listed here because to import their module is slow."""
 
-FIELDS = tuple(flag.destination for flag in _FIELD_FLAGS)
+FIELDS = tuple(each.destination for each in _FIELD_FLAGS)
 
 NET_FILES = (
     "files of control points: .npy, .bez, .bbp, .oogl, .teapot",
     (
-        Flag("--input-format", "json, npy, oogl or teapot; default: by suffix", "NAME"),
+        flag("--input-format", "json, npy, oogl or teapot; default: by suffix", "NAME"),
         *_FIELD_FLAGS,
     ),
 )
@@ -75,7 +75,7 @@ def source_flag(fields: str, suffix: str = "", *, is_curve: bool = False) -> Fla
         kind, others = "surface", "a file of control points, the id of an example, "
         metavar = "FILE|EXAMPLE"
     text = f"a JSON file (a {kind}, or a request with a {kind} and {fields}), {others}"
-    return Flag("source", f"{text}or - for standard input{suffix}", metavar)
+    return flag("source", f"{text}or - for standard input{suffix}", metavar)
 
 
 def read_document(arguments: argparse.Namespace) -> dict[str, Any]:
