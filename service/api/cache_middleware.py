@@ -10,7 +10,7 @@ from service.api.caching.cached_response import CachedResponse, Variant, find_ma
 from service.api.caching.codings import Codings, parse_accepted_codings
 from service.api.cors import Origins
 from service.api.record import record_of
-from service.api.responses import MAX_BUFFERED, send_in_chunks
+from service.api.responses import CHUNK, MAX_BUFFERED, send_in_chunks
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -62,7 +62,11 @@ class CacheMiddleware:
         """Sends a long body; the entry stays in memory while a slow client receives it."""
         self.cache.begin(entry)
         try:
-            await send_in_chunks(body, send)
+            if len(body) <= CHUNK:
+                await send({"type": "http.response.body", "body": body, "more_body": True})
+                await send({"type": "http.response.body", "body": b""})
+            else:
+                await send_in_chunks(body, send)
         finally:
             self.cache.end(entry)
 
