@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, IndexArray, Ints
+from service.bases.arrays import FloatArray, Ints
 from service.bases.row_batches import unique_values
 from service.engine.adaptive.borders.border import Border
 from service.engine.adaptive.samples import (
@@ -30,6 +30,7 @@ from service.engine.mesh.mesh import (
 from service.engine.mesh.overlays import draw_control_net
 from service.engine.options import MeshOptions
 from service.engine.plans.faces import count_borders
+from service.engine.plans.patterns import NO_QUADS
 from service.engine.plans.vertices import (
     Welding,
     count_positions,
@@ -87,7 +88,7 @@ def assemble(
     welding = _weld_samples(samples, normals, channels, options)
     triangles = welding.vertex.astype(np.uint32)[corners]
     welds = find_shared_positions(welding) if options.weld else None
-    boundary, watertight = count_borders((triangles, _NO_QUADS), welds)
+    boundary, watertight = count_borders((triangles, NO_QUADS), welds)
     positions = stored[samples.vertex[welding.samples]]
     vertex_normals = None if normals is None else normals[welding.samples]
     uvs, colors, attributes = split_by_kind(tuple(c.take(welding.samples) for c in channels))
@@ -103,7 +104,7 @@ def assemble(
         ),
         uvs=uvs,
         triangles=triangles,
-        quads=_NO_QUADS,
+        quads=NO_QUADS,
         parts=tuple(
             replace(
                 part,
@@ -146,10 +147,6 @@ def assemble(
         attributes=attributes,
         step=storage.step,
     )
-
-
-_NO_QUADS: IndexArray = np.empty((0, 4), np.uint32)
-_NO_QUADS.flags.writeable = False
 
 
 def _weld_samples(

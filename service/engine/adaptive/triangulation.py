@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints, RealArray
+from service.engine.clustering import DisjointSets
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -70,7 +71,13 @@ def drop_flat_triangles(triangulation: Triangulation, stored: RealArray) -> Tria
     if not equal.any():
         return triangulation
     pairs = np.concatenate([corners[equal[:, k]][:, [i, j]] for k, (i, j) in enumerate(EDGES)])
-    vertex = _merge_vertices(len(stored), pairs)
+    # For each vertex the least of those with which the pairs unite it.
+    ends, number = np.unique(pairs, return_inverse=True)
+    sets = DisjointSets(len(ends))
+    for first, second in number.reshape(-1, 2).tolist():
+        sets.unite(first, second)
+    vertex = np.arange(len(stored))
+    vertex[ends] = ends[sets.list_roots()]
     corners = vertex[corners]
     flat = (corners == corners[:, [1, 2, 0]]).any(axis=1)
     beside = _find_triangles_beside(
@@ -89,19 +96,6 @@ def drop_flat_triangles(triangulation: Triangulation, stored: RealArray) -> Tria
         bounds=raised[~flat],
         mesh_bounds=mesh_bounds,
     )
-
-
-def _merge_vertices(count: int, pairs: Ints) -> Ints:
-    """For each vertex the least vertex in its connected component of the pairs (n, 2)."""
-    vertex = np.arange(count)
-    while True:
-        least = vertex[pairs].min(axis=1)
-        before = vertex.copy()
-        for column in pairs.T:
-            np.minimum.at(vertex, column, least)
-        vertex = vertex[vertex]
-        if (vertex == before).all():
-            return vertex
 
 
 def _find_triangles_beside(face: Ints, corners: Ints, flat: Bools) -> Ints:

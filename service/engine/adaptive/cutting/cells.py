@@ -216,10 +216,10 @@ def build_quadratic_matrix(degree: int) -> FloatArray:
 
 def restrict_to_cells(nets: Nets, rows: Ints, cells: FaceCells) -> FloatArray:
     """Nets over cells of one span, with degrees of at least 2, from patches in rows of `nets`."""
+    if (cells.extents == SPAN).all():
+        return elevate_to_quadratics(nets.take(rows))
     low, high = cells.rectangle[::2], cells.rectangle[1::2]
     first = low // SPAN * SPAN
-    if (high - low == SPAN).all():
-        return elevate_to_quadratics(nets.take(rows))
     ends = np.array([low - first, high - first]) / SPAN  # parameters of the patch
     boxes = restrict(nets.items.take(rows, axis=0), ends)
     return elevate_to_quadratics(np.ascontiguousarray(boxes.transpose(2, 3, 1, 0)))

@@ -22,6 +22,7 @@ from service.engine.adaptive.drafts.draft_triangles import DraftSamples, DraftTr
 from service.engine.adaptive.drafts.leaf_polygons import LeafPolygons
 from service.engine.adaptive.drafts.triangles import TriangleRows, build_triangles
 from service.engine.adaptive.triangulation import Triangulation
+from service.engine.vectors import dot, length
 
 OVERHEAD = 4000
 """Approximate cost of the triangles of one leaf, in multiplications."""
@@ -191,9 +192,9 @@ def find_crowded(task: Task, leaves: Leaves, size: Ints) -> Ints:
     face = np.concatenate([leaves.face[many]] * 8)
     points = task.evaluate_points(face, us.ravel(), vs.ravel()).reshape(8, -1, 3)
     difference, along = points[1::2] - points[::2], points[[2, 4, 6, 0]] - points[::2]
-    square = np.maximum((along * along).sum(axis=2), np.finfo(float).tiny)
-    difference -= ((difference * along).sum(axis=2) / square)[..., np.newaxis] * along
-    distance = np.sqrt((difference * difference).sum(axis=2)).max(axis=0)
+    square = np.maximum(dot(along, along, -1), np.finfo(float).tiny)
+    difference -= (dot(difference, along, -1) / square)[..., np.newaxis] * along
+    distance = length(difference, -1).max(axis=0)
     # The last row of `form` is the allowed deviation.
     crowded: Ints = many[(distance > BENT * leaves.form[-1, many]) | (size[many] > MOST_CORNERS)]
     return crowded

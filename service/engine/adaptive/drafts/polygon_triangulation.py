@@ -60,17 +60,17 @@ def list_triangulations(corners: int) -> Ints:
     """
     number = {tuple(triple): row for row, triple in enumerate(list_triples(corners).T.tolist())}
 
-    def between(i: int, k: int) -> list[list[int]]:
+    def list_ways(i: int, k: int) -> list[list[int]]:
         if k - i < 2:
             return [[]]
         return [
             [number[i, j, k], *right, *left] if corners > 7 else [*left, number[i, j, k], *right]
             for j in range(i + 1, k)
-            for left in between(i, j)
-            for right in between(j, k)
+            for left in list_ways(i, j)
+            for right in list_ways(j, k)
         ]
 
-    table = np.array(between(0, corners - 1))
+    table = np.array(list_ways(0, corners - 1))
     table.flags.writeable = False
     return table
 
@@ -101,7 +101,7 @@ def triangulate_polygons(
     """
     start = np.cumsum(size) - size
     triangles, polygon = [np.empty((0, 3), dtype=np.intp)], [start[:0]]
-    for batch in _batches(size):
+    for batch in _split_into_batches(size):
         corners = [start[rows] + list_triples(n)[:, :, np.newaxis] for n, rows in batch]
         owner = [
             rows[np.arange(triples[0].size) % len(rows)]
@@ -125,7 +125,7 @@ def triangulate_polygons(
     return np.concatenate(triangles), np.concatenate(polygon)
 
 
-def _batches(size: Ints) -> Iterator[list[tuple[int, Ints]]]:
+def _split_into_batches(size: Ints) -> Iterator[list[tuple[int, Ints]]]:
     """Batches of (number of corners, polygons with this number), with about `CHUNK` triangles."""
     batch: list[tuple[int, Ints]] = []
     total = 0
