@@ -1,10 +1,8 @@
 """Estimates for cells of several knot spans, from their pieces: one piece in each span."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.arrays import Bools, FloatArray
 from service.engine.adaptive.cutting.cells import FaceCells, Leaves, Task
 from service.engine.adaptive.cutting.estimate import (
     build_forms,
@@ -13,7 +11,6 @@ from service.engine.adaptive.cutting.estimate import (
 )
 from service.engine.adaptive.cutting.heights import (
     NEARLY,
-    CellPlanes,
     find_planes,
     measure_remainder,
     measure_sag,
@@ -57,7 +54,8 @@ def estimate_span_cells(
         # Rows 4 and 5 of `squares` belong to the two diagonals of each cell.
         diagonal = np.sqrt(np.maximum(squares[4], squares[5]))
         allowed = np.minimum(allowed, find_height_limit(goal.angle, diagonal))
-    distance_share = np.where(planes.flat, 1.0, 0.5 if goal.two_sided else 0.0)
+    # 1 for cells without planes, ½ for other cells if the goal has two sides, otherwise 0.
+    distance_share = np.where(planes.flat, 1.0, 0.5 if goal.two_sided else 0.0)[cell]
     box, box_size = cells.rectangle.take(cell, axis=1), cells.extents
     low, high = (
         (piece_cells.rectangle[k::2] - box[::2]) / box_size.take(cell, axis=1) for k in (0, 1)
@@ -65,9 +63,11 @@ def estimate_span_cells(
     # Parameters of the cell, from 0 to 1, at the ends and the middle of each piece: (2, 3, N).
     shares = np.array([low, (low + high) * 0.5, high]).swapaxes(0, 1)
 
-    triangles = _CellTriangles(corner[[0, 6, 8, 2]], planes, distance_share)
     shares_of_points = np.repeat(shares[0], 3, axis=0), np.tile(shares[1], (3, 1))
-    heights = pieces.find_largest(triangles.measure_heights(face_points, shares_of_points, cell))
+    corners, normals = (x.take(cell, axis=-1) for x in (corner[[0, 6, 8, 2]], planes.normals))
+    heights = pieces.find_largest(
+        _measure_heights(face_points, shares_of_points, corners, normals, distance_share)
+    )
     # The diagonal with fewer triangles without area is better; if both have equally many, the
     # heights decide.
     is_rising = np.where(planes.worse == 0, heights[0] < heights[1] * NEARLY, planes.worse < 0)
@@ -76,7 +76,9 @@ def estimate_span_cells(
     if goal.angle < np.pi:
         fails |= _find_turning(pieces, face_points, normal, goal.angle)
 
-    signed, bends, lengths = _measure_bends(triangles, pieces, face_points, shares[:, 1], normal)
+    signed, bends, lengths = _measure_bends(
+        pieces, face_points, shares[:, 1], normal, distance_share
+    )
     if not fails.all():
         chosen = np.where(is_rising, planes.normals[:2], planes.normals[2:])
         # The heights of control points over the biquadratic part of the piece; the heights of nets
@@ -94,75 +96,61 @@ def estimate_span_cells(
     return fails, Leaves(cells.rectangle, cells.face, along_v, is_rising, is_fan, form)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class _CellTriangles:
-    """The two pairs of triangles that may replace cells.
+def _measure_heights(
+    points: FloatArray,
+    shares: tuple[FloatArray, FloatArray],
+    corners: FloatArray,
+    normals: FloatArray,
+    distance_share: FloatArray,
+) -> FloatArray:
+    """Largest heights (2, N) of points (k, 3, N) over both pairs of triangles for their cells.
 
-    Attributes
+    Parameters
     ----------
-    corner : ndarray of float64, shape (4, 3, m)
-        The corners a, b, c, d.
-    planes : CellPlanes
-    distance_share : ndarray of float64, shape (m,)
-        1 for cells without planes, ½ for other cells if the goal has two sides, otherwise 0. The
-        larger of a height and this share of the distance at equal parameters counts.
+    shares : (x, y)
+        Parameters (k, N) of the points in their cells, from 0 to 1.
+    corners, normals : ndarray of float64, shape (4, 3, N)
+        The corners a, b, c, d of the cells, and the normals of the triangles (`CellPlanes`).
+    distance_share : ndarray of float64, shape (N,)
+        The larger of a height and this share of the distance at equal parameters counts.
     """
-
-    corner: FloatArray
-    planes: CellPlanes
-    distance_share: FloatArray
-
-    def measure_heights(
-        self, points: FloatArray, shares: tuple[FloatArray, FloatArray], cell: Ints
-    ) -> FloatArray:
-        """The largest heights (2, N) of points (k, 3, N) over both pairs of triangles.
-
-        Parameters
-        ----------
-        shares : (x, y)
-            Parameters (k, N) of the points in their cells, from 0 to 1.
-        cell : ndarray of int, shape (N,)
-            The cell of each column.
-        """
-        x, y = shares
-        normals = self.planes.normals.take(cell, axis=-1)
-        a, b, c, d = self.corner.take(cell, axis=-1)
-        heights = np.empty((2, len(cell)))
-        distance_share = self.distance_share[cell]
-        # A corner of both triangles, and which points are below the diagonal: ac, then bd.
-        for pair, (start, below) in enumerate(((a, y <= x), (b, x + y <= 1.0))):
-            difference = points - start
-            height_below = dot(difference, normals[2 * pair])
-            height_above = dot(difference, normals[2 * pair + 1])
-            height = np.abs(np.where(below, height_below, height_above))
-            if distance_share.any():
-                # The points of the triangles at the same parameters.
-                s, t = x[:, np.newaxis], y[:, np.newaxis]
-                if start is a:
-                    lower, upper = a + s * (b - a) + t * (c - b), a + t * (d - a) + s * (c - d)
-                else:
-                    lower = a + s * (b - a) + t * (d - a)
-                    upper = c + (1.0 - s) * (d - c) + (1.0 - t) * (b - c)
-                offset = points - np.where(below[:, np.newaxis], lower, upper)
-                distance = distance_share * np.sqrt(dot(offset, offset))
-                # Cells without planes have distances, no heights.
-                height = np.maximum(np.where(distance_share == 1.0, 0.0, height), distance)
-            heights[pair] = height.max(axis=0)
-        return heights
+    x, y = shares
+    a, b, c, d = corners
+    heights = np.empty((2, points.shape[2]))
+    # A corner of both triangles, and which points are below the diagonal: ac, then bd.
+    for pair, (start, below) in enumerate(((a, y <= x), (b, x + y <= 1.0))):
+        difference = points - start
+        height_below = dot(difference, normals[2 * pair])
+        height_above = dot(difference, normals[2 * pair + 1])
+        height = np.abs(np.where(below, height_below, height_above))
+        if distance_share.any():
+            # The points of the triangles at the same parameters.
+            s, t = x[:, np.newaxis], y[:, np.newaxis]
+            if start is a:
+                lower, upper = a + s * (b - a) + t * (c - b), a + t * (d - a) + s * (c - d)
+            else:
+                lower = a + s * (b - a) + t * (d - a)
+                upper = c + (1.0 - s) * (d - c) + (1.0 - t) * (b - c)
+            offset = points - np.where(below[:, np.newaxis], lower, upper)
+            distance = distance_share * np.sqrt(dot(offset, offset))
+            # Cells without planes have distances, no heights.
+            height = np.maximum(np.where(distance_share == 1.0, 0.0, height), distance)
+        heights[pair] = height.max(axis=0)
+    return heights
 
 
 def _measure_bends(
-    triangles: _CellTriangles,
     pieces: SpanPieces,
     points: FloatArray,
     middle: FloatArray,
     normal: Vectors,
+    distance_share: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Heights of middles of pieces over chords, and lengths of chords; rows are for u and for v.
 
     A chord joins the middles of the outer sides of the first and the last piece of a line of
     pieces; `middle` (2, N) is the share of the chord at which the middle of each piece is. `points`
-    (9, 3, N) are the nine points of each piece.
+    (9, 3, N) are the nine points of each piece; `distance_share` (N,) is as in `_measure_heights`.
 
     Returns
     -------
@@ -173,7 +161,6 @@ def _measure_bends(
     lengths : ndarray of float64, shape (2, m)
         The largest length of a chord.
     """
-    share = triangles.distance_share[pieces.cell]
     signed, bends, lengths = np.empty((3, 2, len(pieces.start)))
     for axis, (first, last) in enumerate(pieces.find_line_ends()):
         begin = points[(1, 3)[axis]][:, first]
@@ -183,8 +170,8 @@ def _measure_bends(
         above, below = pieces.find_largest(height), pieces.find_largest(-height)
         signed[axis] = np.where(above >= below, above, -below)
         bends[axis] = np.maximum(above, below)
-        if share.any():
-            distance = pieces.find_largest(share * length(difference))
+        if distance_share.any():
+            distance = pieces.find_largest(distance_share * length(difference))
             bends[axis] = np.maximum(bends[axis], distance)
         lengths[axis] = pieces.find_largest(length(chord))
     return signed, bends, lengths
