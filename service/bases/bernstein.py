@@ -273,8 +273,7 @@ def product_coefficients(first: tuple[int, int], second: tuple[int, int]) -> Flo
         basis_1, basis_2 = (
             np.eye((m + 1) * (n + 1)).reshape(-1, m + 1, n + 1) for m, n in (first, second)
         )
-        products = multiply(basis_1[:, np.newaxis], basis_2)
-        return products.reshape(len(basis_1) * len(basis_2), -1)
+        return multiply(basis_1[:, np.newaxis], basis_2).reshape(len(basis_1) * len(basis_2), -1)
 
     return PLANS.array(("products", first, second), build)
 

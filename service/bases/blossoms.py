@@ -201,8 +201,7 @@ def raise_knots(
     The multiplicity of interior knots increases by the same number as the degree, so the
     continuity at these knots stays the same. The ends have multiplicity `new_degree` + 1.
     """
-    inner_knots = knots[(knots > first) & (knots < last)]
-    breaks, counts = np.unique(inner_knots, return_counts=True)
+    breaks, counts = np.unique(knots[(knots > first) & (knots < last)], return_counts=True)
     return np.concatenate(
         [
             np.full(new_degree + 1, first),

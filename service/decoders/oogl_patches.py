@@ -111,5 +111,4 @@ def _blend_corners(corners: FloatArray, degree: tuple[int, int]) -> FloatArray:
     blended = np.einsum("kbad,ai,bj->kjid", corners.reshape(count, 2, 2, width), basis_u, basis_v)
     # Rounding must not move a mean out of the range of the corners.
     low, high = (bound[:, None, None] for bound in (corners.min(axis=1), corners.max(axis=1)))
-    values: FloatArray = np.clip(blended, low, high).reshape(-1, width)
-    return values
+    return np.asarray(np.clip(blended, low, high)).reshape(-1, width)

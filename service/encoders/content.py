@@ -117,8 +117,7 @@ def rename_vertices(faces: IndexArray, row: IndexArray | None) -> IndexArray:
 
 def _is_leader(leader: Ints | IndexArray) -> NDArray[np.bool_]:
     """Whether each vertex is its own leader: the first of the vertices that are one point."""
-    is_leader: NDArray[np.bool_] = leader == np.arange(len(leader), dtype=leader.dtype)
-    return is_leader
+    return np.asarray(leader == np.arange(len(leader), dtype=leader.dtype))
 
 
 def _number_leaders(leader: Ints | IndexArray) -> IndexArray:

@@ -10,7 +10,7 @@ deviation bound.
 """
 
 import numpy as np
-from numpy.typing import DTypeLike, NDArray
+from numpy.typing import NDArray
 
 from service.bases.arrays import IndexArray
 from service.bases.cache import derive_once
@@ -104,8 +104,7 @@ def _faces(faces: IndexArray) -> memoryview:
 def _build_records(faces: IndexArray) -> NDArray[np.void]:
     """For each face a record of the number of corners and their indices."""
     corners = faces.shape[1]
-    layout: DTypeLike = [("corners", "u1"), ("vertices", "<i4", (corners,))]
-    records = np.empty(len(faces), dtype=layout)
+    records = np.empty(len(faces), [("corners", "u1"), ("vertices", "<i4", (corners,))])
     records["corners"] = corners
     records["vertices"] = faces
     return records

@@ -163,8 +163,7 @@ def validate_array(grid: GridRules, values: NDArray[Any], limits: DocumentLimits
     if values.dtype.kind not in ("iu" if grid.integers else "iuf") or values.dtype.itemsize > 8:
         raise to_refusal([((0,) * len(grid.levels), wrong_type(sample, grid.scalar))])
     if grid.integers:
-        is_outside = (values > MAX_INDEX) | (values < -MAX_INDEX)
-        _refuse(grid, is_outside, index_too_large())
+        _refuse(grid, (values > MAX_INDEX) | (values < -MAX_INDEX), index_too_large())
         return np.ascontiguousarray(values, dtype=np.int64)
     if values.dtype.kind == "f":
         needed = "a finite number"

@@ -43,8 +43,7 @@ def check_degree_limits(degrees: tuple[int, ...], info: ValidationInfo) -> None:
         if degree > limits.max_degree:
             # If the degrees are equal, the request may have one number for both.
             where = "/degree" if min(degrees) == max(degrees) else f"/degree/{axis}"
-            issue = _degree_issue(degree, 1, limits.max_degree)
-            raise to_invalid(replace(issue, pointer=where))
+            raise to_invalid(replace(_degree_issue(degree, 1, limits.max_degree), pointer=where))
 
 
 def _degree_issue(degree: int, min_degree: int, max_degree: int) -> Issue:

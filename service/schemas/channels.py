@@ -76,8 +76,7 @@ class ChannelForm:
             "Texture coordinates [u, v], written without change. Vertices of the mesh then have "
             "texture coordinates also without the option `uvs`." + self.text
         )
-        rule = "Texture coordinates are two numbers."
-        grid = NumberGrid(**self.grid, width=2, width_rule=rule)
+        grid = NumberGrid(**self.grid, width=2, width_rule="Texture coordinates are two numbers.")
         return grid, Field(description=description, examples=[self.uv_net])
 
     def values(self) -> NumberGrid:

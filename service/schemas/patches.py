@@ -1,7 +1,7 @@
 """The JSON language of many Bézier patches over shared vertices."""
 
 from math import prod
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,8 +39,7 @@ def _parse_grids(
 ) -> Grids:
     """Parse the field `patches`: to one array, or to one array for each grid if shapes differ."""
     try:
-        grids: Grids = handler(value)
-        return grids
+        return cast(Grids, handler(value))
     except ValidationError:
         if not isinstance(value, list) or len(set(map(_shape, value))) < 2:
             raise

@@ -100,8 +100,7 @@ def _split_nets(value: Any) -> Any:
 
 def split_rows(values: NDArray[Any]) -> list[NDArray[Any]]:
     """Split an array of (n+1)(n+2)/2 entries of a triangle into rows of n+1, n, … 1 entries."""
-    starts = row_starts(degree_of(len(values)))
-    return np.split(values, starts[1:-1])
+    return np.split(values, row_starts(degree_of(len(values)))[1:-1])
 
 
 def point_to_rows(error: InvalidRequest, prefix: str, count: int) -> InvalidRequest:

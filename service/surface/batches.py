@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from service.bases import triangle
 from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import FloatArray
-from service.bases.triangle_polynomials import exchange_order, tensor_net
+from service.bases.triangle import exchange_order, tensor_net
 from service.surface.sides import along_sides, take_side
 
 SideNumbers: TypeAlias = tuple[int, int, int, int]

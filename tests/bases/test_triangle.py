@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from oracles import triangles
-from service.bases import triangle, triangle_basis, triangle_polynomials
+from service.bases import triangle, triangle_basis
 from service.bases.bernstein import bernstein, elevation_matrix
 
 
@@ -146,7 +146,7 @@ def test_the_tensor_net_of_a_triangle_is_the_same_polynomial(degree: int, i: int
     net = np.random.default_rng(degree).uniform(-1, 1, (1, triangle.count_points(degree), 2))
     u, v = i / 5, j / 5
     place = np.array([[(1 - u) * (1 - v), u * (1 - v), v]])
-    tensor_net = triangle_polynomials.tensor_net(net)[0]
+    tensor_net = triangle.tensor_net(net)[0]
     result = bernstein(degree, [u])[0] @ (bernstein(degree, [v])[0] @ tensor_net)
     truth = triangle_basis.triangle_bernstein(degree, place)[:, 0] @ net[0]
     np.testing.assert_allclose(result, truth, atol=1e-15)

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from service.bases import polynomials
 from service.bases.polynomials import Net
-from service.bases.triangle_polynomials import elevate, find_index
+from service.bases.triangle import elevate, find_index
 
 seeds = st.integers(0, 10**6)
 small_degrees = st.integers(1, 5)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from service.errors import InvalidRequest
-from service.schemas import bezier, bspline, group, patches, triangle
+from service.schemas import bezier, bspline, patches, surfaces, triangle
 from service.schemas.arrays import Array, NumberGrid
 from service.schemas.document import DocumentLimits
 from service.schemas.request import MeshRequest
@@ -29,7 +29,7 @@ GRIDS = (
     triangle.TRIANGLE_NET,
     triangle.TRIANGLE_WEIGHTS,
     patches.TRIANGLES,
-    group.MATRIX,
+    surfaces.MATRIX,
     NumberGrid(("patch numbers",), integers=True),
 )
 DTYPES = ("<f8", ">f8", "<f4", ">f4", "<i8", ">i8", "<i4", "<u8", ">u2", "i1", "?")

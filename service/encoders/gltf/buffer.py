@@ -32,7 +32,7 @@ ELEMENT_TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class View:
+class BufferView:
     """The array of one buffer view, as bytes.
 
     Attributes
@@ -93,7 +93,7 @@ class BufferBuilder:
     """
 
     accessors: list[JsonObject] = field(default_factory=list)
-    views: list[View] = field(default_factory=list)
+    views: list[BufferView] = field(default_factory=list)
     is_quantized: bool = False
 
     def add_positions(self, column: Column) -> int:
@@ -112,7 +112,7 @@ class BufferBuilder:
         rows = _rows(column.values)
         is_padded = rows.shape[1] > column.values.dtype.itemsize * column.values.shape[1]
         return self._add(
-            column.values, View(rows, 0, is_padded, column.is_unit), fields | (bounds or {})
+            column.values, BufferView(rows, 0, is_padded, column.is_unit), fields | (bounds or {})
         )
 
     def add_indices(self, faces: IndexArray, vertices: int) -> int:
@@ -121,21 +121,19 @@ class BufferBuilder:
         The indices have 16 bits if that suffices for the number of vertices.
         """
         indices = index_rows(faces, vertices).reshape(-1, 1)
-        view = View(indices.view(np.uint8), corners=faces.shape[1])
-        return self._add(indices, view, {})
+        return self._add(indices, BufferView(indices.view(np.uint8), faces.shape[1]), {})
 
     def pack(self) -> PackedBuffer:
         """Put all arrays into one buffer, each at a multiple of 4 bytes."""
         result = PackedBuffer()
         length = 0
         for view in self.views:
-            entry = {"buffer": 0, "byteOffset": length} | describe_view(view)
-            result.views.append(entry)
+            result.views.append({"buffer": 0, "byteOffset": length} | describe_view(view))
             result.chunks.extend(pad(view.rows.data.cast("B")))
             length += view.rows.nbytes + -view.rows.nbytes % 4
         return result
 
-    def _add(self, values: NDArray[np.generic], view: View, fields: JsonObject) -> int:
+    def _add(self, values: NDArray[np.generic], view: BufferView, fields: JsonObject) -> int:
         """Add a view and its accessor, which also gets these fields."""
         self.views.append(view)
         self.accessors.append(
@@ -152,11 +150,10 @@ class BufferBuilder:
 
 def index_rows(faces: IndexArray, vertices: int) -> IndexArray:
     """Indices as a file stores them: in 16 bits if this suffices for the vertices, else in 32."""
-    kind = "<u2" if vertices <= LARGEST_SHORT_COUNT else "<u4"
-    return np.ascontiguousarray(faces, dtype=kind)
+    return np.ascontiguousarray(faces, "<u2" if vertices <= LARGEST_SHORT_COUNT else "<u4")
 
 
-def describe_view(view: View) -> JsonObject:
+def describe_view(view: BufferView) -> JsonObject:
     """The JSON object of a buffer view, without its position in the buffer."""
     stride = {"byteStride": view.rows.shape[1]} if view.is_padded else {}
     return {"byteLength": view.rows.nbytes, **stride, "target": view.target}

@@ -27,9 +27,9 @@ from service.bases.arrays import Bytes, IndexArray, Ints
 from service.cancellation import checkpoint
 from service.encoders.gltf.buffer import (
     BufferBuilder,
+    BufferView,
     JsonObject,
     PackedBuffer,
-    View,
     describe_view,
     pad,
 )
@@ -37,7 +37,7 @@ from service.encoders.gltf.buffer import (
 EXTENSION = "EXT_meshopt_compression"
 
 MODES = {0: "ATTRIBUTES", 2: "INDICES", 3: "TRIANGLES"}
-"""The mode of a view, by `View.corners`."""
+"""The mode of a view, by `BufferView.corners`."""
 
 OCTAHEDRAL = {"filter": "OCTAHEDRAL"}
 """The field of a view whose normals are encoded by the octahedral filter."""
@@ -136,7 +136,7 @@ def compress_buffer(buffer: BufferBuilder) -> PackedBuffer:
     )
 
 
-def _encode_view(view: View) -> tuple[memoryview | bytes, JsonObject]:
+def _encode_view(view: BufferView) -> tuple[memoryview | bytes, JsonObject]:
     """The compressed bytes of a view, and the JSON field of its filter, if it has one."""
     library = _library()
     if view.corners:
@@ -151,9 +151,7 @@ def _octahedral(rows: Bytes) -> Bytes:
     """Normals of 16 bits, (N, 8) bytes, encoded by the octahedral filter."""
     vectors = rows.view("<i2").astype(np.float32)
     vectors /= 32767.0
-    bytes_per_normal = rows.shape[1]
-    encoded: Bytes = _library().encode_filter_oct(vectors, bytes_per_normal, NORMAL_BITS)
-    return encoded
+    return np.asarray(_library().encode_filter_oct(vectors, rows.shape[1], NORMAL_BITS))
 
 
 def _library() -> Any:

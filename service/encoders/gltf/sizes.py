@@ -25,8 +25,7 @@ def glb_byte_bound(size: MeshSize, options: EncodeOptions) -> int:
 
 def gltf_byte_bound(size: MeshSize, options: EncodeOptions) -> int:
     """The most bytes of a JSON document with its buffer; base64 writes 3 bytes as 4 characters."""
-    buffer = _buffer_bound(size, options)
-    return _json_bound(size, options) + len(DATA_URI) + -(-buffer // 3) * 4
+    return _json_bound(size, options) + len(DATA_URI) + -(-_buffer_bound(size, options) // 3) * 4
 
 
 def _json_bound(size: MeshSize, options: EncodeOptions) -> int:

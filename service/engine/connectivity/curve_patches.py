@@ -27,7 +27,7 @@ from itertools import pairwise
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.triangle_polynomials import exponents, find_index
+from service.bases.triangle import exponents, find_index
 from service.engine.connectivity.incidence import Connectivity
 from service.surface.batches import Patches, TensorPatches
 from service.surface.lowered import Domain, PatchModel

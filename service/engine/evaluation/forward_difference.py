@@ -20,7 +20,7 @@ from service.bases import triangle
 from service.bases.arrays import FloatArray, Ints, RealArray
 from service.bases.bernstein import bernstein, binomials, sample_basis
 from service.bases.row_batches import row_slices
-from service.bases.triangle_polynomials import tensor_net
+from service.bases.triangle import tensor_net
 from service.cancellation import checkpoint
 from service.engine.evaluation.grid_evaluation import GridEvaluation
 from service.engine.evaluation.triangle_evaluation import TriangleEvaluation

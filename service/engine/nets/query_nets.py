@@ -34,7 +34,7 @@ import numpy as np
 from service.bases import triangle
 from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import FloatArray, Ints
-from service.bases.triangle_polynomials import tensor_net
+from service.bases.triangle import tensor_net
 from service.surface.batches import Patches, TrianglePatches
 from service.surface.curve_model import CurvePieces
 

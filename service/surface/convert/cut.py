@@ -5,7 +5,7 @@ from dataclasses import replace
 from functools import partial
 from itertools import chain
 
-from service.bases import polynomials, triangle, triangle_polynomials
+from service.bases import polynomials, triangle
 from service.bases.polynomials import Net, map_net, stack_nets
 from service.errors import InvalidRequest, Issue, format_number
 from service.surface.bezier import BezierSurface
@@ -180,7 +180,7 @@ def _cut_net(net: Net, cuts: tuple[float | None, float | None], degree: tuple[in
 
 def _cut_triangle(net: Net, point: tuple[float, float, float], degree: int) -> Net:
     """The nets of the three triangles around a point, elevated, stacked along a new first axis."""
-    return elevate_triangle_nets(stack_nets(triangle_polynomials.split(net, point)), degree)
+    return elevate_triangle_nets(stack_nets(triangle.split(net, point)), degree)
 
 
 def _take_half(net: Net, *, is_upper: bool) -> Net:
@@ -190,7 +190,7 @@ def _take_half(net: Net, *, is_upper: bool) -> Net:
     """
     if is_upper:
         net = map_net(net, lambda values: values[::-1, ::-1])
-    return triangle_polynomials.lower_half(net)
+    return triangle.lower_half(net)
 
 
 def _split_along(net: Net, axis: int, t: float) -> tuple[Net, Net]:

@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from service.bases import polynomials, triangle, triangle_polynomials
+from service.bases import polynomials, triangle
 from service.bases.arrays import FloatArray
 from service.bases.polynomials import Net
 from service.bases.row_batches import unique_rows
@@ -83,7 +83,7 @@ def elevate_triangle(
     n = operation.degree[0]
     check_degree(n, allowed, "/degree")
     check_count(triangle.count_points(n), allowed)
-    points, weights = triangle_polynomials.elevate((surface.control_net, surface.weights), n)
+    points, weights = triangle.elevate((surface.control_net, surface.weights), n)
     return replace(surface, control_net=points, weights=weights)
 
 
@@ -96,7 +96,7 @@ def elevate_nets(net: Net, degree: tuple[int, int], first_axis: int = 0) -> Net:
 
 def elevate_triangle_nets(net: Net, degree: int) -> Net:
     """Elevate a batch of nets of triangles."""
-    return apply_along(net, 1, partial(triangle_polynomials.elevate, degree=degree))
+    return apply_along(net, 1, partial(triangle.elevate, degree=degree))
 
 
 def check_triangle_degree(old_degree: int, degree: tuple[int, int]) -> None:

@@ -138,8 +138,7 @@ def _avoid_shape(net: FloatArray, counts: tuple[int, int]) -> FloatArray:
     # The degree along an axis is net.shape[axis] − 1. Elevate along u, unless this degree is
     # already the highest.
     axis = 0 if len(net) <= MAX_DEGREE else 1
-    elevate = partial(polynomials.elevate, degree=net.shape[axis])
-    return apply_along((net, None), axis, elevate)[0]
+    return apply_along((net, None), axis, partial(polynomials.elevate, degree=net.shape[axis]))[0]
 
 
 def _check_work(work: int, where: str) -> None:

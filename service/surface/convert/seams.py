@@ -108,8 +108,7 @@ def _find_reversed(sides: FloatArray) -> Bools:
     backwards = sides[:, ::-1].reshape(forwards.shape)
     # The first number of each side that differs between both directions.
     positions = np.arange(len(sides)), (forwards != backwards).argmax(axis=1)
-    is_reversed: Bools = forwards[positions] > backwards[positions]
-    return is_reversed
+    return np.asarray(forwards[positions] > backwards[positions])
 
 
 def _reverse_rows(sides: FloatArray, is_reversed: Bools) -> None:

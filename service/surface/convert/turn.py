@@ -7,7 +7,7 @@ from typing import TypeAlias, TypeVar
 
 import numpy as np
 
-from service.bases import triangle, triangle_polynomials
+from service.bases import triangle
 from service.bases.arrays import FloatArray, Ints
 from service.bases.polynomials import map_net
 from service.surface.bezier import BezierSurface
@@ -64,4 +64,4 @@ def _turn_grids(grids: Grid, operation: Turn, axis_u: int) -> Grid:
 def _order(degree: int, operation: Turn) -> Ints:
     """The order of the control points of a triangle after the operation."""
     key = operation.direction if isinstance(operation, Reverse) else ""
-    return triangle_polynomials.exchange_order(degree, *_EXCHANGED[key])
+    return triangle.exchange_order(degree, *_EXCHANGED[key])

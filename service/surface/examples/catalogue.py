@@ -6,7 +6,7 @@ from functools import cache
 from types import MappingProxyType
 
 from service.errors import Issue, UnknownSurface
-from service.surface.examples import hull, patches, quadrics, splines, tea, wing
+from service.surface.examples import bodies, patches, quadrics, splines, tea
 from service.surface.kinds import Surface
 
 
@@ -194,14 +194,14 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType(
                 "Swept wing",
                 "A closed body of four B-splines: two skins whose knots crowd at the leading edge, "
                 "down to 1e-8 of their range, and ruled caps at root and tip.",
-                wing.wing,
+                bodies.wing,
             ),
             Example(
                 "ship-hull",
                 "Ship",
                 "Nine B-splines of three degrees as one closed surface: the sides, port and "
                 "starboard, the keel, the deck and the transom share their borders.",
-                hull.hull,
+                bodies.hull,
             ),
         )
     }

@@ -60,8 +60,7 @@ def heated_panel() -> BezierSurface:
 def _data(name: str) -> dict[str, Any]:
     """The content of a file of data."""
     text = (files("service.surface.examples") / "data" / f"{name}.json").read_text(encoding="utf-8")
-    content: dict[str, Any] = json.loads(text)
-    return content
+    return dict(json.loads(text))
 
 
 def net(name: str, up: Up) -> BezierSurface:

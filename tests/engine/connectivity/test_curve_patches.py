@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from service.bases.triangle_polynomials import elevate
+from service.bases.triangle import elevate
 from service.engine.accuracy import Accuracy
 from service.engine.options import MeshOptions
 from service.engine.plans.counts import count_mesh
