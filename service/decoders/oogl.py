@@ -73,7 +73,10 @@ def decode(content: bytes, kind: str | None, max_points: int) -> Tree:
         control points.
     """
     check_kind(kind, KINDS)
-    _check_text(content)
+    if not content.isascii() or b"\0" in content:
+        raise build_malformed_error(
+            "The service reads OOGL as text, not in its binary form.", "other bytes", "ASCII"
+        )
     hash_signs = content.count(b"#")
     if hash_signs > max_points + FREE_COMMENTS:
         raise build_too_many_error("more comments", max_points)
@@ -83,14 +86,6 @@ def decode(content: bytes, kind: str | None, max_points: int) -> Tree:
     if len(surfaces) == 1:
         return surfaces[0]
     return {"type": "group", "members": [{"surface": surface} for surface in surfaces]}
-
-
-def _check_text(content: bytes) -> None:
-    """Refuse bytes that are not ASCII text."""
-    if not content.isascii() or b"\0" in content:
-        raise build_malformed_error(
-            "The service reads OOGL as text, not in its binary form.", "other bytes", "ASCII"
-        )
 
 
 class _Reader:

@@ -52,17 +52,22 @@ Compression: TypeAlias = Literal["none", "meshopt"]
 
 @dataclass(frozen=True, slots=True)
 class EncodeOptions:
-    """Options that change only the file, not the mesh."""
+    """Options that change only the file, not the mesh.
+
+    Attributes
+    ----------
+    oogl : str or None
+        Form of an OOGL file; None means `cquad` for a mesh made of grids, else `off`.
+    quantize : bool
+        Whether positions are quantized (`service.engine.stored_positions`), and all numbers stored
+        in fewer bits. Only for formats that are `compact`.
+    compression : str
+        Compression of the arrays. Only for formats that are `compact`.
+    """
 
     oogl: OoglForm | None = None
-    """Form of an OOGL file; None means `cquad` for a mesh made of grids, else `off`."""
-
     quantize: bool = False
-    """Whether positions are quantized (`service.engine.stored_positions`), and all numbers stored
-    in fewer bits. Only for formats that are `compact`."""
-
     compression: Compression = "none"
-    """Compression of the arrays. Only for formats that are `compact`."""
 
     @property
     def exact(self) -> bool:

@@ -25,7 +25,7 @@ Geomview manual, "OOGL File Formats": LIST, QUAD, MESH, OFF, SKEL.
 
 from collections.abc import Iterator
 from decimal import Decimal
-from itertools import chain, pairwise
+from itertools import pairwise
 from math import hypot
 
 import numpy as np
@@ -72,18 +72,11 @@ def encode(mesh: Mesh, options: EncodeOptions) -> bytes:
         raise _build_unsupported_error(
             "This form needs a mesh of one grid for each patch.", form, "off"
         )
-    faces = len(mesh.triangles) + len(mesh.quads)
-    if form == "off" and not faces and not find_nonempty(mesh.overlays):
+    members = {"cquad": _cquad, "mesh": _meshes, "off": _off}[form](mesh)
+    chunks = [b"LIST\n", *members, *_overlays(mesh, in_cells=form == "cquad")]
+    if len(chunks) == 1:
         raise _build_unsupported_error("OOGL cannot store a mesh without faces.", "no faces")
-
-    members: Iterator[bytes | memoryview]
-    if form == "cquad":
-        members = chain(_cquad(mesh), _cquad_overlays(mesh))
-    elif form == "mesh":
-        members = chain(_meshes(mesh), _overlays(mesh))
-    else:
-        members = chain(_off(mesh) if faces else (), _overlays(mesh))
-    return b"".join(chain((b"LIST\n",), members))
+    return b"".join(chunks)
 
 
 def byte_bound(size: MeshSize, options: EncodeOptions) -> int:
@@ -161,13 +154,10 @@ def _cquad(mesh: Mesh) -> Iterator[bytes]:
     yield b"}\n"
 
 
-def _cquad_overlays(mesh: Mesh) -> Iterator[bytes]:
-    """The overlays of `cquad`: one closed SKEL for each cell of a control net.
-
-    An overlay without cells is one SKEL of segments.
-    """
+def _overlays(mesh: Mesh, *, in_cells: bool) -> Iterator[bytes]:
+    """One SKEL for each overlay; if `in_cells`, one closed SKEL for each cell of a control net."""
     for overlay in find_nonempty(mesh.overlays):
-        if overlay.cells is None:
+        if overlay.cells is None or not in_cells:
             yield skeleton(overlay, mesh)
             continue
         points = np.array(general_lines(absolute(overlay.positions, mesh)), dtype=object)
@@ -191,14 +181,17 @@ def _meshes(mesh: Mesh) -> Iterator[bytes | memoryview]:
 
 
 def _off(mesh: Mesh) -> Iterator[bytes]:
-    """One NOFF (OFF if there are no normals); readers ignore its number of edges, 0."""
-    prefix, vertices = _vertices(mesh, slice(None), "ST")
-    faces = len(mesh.quads) + len(mesh.triangles)
-    yield f"{{ = {prefix}OFF {len(mesh.positions)} {faces} 0\n".encode()
-    yield vertices
-    # None: the vertices of the file are those of the mesh, in this order.
-    yield write_counted_faces(mesh, None)
-    yield b"}\n"
+    """One NOFF (OFF if there are no normals) of the faces, if there are any.
+
+    Readers ignore its number of edges, 0.
+    """
+    if faces := len(mesh.quads) + len(mesh.triangles):
+        prefix, vertices = _vertices(mesh, slice(None), "ST")
+        yield f"{{ = {prefix}OFF {len(mesh.positions)} {faces} 0\n".encode()
+        yield vertices
+        # None: the vertices of the file are those of the mesh, in this order.
+        yield write_counted_faces(mesh, None)
+        yield b"}\n"
 
 
 def _vertices(mesh: Mesh, selection: IndexArray | slice, texture: str) -> tuple[str, bytes]:
@@ -223,11 +216,6 @@ def _vertices(mesh: Mesh, selection: IndexArray | slice, texture: str) -> tuple[
     if not columns:
         return prefix, rows(positions)
     return prefix, join_rows(positions, np.hstack(columns, dtype=np.float32, casting="same_kind"))
-
-
-def _overlays(mesh: Mesh) -> Iterator[bytes]:
-    """One SKEL for each overlay."""
-    return (skeleton(overlay, mesh) for overlay in find_nonempty(mesh.overlays))
 
 
 def _overlay_bound(size: MeshSize) -> int:

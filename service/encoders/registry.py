@@ -10,8 +10,7 @@ from types import MappingProxyType
 from service.encoders import json_mesh, obj, off, oogl, ply, stl
 from service.encoders.format import COMPACT_OPTIONS, Format
 from service.encoders.gltf import scene as gltf_scene
-from service.encoders.gltf import sizes as gltf_sizes
-from service.encoders.gltf.document import encode_gltf
+from service.encoders.gltf.document import encode_gltf, glb_byte_bound, gltf_byte_bound
 from service.encoders.gltf.glb import encode_glb
 from service.encoders.oogl_patches import encode_patches
 from service.surface.batches import ChannelKind
@@ -29,7 +28,7 @@ FORMATS: tuple[Format, ...] = (
         has_quads=False,
         has_overlays=True,
         encode=encode_glb,
-        byte_bound=gltf_sizes.glb_byte_bound,
+        byte_bound=glb_byte_bound,
         encode_scene=gltf_scene.encode_glb_scene,
         carries=EVERYTHING,
         reads=COMPACT_OPTIONS,
@@ -43,7 +42,7 @@ FORMATS: tuple[Format, ...] = (
         has_quads=False,
         has_overlays=True,
         encode=encode_gltf,
-        byte_bound=gltf_sizes.gltf_byte_bound,
+        byte_bound=gltf_byte_bound,
         encode_scene=gltf_scene.encode_gltf_scene,
         carries=EVERYTHING,
         reads=COMPACT_OPTIONS,

@@ -171,8 +171,6 @@ OPERATIONS: Mapping[str, Callable[..., values.Operation]] = MappingProxyType(
 """For each name of an operation, the class of its value. Except for `op`, its model has the fields
 of this class, in the same order."""
 
-_UNKNOWN = Issue("unknown_operation", "No operation has this name.")
-
 OperationDefinition = TypeAliasType(
     "OperationDefinition",
     Annotated[
@@ -184,7 +182,10 @@ OperationDefinition = TypeAliasType(
         | Annotated[BezierConversion, Tag("bezier")]
         | Annotated[TriangleConversion, Tag("triangle")],
         *one_of_kinds(
-            tuple(OPERATIONS), _UNKNOWN, "A step of a conversion: `op` names its kind.", "op"
+            tuple(OPERATIONS),
+            Issue("unknown_operation", "No operation has this name."),
+            "A step of a conversion: `op` names its kind.",
+            "op",
         ),
     ],
 )

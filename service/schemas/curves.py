@@ -41,9 +41,6 @@ Weights: TypeAlias = Annotated[
     FloatArray | None, NumberGrid(("weights",), positive=True, point_levels=1), CURVE_WEIGHTS
 ]
 
-CURVE_KINDS = ("bezier", "bspline")
-"""Names of the kinds of curve; the first is the default."""
-
 
 class BezierCurveDefinition(StrictModel):
     """One Bézier curve of any degree, in the plane or in space, rational if weights are given.
@@ -110,15 +107,15 @@ class BsplineCurveDefinition(StrictModel):
         )
 
 
-_UNKNOWN = Issue("unknown_type", "No kind of curve has this name.")
-
 CurveDefinition = TypeAliasType(
     "CurveDefinition",
     Annotated[
         Annotated[BezierCurveDefinition, Tag("bezier")]
         | Annotated[BsplineCurveDefinition, Tag("bspline")],
         *one_of_kinds(
-            CURVE_KINDS, _UNKNOWN, "A curve: its `type` names the kind; the default is `bezier`."
+            ("bezier", "bspline"),
+            Issue("unknown_type", "No kind of curve has this name."),
+            "A curve: its `type` names the kind; the default is `bezier`.",
         ),
     ],
 )

@@ -81,9 +81,6 @@ def pair_rows(
     )
 
 
-OFFSETS = NumberGrid(("offsets",))
-
-
 class PlaneSet(StrictModel):
     """Planes n · p = d, where n is the unit normal; row k of each field belongs to plane k."""
 
@@ -92,7 +89,7 @@ class PlaneSet(StrictModel):
         "planes.",
         examples=[[[0, 0, 1]]],
     )
-    offsets: Annotated[FloatArray | None, OFFSETS] = optional(
+    offsets: Annotated[FloatArray | None, NumberGrid(("offsets",))] = optional(
         "Distances d of the planes from the origin, in the direction of their normals: at most "
         "1,000 numbers, or one number for all planes.",
         [0.5, 1, 1.5],

@@ -11,13 +11,15 @@ from service.schemas.arrays import check_total
 from service.schemas.fields import NameField, StrictModel, UpField, one_of_kinds
 from service.surface.multipatch import MAX_SURFACES, MultipatchSurface, Single
 
-_UNKNOWN = Issue("unknown_type", "A multipatch cannot contain a surface of this type.")
-
 PartDefinition: TypeAlias = Annotated[
     Annotated[bezier.BezierDefinition, Tag("bezier")]
     | Annotated[bspline.BsplineDefinition, Tag("bspline")]
     | Annotated[triangle.TriangleDefinition, Tag("triangle")],
-    *one_of_kinds(("bezier", "bspline", "triangle"), _UNKNOWN, "A part of a multipatch."),
+    *one_of_kinds(
+        ("bezier", "bspline", "triangle"),
+        Issue("unknown_type", "A multipatch cannot contain a surface of this type."),
+        "A part of a multipatch.",
+    ),
 ]
 
 

@@ -38,8 +38,6 @@ BARYCENTRIC = NumberGrid(
     width=3,
     width_rule="A place on a triangle has three barycentric coordinates [r, s, t].",
 )
-POINTS = NumberGrid(("points", "coordinates"))
-NUMBERS = NumberGrid(("patch numbers",), integers=True)
 
 
 def _parse_patch_numbers(value: object, handler: ValidatorFunctionWrapHandler) -> Any:
@@ -57,7 +55,7 @@ _INDEX = {"type": "integer", "minimum": 0}
 
 PatchChoice = Annotated[
     Ints | None,
-    NUMBERS,
+    NumberGrid(("patch numbers",), integers=True),
     WrapValidator(_parse_patch_numbers),
     WithJsonSchema({"oneOf": [_INDEX, {"type": "array", "items": _INDEX, "minItems": 1}]}),
 ]
@@ -142,7 +140,7 @@ class ProjectRequest(RequestModel):
     curve: Annotated[CurveDefinition | None, Omittable()] = optional(
         "A curve, in place of the surface."
     )
-    points: Annotated[FloatArray, POINTS] = Field(
+    points: Annotated[FloatArray, NumberGrid(("points", "coordinates"))] = Field(
         description="Points [x, y, z], or [x, y] for a curve in the plane. At most 100,000.",
         examples=[[[0, 0, 2], [1.5, 0, 0]]],
     )

@@ -92,8 +92,6 @@ _TRANSLATIONS = {
 }
 """For each of pydantic's types of error: the code, the message, and the texts of got and needed."""
 
-_OTHER_ERROR = ("wrong_value", "The value is not allowed.", "{kind}", "")
-
 
 def to_invalid(issue: Issue) -> PydanticCustomError:
     """An exception for a validator to raise, with one issue, which its context contains.
@@ -217,7 +215,8 @@ def _translate(name: str, value: object, context: dict[str, Any]) -> Issue:
     """The issue for one of pydantic's own error types."""
     if name in _WRONG_TYPE or (value is None and name not in ("missing", "extra_forbidden")):
         return wrong_type(value, _WRONG_TYPE.get(name, "a value, or the field left out"))
-    code, message, got, needed = _TRANSLATIONS.get(name, _OTHER_ERROR)
+    other_error = ("wrong_value", "The value is not allowed.", "{kind}", "")
+    code, message, got, needed = _TRANSLATIONS.get(name, other_error)
     return Issue(
         code,
         message,

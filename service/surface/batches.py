@@ -67,14 +67,16 @@ class _Box:
 
 @dataclass(frozen=True, eq=False)
 class _Batch(ABC):
-    """The base of both forms of patches. Each patch has four sides (`service.surface.sides`)."""
+    """The base of both forms of patches. Each patch has four sides (`service.surface.sides`).
+
+    `count` is the number of patches, P.
+    """
 
     points: FloatArray
     weights: FloatArray | None = None
     channels: tuple[Channel, ...] = ()
 
     count: int = field(init=False)
-    """Number of patches, P."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "count", len(self.points))
@@ -172,15 +174,16 @@ class TensorPatches(_Batch):
         Positive weights; None for a polynomial batch. Read-only.
     channels : tuple of Channel
         All batches of a model have the same names, kinds and dimensions, in the same order.
+    degree : (int, int)
+        (p, q).
     """
 
     degree: tuple[int, int] = field(init=False)
-    """Degree (p, q)."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        degree = self.points.shape[1] - 1, self.points.shape[2] - 1
-        object.__setattr__(self, "degree", degree)
+        _, rows, columns, _ = self.points.shape
+        object.__setattr__(self, "degree", (rows - 1, columns - 1))
 
     @property
     def side_degrees(self) -> SideNumbers:

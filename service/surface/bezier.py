@@ -54,10 +54,9 @@ class BezierSurface(NetSurface):
         rows, columns, _ = points.shape
         check_grid(rows, columns, "control_net")
         object.__setattr__(self, "control_net", points)
-        if self.weights is not None:
-            object.__setattr__(self, "weights", validate_weights(self.weights, (rows, columns)))
+        object.__setattr__(self, "weights", validate_weights(self.weights, (rows, columns)))
         if self.channels is not NO_CHANNELS:
-            self.channels.check_nets()
+            self.channels.check_spans()
         check_up(self.up)
 
     @property

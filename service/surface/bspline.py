@@ -93,8 +93,7 @@ class BsplineSurface(NetSurface):
         object.__setattr__(self, "control_net", points)
         object.__setattr__(self, "knots", knots)
         check_bezier_points(self.knot_vectors, self.degree, "/control_net")
-        if self.weights is not None:
-            object.__setattr__(self, "weights", validate_weights(self.weights, counts))
+        object.__setattr__(self, "weights", validate_weights(self.weights, counts))
         spans_u, spans_v = (
             len(knot.spans(u, p)) for u, p in zip(self.knot_vectors, self.degree, strict=True)
         )

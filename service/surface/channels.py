@@ -84,19 +84,16 @@ class Channels:
         for name, net in self.attributes:
             yield name, "attribute", pointer(("attributes", name)), net
 
-    def check_nets(self) -> None:
-        """Refuse nets that are not grids of values, or whose degree is too high."""
-        for _, _, where, net in self.each():
-            _check_grid(where, net)
-            _check_degree(where, net)
-
     def check_spans(
-        self, counts: tuple[int, ...], degree: tuple[int, int], spans: tuple[int, int]
+        self,
+        counts: tuple[int, ...] = (),
+        degree: tuple[int, int] = (0, 0),
+        spans: tuple[int, int] = (1, 1),
     ) -> None:
-        """Refuse channels of a B-spline that the service cannot lower to its Bézier patches.
+        """Refuse channels that the service cannot lower to the Bézier patches of a surface.
 
         These are nets that are not grids, that have too high a degree, or that would have too many
-        numbers after lowering.
+        numbers after lowering. By default, the surface is one Bézier patch.
 
         Parameters
         ----------

@@ -84,8 +84,8 @@ def validate_points(
     return points
 
 
-def validate_weights(values: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
-    """Check weights: returns `values` as a read-only array of finite, positive weights.
+def validate_weights(values: ArrayLike | None, shape: tuple[int, ...]) -> FloatArray | None:
+    """Check weights: returns `values` as a read-only array of finite, positive weights, or None.
 
     Returns
     -------
@@ -98,6 +98,8 @@ def validate_weights(values: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
     InvalidRequest
         `weights_shape`, `not_finite`, `weight_not_positive` or `weight_ratio`.
     """
+    if values is None:
+        return None
     weights = np.array(values, dtype=np.float64, order="C")
     if weights.shape != shape:
         raise InvalidRequest(

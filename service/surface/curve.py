@@ -55,8 +55,7 @@ class BezierCurve:
         points = validate_points(self.control_points, "control_points", axes=2, dimensions=(2, 3))
         _check_count(len(points))
         object.__setattr__(self, "control_points", points)
-        if self.weights is not None:
-            object.__setattr__(self, "weights", validate_weights(self.weights, (len(points),)))
+        object.__setattr__(self, "weights", validate_weights(self.weights, (len(points),)))
         check_up(self.up)
         weights = None if self.weights is None else self.weights[np.newaxis]
         breaks = np.array([0.0, 1.0])
@@ -122,8 +121,7 @@ class BsplineCurve:
         object.__setattr__(self, "knots", knots)
         _check_continuous(self.knots, len(points), self.degree)
         check_bezier_points((self.knot_vector,), (self.degree,), "/control_points")
-        if self.weights is not None:
-            object.__setattr__(self, "weights", validate_weights(self.weights, (len(points),)))
+        object.__setattr__(self, "weights", validate_weights(self.weights, (len(points),)))
         check_up(self.up)
         object.__setattr__(self, "_pieces", self._lower())  # refuses curves that are one point
 

@@ -114,7 +114,26 @@ def validate_knots(knots: Knots, count: int, degree: int, where: str, points_poi
                 f"{full_length} = {count} + {degree} + 1, or {full_length - 2}",
             )
         )
-    _check_values(vector, where)
+    _refuse(
+        np.flatnonzero(~np.isfinite(vector)),
+        where,
+        lambda _: Issue(
+            "not_finite",
+            "Every number must be finite.",
+            got="not a finite number",
+            needed="a finite number",
+        ),
+    )
+    _refuse(
+        np.flatnonzero(np.abs(vector) > MAX_COORDINATE),
+        where,
+        lambda k: Issue(
+            "knot_too_large",
+            "Parameters are stored in single precision.",
+            got=f"{vector[k]:.6g}",
+            needed=f"between -{MAX_COORDINATE:.7g} and {MAX_COORDINATE:.7g}",
+        ),
+    )
     _check_order(vector, degree, full_length, where)
     vector += 0.0  # −0 becomes 0, so that equal surfaces have equal bytes
     vector.flags.writeable = False
@@ -182,30 +201,6 @@ def check_bezier_points(
 def find_least_span(low: float, high: float) -> float:
     """Least length of a span if the domain of the knots is from `low` to `high`."""
     return max(MIN_SPAN * (high - low), MIN_RATIO * max(abs(low), abs(high)), MIN_LENGTH)
-
-
-def _check_values(vector: FloatArray, where: str) -> None:
-    """Refuse knots that are not finite, or that single precision cannot store."""
-    _refuse(
-        np.flatnonzero(~np.isfinite(vector)),
-        where,
-        lambda _: Issue(
-            "not_finite",
-            "Every number must be finite.",
-            got="not a finite number",
-            needed="a finite number",
-        ),
-    )
-    _refuse(
-        np.flatnonzero(np.abs(vector) > MAX_COORDINATE),
-        where,
-        lambda k: Issue(
-            "knot_too_large",
-            "Parameters are stored in single precision.",
-            got=f"{vector[k]:.6g}",
-            needed=f"between -{MAX_COORDINATE:.7g} and {MAX_COORDINATE:.7g}",
-        ),
-    )
 
 
 def _check_order(vector: FloatArray, degree: int, full_length: int, where: str) -> None:

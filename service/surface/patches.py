@@ -95,8 +95,7 @@ class PatchSurface(SurfaceKind):
         object.__setattr__(self, "vertices", vertices)
         object.__setattr__(self, "patches", patches)
         object.__setattr__(self, "triangles", triangles)
-        if self.weights is not None:
-            object.__setattr__(self, "weights", validate_weights(self.weights, (len(vertices),)))
+        object.__setattr__(self, "weights", validate_weights(self.weights, (len(vertices),)))
         object.__setattr__(self, "_by_degree", group_by_degree(patches))
         self.channels.check_per_vertex(len(vertices), self.index_count)
         check_parts(self.parts, len(patches) + len(triangles))

@@ -54,8 +54,7 @@ class TriangleSurface(NetSurface):
         points = validate_points(self.control_net, "control_net", axes=2)
         check_triangle(len(points), "control_net")
         object.__setattr__(self, "control_net", points)
-        if self.weights is not None:
-            object.__setattr__(self, "weights", validate_weights(self.weights, (len(points),)))
+        object.__setattr__(self, "weights", validate_weights(self.weights, (len(points),)))
         self.channels.check_triangles()
         check_up(self.up)
 

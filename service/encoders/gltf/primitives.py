@@ -62,33 +62,6 @@ LINE_MATERIAL: JsonObject = {
 }
 """The orange material of lines."""
 
-
-def surface_material(
-    color: Color | None, *, is_colored: bool, is_blended: bool = False
-) -> JsonObject:
-    """The material of faces.
-
-    Parameters
-    ----------
-    color : Color or None
-        The base colour, by which the colours of vertices are multiplied. The name of the material
-        contains it. Without it, faces are grey, or white if vertices have colours.
-    is_colored : bool
-        Whether vertices have colours.
-    is_blended : bool
-        Whether any vertex is translucent.
-    """
-    material = COLORED_MATERIAL if is_colored else SURFACE_MATERIAL
-    if color is not None:
-        code = "".join(f"{round(255 * value):02x}" for value in color[: 4 if color[3] < 1 else 3])
-        (factor,) = to_linear(np.array([color])).tolist()
-        shade = material["pbrMetallicRoughness"] | {"baseColorFactor": factor}
-        name = f"{material['name']} #{code}"
-        material = material | {"name": name, "pbrMetallicRoughness": shade}
-        is_blended = is_blended or color[3] < 1
-    return material | ({"alphaMode": "BLEND"} if is_blended else {})
-
-
 LINES, TRIANGLES = 1, 4
 """The modes of primitives (3.7.2.1)."""
 
@@ -107,13 +80,25 @@ class Drawable:
     color: Color | None = None
 
     def material(self, color: Color | None = None) -> JsonObject:
-        """The material; `color` is used for a part without a base colour."""
+        """The material; `color` is used for a part without a base colour.
+
+        The colours of vertices are multiplied by the base colour. The name of the material contains
+        it. Without it, faces are grey, or white if vertices have colours.
+        """
         if self.mesh is None:
             return LINE_MATERIAL
-        colors = self.mesh.colors
+        colors, color = self.mesh.colors, self.color or color
         is_blended = colors is not None and is_translucent(colors)
-        color = self.color or color
-        return surface_material(color, is_colored=colors is not None, is_blended=is_blended)
+        material = SURFACE_MATERIAL if colors is None else COLORED_MATERIAL
+        if color is not None:
+            is_opaque = color[3] >= 1
+            code = "".join(f"{round(255 * value):02x}" for value in color[: 3 if is_opaque else 4])
+            (factor,) = to_linear(np.array([color])).tolist()
+            shade = material["pbrMetallicRoughness"] | {"baseColorFactor": factor}
+            name = f"{material['name']} #{code}"
+            material = material | {"name": name, "pbrMetallicRoughness": shade}
+            is_blended = is_blended or not is_opaque
+        return material | ({"alphaMode": "BLEND"} if is_blended else {})
 
 
 def build_drawables(

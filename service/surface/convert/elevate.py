@@ -42,12 +42,10 @@ def elevate_bezier(
 
 def elevate_patches(surface: PatchSurface, operation: Elevate, allowed: SizeLimits) -> PatchSurface:
     """Elevate all patches; on an edge that two patches share, both get equal control points."""
-    degree = operation.degree
-    grids = [Batch.of_patches(surface, indices) for _, indices in surface.by_degree]
-    triangles = Batch.of_patches(surface, surface.triangles) if len(surface.triangles) else None
-    if grids:
+    degree, has_triangles = operation.degree, len(surface.triangles) > 0
+    if len(surface.patches):
         check_degrees(surface.degree, degree)
-    if triangles is not None:
+    if has_triangles:
         check_triangle_degree(surface.triangle_degree, degree)
     count = len(surface.patches) * (degree[0] + 1) * (degree[1] + 1)
     count += len(surface.triangles) * triangle.count_points(degree[0])
@@ -56,23 +54,22 @@ def elevate_patches(surface: PatchSurface, operation: Elevate, allowed: SizeLimi
     check_count(count, allowed, channel_numbers)
     shapes = {indices.shape[1:] for _, indices in surface.by_degree}
     if shapes <= {(degree[0] + 1, degree[1] + 1)} and (
-        triangles is None or surface.triangle_degree == degree[0]
+        not has_triangles or surface.triangle_degree == degree[0]
     ):
         return surface  # every patch has the degree already
+    numbers = [numbers for numbers, _ in surface.by_degree]
+    batches = [Batch.of_patches(surface, indices) for _, indices in surface.by_degree]
     if degree[0] != degree[1]:
-        _check_seams([batch.net[0] for batch in grids])
-    # For each batch, the nets before elevation and the points after it.
-    pairs: list[tuple[Net, FloatArray]] = []
-    old_nets = [batch.net for batch in grids]
-    grids = [batch.apply(partial(elevate_nets, degree=degree, first_axis=1)) for batch in grids]
-    pairs += ((net, batch.net[0]) for net, batch in zip(old_nets, grids, strict=True))
-    if triangles is not None:
-        net = triangles.net
-        triangles = triangles.apply(partial(elevate_triangle_nets, degree=degree[0]))
-        pairs.append((net, triangles.net[0]))
-    match_shared_edges(pairs)
-    all_grids = Batch.join(grids, [numbers for numbers, _ in surface.by_degree]) if grids else None
-    return share_vertices(all_grids, triangles, surface.parts, surface.up, surface.name)
+        _check_seams([batch.net[0] for batch in batches])
+    change = partial(elevate_nets, degree=degree, first_axis=1)
+    elevated = [batch.apply(change) for batch in batches]
+    if has_triangles:
+        batches.append(Batch.of_patches(surface, surface.triangles))
+        elevated.append(batches[-1].apply(partial(elevate_triangle_nets, degree=degree[0])))
+    match_shared_edges([(old.net, new.net[0]) for old, new in zip(batches, elevated, strict=True)])
+    triangles = elevated.pop() if has_triangles else None
+    grids = Batch.join(elevated, numbers) if elevated else None
+    return share_vertices(grids, triangles, surface.parts, surface.up, surface.name)
 
 
 def elevate_triangle(

@@ -6,6 +6,7 @@ knots increase, and the new control points are weighted means of the old ones.
 
 from dataclasses import replace
 from functools import partial
+from typing import TypeVar
 
 import numpy as np
 
@@ -21,7 +22,9 @@ from service.surface.bspline import BsplineSurface
 from service.surface.checks import MAX_DEGREE
 from service.surface.convert.nets import SizeLimits, apply_along, check_count, map_channels
 from service.surface.convert.operations import Interval
-from service.surface.knots import Knots, check_bezier_points, find_least_span
+from service.surface.knots import check_bezier_points, find_least_span
+
+Value = TypeVar("Value")
 
 MAX_WORK = 1 << 26
 """The most work along one direction, which takes about ten seconds: the number of new control
@@ -67,9 +70,8 @@ def refine_over(
         n.shape[-1] for _, _, _, n in surface.channels.each() if n.shape[:2] == old_counts
     )
     check_count(new_count * old_counts[1 - axis], allowed, channel_numbers)
-    vectors, degrees = list(surface.knot_vectors), list(surface.degree)
-    vectors[axis], degrees[axis] = target, degree
-    check_bezier_points((vectors[0], vectors[1]), (degrees[0], degrees[1]), where)
+    degrees = _change_one(surface.degree, axis, degree)
+    check_bezier_points(_change_one(surface.knot_vectors, axis, target), degrees, where)
     _check_work(new_count * degree * old_degree, where)
     # New control point j is the mean of the rows index[:, j], with the weights shares[:, j].
     index, shares = find_refinement(knots, old_degree, target, degree)
@@ -82,8 +84,7 @@ def refine_over(
         return _close_rows(combine(*net, index, shares), net, index, shares)
 
     points, weights = apply_along((surface.control_net, surface.weights), axis, refine)
-    new_counts = list(old_counts)
-    new_counts[axis] = new_count
+    new_counts = _change_one((old_counts[0], old_counts[1]), axis, new_count)
     low, high = find_domain(surface, axis)
     # The piece in the parameters of a Bézier channel, which run from 0 to 1.
     ends = tuple((t - low) / (high - low) for t in piece)
@@ -92,20 +93,21 @@ def refine_over(
         if net.shape[:2] == old_counts:
             return apply_along((net, None), axis, refine)[0]
         restrict = partial(polynomials.restrict, first=ends[0], last=ends[1])
-        return _avoid_shape(
-            apply_along((net, None), axis, restrict)[0], (new_counts[0], new_counts[1])
-        )
+        return _avoid_shape(apply_along((net, None), axis, restrict)[0], new_counts)
 
-    new_knots: list[Knots] = list(surface.knots)
-    new_knots[axis] = target
     return replace(
         surface,
         control_net=points,
-        degree=(degrees[0], degrees[1]),
-        knots=(new_knots[0], new_knots[1]),
+        degree=degrees,
+        knots=_change_one(surface.knots, axis, target),
         weights=weights,
         channels=map_channels(surface.channels, change_channel),
     )
+
+
+def _change_one(pair: tuple[Value, Value], axis: int, value: Value) -> tuple[Value, Value]:
+    """The values for u and v, with another value for one of them."""
+    return (value, pair[1]) if axis == 0 else (pair[0], value)
 
 
 def _close_rows(new_net: Net, old_net: Net, index: Ints, shares: FloatArray) -> Net:
