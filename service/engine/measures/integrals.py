@@ -17,7 +17,7 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.cancellation import checkpoint
 from service.engine.measures.cells import UPWARDS, CellNets, MeasuredCells
 from service.engine.measures.quadrature import Integrand, apply_rule
-from service.engine.measures.remainders import Remainders, bound_remainders
+from service.engine.measures.remainders import bound_remainders
 from service.engine.vectors import Items
 
 NODES = 10
@@ -184,15 +184,11 @@ def refine(
         is_halved = np.ones(len(order), dtype=bool)
         is_halved[order[:accepted_count]] = False
         remaining_points -= int(points_of_cells[is_halved].sum())
-        ends = np.cumsum([0] + [len(bounded) for bounded in open_cells])
-        accepted += [
-            bounded.take(~is_halved[a:b])
-            for bounded, a, b in zip(open_cells, ends[:-1], ends[1:], strict=True)
-        ]
+        splits = np.cumsum([len(cells) for cells in open_cells])[:-1]
+        divided = list(zip(open_cells, np.split(is_halved, splits), strict=True))
+        accepted += [cells.take(~rows) for cells, rows in divided]
         open_cells = [
-            half
-            for bounded, a, b in zip(open_cells, ends[:-1], ends[1:], strict=True)
-            for half in _halve(bounded.take(is_halved[a:b]), integrand)
+            half for cells, rows in divided for half in _halve(cells.take(rows), integrand)
         ]
     return Refinement(integrand, exact, [*accepted, *open_cells], excess)
 
@@ -210,9 +206,8 @@ def _bound(cells: MeasuredCells, integrand: Integrand) -> BoundedCells:
     for rows in chunks(cells, 1):
         checkpoint()
         parts.append(bound_remainders(local_nets(cells.take(rows), integrand), integrand, NODES))
-    bounds = Remainders.join(parts)
-    arrays = cells.nets, cells.patch, cells.depth, cells.point_error
-    return BoundedCells(*arrays, bounds.errors, bounds.along_v)
+    errors, along_v = (np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True))
+    return BoundedCells(cells.nets, cells.patch, cells.depth, cells.point_error, errors, along_v)
 
 
 def _integrate(

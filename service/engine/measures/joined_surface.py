@@ -175,8 +175,7 @@ def _join_group(group: GroupModel, tolerance: float, allow: Allow) -> JoinedSurf
     part, joined_models, first = [], [], 0
     point_error = moved = 0.0
     for number, member in enumerate(joined.group.members):
-        model = joined.group.models[member.model]
-        assert isinstance(model, PatchModel)
+        model = _find_model(joined.group, number)
         if number in clusters:
             cluster = clusters[number]
             numbers = cluster.members

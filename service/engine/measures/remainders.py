@@ -72,30 +72,22 @@ from service.bases.bernstein import bernstein
 from service.bases.cache import PLANS
 from service.engine.measures.cells import UPWARDS, CellNets, Net, along, lengths
 from service.engine.measures.quadrature import Integrand
-from service.engine.vectors import Items, cross
+from service.engine.vectors import cross
 
 RADII = np.array([1.1, 1.2, 1.35, 1.5, 1.7, 2, 2.4, 2.8, 3.4, 4, 5, 6, 7, 8, 10, 13, 18, 25, 40])
 """The ρ of the ellipses. Each gives a bound of the remainder of a rule; the least bound counts."""
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Remainders(Items):
-    """The remainders of rules over K cells.
+@np.errstate(all="ignore")
+def bound_remainders(nets: CellNets, integrand: Integrand, count: int) -> tuple[FloatArray, Bools]:
+    """Bound the errors of rules of `count` nodes in each direction; the origin o is 0.
 
-    Attributes
-    ----------
+    Returns
+    -------
     errors : ndarray of float64, shape (1, K), or (2, K) for a flux and its moments
     along_v : ndarray of bool, shape (K,)
         Whether halving a cell along v reduces its remainder more than halving along u.
     """
-
-    errors: FloatArray
-    along_v: Bools
-
-
-@np.errstate(all="ignore")
-def bound_remainders(nets: CellNets, integrand: Integrand, count: int) -> Remainders:
-    """Bound the errors of rules of `count` nodes in each direction; the origin o is 0."""
     stretches, cell_count = nets.stretches, nets.center.shape[1]
     if integrand == "flux" and nets.w is None:
         raise ValueError("the flux of a polynomial has no remainder")
@@ -111,8 +103,7 @@ def bound_remainders(nets: CellNets, integrand: Integrand, count: int) -> Remain
     # The errors with u complex and with v complex add up. For surfaces `length_of_normal` and
     # `deviation` become |N₀| and D, for curves they are |A| and α.
     for axis in range(len(stretches)):
-        spread = _bound_spreads(nets, axis)
-        u_partial, *v_partials = spread.partials
+        (u_partial, *v_partials), radius = _bound_spreads(nets, axis)
         length_of_normal, deviation = lengths(u_partial.value), u_partial.deviation
         ripples[axis] = u_partial.ripple
         if v_partials:
@@ -131,7 +122,7 @@ def bound_remainders(nets: CellNets, integrand: Integrand, count: int) -> Remain
             ]
         else:
             t = lengths(nets.center)
-            max_normal, max_distance = length_of_normal + deviation, t + spread.radius
+            max_normal, max_distance = length_of_normal + deviation, t + radius
             bounds = [
                 max_distance * max_normal - t * length_of_normal,
                 max_distance * max_distance * max_normal - t * t * length_of_normal,
@@ -141,7 +132,7 @@ def bound_remainders(nets: CellNets, integrand: Integrand, count: int) -> Remain
             scaled_bound = bound * factors * UPWARDS
             errors[row] += np.where(np.isfinite(scaled_bound), scaled_bound, np.inf).min(axis=0)
         limits = np.fmin(limits, np.stack(limits_on_smallest_ellipse) * UPWARDS)
-    return Remainders(np.minimum(errors, limits), ripples[1] > ripples[0])
+    return np.minimum(errors, limits), ripples[1] > ripples[0]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -164,20 +155,15 @@ class _Spread:
     ripple: FloatArray
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class _Spreads:
-    """Spreads of S_u and, for surfaces, S_v; and s, a bound of |S − c| on each ellipse, (R, K)."""
+def _bound_spreads(nets: CellNets, axis: int) -> tuple[list[_Spread], FloatArray]:
+    """The spreads of S_u and, for surfaces, S_v; and s, a bound of |S − c| on each ellipse (R, K).
 
-    partials: list[_Spread]
-    radius: FloatArray
-
-
-def _bound_spreads(nets: CellNets, axis: int) -> _Spreads:
-    """The bounds of S − c and of the partials if one parameter is complex."""
+    The parameter of an axis is complex.
+    """
     x = _spread(nets.x, axis)
     x_partials = [_spread(net, axis) for net in nets.x_partials]
     if nets.w is None:
-        return _Spreads(x_partials, lengths(x.value) + x.deviation)
+        return x_partials, lengths(x.value) + x.deviation
     w = _spread(nets.w, axis)
     min_weight = w.value[0] - w.deviation * UPWARDS
     min_weight = np.where(min_weight > 0, min_weight, np.nan)
@@ -190,7 +176,7 @@ def _bound_spreads(nets: CellNets, axis: int) -> _Spreads:
         deviation = x_partial.deviation + radius * max_w_partial + lengths(value) * w.deviation
         ripple = x_partial.ripple + nets.radius * w_partial.ripple + lengths(value) * w.ripple
         partials.append(_Spread(value, deviation / min_weight, ripple / w.value[0]))
-    return _Spreads(partials, radius)
+    return partials, radius
 
 
 def _spread(net: Net, axis: int) -> _Spread:

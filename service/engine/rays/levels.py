@@ -107,7 +107,7 @@ class RayLevels(TreeSearch):
             return None
         ray, cell = pairs
         if len(self.spheres.levels) > 1:
-            is_met = self.find_met(self.cells.models, ray, cell)
+            is_met, _ = self.find_met(self.cells.models, ray, cell)
             ray, cell = ray[is_met], cell[is_met]
         self.in_tree = np.bincount(ray, minlength=self.count)
         for _, ended_ray, _ in self.ended:
@@ -117,6 +117,7 @@ class RayLevels(TreeSearch):
         (ray, cell), later_pairs = self.split_by_distance(ray, cell)
         self.is_later[later_pairs[0]] = True
         while len(ray) or self.settled or len(later_pairs[0]):
+            checkpoint()
             if len(ray) - len(self.waiting_pairs[0]) <= MAX_NEAR_SHARE * len(later_pairs[0]):
                 ray, cell = join_pairs([(ray, cell), later_pairs])
                 later_pairs = NO_PAIRS
@@ -137,15 +138,16 @@ class RayLevels(TreeSearch):
         """The rows of spheres that rays may meet; those of the first level are known to be met."""
         if level == 0:
             return np.arange(len(item))
-        return np.flatnonzero(self.find_met(self.spheres.levels[level], item, sphere))
+        return np.flatnonzero(self.find_met(self.spheres.levels[level], item, sphere)[0])
 
-    def find_met(self, spheres: FloatArray, ray: Ints, sphere: Ints) -> Bools:
-        """Which pairs of a ray and a sphere, or the sphere of a cell, may meet."""
-        is_met = np.empty(len(ray), bool)
+    def find_met(self, spheres: FloatArray, ray: Ints, sphere: Ints) -> tuple[Bools, FloatArray]:
+        """Which pairs of a ray and a sphere, or that of a cell, may meet; lower bounds of t."""
+        is_met, low, limit = np.empty(len(ray), bool), np.empty(len(ray)), self.farthest[ray]
         for rows in row_slices(len(ray), 1, CHUNK_PAIRS):
             chosen = spheres[:4].take(sphere[rows], axis=1)
-            is_met[rows] = ~sphere_misses(chosen, self.rays, ray[rows], np.array(np.inf))[0]
-        return is_met
+            misses, low[rows] = sphere_misses(chosen, self.rays, ray[rows], limit[rows])
+            is_met[rows] = ~misses
+        return is_met, low
 
     def split_by_distance(self, ray: Ints, cell: Ints) -> tuple[Pairs, Pairs]:
         """Split the first pairs into those with the nearer cells, and those with the farther cells.
@@ -167,13 +169,9 @@ class RayLevels(TreeSearch):
 
         Pairs that are settled on this level are stored for `apply_newton`.
         """
-        meets, low = np.zeros(len(ray), bool), np.empty(len(ray))
-        models, limit = self.cells.models, self.farthest[ray]
-        for rows in row_slices(len(ray), 1, CHUNK_PAIRS):
-            spheres = models[:4].take(cell[rows], axis=1)
-            misses, low[rows] = sphere_misses(spheres, self.rays, ray[rows], limit[rows])
-            meets[rows] = ~misses
-        met_rows = np.flatnonzero(meets)
+        models = self.cells.models
+        is_met, low = self.find_met(models, ray, cell)
+        met_rows = np.flatnonzero(is_met)
         is_point = (
             models[model_rows.RADIUS, cell[met_rows]]
             <= MAX_POINT_RADIUS * self.rays.thickness[ray[met_rows]]
@@ -187,11 +185,8 @@ class RayLevels(TreeSearch):
         is_coarse = models[model_rows.STRAIN, cell[met_rows]] > MAX_STRAIN
         open_pairs = [(ray[met_rows[is_coarse]], cell[met_rows[is_coarse]])]
         met_rows = met_rows[~is_coarse]
-        # At least one chunk, which may be empty, so that each level has a checkpoint.
-        for chunk in (
-            met_rows[k : k + CHUNK_PAIRS] for k in range(0, max(len(met_rows), 1), CHUNK_PAIRS)
-        ):
-            checkpoint()
+        for rows in row_slices(len(met_rows), 1, CHUNK_PAIRS):
+            chunk = met_rows[rows]
             open_pairs.append(self.bound_pairs(ray[chunk], cell[chunk], low[chunk]))
         return self.halve_open(*(np.concatenate(c) for c in zip(*open_pairs, strict=True)))
 

@@ -59,7 +59,7 @@ from service.engine.connectivity.seams import Seams
 from service.engine.joining.join import allow_any, join_further
 from service.engine.nets.query_nets import QueryNets
 from service.engine.options import MeshOptions
-from service.engine.vectors import UNIT
+from service.engine.vectors import UNIT, cross, dot, length
 from service.surface.lowered import PatchModel
 
 WELD_TOLERANCE = MeshOptions().weld_tolerance
@@ -246,7 +246,7 @@ class _Chunk(PairSearch):
             sphere = model[:4, cell_numbers]
             difference = x - sphere[:3]
             clearance = (
-                np.sqrt((difference * difference).sum(axis=0)) * (1 - 8 * UNIT)  # for rounding
+                length(difference) * (1 - 8 * UNIT)  # for rounding
                 - sphere[3]
             )
             is_near = clearance <= MIN_CLEARANCE * sphere[3] + self.gap
@@ -262,17 +262,16 @@ def _solid_angles(corners: FloatArray) -> FloatArray:
     `corners` has shape (4, 3, n).
     """
     a, b, c, d = corners
-    length = np.sqrt((corners * corners).sum(axis=1))
-    return _solid_angle((a, b, c), length[[0, 1, 2]]) + _solid_angle((a, c, d), length[[0, 2, 3]])
+    la, lb, lc, ld = length(corners)
+    return _solid_angle((a, b, c), (la, lb, lc)) + _solid_angle((a, c, d), (la, lc, ld))
 
 
 def _solid_angle(
-    corners: tuple[FloatArray, FloatArray, FloatArray], length: FloatArray
+    corners: tuple[FloatArray, FloatArray, FloatArray],
+    lengths: tuple[FloatArray, FloatArray, FloatArray],
 ) -> FloatArray:
-    """Solid angles (n,) at the origin of triangles; `length` has the distances of the corners."""
-    (a, b, c), (la, lb, lc) = corners, length
-    ab, bc, ca = (a * b).sum(axis=0), (b * c).sum(axis=0), (c * a).sum(axis=0)
-    volume = a[0] * (b[1] * c[2] - b[2] * c[1])
-    volume += a[1] * (b[2] * c[0] - b[0] * c[2])
-    volume += a[2] * (b[0] * c[1] - b[1] * c[0])
-    return np.asarray(2 * np.arctan2(volume, la * lb * lc + ab * lc + bc * la + ca * lb))
+    """Solid angles (n,) at the origin of triangles; `lengths` are the distances of the corners."""
+    (a, b, c), (la, lb, lc) = corners, lengths
+    volume = dot(a, cross(b, c))
+    denominator = la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb
+    return np.asarray(2 * np.arctan2(volume, denominator))
