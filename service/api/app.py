@@ -99,8 +99,11 @@ class Application(FastAPI):
         return self.openapi_schema
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Handles one request."""
-        await self.outermost(scope, receive, send)
+        """Handles one request; events of the server's start and end go to FastAPI alone."""
+        if scope["type"] == "http":
+            await self.outermost(scope, receive, send)
+        else:
+            await super().__call__(scope, receive, send)
 
 
 def _build_services(app: FastAPI, settings: Settings) -> Services:

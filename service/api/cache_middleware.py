@@ -27,7 +27,7 @@ class CacheMiddleware:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Handles one request."""
-        method = scope["method"] if scope["type"] == "http" else ""
+        method = scope["method"]
         if method in _METHODS:
             cached = self.cache.find(scope["path"], scope["query_string"])
             if cached is not None:

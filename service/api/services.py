@@ -69,9 +69,6 @@ class JobMiddleware:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Handles one request."""
-        if scope["type"] != "http":
-            await self.app(scope, receive, send)
-            return
         if scope["method"] == "HEAD":
             scope, send = {**scope, "method": "GET"}, partial(_send_head, send)
         job = scope.setdefault("state", {})["job"] = Job(self.threads, receive)

@@ -167,9 +167,6 @@ class RequestMiddleware:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Handles one request."""
-        if scope["type"] != "http":
-            await self.app(scope, receive, send)
-            return
         start = time.perf_counter()
         record = start_record(scope, self.labels)
         counters, cors_headers = self.counters, self.origins.headers(scope)

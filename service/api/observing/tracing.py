@@ -82,9 +82,6 @@ class Tracing:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Handles one request."""
-        if scope["type"] != "http":
-            await self.app(scope, receive, send)
-            return
         record = record_of(scope)
 
         async def send_described(message: Message) -> None:
