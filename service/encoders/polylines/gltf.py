@@ -38,6 +38,7 @@ from service.encoders.text import FLOAT64_CHARS, LONGEST_ESCAPE
 from service.engine.curves.polyline import SampledCurve
 from service.engine.extent import choose_origin
 from service.engine.sections.values import Sections
+from service.engine.stored_positions import FLOAT32
 
 POSITION_BYTES = 12
 """Bytes of a point in float32."""
@@ -47,10 +48,6 @@ CURVE_POINT_BYTES = POSITION_BYTES + 12 + 4 + 4
 
 POLYLINE_CHARS = 500 + 6 * FLOAT64_CHARS
 """The most characters of a primitive, its accessor and its buffer view."""
-
-FLOAT32_EPSILON = float(np.finfo(np.float32).eps)
-"""The machine epsilon ε of float32. Rounding moves each coordinate x by at most ε |x| / 2, and so a
-point by less than ε times the largest |x|."""
 
 
 def encode_curve_glb(curve: SampledCurve) -> bytes:
@@ -173,4 +170,5 @@ def _find_origin(sections: Sections) -> tuple[FloatArray, float]:
         return np.zeros(3), 0.0
     low, high = points.min(axis=0), points.max(axis=0)
     origin = choose_origin(low, high)
-    return origin, FLOAT32_EPSILON * float(np.abs(np.stack([low, high]) - origin).max())
+    # Rounding moves each coordinate x by at most ε |x| / 2, so a point by less than ε max |x|.
+    return origin, float(FLOAT32.eps) * float(np.abs(np.stack([low, high]) - origin).max())

@@ -14,7 +14,7 @@ from service.encoders.polylines.format import (
 from service.encoders.registry import BY_NAME
 
 
-def _share(
+def _build(
     name: str,
     encode: Callable[[Lines], bytes],
     byte_bound: Callable[[PolylineSize], int],
@@ -31,11 +31,11 @@ def _share(
 
 
 CURVE_FORMATS: tuple[CurveFormat, ...] = (
-    _share("glb", gltf.encode_curve_glb, gltf.curve_glb_bound),
-    _share("gltf", gltf.encode_curve_gltf, gltf.curve_gltf_bound),
-    _share("json", json.encode_curve, json.curve_bound, "Points, tangents and lengths as JSON"),
-    _share("oogl", oogl.encode_curve, oogl.curve_bound),
-    _share("obj", obj.encode_curve, obj.curve_bound),
+    _build("glb", gltf.encode_curve_glb, gltf.curve_glb_bound),
+    _build("gltf", gltf.encode_curve_gltf, gltf.curve_gltf_bound),
+    _build("json", json.encode_curve, json.curve_bound, "Points, tangents and lengths as JSON"),
+    _build("oogl", oogl.encode_curve, oogl.curve_bound),
+    _build("obj", obj.encode_curve, obj.curve_bound),
 )
 """All formats of curves, in the order in which lists name them."""
 
@@ -43,12 +43,12 @@ CURVES_BY_NAME: Mapping[str, CurveFormat] = MappingProxyType({f.name: f for f in
 """All formats of curves by name."""
 
 SECTION_FORMATS: tuple[SectionFormat, ...] = (
-    _share("glb", gltf.encode_sections_glb, gltf.sections_glb_bound),
-    _share("gltf", gltf.encode_sections_gltf, gltf.sections_gltf_bound),
+    _build("glb", gltf.encode_sections_glb, gltf.sections_glb_bound),
+    _build("gltf", gltf.encode_sections_gltf, gltf.sections_gltf_bound),
     # The hits of rays are in the same list of formats; they are written as JSON only.
-    _share("json", json.encode_sections, json.sections_bound, "Hits, or polylines, as JSON"),
-    _share("oogl", oogl.encode_sections, oogl.sections_bound),
-    _share("obj", obj.encode_sections, obj.sections_bound),
+    _build("json", json.encode_sections, json.sections_bound, "Hits, or polylines, as JSON"),
+    _build("oogl", oogl.encode_sections, oogl.sections_bound),
+    _build("obj", obj.encode_sections, obj.sections_bound),
     PolylineFormat(
         name="svg",
         title="SVG in the planes",

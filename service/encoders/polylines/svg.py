@@ -18,7 +18,7 @@ from service.encoders.text import FLOAT64_CHARS, digits, rows
 from service.engine.sections.values import Sections
 
 MARGIN = 0.02
-"""The margin around the lines, as a share of the longer side of their box."""
+"""The margin around the lines, in units of the longer side of their box."""
 
 
 def encode_sections(sections: Sections) -> bytes:

@@ -91,9 +91,8 @@ def find_arcs(cells: EndedCells, sides: CellSides, segments: Segments) -> Arcs:
     crossing = _number_crossings(cells, segments)
     checkpoint()
     # A node is on the border of a crossing if only one singular cell has its segment.
-    is_singular = kind == SINGULAR
-    is_on_border = _count_sides(segments, cells.kind == SINGULAR)[segments.root_segment[root]] == 1
-    is_joined = is_singular & is_on_border
+    singular_sides = _count_sides(segments, cells.kind == SINGULAR)[segments.root_segment[root]]
+    is_joined = (kind == SINGULAR) & (singular_sides == 1)
     spokes, touching = _find_spokes(
         crossing[cell[is_joined]] + node_count, node[is_joined], crossing, node_count
     )
@@ -103,8 +102,7 @@ def find_arcs(cells: EndedCells, sides: CellSides, segments: Segments) -> Arcs:
     )
     # A patch folded to a curve crosses the plane at a node that is on two of its sides.
     free_nodes = _find_free_nodes(segments, ends, cells, pairs[is_loop, 0])
-    touching = np.concatenate([free_nodes, touching])
-    return Arcs(ends, sense, crossing, touching)
+    return Arcs(ends, sense, crossing, np.concatenate([free_nodes, touching]))
 
 
 def _find_roots_on_sides(segments: Segments) -> tuple[Ints, Ints]:

@@ -31,7 +31,7 @@ triangles), f differs by at most
 
 where n is the degree on the edge and k counts halvings, because max |f| halves with a cell that
 meets the plane. This difference and the rounding of the control points together are less than
-`NOISE` for n ≤ 10.
+`EDGE_ERROR` for n ≤ 10.
 """
 
 from dataclasses import dataclass
@@ -50,7 +50,7 @@ from service.surface.sides import along_sides
 THICKNESS = 2.0**-40
 """The largest height that counts as zero, in the coordinates of the nets."""
 
-NOISE = 2.0**-44
+EDGE_ERROR = 2.0**-44
 """On a common edge, the polynomials f of two patches differ by at most this, by rounding alone. If
 |f| is larger, both have the same sign."""
 

@@ -23,7 +23,7 @@ from service.engine.nets.query_nets import NetGroup
 from service.engine.sections.borders import ONE
 from service.engine.sections.cells import (
     COPLANAR,
-    NOISE,
+    EDGE_ERROR,
     OVER_U,
     OVER_V,
     SINGULAR,
@@ -176,9 +176,14 @@ class CellSearch:
         is_tight = is_monotone[cell_of_piece]
         np.copyto(rectangle[::2], np.minimum(begin, end), where=is_tight)
         np.copyto(rectangle[1::2], np.maximum(begin, end), where=is_tight)
-        plane, net = cells.plane[cell_of_piece], cells.net[cell_of_piece]
-        axes = np.where(is_tight, 2, axis)  # 2: monotone in both parameters
-        pieces = Pieces(rectangle, plane, net, begin, end, axes)
+        pieces = Pieces(
+            rectangle,
+            cells.plane[cell_of_piece],
+            cells.net[cell_of_piece],
+            begin,
+            end,
+            axis=np.where(is_tight, 2, axis),  # 2: monotone in both parameters
+        )
         bound, slack = bound_pieces(self.group, self.planes, pieces)
         max_bound = np.zeros(len(cells))
         # Halving does not reduce the slack for rounding, so count at most half of the tolerance for
@@ -187,7 +192,8 @@ class CellSearch:
         is_wide = np.zeros(len(cells), bool)
         is_wide[cell_of_piece] = (high - low) * ONE >= cells.lengths[across, cell_of_piece]
         is_flat = self._are_small(max_bound, cells.lengths[axis])
-        self._record_bounds((bound + slack)[is_flat[cell_of_piece]])
+        bounds = (bound + slack)[is_flat[cell_of_piece]]
+        self.deviation = max(self.deviation, float(bounds.max(initial=0.0)))
         return is_flat, is_wide & ~is_monotone
 
     def _have_straight_side(self, cells: OpenCells, side: int, axis: int) -> Bools:
@@ -196,7 +202,7 @@ class CellSearch:
         rectangle[2 - 2 * axis : 4 - 2 * axis] = rectangle[side]
         bounds = bound_sides(self.group, cells.net, rectangle, axis)
         is_flat = self._are_small(bounds, cells.lengths[axis])
-        self._record_bounds(bounds[is_flat])
+        self.deviation = max(self.deviation, float(bounds[is_flat].max(initial=0.0)))
         return is_flat
 
     def _are_small(self, bounds: FloatArray, lengths: Ints) -> Bools:
@@ -206,10 +212,6 @@ class CellSearch:
         """
         self._pieces += float(np.sqrt(np.maximum(bounds / self.tolerance, 1.0)).sum())
         return np.asarray((bounds <= self.tolerance) | (lengths <= 1))
-
-    def _record_bounds(self, bounds: FloatArray) -> None:
-        """Update the largest bound."""
-        self.deviation = max(self.deviation, float(bounds.max(initial=0.0)))
 
 
 def _classify(nets: FloatArray) -> tuple[Ints, FloatArray, Bools]:
@@ -221,8 +223,8 @@ def _classify(nets: FloatArray) -> tuple[Ints, FloatArray, Bools]:
 
 
 def _keep_near(cells: OpenCells) -> OpenCells:
-    """The cells that the section may meet; the margin `NOISE` covers rounding."""
+    """The cells that the section may meet; the margin `EDGE_ERROR` covers rounding."""
     checkpoint()
     low, high = cells.nets.min(axis=(0, 1)), cells.nets.max(axis=(0, 1))
     checkpoint()
-    return cells.take((low <= NOISE) & (high >= -NOISE))
+    return cells.take((low <= EDGE_ERROR) & (high >= -EDGE_ERROR))

@@ -222,9 +222,8 @@ class _Search:
             sums = np.stack([np.bincount(crossing, positions[:, k]) for k in range(3)], axis=1)
             means = sums / np.bincount(crossing)[:, np.newaxis]
             points = np.concatenate([points, means])
-            plane_of_crossing = np.zeros(len(means), np.intp)
-            plane_of_crossing[crossing] = cells.plane[rows]
-            plane = np.concatenate([plane, plane_of_crossing])
+            first_rows = rows[np.unique(crossing, return_index=True)[1]]
+            plane = np.concatenate([plane, cells.plane[first_rows]])
             distances = np.sqrt(((positions - means[crossing]) ** 2).sum(axis=1))
             self._note_crossings(cells, rows, distances)
         checkpoint()

@@ -7,6 +7,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints
 from service.engine.curves.polyline import Polyline
 from service.engine.extent import choose_origin
+from service.engine.stored_positions import FLOAT32
 from service.engine.vectors import cross, dot, length
 from service.errors import InvalidRequest, Issue
 from service.surface.checks import Up
@@ -17,9 +18,6 @@ RELATIVE_TOLERANCE = 1e-3
 
 MIN_RELATIVE_TOLERANCE = 1e-9
 """The least tolerance, in diagonals; smaller tolerances would be of the size of rounding errors."""
-
-SINGLE = float(np.finfo(np.float32).eps)
-"""The relative precision of float32."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -85,7 +83,7 @@ class SectionTolerance:
         if is_float32:
             max_coordinate = float(np.abs(np.stack([low, high]) - choose_origin(low, high)).max())
             # Rounding to float32 moves a point by less than 1/8 of this.
-            min_tolerance = max(min_tolerance, 8 * SINGLE * max_coordinate)
+            min_tolerance = max(min_tolerance, 8 * float(FLOAT32.eps) * max_coordinate)
         tolerance = self.relative * model.diagonal if self.distance is None else self.distance
         if tolerance < min_tolerance:
             raise InvalidRequest(
