@@ -10,6 +10,7 @@ As in `service.bases.polynomials`, elevation and splitting compute weighted mean
 Farin, Curves and Surfaces for CAGD, 5th ed., chapter 17.
 """
 
+from collections.abc import Iterator
 from functools import lru_cache
 from math import comb, isqrt
 
@@ -229,3 +230,20 @@ def _choose(n: Ints, k: Ints) -> FloatArray:
     max_n = int(n.max())
     table = np.array([[float(comb(a, b)) for b in range(max_n + 1)] for a in range(max_n + 1)])
     return np.asarray(np.where((k >= 0) & (k <= n), table[n, np.clip(k, 0, max_n)], 0.0))
+
+
+def row_runs(divisions: int, limit: int) -> Iterator[tuple[int, int]]:
+    """Runs [first, last) of rows with at most `limit` samples together, or of one row."""
+    starts, first = row_starts(divisions), 0
+    while first <= divisions:
+        fitting = np.searchsorted(starts, starts[first] + limit, side="right") - 1
+        last = max(first + 1, int(fitting))
+        yield first, last
+        first = last
+
+
+def locate_samples(divisions: int, sample: Ints) -> tuple[FloatArray, FloatArray]:
+    """Parameters (s, t) of samples at equal divisions, from their numbers."""
+    starts = row_starts(divisions)
+    row = np.searchsorted(starts, sample, side="right") - 1
+    return (sample - starts[row]) / divisions, row / divisions

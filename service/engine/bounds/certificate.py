@@ -49,7 +49,8 @@ from service.engine.bounds.degree_reduction import DIRECT, sort_by_box
 from service.engine.bounds.faces import SPAN, Faces
 from service.engine.bounds.goal import Goal
 from service.engine.bounds.local_frames import LocalFrames, build_local_frames
-from service.engine.nets.patch_nets import Nets, PatchNets
+from service.engine.nets.nets import Nets
+from service.engine.nets.patch_nets import PatchNets
 
 BLOCK = 1 << 16
 """The most pieces in one block, unless a single part has more; it limits memory."""

@@ -17,7 +17,8 @@ from service.engine.bounds.distance import bound_distances, bound_heights
 from service.engine.bounds.goal import bound_storage_error, count_roundings
 from service.engine.bounds.reference_triangles import ReferenceTriangles, build_reference_triangles
 from service.engine.nets.blossoms import build_triangle_nets, list_exponents
-from service.engine.nets.patch_nets import Nets, PatchNets
+from service.engine.nets.nets import Nets
+from service.engine.nets.patch_nets import PatchNets
 from service.engine.vectors import UNIT, length, project
 
 FAR = 2.0**300

@@ -142,7 +142,7 @@ class CellTree:
         # Twice the bound that the docstring of `net_partials` states, with `largest` for M.
         self.errors = np.repeat(
             [8 * UNIT * self.largest * (sum(g.degree) + 2) for g in nets.groups],
-            [len(g.nets) for g in nets.groups],
+            [len(g.patches) for g in nets.groups],
         )
         self.point_sides = np.hstack([self._find_point_sides(g.nets) for g in nets.groups])
         self.count = self.additions = 0
@@ -154,14 +154,14 @@ class CellTree:
         self._first_child, self._child_count = self.net, self.net
         self._spaces: list[NetSpace] = []
         for number, group in enumerate(nets.groups):
-            whole = np.ascontiguousarray(group.nets.transpose(1, 2, 3, 0))
-            numbers = np.arange(group.first, group.first + len(group.nets))
+            whole = group.values
+            numbers = np.arange(group.first, group.first + len(group.patches))
             rectangle = np.repeat([[0.0], [1.0], [0.0], [1.0]], len(numbers), axis=1)
             self._spaces.append(NetSpace(whole[..., :0]))
             self._append(number, NetCells(rectangle, whole), numbers, np.zeros_like(numbers))
         self.roots = self.count
         self.first = np.arange(self.count)
-        self._root_counts = [len(g.nets) for g in nets.groups]
+        self._root_counts = [len(g.patches) for g in nets.groups]
 
     @property
     def nbytes(self) -> int:

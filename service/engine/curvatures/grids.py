@@ -11,7 +11,7 @@ import numpy as np
 
 from service.bases import triangle, triangle_basis
 from service.bases.affine_combination import to_homogeneous
-from service.bases.arrays import FloatArray, Ints
+from service.bases.arrays import FloatArray
 from service.bases.bernstein import sample_basis, sample_basis_columns, sample_grid_basis
 from service.bases.row_batches import row_runs
 from service.engine.curvatures.forms import Planes, find_squared_norm
@@ -90,7 +90,7 @@ def triangle_partials(patches: TrianglePatches, divisions: int) -> Iterator[Chun
             nets[3:] = [(n - 1) * differences for differences in (dss, dst, dtt)]
         squared_norm = find_squared_norm(*(partial.transpose(2, 1, 0) for partial in (ds, dt)))
         is_small = triangle_basis.is_small(n, divisions)
-        for begin, end in _row_runs(starts):
+        for begin, end in triangle.row_runs(divisions, CHUNK_SAMPLES):
             samples = int(starts[begin]), int(starts[end])
             zeros = np.zeros((net.shape[1], last - first, samples[1] - samples[0]))
             partials = [
@@ -114,19 +114,6 @@ def _patch_runs(
     control_points = patches.points[0].size // 3
     numbers = len(PARTIALS) * 4 * control_points
     return row_runs(patches.count, max(1, min(CHUNK_SAMPLES // samples, CHUNK_NUMBERS // numbers)))
-
-
-def _row_runs(starts: Ints) -> Iterator[tuple[int, int]]:
-    """Runs of rows of samples of a triangle, of at most `CHUNK_SAMPLES` samples or of one row.
-
-    `starts[i]` is the number of the first sample of row i.
-    """
-    first, count = 0, len(starts) - 1
-    while first < count:
-        last_fitting_row = np.searchsorted(starts, starts[first] + CHUNK_SAMPLES, side="right") - 1
-        last = max(first + 1, int(last_fitting_row))
-        yield first, last
-        first = last
 
 
 def _planes_first(net: FloatArray | None) -> FloatArray | None:

@@ -14,7 +14,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints, RealArray
 from service.bases.bernstein import sample_parameters
 from service.bases.row_batches import row_runs
-from service.bases.triangle import row_starts
+from service.bases.triangle import locate_samples
 from service.engine.curvatures.forms import compute_curvatures
 from service.engine.curvatures.grids import Chunk, grid_partials, triangle_partials
 from service.engine.mesh.channels import ChannelRows
@@ -211,9 +211,6 @@ def _compute_chunk(chunk: Chunk, batch: Patches, block: Block) -> tuple[FloatArr
 def find_parameters(block: Block, sample: Ints) -> tuple[FloatArray, FloatArray]:
     """Parameters (u, v) of samples from their numbers in a patch; of triangles, (s, t)."""
     if block.is_triangle:
-        divisions = block.resolution[0]
-        starts = row_starts(divisions)
-        row = np.searchsorted(starts, sample, side="right") - 1
-        return (sample - starts[row]) / divisions, row / divisions
+        return locate_samples(block.resolution[0], sample)
     i, j = np.divmod(sample, block.resolution[1] + 1)
     return sample_parameters(block.resolution[0])[i], sample_parameters(block.resolution[1])[j]

@@ -3,7 +3,7 @@
 r patches are computed together, in d coordinates: 3, or 4 for rational patches.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -50,6 +50,18 @@ class ChunkNets:
             return np.zeros((self.point.shape[-1], 1), dtype)
         threshold: RealArray = self.threshold.astype(dtype)
         return threshold[:, None]
+
+
+def split_work(count: int, size: int, step: int) -> Iterator[tuple[int, int, int, int]]:
+    """Runs (first, last, begin, end): samples, or rows of samples, [begin, end) of [first, last).
+
+    A run has at most `step` samples or rows: all of several patches, or some of one patch. There
+    are `count` patches with `size` samples or rows each.
+    """
+    patches = max(1, step // size)
+    for first in range(0, count, patches):
+        for begin in range(0, size, step):
+            yield first, min(first + patches, count), begin, min(begin + step, size)
 
 
 def weight_points(

@@ -8,14 +8,13 @@ References
 Farin, Curves and Surfaces for CAGD, 5th ed., sections 4.2, 14.1 (bilinear) and 17.1 (triangles).
 """
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from service.bases import triangle
 from service.bases.arrays import FloatArray, RealArray
 from service.bases.bernstein import sample_parameters
 from service.cancellation import checkpoint
+from service.engine.evaluation.chunks import split_work
 from service.engine.evaluation.grid_evaluation import GridEvaluation
 from service.engine.evaluation.triangle_evaluation import TriangleEvaluation
 from service.engine.evaluation.triangle_nets import neighbour_rows
@@ -42,9 +41,8 @@ def evaluate_grids(work: GridEvaluation) -> None:
     parameters: list[RealArray] = [sample_parameters(r).astype(work.dtype) for r in work.resolution]
     out = work.positions.reshape(work.patches.count, work.sample_count, 3)
     normals = None if work.normals is None else work.normals.reshape(out.shape)
-    for first, last, begin, end in _split_work(
-        work.patches.count, work.sample_count, (p + 1) * (q + 1)
-    ):
+    step = _count_samples((p + 1) * (q + 1))
+    for first, last, begin, end in split_work(work.patches.count, work.sample_count, step):
         checkpoint()
         nets = work.load_nets(first, last)  # used for the threshold of normals
         net = work.load_local(first, last).reshape(p + 1, q + 1, -1, last - first)
@@ -91,9 +89,8 @@ def evaluate_triangles(work: TriangleEvaluation) -> None:
     The last three points give the partials.
     """
     degree = work.patches.degree
-    for first, last, begin, end in _split_work(
-        work.patches.count, work.sample_count, triangle.count_points(degree)
-    ):
+    step = _count_samples(triangle.count_points(degree))
+    for first, last, begin, end in split_work(work.patches.count, work.sample_count, step):
         nets = work.load_nets(first, last)  # used for the threshold of normals
         r, s, t = triangle.barycentric(work.divisions, begin, end).astype(work.dtype).T
         points = work.load_local(first, last).astype(work.dtype)[..., np.newaxis]
@@ -118,7 +115,8 @@ def evaluate_curves(points: FloatArray, divisions: int) -> FloatArray:
     """
     t = sample_parameters(divisions)[:, np.newaxis]
     out = np.empty((len(points), divisions + 1, points.shape[2]))
-    for first, last, begin, end in _split_work(len(points), divisions + 1, points.shape[1]):
+    step = _count_samples(points.shape[1])
+    for first, last, begin, end in split_work(len(points), divisions + 1, step):
         level: RealArray = points[first:last, :, np.newaxis]
         while level.shape[1] > 1:
             level = _interpolate(level[:, :-1], level[:, 1:], t[begin:end])
@@ -159,14 +157,6 @@ def _interpolate(a: RealArray, b: RealArray, t: RealArray) -> RealArray:
     return out
 
 
-def _split_work(count: int, sample_count: int, points: int) -> Iterator[tuple[int, int, int, int]]:
-    """Runs (first, last, begin, end): samples [begin, end) of patches [first, last).
-
-    A run has all samples of several patches, or some samples of one patch. Each patch has
-    `sample_count` samples and a net of `points` points.
-    """
-    step = max(MIN_SAMPLES, CHUNK_NUMBERS // (4 * points))  # points have up to 4 coordinates
-    patches = max(1, step // sample_count)
-    for first in range(0, count, patches):
-        for begin in range(0, sample_count, step):
-            yield first, min(first + patches, count), begin, min(begin + step, sample_count)
+def _count_samples(points: int) -> int:
+    """The number of samples in one chunk, for nets of this number of points."""
+    return max(MIN_SAMPLES, CHUNK_NUMBERS // (4 * points))  # points have up to 4 coordinates

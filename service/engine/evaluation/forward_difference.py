@@ -11,7 +11,6 @@ Farin, Curves and Surfaces for CAGD, 5th ed., section 5.6 (forward differencing)
 Pratt, Adaptive forward differencing, SIGGRAPH 1987.
 """
 
-from collections.abc import Iterator
 from functools import lru_cache
 
 import numpy as np
@@ -22,6 +21,7 @@ from service.bases.bernstein import bernstein, binomials, sample_basis
 from service.bases.row_batches import row_slices
 from service.bases.triangle import tensor_net
 from service.cancellation import checkpoint
+from service.engine.evaluation.chunks import split_work
 from service.engine.evaluation.grid_evaluation import GridEvaluation
 from service.engine.evaluation.triangle_evaluation import TriangleEvaluation
 from service.engine.evaluation.triangle_nets import partial_nets
@@ -39,7 +39,8 @@ def evaluate_grids(work: GridEvaluation) -> None:
     """Points and normals of tensor-product patches: many rows along v advance together."""
     p, q = work.patches.degree
     row_count, row_length = work.shape
-    for first, last, begin, end in _split_work(work.patches.count, row_count, row_length):
+    step = max(1, CHUNK_SAMPLES // row_length)
+    for first, last, begin, end in split_work(work.patches.count, row_count, step):
         checkpoint()
         nets = work.load_nets(first, last)  # used for the threshold of normals
         local = work.load_local(first, last).reshape(p + 1, q + 1, -1, last - first)
@@ -67,8 +68,9 @@ def _evaluate_rows(net: FloatArray, work: GridEvaluation, rows: slice) -> RealAr
 def evaluate_triangles(work: TriangleEvaluation) -> None:
     """Points and normals of triangles: row m of samples, at t = m/R, has R − m divisions."""
     starts = triangle.row_starts(work.divisions)
-    row_count = longest_row = work.divisions + 1
-    for first, last, begin, end in _split_work(work.patches.count, row_count, longest_row):
+    row_count = work.divisions + 1  # the longest row has as many samples
+    step = max(1, CHUNK_SAMPLES // row_count)
+    for first, last, begin, end in split_work(work.patches.count, row_count, step):
         nets = work.load_nets(first, last)  # used for the threshold of normals
         local = work.load_local(first, last)
         samples = slice(starts[begin], starts[end])
@@ -176,16 +178,3 @@ def _count_surjections(degree: int) -> FloatArray:
             counts[m, k] = k * (counts[m - 1, k] + counts[m - 1, k - 1])
     counts.flags.writeable = False
     return counts
-
-
-def _split_work(count: int, rows: int, row_length: int) -> Iterator[tuple[int, int, int, int]]:
-    """Runs (first, last, begin, end): rows [begin, end) of patches [first, last).
-
-    A run has all rows of several patches, or some rows of one patch. Each patch has `rows` rows of
-    at most `row_length` samples.
-    """
-    step = max(1, CHUNK_SAMPLES // row_length)
-    patches = max(1, step // rows)
-    for first in range(0, count, patches):
-        for begin in range(0, rows, step):
-            yield first, min(first + patches, count), begin, min(begin + step, rows)

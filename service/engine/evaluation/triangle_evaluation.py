@@ -11,7 +11,7 @@ Nets have the shape (K, d, r): K control points of d coordinates (3, or 4 for ra
 patches that are computed together.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import TypeAlias
@@ -88,24 +88,19 @@ class TriangleEvaluation(Evaluation):
 
     def _write_by_rows(self) -> None:
         """Writes all samples, each row of samples as a Bézier curve."""
+        starts = triangle.row_starts(self.divisions)
         for first, last in row_runs(self.patches.count, max(1, CHUNK_SAMPLES // self.sample_count)):
             nets = self.load_nets(first, last)
             point = _to_row_curves(nets.point)
             if nets.du is not None and nets.dv is not None:
                 nets = replace(nets, du=_to_row_curves(nets.du), dv=_to_row_curves(nets.dv))
             curves = replace(nets, point=point)
-            for rows, samples in self._row_runs():
-                product = partial(self._evaluate_rows, rows, samples.stop - samples.start)
+            for begin, end in triangle.row_runs(self.divisions, CHUNK_SAMPLES):
+                samples = slice(int(starts[begin]), int(starts[end]))
+                product = partial(
+                    self._evaluate_rows, range(begin, end), samples.stop - samples.start
+                )
                 self._write(curves, slice(first, last), samples, product)
-
-    def _row_runs(self) -> Iterator[tuple[range, slice]]:
-        """Runs of rows with at most `CHUNK_SAMPLES` samples, or of one row, and their samples."""
-        starts, first = triangle.row_starts(self.divisions), 0
-        while first <= self.divisions:
-            fitting = np.searchsorted(starts, starts[first] + CHUNK_SAMPLES, side="right") - 1
-            last = max(first + 1, int(fitting))
-            yield range(first, last), slice(int(starts[first]), int(starts[last]))
-            first = last
 
     def _write(self, nets: ChunkNets, patches: slice, samples: slice, product: Product) -> None:
         """Writes positions and normals of samples: all of several patches, or some of one patch."""
@@ -151,9 +146,7 @@ class TriangleEvaluation(Evaluation):
         self, patch: NDArray[np.intp], sample: NDArray[np.intp]
     ) -> tuple[FloatArray, int]:
         """Normals of samples, each computed singly; and the number of limits among them."""
-        starts = triangle.row_starts(self.divisions)
-        row = np.searchsorted(starts, sample, side="right") - 1
-        s, t = (sample - starts[row]) / self.divisions, row / self.divisions
+        s, t = triangle.locate_samples(self.divisions, sample)
         return triangle_normals(self.patches, patch, s, t)
 
 

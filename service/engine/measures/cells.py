@@ -108,7 +108,7 @@ def group_cells(
     """
     groups = []
     for group in nets.groups:
-        patch = nets.patch[group.first : group.first + len(group.nets)]
+        patch = group.patches
         rows = np.arange(len(patch)) if patches is None else np.flatnonzero(patches[patch])
         if len(rows):
             groups.append(build_cells(group.nets[rows], patch[rows], point_error / nets.scale))

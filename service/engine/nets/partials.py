@@ -20,6 +20,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import bernstein
+from service.bases.row_batches import row_slices
 from service.engine.nets.query_nets import QueryNets
 from service.engine.vectors import dot
 
@@ -57,18 +58,12 @@ def net_partials(nets: QueryNets, net: Ints, parameters: FloatArray, order: int 
     another factor.
     """
     partials = np.empty((len(_PARTIAL_ORDERS[order][0]), 3, len(net)))
-    for group in nets.groups:
-        k = len(group.nets)
-        rows = np.arange(len(net))
-        if len(nets.groups) > 1:
-            rows = np.flatnonzero((net >= group.first) & (net < group.first + k))
-        step = max(1, MAX_NUMBERS // group.nets[0].size)
-        for first in range(0, len(rows), step):
-            chunk = rows[first : first + step]
+    for group, rows in nets.split(net):
+        for part in row_slices(len(rows), group.values[..., 0].size, MAX_NUMBERS):
+            chunk = rows[part]
             u, v = parameters[:, chunk]
-            partials[:, :, chunk] = _evaluate_group(
-                group.nets[net[chunk] - group.first], u, v, order
-            )
+            chosen = group.nets[net[chunk] - group.first]
+            partials[:, :, chunk] = _evaluate_group(chosen, u, v, order)
     return partials
 
 

@@ -6,68 +6,19 @@ the bits of the numbers of a patch do not depend on other patches.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import bernstein
 from service.bases.row_batches import row_slices
-from service.bases.triangle import degree_of, row_starts
-from service.engine.nets.subdivision import elevate
+from service.engine.nets.nets import Nets, build_tensor_nets, group_nets
 from service.engine.vectors import project
 from service.surface.batches import Patches, TrianglePatches
 from service.surface.lowered import PatchModel
 
 CHUNK = 1 << 17
 """Numbers in the nets of one chunk: they stay in the processor's cache."""
-
-
-@dataclass(frozen=True, eq=False)
-class Nets:
-    """Tensor-product nets of one degree (p, q), each about the middle of its own bounding box.
-
-    Attributes
-    ----------
-    patches : ndarray of int, shape (k,)
-        Numbers of the patches in the model.
-    values : ndarray of float64, shape (p+1, q+1, D, k)
-        Points, D = 3; or, if rational, (w x, w y, w z, w) with weights of at most 1, D = 4. Model
-        units.
-    """
-
-    patches: Ints
-    values: FloatArray
-
-    @property
-    def degree(self) -> tuple[int, int]:
-        """Degree (p, q)."""
-        return self.values.shape[0] - 1, self.values.shape[1] - 1
-
-    @property
-    def is_rational(self) -> bool:
-        """Whether the nets have weights."""
-        return int(self.values.shape[2]) == 4
-
-    @property
-    def piece_cost(self) -> int:
-        """Approximate cost of certifying a piece over one of the patches, in multiplications.
-
-        Blossoming takes about p + q steps, each with 10 multiplications for each of (p+1)(q+1)
-        points. Then the (p+q+1)(p+q+2) / 2 points of the triangular net are compared with the
-        reference triangle, with about 60 multiplications for each.
-        """
-        p, q = self.degree
-        return (p + q + 2) * (10 * (p + 1) * (q + 1) + 30 * (p + q + 1))
-
-    @cached_property
-    def items(self) -> FloatArray:
-        """The nets with patches as the first axis, shape (k, D, p+1, q+1)."""
-        return np.ascontiguousarray(self.values.transpose(3, 2, 0, 1))
-
-    def take(self, rows: Ints) -> FloatArray:
-        """The nets in these rows, shape (p+1, q+1, D, m)."""
-        return self.values.take(rows, axis=3)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -102,22 +53,17 @@ class PatchNets:
         """The nets of all patches of a model."""
         count = model.patch_count
         middles, sizes = np.empty((3, count)), np.empty(count)
-        members_by_shape: dict[tuple[int, ...], list[tuple[Ints, FloatArray]]] = {}
-        first = 0
+        parts, first = [], 0
         for batch in model.batches:
             patches = np.arange(first, first + batch.count)
             first += batch.count
             values, middles[:, patches], sizes[patches] = _center_nets(batch)
-            members_by_shape.setdefault(values.shape[:3], []).append((patches, values))
+            parts.append((patches, values))
+        groups = group_nets(parts)
         group, row = np.empty((2, count), dtype=np.intp)
-        groups = []
-        for number, members in enumerate(members_by_shape.values()):
-            patches = np.concatenate([ids for ids, _ in members])
-            group[patches], row[patches] = number, np.arange(len(patches))
-            groups.append(Nets(patches, np.concatenate([net for _, net in members], axis=3)))
-        return cls(
-            tuple(groups), group, row, middles, sizes, bound_lowering_error(model) + model.moved
-        )
+        for number, nets in enumerate(groups):
+            group[nets.patches], row[nets.patches] = number, np.arange(len(nets.patches))
+        return cls(groups, group, row, middles, sizes, bound_lowering_error(model) + model.moved)
 
     def split_by_group(self, patch: Ints) -> Iterator[tuple[Nets, Ints]]:
         """The groups that have some of the patches (m,), each with their indices in `patch`."""
@@ -135,7 +81,7 @@ class PatchNets:
         points = np.empty((3, len(patch)))
         for nets, indices in self._chunks(patch):
             ids = patch[indices]
-            net = nets.take(self.row[ids])
+            net = nets.values.take(self.row[ids], axis=3)
             p, q = nets.degree
             local = _combine(net, bernstein(p, u[indices]).T, bernstein(q, v[indices]).T)
             points[:, indices] = project(local) + self.middles.take(ids, axis=1)
@@ -190,22 +136,5 @@ def _center_nets(batch: Patches) -> tuple[FloatArray, FloatArray, FloatArray]:
         weights = np.ldexp(weights, -np.frexp(largest)[1])[..., np.newaxis, :]
         values = np.concatenate([values * weights, weights], axis=-2)
     if isinstance(batch, TrianglePatches):
-        values = _build_tensor_nets(values)
+        values = build_tensor_nets(values)
     return values, middles, sizes
-
-
-def _build_tensor_nets(nets: FloatArray) -> FloatArray:
-    """Triangular nets (K, D, k) as tensor nets (n+1, n+1, D, k), with s = u (1 − v) and t = v.
-
-    Each of the k nets has K points. Row j of a triangle is a curve of degree n − j. Elevated to
-    degree n, it is column j of the tensor net.
-    """
-    n = degree_of(len(nets))
-    starts = row_starts(n)
-    square = np.empty((n + 1, n + 1, *nets.shape[1:]))
-    for j in range(n + 1):
-        row = nets[starts[j] : starts[j + 1]]
-        while len(row) <= n:
-            row = elevate(row)
-        square[:, j] = row
-    return square

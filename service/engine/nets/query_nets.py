@@ -25,8 +25,9 @@ DeRose, Goldman, Hagen and Mann, Functional composition algorithms via blossomin
 on Graphics 12 (1993).
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from math import frexp, ldexp
 
 import numpy as np
@@ -34,7 +35,7 @@ import numpy as np
 from service.bases import triangle
 from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import FloatArray, Ints
-from service.bases.triangle import tensor_net
+from service.engine.nets.nets import Nets, build_tensor_nets, group_nets
 from service.surface.batches import Patches, TrianglePatches
 from service.surface.curve_model import CurvePieces
 
@@ -49,31 +50,6 @@ _QUADRILATERALS = tuple(
 
 _CHOICES = ((0, 0), (1, 0), (0, 1), (1, 1))
 """The values (α, β) of the sum in the docstring of this module."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class NetGroup:
-    """K nets of one degree (p, q), all polynomial or all rational.
-
-    Attributes
-    ----------
-    nets : ndarray of float64, shape (K, p+1, q+1, 3 or 4)
-    first : int
-        Number of the first net of the group among all nets of a model.
-    """
-
-    nets: FloatArray
-    first: int
-
-    @property
-    def degree(self) -> tuple[int, int]:
-        """Degree (p, q)."""
-        return self.nets.shape[1] - 1, self.nets.shape[2] - 1
-
-    @property
-    def is_rational(self) -> bool:
-        """Whether the nets have weights."""
-        return bool(self.nets.shape[3] == 4)
 
 
 MAX_EXPONENT = 200
@@ -118,7 +94,8 @@ class QueryNets:
 
     Attributes
     ----------
-    groups : tuple of NetGroup
+    groups : tuple of Nets
+        Homogeneous nets have the weights of the surface.
     origin : ndarray of float64, shape (3,)
     scale : float
         Model coordinates are origin + scale · (coordinates of the nets).
@@ -130,12 +107,24 @@ class QueryNets:
         Diagonal of the box of all control points, in model units.
     """
 
-    groups: tuple[NetGroup, ...]
+    groups: tuple[Nets, ...]
     origin: FloatArray
     scale: float
     patch: Ints
     corners: FloatArray
     diagonal: float
+
+    def split(self, net: Ints) -> Iterator[tuple[Nets, Ints]]:
+        """The groups that have some of the nets (m,), each with their indices in `net`."""
+        if len(self.groups) == 1:
+            yield self.groups[0], np.arange(len(net))
+            return
+        firsts = [group.first for group in self.groups]
+        number = np.searchsorted(firsts, net, side="right") - 1
+        for k, group in enumerate(self.groups):
+            indices = np.flatnonzero(number == k)
+            if len(indices):
+                yield group, indices
 
     def local(self, points: FloatArray) -> FloatArray:
         """Convert points (m, 3) from model coordinates to the coordinates of the nets."""
@@ -180,38 +169,30 @@ def surface_nets(batches: Sequence[Patches]) -> QueryNets:
     low = np.min([batch.bounds[0] for batch in batches], axis=0)
     high = np.max([batch.bounds[1] for batch in batches], axis=0)
     origin, scale, diagonal = frame(low, high)
-    parts_by_shape: dict[tuple[int, ...], list[tuple[FloatArray, Ints, FloatArray]]] = {}
+    parts: list[tuple[Ints, FloatArray]] = []
+    corners_by_shape: dict[tuple[int, ...], list[FloatArray]] = {}
     first = 0
     for batch in batches:
         points = to_homogeneous((batch.points - origin) / scale, batch.weights)
         numbers = np.arange(first, first + batch.count)
-        if isinstance(batch, TrianglePatches):
-            if batch.degree <= MAX_SPLIT_DEGREE:
-                points = _quadrilateral_nets(points, batch.degree)
-                numbers = np.tile(numbers, 3)
-                # The parameters on a triangle are (s, t), without r.
-                corners_of_nets = np.repeat(
-                    [corners[:, 1:] for corners in _QUADRILATERALS], batch.count, axis=0
-                )
-            else:
-                points = tensor_net(points)
-                corners_of_nets = np.broadcast_to(COLLAPSED_CORNERS, (batch.count, 4, 2))
-        else:
-            corners_of_nets = np.broadcast_to(UNIT_CORNERS, (batch.count, 4, 2))
-        parts_by_shape.setdefault(points.shape[1:], []).append((points, numbers, corners_of_nets))
         first += batch.count
-    groups, patches, net_corners, first_net = [], [], [], 0
-    for parts in parts_by_shape.values():
-        nets, numbers, corners_of_nets = (
-            np.concatenate(arrays) for arrays in zip(*parts, strict=True)
-        )
-        groups.append(NetGroup(np.ascontiguousarray(nets), first_net))
-        patches.append(numbers)
-        net_corners.append(corners_of_nets)
-        first_net += len(nets)
-    return QueryNets(
-        tuple(groups), origin, scale, np.concatenate(patches), np.concatenate(net_corners), diagonal
-    )
+        corners = np.broadcast_to(UNIT_CORNERS, (batch.count, 4, 2))
+        if not isinstance(batch, TrianglePatches):
+            values = points.transpose(1, 2, 3, 0)
+        elif batch.degree > MAX_SPLIT_DEGREE:
+            values = build_tensor_nets(points.transpose(1, 2, 0))
+            corners = np.broadcast_to(COLLAPSED_CORNERS, (batch.count, 4, 2))
+        else:
+            values = _build_quadrilateral_nets(points, batch.degree)
+            numbers = np.tile(numbers, 3)
+            # The parameters on a triangle are (s, t), without r.
+            corners = np.repeat([quad[:, 1:] for quad in _QUADRILATERALS], batch.count, axis=0)
+        parts.append((numbers, values))
+        corners_by_shape.setdefault(values.shape[:3], []).append(corners)
+    groups = group_nets(parts)
+    patch = np.concatenate([group.patches for group in groups])
+    corners_of_nets = np.concatenate([*chain(*corners_by_shape.values())])
+    return QueryNets(groups, origin, scale, patch, corners_of_nets, diagonal)
 
 
 def curve_nets(pieces: CurvePieces) -> QueryNets:
@@ -219,10 +200,12 @@ def curve_nets(pieces: CurvePieces) -> QueryNets:
     points = pieces.space_points
     flat = points.reshape(-1, 3)
     origin, scale, diagonal = frame(flat.min(axis=0), flat.max(axis=0))
-    nets = to_homogeneous((points - origin) / scale, pieces.weights)[:, :, np.newaxis]
+    nets = to_homogeneous((points - origin) / scale, pieces.weights)
+    values = nets.transpose(1, 2, 0)[:, np.newaxis]
     corners = np.broadcast_to(UNIT_CORNERS, (pieces.count, 4, 2))
-    group = NetGroup(np.ascontiguousarray(nets), 0)
-    return QueryNets((group,), origin, scale, np.arange(pieces.count), corners, diagonal)
+    pieces_and_nets = np.arange(pieces.count), values
+    groups = group_nets([pieces_and_nets])
+    return QueryNets(groups, origin, scale, groups[0].patches, corners, diagonal)
 
 
 def frame(low: FloatArray, high: FloatArray) -> tuple[FloatArray, float, float]:
@@ -236,10 +219,10 @@ def frame(low: FloatArray, high: FloatArray) -> tuple[FloatArray, float, float]:
     return low + sides / 2, scale, scale * float(np.linalg.norm(sides / scale))
 
 
-def _quadrilateral_nets(nets: FloatArray, degree: int) -> FloatArray:
+def _build_quadrilateral_nets(nets: FloatArray, degree: int) -> FloatArray:
     """Tensor-product nets of the three quadrilaterals of each triangle.
 
-    `nets` are triangular nets (K, points, D) of degree n; the result has shape (3 K, n+1, n+1, D).
+    `nets` are triangular nets (K, points, D) of degree n; the result has shape (n+1, n+1, D, 3 K).
     """
     results = []
     for corners in _QUADRILATERALS:
@@ -264,5 +247,5 @@ def _quadrilateral_nets(nets: FloatArray, degree: int) -> FloatArray:
                 value *= (rising if beta else falling)[:, None, None, None]
                 next_g[alpha : alpha + m + 1, beta : beta + m + 1] += value
             g = next_g
-        results.append(g[:, :, :, 0].transpose(2, 0, 1, 3))
-    return np.concatenate(results)
+        results.append(g[:, :, :, 0].transpose(0, 1, 3, 2))
+    return np.concatenate(results, axis=3)

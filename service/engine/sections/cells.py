@@ -41,7 +41,8 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.cancellation import checkpoint
 from service.engine.cells.cells import Cells, NetCells
-from service.engine.nets.query_nets import NetGroup, QueryNets
+from service.engine.nets.nets import Nets
+from service.engine.nets.query_nets import QueryNets
 from service.engine.sections.borders import ONE
 from service.engine.sections.values import Planes
 from service.engine.vectors import project
@@ -187,7 +188,7 @@ class OpenCells(NetCells):
         return OpenCells.join(parts)
 
 
-def build_cells(group: NetGroup, planes: LocalPlanes, plane: Ints, net: Ints) -> OpenCells:
+def build_cells(group: Nets, planes: LocalPlanes, plane: Ints, net: Ints) -> OpenCells:
     """Whole nets of a group as cells, one for each pair of a plane and a net.
 
     `plane` and `net`, shape (m,), are the numbers of each pair; `net` counts the nets of all

@@ -34,7 +34,7 @@ from service.bases.row_batches import row_slices
 from service.engine.bounds.chords import bound_chord_deviations
 from service.engine.cells.cells import Cells
 from service.engine.nets.blossoms import restrict
-from service.engine.nets.query_nets import NetGroup
+from service.engine.nets.nets import Nets
 from service.engine.sections.cells import LocalPlanes
 from service.engine.vectors import cross, dot, length, normalize, project
 
@@ -75,7 +75,7 @@ class Pieces(Cells):
     axis: Ints
 
 
-def bound_pieces(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
+def bound_pieces(group: Nets, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
     """Bound the distances of pieces of nets of one group from their chords: shape (2, m).
 
     The first row does not include rounding, and decreases when the rectangles are halved. The
@@ -88,7 +88,7 @@ def bound_pieces(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatA
     return bounds
 
 
-def _bound(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
+def _bound(group: Nets, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
     """Apply the theorem to some pieces; the result is as in `bound_pieces`."""
     nets = group.nets[pieces.net - group.first]
     first, last = _evaluate(nets, pieces.begin), _evaluate(nets, pieces.end)
@@ -126,7 +126,7 @@ def _bound(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
     return np.stack([np.hypot(distance_beside, np.maximum(length_beyond, 0.0)), slack])
 
 
-def bound_sides(group: NetGroup, net: Ints, rectangle: FloatArray, axis: int) -> FloatArray:
+def bound_sides(group: Nets, net: Ints, rectangle: FloatArray, axis: int) -> FloatArray:
     """Bound the distances (m,) of sides of cells from their chords.
 
     The rectangles (4, m) are sides: they have a length along `axis` alone.
@@ -137,7 +137,7 @@ def bound_sides(group: NetGroup, net: Ints, rectangle: FloatArray, axis: int) ->
     return bounds + bound_rounding(group.nets)
 
 
-def bound_sizes(group: NetGroup, net: Ints, rectangle: FloatArray) -> FloatArray:
+def bound_sizes(group: Nets, net: Ints, rectangle: FloatArray) -> FloatArray:
     """Bound the diameters (m,) of the pieces of surface over rectangles (4, m)."""
     sizes = np.empty(len(net))
     for rows in row_slices(len(sizes), group.nets[0].size, MAX_NUMBERS):

@@ -19,7 +19,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import row_slices
 from service.cancellation import checkpoint
-from service.engine.nets.query_nets import NetGroup
+from service.engine.nets.nets import Nets
 from service.engine.sections.borders import ONE
 from service.engine.sections.cells import (
     COPLANAR,
@@ -73,7 +73,7 @@ class CellSearch:
         The largest bound of the distance of a piece from its chord.
     """
 
-    group: NetGroup
+    group: Nets
     planes: LocalPlanes
     width: int
     tolerance: float

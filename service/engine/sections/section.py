@@ -134,8 +134,7 @@ class _Search:
         parts: list[EndedCells] = []
         coplanar = [np.zeros((0, 2), np.intp)]
         width = 1 + max(max(group.degree) for group in self.nets.groups)
-        for group in self.nets.groups:
-            rows = np.flatnonzero((net >= group.first) & (net < group.first + len(group.nets)))
+        for group, rows in self.nets.split(net):
             search = CellSearch(group, self.local, width, self.tolerance, self._allow)
             ended, is_coplanar = search.find(plane[rows], net[rows])
             self.deviation = max(self.deviation, search.deviation)
@@ -242,8 +241,7 @@ class _Search:
         """
         net, rectangle = cells.net[rows], cells.rectangle[:, rows] / ONE
         size = np.zeros(len(rows))
-        for group in self.nets.groups:
-            own = np.flatnonzero((net >= group.first) & (net < group.first + len(group.nets)))
+        for group, own in self.nets.split(net):
             size[own] = bound_sizes(group, net[own], rectangle[:, own])
         self.deviation = max(self.deviation, float(2 * (distances + size).max()))
 

@@ -17,7 +17,8 @@ from service.engine.bounds.faces import SPAN, Faces
 from service.engine.bounds.goal import Goal
 from service.engine.cells.cells import Cells
 from service.engine.nets.blossoms import restrict
-from service.engine.nets.patch_nets import Nets, PatchNets
+from service.engine.nets.nets import Nets
+from service.engine.nets.patch_nets import PatchNets
 from service.engine.nets.subdivision import elevate
 from service.engine.vectors import Vectors, project
 
@@ -135,7 +136,10 @@ class Task:
 
     def estimate_work(self, face: Ints, places: Ints) -> float:
         """Approximate cost of certifying triangles (3, 2, m) of places, in multiplications."""
-        costs = np.array([nets.piece_cost for nets in self.patch_nets.groups], dtype=np.float64)
+        costs = np.array(
+            [_estimate_piece_cost(*nets.degree) for nets in self.patch_nets.groups],
+            dtype=np.float64,
+        )
         costs = costs[self.patch_nets.group[self.faces.first[face]]]
         # A triangle has pieces in half of the patches of its box, and in those along one of its
         # edges: 1.5 pieces if each face is one patch.
@@ -217,9 +221,19 @@ def build_quadratic_matrix(degree: int) -> FloatArray:
 def restrict_to_cells(nets: Nets, rows: Ints, cells: FaceCells) -> FloatArray:
     """Nets over cells of one span, with degrees of at least 2, from patches in rows of `nets`."""
     if (cells.extents == SPAN).all():
-        return elevate_to_quadratics(nets.take(rows))
+        return elevate_to_quadratics(nets.values.take(rows, axis=3))
     low, high = cells.rectangle[::2], cells.rectangle[1::2]
     first = low // SPAN * SPAN
     ends = np.array([low - first, high - first]) / SPAN  # parameters of the patch
     boxes = restrict(nets.items.take(rows, axis=0), ends)
     return elevate_to_quadratics(np.ascontiguousarray(boxes.transpose(2, 3, 1, 0)))
+
+
+def _estimate_piece_cost(p: int, q: int) -> int:
+    """Approximate cost of certifying a piece over a patch of degree (p, q), in multiplications.
+
+    Blossoming takes about p + q steps, each with 10 multiplications for each of (p+1)(q+1) points.
+    Then the (p+q+1)(p+q+2) / 2 points of the triangular net are compared with the reference
+    triangle, with about 60 multiplications for each.
+    """
+    return (p + q + 2) * (10 * (p + 1) * (q + 1) + 30 * (p + q + 1))

@@ -27,7 +27,7 @@ from service.engine.adaptive.cutting.span_estimate import estimate_span_cells
 from service.engine.adaptive.cutting.span_pieces import BLOCK as SPAN_BLOCK
 from service.engine.adaptive.cutting.span_pieces import NinePoints, count_spans
 from service.engine.bounds.faces import SPAN
-from service.engine.nets.patch_nets import Nets
+from service.engine.nets.nets import Nets
 from service.engine.nets.subdivision import halve
 
 BLOCK = 1 << 18

@@ -23,7 +23,8 @@ from service.engine.adaptive.limits import MeshLimits
 from service.engine.bounds.faces import SPAN, find_faces
 from service.engine.bounds.goal import Goal
 from service.engine.connectivity.seams import find_seams
-from service.engine.nets.patch_nets import Nets, PatchNets
+from service.engine.nets.nets import Nets
+from service.engine.nets.patch_nets import PatchNets
 from service.engine.nets.subdivision import halve
 from service.surface.bspline import BsplineSurface
 from service.surface.lowered import PatchModel
