@@ -5,11 +5,12 @@ Work on one batch of rows at a time keeps temporary arrays small. Equal rows are
 
 from collections.abc import Iterator
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from service.bases.arrays import FloatArray, Ints
+from service.bases.arrays import Bools, FloatArray, Ints
 from service.cancellation import checkpoint
 
 
@@ -49,6 +50,12 @@ def expand_runs(count: Ints, first: Ints | int = 0) -> tuple[Ints, Ints]:
     """
     run = np.arange(len(count)).repeat(count)
     return run, np.arange(len(run)) + (first - count.cumsum() + count)[run]
+
+
+def split_runs(is_break: Bools) -> list[slice]:
+    """The runs of N rows, as slices: row k + 1 begins a new run if `is_break[k]`, (N − 1,)."""
+    ends = [0, *(np.flatnonzero(is_break) + 1).tolist(), len(is_break) + 1]
+    return [slice(begin, end) for begin, end in pairwise(ends)]
 
 
 def unique_values(values: NDArray[np.uint64] | Ints) -> tuple[Ints, Ints]:

@@ -3,15 +3,19 @@
 `service.engine.adaptive.meshing` builds meshes by tolerance.
 """
 
+import numpy as np
+
+from service.engine.extent import AT_ZERO
 from service.engine.joining.join import Allow, allow_any, join
 from service.engine.joining.members import join_group
 from service.engine.mesh.mesh import Mesh, Overlay
+from service.engine.mesh.overlays import draw_overlays
 from service.engine.options import MeshOptions
 from service.engine.quantize import quantize
 from service.engine.scenes.apart import separate_members
 from service.engine.scenes.scene import Scene, arrange, flatten, round_to_single
 from service.engine.sweeps.sweep import sweep
-from service.engine.tessellate import draw_overlays_alone, tessellate
+from service.engine.tessellate import tessellate
 from service.engine.wires.draw import add_wires, draw_without_faces, line_overlay
 from service.engine.wires.isocurves import sample_isocurves
 from service.measuring import Measured
@@ -64,7 +68,7 @@ def draw_lines(model: PatchModel, options: MeshOptions) -> tuple[Overlay, ...]:
 
     Positions are float64 in model coordinates.
     """
-    overlays = draw_overlays_alone(model, options)
+    overlays = draw_overlays(model, options, AT_ZERO, np.float64)
     if options.has_wires:
         curves = sample_isocurves(model, options.resolution, options.isocurves)
         overlays = (*overlays, line_overlay(curves))

@@ -49,8 +49,8 @@ class MeshOptions:
         Two control points on borders count as one point if their distance is at most the larger of
         two lengths: this share of the diagonal of the box about the control points; and the
         rounding error of coordinates and knots, but at most `MAX_WELD_TOLERANCE` of this diagonal
-        (`service.engine.connectivity.equal_points`). 0 turns both off: only points that are equal
-        bit for bit then count as one.
+        (`find_weld_distance`). 0 turns both off: only points that are equal bit for bit then count
+        as one.
     overlays : tuple of names
         Lines to draw beside the faces.
     isocurves : (n_u, n_v)

@@ -23,7 +23,7 @@ from service.engine.extent import AT_ZERO, choose_origin, find_stored_bounds
 from service.engine.joining.join import Allow, allow_any, join, join_further
 from service.engine.mesh.channels import match_values, split_by_kind
 from service.engine.mesh.filling import SampleRows, fill_vertices, sample_model
-from service.engine.mesh.mesh import Mesh, MeshPart, MeshReport, Overlay, find_ranges
+from service.engine.mesh.mesh import Mesh, MeshPart, MeshReport, find_ranges
 from service.engine.mesh.overlays import draw_overlays
 from service.engine.options import MeshOptions
 from service.engine.plans.face_plan import FacePlan, plan_faces
@@ -106,11 +106,6 @@ def tessellate(
         colors=colors,
         attributes=attributes,
     )
-
-
-def draw_overlays_alone(model: PatchModel, options: MeshOptions) -> tuple[Overlay, ...]:
-    """The overlays alone, in float64 and model coordinates, for formats without meshes."""
-    return draw_overlays(model, options, AT_ZERO, np.float64)
 
 
 def predict_size(model: PatchModel, options: MeshOptions) -> tuple[int, int, int]:

@@ -10,9 +10,9 @@ from service.engine.options import MeshOptions
 from service.engine.plans.counts import Counts
 from service.engine.sweeps.sweep import predict_sweep
 from service.engine.tessellate import predict_size
+from service.engine.wires.divisions import bound_isocurves
 from service.engine.wires.draw import NAME as WIRES
 from service.engine.wires.draw import bound_solid_counts
-from service.engine.wires.isocurves import bound_isocurves
 from service.surface.curve_model import SweepModel
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sizes import SurfaceSize

@@ -27,8 +27,8 @@ from service.engine.bounds.second_derivatives import bound_second_derivatives
 from service.engine.connectivity.seams import Seams, find_seams
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.options import MeshOptions
+from service.engine.wires.divisions import count_goal_divisions
 from service.engine.wires.draw import bound_solid_counts
-from service.engine.wires.goal_divisions import count_goal_divisions
 from service.engine.wires.isocurves import IsoCurves, sample_divided_isocurves
 from service.errors import InvalidRequest, Issue, TooLarge, count_nouns
 from service.surface.batches import TrianglePatches

@@ -183,7 +183,8 @@ def _compare_borders(first: _Border, last: _Border) -> Continuity | None:
 
     None if their weights differ by more than a common factor.
     """
-    if not _has_equal_weights(first, last):
+    first_shares, last_shares = (b.line_weights / b.line_weights.max() for b in (first, last))
+    if not (np.abs(first_shares - last_shares) <= SAME_WEIGHT).all():
         return None
     degree = first.line.shape[1] - 1
     parameters = sample_parameters(4 * degree)
@@ -232,9 +233,3 @@ def _find_normals(
         normal, normal_length[..., np.newaxis], where=is_plane[..., np.newaxis], out=normal
     )
     return unit, is_plane
-
-
-def _has_equal_weights(first: _Border, last: _Border) -> bool:
-    """Whether the weights of two borders are the same up to a common factor."""
-    first_shares, last_shares = (b.line_weights / b.line_weights.max() for b in (first, last))
-    return bool((np.abs(first_shares - last_shares) <= SAME_WEIGHT).all())

@@ -47,10 +47,7 @@ def connect(model: PatchModel) -> Seams:
 def connect_if_apart(model: PatchModel, tolerance: float) -> Seams | None:
     """The seams that `connect` returns, or None if unequal points or weights may be near.
 
-    Parameters
-    ----------
-    tolerance : float
-        Points are near if their distance is at most this share of the model's diagonal.
+    `tolerance` is `MeshOptions.weld_tolerance`.
     """
     batches = model.batches
     points = [border_points(batch) for batch in batches]

@@ -27,6 +27,7 @@ from itertools import pairwise
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.row_batches import split_runs
 from service.bases.triangle import exponents, find_index
 from service.engine.connectivity.incidence import Connectivity
 from service.surface.batches import Patches, TensorPatches
@@ -159,11 +160,13 @@ def _take_patches(model: PatchModel, is_kept: Bools) -> PatchModel:
     numbers: list[Ints] = []
     count = 0
     for surface in surfaces_of(model):
-        rows, columns = len(surface.u) - 1, len(surface.v) - 1
-        grid = surface.first + np.arange(rows * columns).reshape(rows, columns)
-        for (row_begin, row_end), (column_begin, column_end) in _rectangles(is_kept[grid]):
-            block = grid[row_begin:row_end, column_begin:column_end].ravel()
-            u, v = surface.u[row_begin : row_end + 1], surface.v[column_begin : column_end + 1]
+        grid = surface.first + np.arange(surface.patch_count).reshape(len(surface.u) - 1, -1)
+        for rows, columns in _find_rectangles(is_kept[grid]):
+            block = grid[rows, columns].ravel()
+            u, v = (
+                surface.u[rows.start : rows.stop + 1],
+                surface.v[columns.start : columns.stop + 1],
+            )
             domains.append(Domain(u, v, count))
             numbers.append(block)
             count += len(block)
@@ -176,15 +179,10 @@ def _take_patches(model: PatchModel, is_kept: Bools) -> PatchModel:
     return rebuild(model, kept_batches, old_numbers, tuple(domains))
 
 
-def _rectangles(cells: Bools) -> Iterator[tuple[tuple[int, int], tuple[int, int]]]:
-    """Yields rows and columns (begin, end) of rectangles that cover each true cell (m, n) once."""
-    for row_begin, row_end in _runs((cells[1:] != cells[:-1]).any(axis=1)):
-        row = cells[row_begin]
-        for column_begin, column_end in _runs(row[1:] != row[:-1]):
-            if row[column_begin]:
-                yield (row_begin, row_end), (column_begin, column_end)
-
-
-def _runs(changes: Bools) -> Iterator[tuple[int, int]]:
-    """Yields runs (begin, end) of equal lines; `changes` says which lines differ from the next."""
-    return pairwise([0, *(np.flatnonzero(changes) + 1).tolist(), len(changes) + 1])
+def _find_rectangles(cells: Bools) -> Iterator[tuple[slice, slice]]:
+    """Yields rows and columns of rectangles that cover each true cell (m, n) once."""
+    for rows in split_runs((cells[1:] != cells[:-1]).any(axis=1)):
+        row = cells[rows.start]
+        for columns in split_runs(row[1:] != row[:-1]):
+            if row[columns.start]:
+                yield rows, columns

@@ -65,9 +65,9 @@ def find_lowest_degree_edges(
         _, first, number = np.unique(pair_of_edge, return_index=True, return_inverse=True)
         # For each row, the first row of the same curve. The key of a row, `first[number]`, is the
         # first row with the same two corners.
-        lowest = find_leaders(
-            first[number], _to_comparable_rows(curves, edge, is_backward, common_degree), SAME_CURVE
-        )
+        nets = raise_nets(curves, edge, common_degree)
+        nets[is_backward] = nets[is_backward, ::-1]
+        lowest = find_leaders(first[number], _to_comparable_rows(nets), SAME_CURVE)
         has_lower_degree = degree[edge[lowest]] < degree[edge]
         leader[edge[has_lower_degree]] = edge[lowest[has_lower_degree]]
         is_reversed[edge[has_lower_degree]] = (
@@ -105,15 +105,12 @@ def find_candidates(connectivity: Connectivity, degree: Ints) -> tuple[Ints, Int
     )
 
 
-def _to_comparable_rows(
-    curves: Sequence[EdgeCurves], edge: Ints, is_backward: Bools, degree: int
-) -> FloatArray:
-    """A row of numbers for each edge; the rows of nearly equal curves are nearly equal.
+def raise_nets(curves: Sequence[EdgeCurves], edge: Ints, degree: int) -> FloatArray:
+    """The nets of edges raised to a degree n: points and weights, shape (m, n+1, 4).
 
-    A row has the control points of the edge after raising its degree, in units of the largest
-    coordinate, the logarithms of the weights, and the logarithm of the largest coordinate.
+    `edge` (m,) are numbers of edges; polynomial edges have weights 1.
     """
-    nets = np.zeros((len(edge), degree + 1, 4))
+    nets = np.ones((len(edge), degree + 1, 4))
     for group in curves:
         row_of_edge = np.searchsorted(group.ids, edge).clip(max=len(group.ids) - 1)
         rows = np.flatnonzero(group.ids[row_of_edge] == edge)
@@ -123,8 +120,17 @@ def _to_comparable_rows(
         points, weights = elevate((group.points[row_of_edge[rows]].swapaxes(0, 1), weights), degree)
         nets[rows, :, :3] = points.swapaxes(0, 1)
         if weights is not None:
-            nets[rows, :, 3] = np.log(weights / weights.max(axis=0)).T
-    nets[is_backward] = nets[is_backward, ::-1]
+            nets[rows, :, 3] = weights.T
+    return nets
+
+
+def _to_comparable_rows(nets: FloatArray) -> FloatArray:
+    """A row of numbers for each net (m, n+1, 4); the rows of nearly equal curves are nearly equal.
+
+    A row has the control points in units of the largest coordinate, the logarithms of the weights,
+    and the logarithm of the largest coordinate.
+    """
     size = np.abs(nets[..., :3]).max(axis=(1, 2))
     nets[..., :3] /= size[:, None, None]
-    return np.concatenate([nets.reshape(len(edge), -1), np.log(size)[:, None]], axis=1)
+    nets[..., 3] = np.log(nets[..., 3] / nets[..., 3].max(axis=1, keepdims=True))
+    return np.concatenate([nets.reshape(len(nets), -1), np.log(size)[:, None]], axis=1)

@@ -11,7 +11,7 @@ equal bit for bit. If not, `service.engine.connectivity.seams` compares all coor
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from service.engine.connectivity.seams import Seams
 from service.surface.batches import Patches, TrianglePatches
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False)
 class EdgePattern:
     """A connectivity, and the numbers of the border points at its corners and on its edges.
 
@@ -42,8 +42,6 @@ class EdgePattern:
     sides : tuple of (ndarray of int, shape (S_n, n+1), ndarray of int, shape (S_n,))
         For each degree n, the border points of all sides, in the directions of their edges, and the
         row of `edges` for each side.
-    is_certain : bool
-        False if edges of several degrees may be one curve.
     equal : EqualPoints
         Which border points are equal.
     """
@@ -53,8 +51,20 @@ class EdgePattern:
     ids: tuple[Ints, ...]
     edges: tuple[Ints, ...]
     sides: tuple[tuple[Ints, Ints], ...]
-    is_certain: bool
     equal: EqualPoints
+
+    @property
+    def edge_degrees(self) -> Ints:
+        """The degree of each edge, (E,)."""
+        return np.concatenate([np.full(len(rows), rows.shape[1] - 1) for rows in self.edges])
+
+    @cached_property
+    def is_certain(self) -> bool:
+        """Whether no lines of several degrees have the same two ends: these may be one curve."""
+        # The only edges of degree 0 are fourth sides of triangles, which are points.
+        if np.count_nonzero([rows.shape[1] > 1 for rows in self.edges]) < 2:
+            return True
+        return not len(find_candidates(self.connectivity, self.edge_degrees)[0])
 
     @property
     def nbytes(self) -> int:
@@ -212,22 +222,11 @@ def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
         corner=corner,
         corner_count=len(first_at_corner),
     )
-    is_certain = not _may_be_raised(connectivity, edges)
     return EdgePattern(
         connectivity,
         corner_points.ravel()[first_at_corner],
         tuple(ids),
         tuple(edges),
         tuple(sides_by_degree),
-        is_certain,
-        EqualPoints.from_number(numbers),
+        EqualPoints(numbers, np.flatnonzero(numbers == np.arange(len(numbers)))),
     )
-
-
-def _may_be_raised(connectivity: Connectivity, edges: Sequence[Ints]) -> bool:
-    """Whether lines of different degrees join the same two corners: they may be one curve."""
-    # The only edges of degree 0 are fourth sides of triangles, which are points.
-    if np.count_nonzero([rows.shape[1] > 1 for rows in edges]) < 2:
-        return False
-    degree = np.concatenate([np.full(len(rows), rows.shape[1] - 1) for rows in edges])
-    return len(find_candidates(connectivity, degree)[0]) > 0

@@ -41,6 +41,17 @@ class EdgeCurves:
         return EdgeCurves(self.ids[is_taken], self.points[is_taken], weights)
 
 
+def join_curves(parts: Sequence[EdgeCurves]) -> EdgeCurves:
+    """One value with the curves of all parts, which have one degree."""
+    weights = None
+    if any(part.weights is not None for part in parts):
+        weights = np.concatenate(
+            [np.ones(p.points.shape[:2]) if p.weights is None else p.weights for p in parts]
+        )
+    points = np.concatenate([part.points for part in parts])
+    return EdgeCurves(np.concatenate([part.ids for part in parts]), points, weights)
+
+
 METHODS: Mapping[Method, Callable[[FloatArray, int], FloatArray]] = MappingProxyType(
     {
         "de_casteljau": de_casteljau.evaluate_curves,

@@ -1,15 +1,12 @@
 """Finds points that are equal bit for bit, and the distance within which points count as one.
 
 Connectivity compares points bit for bit; before that, `service.engine.joining` makes near points
-equal. Two points are near if their distance is at most the weld distance. This distance is
-`weld_tolerance` times the diagonal of the model, unless rounding moves points further:
+equal: those that are at most the weld distance apart (`MeshOptions.weld_tolerance`). This distance
+allows for the rounding of
 
-- A coordinate x has a rounding error of some 2^-53 |x|.
-- A knot t has a rounding error of some 2^-53 |t|. While the parameter runs over the knot vector, of
-  length r, a point moves by a few diagonals D. So the error of the knot moves a point by some
-  2^-53 |t| D / r.
-
-The distance is at most `MAX_WELD_TOLERANCE` of the diagonal.
+- a coordinate x, some 2^-53 |x|; and
+- a knot t, some 2^-53 |t|: while the parameter runs over the knot vector, of length r, a point
+  moves by a few diagonals D, so this error moves it by some 2^-53 |t| D / r.
 """
 
 from dataclasses import dataclass
@@ -73,11 +70,6 @@ class EqualPoints:
 
     number: Ints
     leaders: Ints
-
-    @staticmethod
-    def from_number(number: Ints) -> "EqualPoints":
-        """Makes the value from a result of `find_equal_points`."""
-        return EqualPoints(number, np.flatnonzero(number == np.arange(len(number))))
 
     def fits(self, points: FloatArray, reach: float) -> bool:
         """Whether `points` (N, 3) have these equal points, and unequal points are not near.

@@ -17,7 +17,7 @@ from service.bases.row_batches import find_first_rows, unique_rows
 from service.cancellation import checkpoint
 from service.engine.clustering import find_leaders
 from service.engine.connectivity.degree_matching import find_lowest_degree_edges
-from service.engine.connectivity.edges import EdgeCurves, orient_edges
+from service.engine.connectivity.edges import EdgeCurves, join_curves, orient_edges
 from service.engine.connectivity.incidence import SAME_WEIGHT, Connectivity
 from service.surface.batches import Patches
 
@@ -117,10 +117,12 @@ def find_seams(batches: Sequence[Patches]) -> Seams:
     backward = np.empty(total * 4, dtype=bool)
     curves: list[EdgeCurves] = []
     edge_count = 0
-    for sides in _sides_by_degree(batches):
+    for sides in _list_sides(batches):
         checkpoint()
-        points, weights, is_reversed = orient_edges(sides.points, sides.weights)
-        side_numbers = sides.numbers
+        side_numbers, weights = sides.ids, sides.weights
+        if weights is not None:  # a common factor of weights does not change a curve
+            weights = weights / weights.max(axis=1, keepdims=True)
+        points, weights, is_reversed = orient_edges(sides.points, weights)
         if weights is not None:
             # If the weights of an edge differ by rounding, the edge gets the least of them, so that
             # the order of the patches does not matter.
@@ -176,35 +178,13 @@ def _join_degrees(seams: Seams) -> Seams:
     return Seams(joined, seams.corner_points, curves)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class _Sides:
-    """All sides of one degree: their numbers (patch · 4 + side) and their control points."""
-
-    numbers: Ints
-    points: FloatArray
-    weights: FloatArray | None
-
-
-def _sides_by_degree(batches: Sequence[Patches]) -> list[_Sides]:
-    """The sides of all patches, one value for each degree, in ascending order."""
-    groups: dict[int, list[_Sides]] = {}
+def _list_sides(batches: Sequence[Patches]) -> list[EdgeCurves]:
+    """The sides of all patches, numbered patch · 4 + side: one value for each degree, ascending."""
+    groups: dict[int, list[EdgeCurves]] = {}
     first = 0
     for batch in batches:
         patches = 4 * (first + np.arange(batch.count))
         first += batch.count
         for side, degree in enumerate(batch.side_degrees):
-            groups.setdefault(degree, []).append(_Sides(patches + side, *batch.side(side)))
-    return [_join_sides(groups[degree]) for degree in sorted(groups)]
-
-
-def _join_sides(parts: list[_Sides]) -> _Sides:
-    """One value with the sides of all parts, which have one degree."""
-    points = np.concatenate([part.points for part in parts])
-    weights = None
-    if any(part.weights is not None for part in parts):
-        weights = np.concatenate(
-            [np.ones(p.points.shape[:2]) if p.weights is None else p.weights for p in parts]
-        )
-        # A common factor of weights does not change a curve.
-        weights = weights / weights.max(axis=1, keepdims=True)
-    return _Sides(np.concatenate([part.numbers for part in parts]), points, weights)
+            groups.setdefault(degree, []).append(EdgeCurves(patches + side, *batch.side(side)))
+    return [join_curves(groups[degree]) for degree in sorted(groups)]

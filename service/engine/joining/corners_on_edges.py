@@ -5,15 +5,14 @@ from the nearest of some samples to the nearest parameter t. The corner is on th
 most `reach`, in model units, from c.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import bernstein
-from service.bases.row_batches import row_slices
+from service.bases.row_batches import expand_runs, row_slices, split_runs
 from service.cancellation import checkpoint
-from service.engine.joining.near_points import run_starts
 from service.engine.joining.open_edges import OpenEdges, join_open_edges
 
 STEPS = 12
@@ -92,14 +91,14 @@ def find_corner_candidates(edges: OpenEdges, reach: float) -> tuple[Ints, Ints]:
     corners, extents = corners[order], extents[order]
     begin = np.searchsorted(extents[:, axis], low[:, axis])
     end = np.searchsorted(extents[:, axis], high[:, axis], side="right")
-    if (end - begin).sum() > 16 * MAX_PAIRS:
+    counts = end - begin
+    if counts.sum() > 16 * MAX_PAIRS:
         return np.empty(0, np.intp), np.empty(0, np.intp)
     pairs = []
-    for run in _split_by_count(end - begin, CHUNK):
-        counts = (end - begin)[run]
-        edge = np.repeat(np.arange(run.start, run.stop), counts)
-        position = np.arange(len(edge)) - np.repeat(np.cumsum(counts) - counts, counts)
-        position += np.repeat(begin[run], counts)
+    # Runs of edges that are compared with about `CHUNK` corners.
+    for run in split_runs(np.diff(np.cumsum(counts) // CHUNK) > 0):
+        edge, position = expand_runs(counts[run], begin[run])
+        edge += run.start
         is_inside = (corners[position] != edges.begin[edge]) & (
             corners[position] != edges.end[edge]
         )
@@ -111,14 +110,6 @@ def find_corner_candidates(edges: OpenEdges, reach: float) -> tuple[Ints, Ints]:
         pairs.append((edge[is_inside], corners[position[is_inside]]))
         checkpoint()
     return np.concatenate([e for e, _ in pairs]), np.concatenate([c for _, c in pairs])
-
-
-def _split_by_count(counts: Ints, count_limit: int) -> Iterator[slice]:
-    """Slices of consecutive items; their counts add up to about `count_limit`."""
-    group = np.cumsum(counts) // count_limit
-    starts = run_starts(group)
-    for start, stop in zip(starts.tolist(), [*starts[1:].tolist(), len(counts)], strict=True):
-        yield slice(start, stop)
 
 
 def place_corners(

@@ -11,7 +11,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.bases.polynomials import Net, split
-from service.engine.joining.near_points import run_starts
+from service.bases.row_batches import split_runs
 from service.engine.joining.shared_curves import Cuts
 from service.surface.batches import Patches, TensorPatches
 from service.surface.lowered import Domain, PatchModel
@@ -63,12 +63,8 @@ def find_lines(model: PatchModel, cuts: Cuts) -> Lines:
 def cut(model: PatchModel, lines: Lines) -> PatchModel:
     """The model with its surfaces cut along lines; parts and parameters of points stay the same."""
     surfaces = surfaces_of(model)
-    starts = run_starts(lines.surface)
-    stops = np.append(starts[1:], len(lines.at))
-    runs = {
-        number: slice(start, stop)
-        for number, start, stop in zip(lines.surface[starts].tolist(), starts, stops, strict=True)
-    }
+    is_break = lines.surface[1:] != lines.surface[:-1]
+    runs = {int(lines.surface[run.start]): run for run in split_runs(is_break)}
     ends = np.cumsum([batch.count for batch in model.batches]).tolist()
     pieces: list[list[Patches]] = [[] for _ in model.batches]
     owners: list[Ints] = []

@@ -45,8 +45,7 @@ def join(model: PatchModel, tolerance: float, allow: Allow = allow_any) -> tuple
     Parameters
     ----------
     tolerance : float
-        The largest distance of points that count as equal, as a share of the diagonal of the box
-        about the control points; 0 changes nothing.
+        `MeshOptions.weld_tolerance`; 0 changes nothing.
     allow : callable
         Called with each model that was cut; it raises an error if the model is too large.
     """

@@ -36,8 +36,8 @@ def find_neighbours(
 
     Two members may meet if a corner of one member is on the border of the other, and both have the
     same channels. `seams` has the seams of each model by its number; sweeps have none. `tolerance`
-    is the largest distance of points that count as equal, as a share of the diagonal of the box
-    about the corners. The result has the numbers of members, in order.
+    is `MeshOptions.weld_tolerance`; the diagonal is here that of the box about the corners. The
+    result has the numbers of members, in order.
     """
     placed: list[OpenEdges] = []
     members_of_borders: list[int] = []

@@ -66,8 +66,7 @@ def join_members(group: GroupModel, tolerance: float, allow: Allow = allow_any) 
     Parameters
     ----------
     tolerance : float
-        The largest distance of points that count as equal, as a share of the diagonal of the box
-        about the control points; with 0 no member is joined.
+        `MeshOptions.weld_tolerance`; with 0 no member is joined.
     allow : callable
         Called with each model that was cut or joined; it raises an error if the model is too large.
     """

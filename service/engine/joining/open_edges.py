@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.engine.connectivity.edges import EdgeCurves
+from service.engine.connectivity.edges import EdgeCurves, join_curves
 from service.engine.connectivity.seams import Seams
 
 
@@ -76,20 +76,10 @@ def join_open_edges(borders: Sequence[OpenEdges]) -> tuple[OpenEdges, Ints, Ints
             form = curve.points.shape[1], curve.weights is None
             curves_by_form.setdefault(form, []).append(replace(curve, ids=curve.ids + first))
     edges = OpenEdges(
-        curves=tuple(map(_join_curves, curves_by_form.values())),
+        curves=tuple(map(join_curves, curves_by_form.values())),
         begin=np.concatenate([b.begin + k for b, k in zip(borders, first_corners, strict=True)]),
         end=np.concatenate([b.end + k for b, k in zip(borders, first_corners, strict=True)]),
         corners=np.concatenate([border.corners for border in borders]),
     )
     numbers = np.arange(len(borders))
     return edges, np.repeat(numbers, edge_counts), np.repeat(numbers, corner_counts)
-
-
-def _join_curves(curves: Sequence[EdgeCurves]) -> EdgeCurves:
-    """One value with all curves, which have one degree and are all rational or all polynomial."""
-    weights = [curve.weights for curve in curves if curve.weights is not None]
-    return EdgeCurves(
-        np.concatenate([curve.ids for curve in curves]),
-        np.concatenate([curve.points for curve in curves]),
-        np.concatenate(weights) if weights else None,
-    )

@@ -11,10 +11,10 @@ from functools import cached_property
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.bases.polynomials import elevate
 from service.engine.clustering import find_leaders
-from service.engine.connectivity.degree_matching import find_candidates
+from service.engine.connectivity.degree_matching import find_candidates, raise_nets
 from service.engine.connectivity.edge_patterns import EdgePattern
+from service.engine.connectivity.edges import EdgeCurves
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,52 +52,49 @@ def replace_by_raised_nets(
     edges must already have equal corners.
     """
     comparable_weights = None if weights is None else weights.values / weights.factors
-    connectivity = pattern.connectivity
-    begin, end = connectivity.ends
-    degree = np.concatenate([np.full(len(rows), rows.shape[1] - 1) for rows in pattern.edges])
-    # Edges are numbered by ascending degree: `first[k]` is the first edge of `pattern.edges[k]`.
-    first = np.cumsum([0, *(len(rows) for rows in pattern.edges)])
+    curves = [
+        EdgeCurves(
+            ids, points[rows], None if comparable_weights is None else comparable_weights[rows]
+        )
+        for ids, rows in zip(pattern.ids, pattern.edges, strict=True)
+    ]
+    begin, end = pattern.connectivity.ends
+    degree = pattern.edge_degrees
     # The edges whose corners are also those of an edge of another degree, a number for the corners
     # of each, and the highest degree between these corners.
-    pair, edges, higher_degree = find_candidates(connectivity, degree)
+    pair, edges, higher_degree = find_candidates(pattern.connectivity, degree)
     # Corners give an edge a direction; an edge that ends at its beginning has none, and stays.
     has_two_ends = begin[edges] != end[edges]
     pair, edges = pair[has_two_ends], edges[has_two_ends]
     higher_degree = higher_degree[has_two_ends]
-    for common_degree in np.unique(higher_degree).tolist():
-        rows = np.flatnonzero(higher_degree == common_degree)
+    for ids, rows, (sides, owner) in zip(pattern.ids, pattern.edges, pattern.sides, strict=True):
+        common_degree = rows.shape[1] - 1
+        compared = np.flatnonzero(higher_degree == common_degree)
+        if not len(compared):
+            continue
         # Of the edges between the same corners, one of the lowest degree comes first and leads.
-        rows = rows[np.lexsort((edges[rows], pair[rows]))]
-        edge, degrees = edges[rows], degree[edges[rows]]
-        nets = np.ones((len(rows), common_degree + 1, 4))
+        compared = compared[np.lexsort((edges[compared], pair[compared]))]
+        edge = edges[compared]
         is_reversed = begin[edge] > end[edge]
-        for k, borders in enumerate(pattern.edges):
-            has_degree = np.flatnonzero(degrees == borders.shape[1] - 1)
-            if len(has_degree):
-                net_points = borders[edge[has_degree] - first[k]].T
-                net_weights = None if comparable_weights is None else comparable_weights[net_points]
-                raised, raised_weights = elevate((points[net_points], net_weights), common_degree)
-                nets[has_degree, :, :3] = raised.swapaxes(0, 1)
-                if raised_weights is not None:
-                    nets[has_degree, :, 3] = raised_weights.swapaxes(0, 1)
+        nets = raise_nets(curves, edge, common_degree)
         nets[is_reversed] = nets[is_reversed, ::-1]
-        _, first_of_pair, number = np.unique(pair[rows], return_index=True, return_inverse=True)
+        _, first, number = np.unique(pair[compared], return_index=True, return_inverse=True)
         # The squares of n + 1 points add up to at most (n + 1) `reach`², so their mean is at most
         # `reach`².
         distance = reach * (common_degree + 1) ** 0.5
         values = nets.copy()
         if weights is not None:
             values[..., 3] = np.log(nets[..., 3]) * (reach / weights.log_tolerance)
-        key = first_of_pair[number.reshape(-1)]
-        leader = find_leaders(key, values.reshape(len(rows), -1), distance)
-        for row in np.flatnonzero(degrees[leader] < degrees).tolist():
-            # An edge between the lowest and the highest degree would get too many points.
-            if degrees[row] < common_degree:
-                continue
-            net = nets[leader[row]] if not is_reversed[row] else nets[leader[row], ::-1]
-            batch = int(np.searchsorted(first, edge[row], side="right")) - 1
-            sides, owner = pattern.sides[batch]
-            inner = sides[owner == edge[row] - first[batch], 1:-1]
-            points[inner] = net[1:-1, :3]
-            if weights is not None:
-                weights.values[inner] = net[1:-1, 3] * weights.factors[inner]
+        leader = find_leaders(first[number], values.reshape(len(edge), -1), distance)
+        # Only the nets of the highest degree are replaced: an edge between the lowest and the
+        # highest degree would get too many points.
+        is_replaced = (degree[edge] == common_degree) & (degree[edge[leader]] < common_degree)
+        nets = nets[leader]
+        nets[is_reversed] = nets[is_reversed, ::-1]
+        row_of_edge = np.full(len(ids), -1)
+        row_of_edge[edge[is_replaced] - ids[0]] = np.flatnonzero(is_replaced)
+        row_of_side = row_of_edge[owner]
+        inner, net = sides[row_of_side >= 0, 1:-1], nets[row_of_side[row_of_side >= 0], 1:-1]
+        points[inner] = net[..., :3]
+        if weights is not None:
+            weights.values[inner] = net[..., 3] * weights.factors[inner]

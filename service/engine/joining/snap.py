@@ -65,9 +65,8 @@ def snap(model: PatchModel, tolerance: float) -> PatchModel:
     Parameters
     ----------
     tolerance : float
-        Points are near if their distance is at most this share of the diagonal of the box about the
-        control points, or at most as large as rounding errors may be
-        (`service.engine.connectivity.equal_points.find_weld_distance`).
+        `MeshOptions.weld_tolerance`; points are near if their distance is at most the result of
+        `find_weld_distance`.
     """
     checkpoint()
     runs = [border_points(batch) for batch in model.batches]

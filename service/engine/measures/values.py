@@ -37,7 +37,7 @@ class MeasureQuery:
         Largest width of an interval, relative to the area, the length or the volume of the surface;
         for the centroid, relative to the diagonal of the box about the control points.
     weld_tolerance : float
-        Borders are joined if they are nearer than this share of the diagonal of that box.
+        As in `MeshOptions`.
     budget : int
         The most control points of the cells of one integral; but at least three times those of the
         patches.

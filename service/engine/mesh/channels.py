@@ -134,20 +134,15 @@ def _scale_values(channel: ChannelRows, values: RealArray) -> FloatArray:
     and logarithmic far from 0: so for small values the result compares their difference, for large
     values their quotient.
     """
-    if channel.unit is None:
-        return values * _scale(channel.values)
-    steps: FloatArray = np.arcsinh(values.astype(np.float64) * channel.unit) / SAME_VALUE
-    return steps
-
-
-def _scale(values: RealArray) -> FloatArray:
-    """1 / (the largest difference that counts as zero) of each column; 0 for a column of zeros."""
-    low, high = (bound.astype(np.float64) for bound in find_extent(values))
-    max_equal_difference = np.maximum(
-        SAME_RANGE * (high - low), SAME_VALUE * np.maximum(-low, high)
-    )
+    if channel.unit is not None:
+        steps: FloatArray = np.arcsinh(values.astype(np.float64) * channel.unit) / SAME_VALUE
+        return steps
+    # For each column, (d,): the largest difference that counts as zero; 0 for a column of zeros.
+    low, high = (bound.astype(np.float64) for bound in find_extent(channel.values))
+    largest = np.maximum(SAME_RANGE * (high - low), SAME_VALUE * np.maximum(-low, high))
     # Values that float32 rounds to zero count as zero.
-    return np.where(max_equal_difference > 0, 1.0 / np.maximum(max_equal_difference, TINY), 0.0)
+    factors: FloatArray = np.where(largest > 0, 1.0 / np.maximum(largest, TINY), 0.0)
+    return values * factors
 
 
 def _build_rows(model: PatchModel, layout: Layout, number: int, dtype: Real) -> RealArray:
@@ -158,10 +153,7 @@ def _build_rows(model: PatchModel, layout: Layout, number: int, dtype: Real) -> 
         channel = model.batches[block.batch].channels[number]
         out = rows[block.base : block.base + block.count * len(block.patches)]
         out = out.reshape(len(block.patches), block.count, dimension)
-        if block.is_triangle:
-            _write_triangles(channel, block, out)
-            continue
-        _write_grids(channel, block, out)
+        _write_values(channel, block, out)
         # For each extra sample of a side: its patch, its parameter along the side, its number.
         for side, patches, along, samples in layout.iterate_extras(block):
             edges = take_side(channel.nets, side)[patches]
@@ -173,22 +165,23 @@ def _build_rows(model: PatchModel, layout: Layout, number: int, dtype: Real) -> 
     return rows
 
 
-def _write_grids(channel: Channel, block: Block, out: RealArray) -> None:
-    """Writes B(u) C B(v)ᵀ for every component of every patch, computed in float64."""
-    a, b = channel.nets.shape[1] - 1, channel.nets.shape[2] - 1
-    along_u, along_v = sample_basis(a, block.resolution[0]), sample_basis(b, block.resolution[1]).T
+def _write_values(channel: Channel, block: Block, out: RealArray) -> None:
+    """Writes the values at all samples of every patch, computed in float64.
+
+    On grids they are B(u) C B(v)ᵀ for every component, on triangles Σ B_ijk C_ijk.
+    """
     for rows in row_slices(len(block.patches), block.count, CHUNK_VALUES):
         nets = channel.nets[block.patches[rows]]
+        if block.is_triangle:
+            out[rows] = evaluate_triangles(nets, block.resolution[0])
+            continue
+        along_u, along_v = (
+            sample_basis(points - 1, divisions)
+            for points, divisions in zip(nets.shape[1:3], block.resolution, strict=True)
+        )
         for component in range(channel.dimension):
-            plane = along_u @ np.ascontiguousarray(nets[..., component]) @ along_v
+            plane = along_u @ np.ascontiguousarray(nets[..., component]) @ along_v.T
             out[rows, :, component] = plane.reshape(len(nets), -1)
-
-
-def _write_triangles(channel: Channel, block: Block, out: RealArray) -> None:
-    """Writes Σ B_ijk C_ijk at all samples of every triangle."""
-    for rows in row_slices(len(block.patches), block.count, CHUNK_VALUES):
-        nets = channel.nets[block.patches[rows]]
-        out[rows] = evaluate_triangles(nets, block.resolution[0])
 
 
 def _parameter_rows(layout: Layout, domains: tuple[Domain, ...], dtype: Real) -> RealArray:

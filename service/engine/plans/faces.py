@@ -3,11 +3,10 @@
 Faces are index patterns in which samples are replaced by vertices.
 """
 
-from itertools import pairwise
-
 import numpy as np
 
 from service.bases.arrays import IndexArray, Ints
+from service.bases.row_batches import split_runs
 from service.engine.options import Faces, MeshOptions
 from service.engine.plans.layout import Layout
 from service.engine.plans.patterns import build_faces
@@ -48,7 +47,7 @@ def join_faces(
             # One array operation finds the vertices of all patches of this shape.
             corner_numbers = np.take(vertices.astype(np.uint32), pattern_faces, axis=1)
             # The faces of patches that follow each other in the mesh are written together.
-            for run in _find_runs(position[patches]):
+            for run in split_runs(np.diff(position[patches]) != 1):
                 first = ends[position[patches[run.start]]] - len(pattern_faces)
                 rows = slice(first, first + (run.stop - run.start) * len(pattern_faces))
                 out[rows] = corner_numbers[run].reshape(-1, corners)
@@ -59,13 +58,6 @@ def join_faces(
     if welding is not None and layout.may_fold:
         triangles, quads, counts = _drop_slivers(triangles, quads, counts, welding.welds)
     return triangles, quads, _count_before(counts)
-
-
-def _find_runs(numbers: Ints) -> list[slice]:
-    """Runs of rows in which each number is one more than the number before."""
-    breaks = np.flatnonzero(np.diff(numbers) != 1) + 1
-    ends = [0, *breaks.tolist(), len(numbers)]
-    return [slice(begin, end) for begin, end in pairwise(ends)]
 
 
 def _count_before(counts: Ints) -> Ints:

@@ -7,7 +7,6 @@ the next indices; the order of the sides is u = 0, u = 1, v = 0, v = 1. Samples 
 numbered row by row (`service.bases.triangle`).
 """
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TypeAlias, TypeVar
 
@@ -228,18 +227,13 @@ def merge_collapsed(shape: AnyShape) -> NDArray[np.intp]:
         number = np.arange((ru + 1) * (rv + 1)).reshape(ru + 1, rv + 1)
         indices = np.arange(number.size + extra)
         borders = [number[0], number[-1], number[:, 0], number[:, -1]]
-    collapsed = zip(borders, shape.collapsed[: len(borders)], strict=True)
-    _merge(indices, [border for border, is_point in collapsed if is_point])
+    for border, is_collapsed in zip(borders, shape.collapsed, strict=False):
+        if is_collapsed:
+            # If two collapsed sides meet, both are the same point.
+            is_same_point = np.zeros(len(indices), dtype=bool)
+            is_same_point[indices[border]] = True
+            indices[is_same_point[indices]] = indices[border].min()
     return indices
-
-
-def _merge(indices: NDArray[np.intp], sides: Iterable[NDArray[np.intp]]) -> None:
-    """Makes the indices along each of these sides equal."""
-    for side in sides:
-        # If two collapsed sides meet, both are the same point.
-        is_same_point = np.zeros(len(indices), dtype=bool)
-        is_same_point[indices[side]] = True
-        indices[is_same_point[indices]] = indices[side].min()
 
 
 def _find_proper(faces: Ints) -> NDArray[np.bool_]:

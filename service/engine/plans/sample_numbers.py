@@ -12,6 +12,7 @@ import numpy as np
 
 from service.bases import triangle
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.row_batches import expand_runs
 from service.engine.connectivity.incidence import Connectivity
 from service.engine.plans.patterns import AnyShape, TriangleShape
 from service.surface.sides import BEGINS, ENDS, along_sides
@@ -178,16 +179,15 @@ class SampleRuns:
         # The numbers of the patches in the model.
         numbers = block.first + block.patches
         for side in range(4):
-            stitched = np.flatnonzero(self.first_extra[numbers, side] >= 0)
-            if not len(stitched):
+            patch_rows = np.flatnonzero(self.first_extra[numbers, side] >= 0)
+            if not len(patch_rows):
                 continue
-            counts = self.extra_count[numbers[stitched], side]
-            # For each sample, the row of its patch in `stitched` and `counts`.
-            row = np.repeat(np.arange(len(stitched)), counts)
-            # Sample k of a side, from k = 0.
-            k = np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
-            samples = self.first_extra[numbers[stitched], side][row] + k
-            yield side, block.patches[stitched[row]], (k + 1) / (counts[row] + 1), samples
+            counts = self.extra_count[numbers[patch_rows], side]
+            # For each sample, the row of its patch in `patch_rows`, and its number.
+            first = self.first_extra[numbers[patch_rows], side]
+            row, samples = expand_runs(counts, first)
+            along = (samples - first[row] + 1) / (counts[row] + 1)
+            yield side, block.patches[patch_rows[row]], along, samples
 
     def find_collapsed_samples(self) -> tuple[Ints, Ints]:
         """Samples on sides that are one point, and the number of the corner at each sample."""

@@ -22,7 +22,7 @@ def merge_meshes(meshes: Sequence[Mesh], name: str) -> Mesh:
         meshes[0],
         name=name,
         positions=np.concatenate([mesh.positions for mesh in meshes]),
-        normals=_join_rows([mesh.normals for mesh in meshes]),
+        normals=_fill_rows([mesh.normals for mesh in meshes], counts, 0.0),
         uvs=_fill_rows([mesh.uvs for mesh in meshes], counts, 0.0),
         colors=_fill_rows([mesh.colors for mesh in meshes], counts, 1.0),
         attributes=tuple(
@@ -75,12 +75,6 @@ def _find_largest(reports: Sequence[MeshReport], name: str) -> float | None:
     """The largest value in all reports with faces; None if there is none, or if a value is None."""
     values = [getattr(report, name) for report in reports if report.triangles + report.quads]
     return None if not values or None in values else max(values)
-
-
-def _join_rows(rows: Sequence[RealArray | None]) -> RealArray | None:
-    """Rows of all meshes, one mesh after another; None if the rows of a mesh are None."""
-    arrays = [array for array in rows if array is not None]
-    return np.concatenate(arrays) if len(arrays) == len(rows) else None
 
 
 def _fill_rows(

@@ -54,6 +54,14 @@ def compute_frames(
     return rotated
 
 
+def fill_gaps(vectors: FloatArray, is_defined: Bools) -> FloatArray:
+    """Vectors (K, m, 3); those that are not defined become the last before, or the first after."""
+    number = np.where(is_defined, np.arange(vectors.shape[1]), -1)
+    last_defined = np.maximum.accumulate(number, axis=1)
+    source = np.where(last_defined >= 0, last_defined, is_defined.argmax(axis=1)[:, None])
+    return np.take_along_axis(vectors, source[..., None], axis=1)
+
+
 def find_perpendicular(vectors: FloatArray) -> FloatArray:
     """A unit vector perpendicular to each vector (…, 3): the perpendicular part of an axis."""
     axis = np.eye(3)[np.abs(vectors).argmin(axis=-1)]

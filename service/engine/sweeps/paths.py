@@ -1,10 +1,10 @@
-"""Paths of sweeps: the stations of curves, their directions, and mitred or rounded corners.
+"""Paths of sweeps: the frames of curves, their directions, and mitred or rounded corners.
 
-A station is a place on a curve where a tube has a ring, or a ribbon has a crossbar (the line across
-it). A smooth curve has a station at every sample. A corner, where the tangent turns by more than
-the crease angle or more than 22.5°, has two stations, one for each direction. Up to a turn of 90° a
-corner is *mitred*: both stations are in the plane that halves the corner, with equal points and
-without faces between them. A sharper corner, or a cusp, is *rounded*: more stations between the two
+A frame is a place on a curve where a tube has a ring, or a ribbon has a crossbar (the line across
+it). A smooth curve has a frame at every sample. A corner, where the tangent turns by more than
+the crease angle or more than 22.5°, has two frames, one for each direction. Up to a turn of 90° a
+corner is *mitred*: both frames are in the plane that halves the corner, with equal points and
+without faces between them. A sharper corner, or a cusp, is *rounded*: more frames between the two
 turn from one direction to the other in steps of at most 22.5°.
 """
 
@@ -14,6 +14,7 @@ from math import ceil, pi, radians
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.row_batches import expand_runs
 from service.engine.curves.arc_length import Speeds, arc_lengths
 from service.engine.curves.evaluation import CurveSamples, evaluate_positions, evaluate_tangents
 from service.engine.sweeps.frames import find_perpendicular
@@ -25,28 +26,28 @@ MAX_MITRE_TURN = radians(90)
 times as wide as elsewhere: at this turn 1.41 times."""
 
 ROUND_STEP = radians(22.5)
-"""The largest turn from one station to the next at a rounded corner."""
+"""The largest turn from one frame to the next at a rounded corner."""
 
 
 @dataclass(frozen=True, eq=False)
 class Paths:
-    """K curves of m stations each.
+    """K curves of m frames each.
 
     Attributes
     ----------
     points, tangents : ndarray of float64, shape (K, m, 3)
-        The last station of a closed curve has the point of the first station.
+        The last frame of a closed curve has the point of the first frame.
     fractions : ndarray of float64, shape (K, m)
-        The length of the curve up to each station, divided by the whole length: 0 to 1.
+        The length of the curve up to each frame, divided by the whole length: 0 to 1.
     closed : bool
         Whether the curves are closed.
     parameters : ndarray of float64, shape (m,)
-        The parameters of the stations in the functions of radii and widths, 0 to 1.
+        The parameters of the frames in the functions of radii and widths, 0 to 1.
+    is_mitred : ndarray of bool, shape (m,)
+        Whether each frame is the second frame of a mitred corner: it has the point of the
+        frame before, without faces between them.
     mitres : ndarray of float64, shape (K, m, 3), or None
-        The unit normals of the planes of the stations; None if the tangents are these normals.
-    is_mitred : ndarray of bool, shape (m,), or None
-        Whether each station is the second station of a mitred corner: it has the point of the
-        station before, without faces between them. None if no station is.
+        The unit normals of the planes of the frames; None if the tangents are these normals.
     speeds : ndarray of float64, shape (K, m), or None
         The derivatives of the length by the parameters.
     """
@@ -56,8 +57,8 @@ class Paths:
     fractions: FloatArray
     closed: bool
     parameters: FloatArray
+    is_mitred: Bools
     mitres: FloatArray | None = None
-    is_mitred: Bools | None = None
     speeds: FloatArray | None = None
 
     @staticmethod
@@ -67,7 +68,7 @@ class Paths:
         """Smooth curves from their samples and unit tangents, (K, m, 3) each.
 
         Lengths are the lengths of the polylines. Points may repeat; if all steps of a curve are so
-        short that their squares are 0, its stations count as evenly spaced.
+        short that their squares are 0, its frames count as evenly spaced.
         """
         steps = np.sqrt(np.square(np.diff(points, axis=1)).sum(axis=2))
         lengths = np.cumsum(np.pad(steps, ((0, 0), (1, 0))), axis=1)
@@ -78,13 +79,14 @@ class Paths:
             lengths / np.where(total_length > 0, total_length, 1.0),
             even_fractions,
         )
-        return Paths(points, tangents, fractions, closed, even_fractions)
+        is_mitred = np.zeros(points.shape[1], dtype=bool)
+        return Paths(points, tangents, fractions, closed, even_fractions, is_mitred)
 
 
 def build_path(
     pieces: CurvePieces, divisions: int, crease_angle: float, *, closed: bool | None = None
 ) -> Paths:
-    """The stations of one curve at R divisions of every piece, with mitred or rounded corners.
+    """The frames of one curve at R divisions of every piece, with mitred or rounded corners.
 
     By default, a curve that ends at its first point is closed; `closed` overrides this.
     """
@@ -93,25 +95,24 @@ def build_path(
     samples_before = _move_joints_to_ends(samples)
     tangents_before, tangents_after = _directions(pieces, samples, samples_before, closed)
     turn = _angles(tangents_before, tangents_after)
-    counts = _count_stations_at_samples(pieces, samples, turn, crease_angle)
+    counts = _count_frames_at_samples(pieces, samples, turn, crease_angle)
     mean_tangents = _mean(tangents_before, tangents_after)
     has_mitre, is_smooth = counts == 2, counts == 1
     tangents_before[is_smooth] = tangents_after[is_smooth] = mean_tangents[is_smooth]
     if closed:
-        # The first and the last sample are one corner. If it is mitred, its first station is at the
-        # end of the curve and its second at the beginning. If it is rounded, all of its stations
+        # The first and the last sample are one corner. If it is mitred, its first frame is at the
+        # end of the curve and its second at the beginning. If it is rounded, all of its frames
         # are at the end, and the last is repeated at the beginning.
         counts[0] = 1
         counts[-1] -= has_mitre[-1]
     lengths = arc_lengths(pieces, samples)
     parameters = samples.parameters(pieces.breaks)
 
-    # For each station: its sample, and its number among the stations of this sample.
-    sample = np.repeat(np.arange(len(samples)), counts)
-    number = np.arange(len(sample)) - np.repeat(np.cumsum(counts) - counts, counts)
+    # For each frame: its sample, and its number among the frames of this sample.
+    sample, number = expand_runs(counts)
     turned_share = number / np.maximum(counts - 1, 1)[sample]
     if closed:
-        turned_share[0] = 1.0  # the first station has the direction after the corner
+        turned_share[0] = 1.0  # the first frame has the direction after the corner
     directions = _interpolate(
         tangents_before[sample], tangents_after[sample], turn[sample], turned_share
     )
@@ -132,27 +133,27 @@ def build_path(
     )
 
 
-def bound_station_count(pieces: CurvePieces, divisions: int, crease_angle: float) -> int:
-    """An upper bound of the number of stations.
+def bound_frame_count(pieces: CurvePieces, divisions: int, crease_angle: float) -> int:
+    """An upper bound of the number of frames.
 
     It is exact, unless a piece may have a cusp, or a closed curve has a corner at its ends.
     """
     joints = CurveSamples.uniform(pieces.count, 1)
     turn = _angles(*_directions(pieces, joints, _move_joints_to_ends(joints), pieces.closed))
-    corners = int((_count_stations(turn, crease_angle) - 1).sum())
+    corners = int((_count_frames(turn, crease_angle) - 1).sum())
     cusps = int(np.minimum(_bound_cusps(pieces), divisions - 1).sum())
     return pieces.count * divisions + 1 + corners + cusps * ceil(pi / ROUND_STEP)
 
 
-def _count_stations_at_samples(
+def _count_frames_at_samples(
     pieces: CurvePieces, samples: CurveSamples, turn: FloatArray, crease_angle: float
 ) -> Ints:
-    """The number of stations at every sample.
+    """The number of frames at every sample.
 
     If a piece seems to have more corners than it can have cusps, these turns are the effect of
     rounding, and none of them counts as a corner.
     """
-    counts = _count_stations(turn, crease_angle)
+    counts = _count_frames(turn, crease_angle)
     has_corner = (counts > 1) & (samples.t > 0) & (samples.t < 1)
     corner_counts = np.bincount(samples.piece[has_corner], minlength=pieces.count)
     has_too_many = corner_counts > _bound_cusps(pieces)
@@ -224,21 +225,15 @@ def _mean(a: FloatArray, b: FloatArray) -> FloatArray:
     return mean
 
 
-def _find_max_smooth_turn(crease_angle: float) -> float:
-    """The largest turn that does not count as a corner.
-
-    A turn below 1e-6 is rounding; a turn above `ROUND_STEP` is too large for one station, even if
-    the crease angle is larger.
-    """
-    return min(max(crease_angle, 1e-6), ROUND_STEP)
-
-
-def _count_stations(turn: FloatArray, crease_angle: float) -> Ints:
-    """Numbers of stations at every sample: 1 on a smooth curve, 2 at a mitred corner, else more."""
+def _count_frames(turn: FloatArray, crease_angle: float) -> Ints:
+    """Numbers of frames at every sample: 1 on a smooth curve, 2 at a mitred corner, else more."""
     steps = np.ceil(turn / ROUND_STEP).astype(np.intp)
-    corner_stations = np.where(turn <= MAX_MITRE_TURN, 2, steps + 1)
-    stations: Ints = np.where(turn <= _find_max_smooth_turn(crease_angle), 1, corner_stations)
-    return stations
+    corner_frames = np.where(turn <= MAX_MITRE_TURN, 2, steps + 1)
+    # A turn below 1e-6 is rounding; a turn above `ROUND_STEP` is too large for one frame, even if
+    # the crease angle is larger.
+    max_smooth_turn = min(max(crease_angle, 1e-6), ROUND_STEP)
+    frames: Ints = np.where(turn <= max_smooth_turn, 1, corner_frames)
+    return frames
 
 
 def _interpolate(a: FloatArray, b: FloatArray, turn: FloatArray, share: FloatArray) -> FloatArray:

@@ -1,4 +1,4 @@
-"""Tubes and ribbons along curves, as grids of samples: rings or crossbars at every station.
+"""Tubes and ribbons along curves, as grids of samples: rings or crossbars at every frame.
 
 A tube of radius r about a curve C with a rotation-minimising frame n, b = n × C′/|C′|:
 
@@ -21,10 +21,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.arrays import FloatArray, Ints
 from service.cancellation import checkpoint
 from service.engine.options import Faces
-from service.engine.sweeps.frames import compute_frames
+from service.engine.sweeps.frames import compute_frames, fill_gaps
 from service.engine.sweeps.paths import Paths
 from service.engine.sweeps.rows import Rows, SweptGrids, join_rows
 from service.engine.vectors import cross
@@ -48,7 +48,7 @@ def build_tubes(
     Parameters
     ----------
     radii : float, or ndarray of float64, shape (m,)
-        The radius at every station, not negative; where it is 0, the tube is pointed.
+        The radius at every frame, not negative; where it is 0, the tube is pointed.
     sides : int
         At least 3.
     slopes : ndarray of float64, shape (K, m), optional
@@ -56,31 +56,25 @@ def build_tubes(
     caps : bool
         Whether open ends that are not pointed get a flat disc.
     """
-    count, stations = paths.points.shape[:2]
-    radius = np.broadcast_to(np.asarray(radii, dtype=np.float64), stations)
+    count, frames = paths.points.shape[:2]
+    radius = np.broadcast_to(np.asarray(radii, dtype=np.float64), frames)
     normals = compute_frames(paths.points, paths.tangents, paths.fractions, closed=paths.closed)
     tangents = paths.tangents[:, :, None]
     ring = _build_ring(normals, cross(normals, paths.tangents, -1), sides)
-    ring_in_plane = ring
-    if paths.mitres is not None:
-        # Move the vectors along the tangent to the plane of the station.
-        plane_normals = paths.mitres[:, :, None]
-        slide = -(ring * plane_normals).sum(axis=-1) / (tangents * plane_normals).sum(axis=-1)
-        ring_in_plane = ring + slide[..., None] * tangents
     checkpoint()
-    positions = paths.points[:, :, None] + radius[:, None, None] * ring_in_plane
+    positions = paths.points[:, :, None] + radius[:, None, None] * _move_to_planes(ring, paths)
     ring_normals = ring
     if slopes is not None and slopes.any():
         ring_normals = ring - slopes[:, :, None, None] * tangents
         ring_normals = ring_normals / np.sqrt(1.0 + slopes**2)[:, :, None, None]
     checkpoint()
-    uvs = np.empty((count, stations, sides + 1, 2))
+    uvs = np.empty((count, frames, sides + 1, 2))
     uvs[..., 0], uvs[..., 1] = paths.fractions[:, :, None], np.arange(sides + 1) / sides
     rows = Rows(
         positions=positions,
         normals=ring_normals,
         uvs=uvs,
-        has_faces=~_find_mitres(paths)[1:],
+        has_faces=~paths.is_mitred[1:],
         is_point=radius == 0,
         equal_row=_find_equal_rows(paths),
         is_ring=True,
@@ -103,39 +97,31 @@ def build_ribbons(
     Parameters
     ----------
     widths : float, or ndarray of float64, shape (m,)
-        The width at every station, not negative; where it is 0, the ribbon is pointed.
+        The width at every frame, not negative; where it is 0, the ribbon is pointed.
     facing : ndarray of float64, shape (3,) or (K, m, 3), optional
-        The direction that the ribbons face, everywhere or at every station.
+        The direction that the ribbons face, everywhere or at every frame.
     camera : ndarray of float64, shape (3,), optional
         The point that the ribbons face, instead of a direction. Without both, any direction across
         the curve is a crossbar.
     """
-    stations = paths.points.shape[1]
-    width = np.broadcast_to(np.asarray(widths, dtype=np.float64), stations)
+    frames = paths.points.shape[1]
+    width = np.broadcast_to(np.asarray(widths, dtype=np.float64), frames)
     if camera is not None:
         directions = camera - paths.points
     else:
         directions = np.broadcast_to(np.zeros(3) if facing is None else facing, paths.points.shape)
     crossbar = _find_crossbars(paths, directions)
     normals = cross(paths.tangents, crossbar, -1)
-    crossbar_in_plane = crossbar
-    if paths.mitres is not None:
-        # Move the ends along the tangent to the plane of the station.
-        slide = -(crossbar * paths.mitres).sum(axis=-1) / (paths.tangents * paths.mitres).sum(
-            axis=-1
-        )
-        crossbar_in_plane = crossbar + slide[..., None] * paths.tangents
     across = np.array([-0.5, 0.5])
-    positions = paths.points[:, :, None] + (
-        (width[:, None] * across)[:, :, None] * crossbar_in_plane[:, :, None]
-    )
+    ends = (width[:, None] * across)[:, :, None] * _move_to_planes(crossbar[:, :, None], paths)
+    positions = paths.points[:, :, None] + ends
     uvs = np.empty((*positions.shape[:3], 2))
     uvs[..., 0], uvs[..., 1] = paths.fractions[:, :, None], across + 0.5
     rows = Rows(
         positions=positions,
         normals=np.broadcast_to(normals[:, :, None], positions.shape),
         uvs=uvs,
-        has_faces=~_find_mitres(paths)[1:],
+        has_faces=~paths.is_mitred[1:],
         is_point=width == 0,
         equal_row=_find_equal_rows(paths),
         is_ring=False,
@@ -157,14 +143,7 @@ def _find_crossbars(paths: Paths, directions: FloatArray) -> FloatArray:
     products = cross(directions / np.where(size > 0, size, 1.0), paths.tangents, -1)
     length = np.sqrt(np.square(products).sum(axis=2))
     has_direction = length > MIN_SINE
-    # If a station has no crossbar, take that of the last station before that has one, else that of
-    # the first station after.
-    number = np.where(has_direction, np.arange(products.shape[1]), -1)
-    last_with_crossbar = np.maximum.accumulate(number, axis=1)
-    source = np.where(
-        last_with_crossbar >= 0, last_with_crossbar, has_direction.argmax(axis=1)[:, None]
-    )
-    crossbars = np.take_along_axis(products, source[..., None], axis=1)
+    crossbars = fill_gaps(products, has_direction)
     is_undefined = ~has_direction.any(axis=1)
     if is_undefined.any():
         # A straight line in the facing direction: any crossbar is valid.
@@ -177,14 +156,19 @@ def _find_crossbars(paths: Paths, directions: FloatArray) -> FloatArray:
     return unit
 
 
-def _find_mitres(paths: Paths) -> Bools:
-    """Which stations are second stations of mitred corners, (m,)."""
-    return np.zeros(paths.points.shape[1], bool) if paths.is_mitred is None else paths.is_mitred
+def _move_to_planes(vectors: FloatArray, paths: Paths) -> FloatArray:
+    """Vectors (K, m, n, 3) across the curves, moved along the tangents to the frames' planes."""
+    if paths.mitres is None:
+        return vectors
+    tangents, plane_normals = paths.tangents[:, :, None], paths.mitres[:, :, None]
+    slide = -(vectors * plane_normals).sum(axis=-1) / (tangents * plane_normals).sum(axis=-1)
+    moved: FloatArray = vectors + slide[..., None] * tangents
+    return moved
 
 
 def _find_equal_rows(paths: Paths) -> Ints:
-    """For each station another station whose row has the same positions, or itself."""
-    equal_row = np.arange(paths.points.shape[1]) - _find_mitres(paths)
+    """For each frame another frame whose row has the same positions, or itself."""
+    equal_row = np.arange(paths.points.shape[1]) - paths.is_mitred
     if paths.closed:
         equal_row[-1] = 0
     return equal_row
@@ -212,31 +196,22 @@ def _add_caps(rows: Rows, paths: Paths, has_caps: tuple[bool, bool]) -> Rows:
             cap_rows.reverse()
             equal_row = [0, 2, *(rows.equal_row + 2).tolist()]
         positions = np.stack([points for points, _ in cap_rows], axis=1)
-        rows = _add_rows(
+        cap = replace(
             rows,
-            replace(
-                rows,
-                positions=positions,
-                normals=np.broadcast_to(normal, positions.shape),
-                uvs=np.stack([uv for _, uv in cap_rows], axis=1),
-                has_faces=np.array([True]),
-                is_point=np.array([False, True] if is_at_end else [True, False]),
-            ),
+            positions=positions,
+            normals=np.broadcast_to(normal, positions.shape),
+            uvs=np.stack([uv for _, uv in cap_rows], axis=1),
+            has_faces=np.array([True]),
+            is_point=np.array([False, True] if is_at_end else [True, False]),
+        )
+        first, second = (rows, cap) if is_at_end else (cap, rows)
+        rows = Rows(
+            np.concatenate([first.positions, second.positions], axis=1),
+            np.concatenate([first.normals, second.normals], axis=1),
+            np.concatenate([first.uvs, second.uvs], axis=1),
+            np.concatenate([first.has_faces, [False], second.has_faces]),
+            np.concatenate([first.is_point, second.is_point]),
             np.array(equal_row),
-            is_at_end,
+            rows.is_ring,
         )
     return rows
-
-
-def _add_rows(rows: Rows, cap_rows: Rows, equal_row: Ints, is_at_end: bool) -> Rows:
-    """Rows with added rows before or after them, without faces between; `equal_row` of all rows."""
-    first, second = (rows, cap_rows) if is_at_end else (cap_rows, rows)
-    return Rows(
-        np.concatenate([first.positions, second.positions], axis=1),
-        np.concatenate([first.normals, second.normals], axis=1),
-        np.concatenate([first.uvs, second.uvs], axis=1),
-        np.concatenate([first.has_faces, [False], second.has_faces]),
-        np.concatenate([first.is_point, second.is_point]),
-        equal_row,
-        rows.is_ring,
-    )

@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, IndexArray, Ints
+from service.bases.row_batches import split_runs
 from service.cancellation import checkpoint
 from service.engine.options import Faces
 
@@ -27,7 +27,7 @@ class SweptGrids:
         Numbers of samples, counter-clockwise seen from the normal's tip. Each curve has the same
         number of faces.
     grids : tuple of ndarray of uint32, shapes (K, rows, columns)
-        The samples of each run of stations that faces connect.
+        The samples of each run of frames that faces connect.
     """
 
     positions: FloatArray
@@ -92,7 +92,8 @@ def join_rows(rows: Rows, faces: Faces) -> SweptGrids:
         _repeat(quads, first_samples),
         tuple(
             _repeat(number[run].reshape(1, -1), first_samples).reshape(count, -1, columns)
-            for run in _runs(rows.has_faces)
+            for run in split_runs(~rows.has_faces)
+            if run.stop - run.start > 1
         ),
     )
 
@@ -131,12 +132,6 @@ def _repeat(pattern: Ints, first_samples: Ints) -> IndexArray:
         (first_samples[:, :, None] + pattern).reshape(-1, pattern.shape[1]).astype(np.uint32)
     )
     return repeated
-
-
-def _runs(has_faces: Bools) -> Sequence[slice]:
-    """Runs of two or more rows with faces between them."""
-    ends = [0, *(np.flatnonzero(~has_faces) + 1).tolist(), len(has_faces) + 1]
-    return [slice(a, b) for a, b in pairwise(ends) if b - a > 1]
 
 
 def join_grids(grids: Sequence[SweptGrids]) -> SweptGrids:

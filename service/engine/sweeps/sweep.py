@@ -17,7 +17,7 @@ from service.engine.plans.vertices import (
     merge_samples,
     number_vertices,
 )
-from service.engine.sweeps.paths import Paths, bound_station_count, build_path
+from service.engine.sweeps.paths import Paths, bound_frame_count, build_path
 from service.engine.sweeps.profiles import build_ribbons, build_tubes
 from service.engine.sweeps.rows import SweptGrids
 from service.surface.checks import Up
@@ -28,7 +28,7 @@ MAX_SLOPE = 1e6
 normal almost like the normal of a disc."""
 
 EFFORT = 40
-"""The length up to a station takes about this number times (degree + 1)² multiplications: two rules
+"""The length up to a frame takes about this number times (degree + 1)² multiplications: two rules
 of quadrature with together 18 nodes, on up to two intervals, and on more only near cusps."""
 
 
@@ -36,7 +36,7 @@ def sweep(model: SweepModel, options: MeshOptions, *, is_float32: bool = False) 
     """The mesh of a tube or ribbon, at `resolution[0]` divisions of every piece of its curve."""
     profile, crease_angle = model.profile, options.crease_angle
     paths = build_path(model.pieces, options.resolution[0], crease_angle, closed=model.closed)
-    # The radius or the width at every station.
+    # The radius or the width at every frame.
     spread = _evaluate(profile.spread, paths.parameters)
     if isinstance(profile, Ribbon):
         facing, camera = profile.facing, profile.camera
@@ -121,26 +121,26 @@ def build_swept_mesh(
 
 def predict_sweep(model: SweepModel, options: MeshOptions) -> tuple[int, int, int, int]:
     """Upper bounds of the numbers of samples, triangles, quads and grids, without evaluation."""
-    stations = bound_station_count(model.pieces, options.resolution[0], options.crease_angle)
+    frames = bound_frame_count(model.pieces, options.resolution[0], options.crease_angle)
     is_tube = isinstance(model.profile, Tube)
     columns = model.profile.sides if isinstance(model.profile, Tube) else 1
-    rows = stations + 4 * is_tube  # each of two caps has a rim and a centre
+    rows = frames + 4 * is_tube  # each of two caps has a rim and a centre
     cells = (rows - 1) * columns
-    # Mitred corners, at most one for each station beyond those of a smooth curve, separate runs of
-    # stations; each run is a grid.
-    runs = stations - model.pieces.count * options.resolution[0]
+    # Mitred corners, at most one for each frame beyond those of a smooth curve, separate runs of
+    # frames; each run is a grid.
+    runs = frames - model.pieces.count * options.resolution[0]
     grids = runs + 2 * is_tube
     if options.faces == "triangles":
         return rows * (columns + 1), 2 * cells, 0, grids
-    # Quads become triangles at pointed stations, and in both caps.
+    # Quads become triangles at pointed frames, and in both caps.
     triangles_at_points = cells if (model.profile.spread == 0).any() else 2 * columns
     return rows * (columns + 1), triangles_at_points, cells, grids
 
 
 def estimate_effort(model: SweepModel, options: MeshOptions) -> int:
     """The number of multiplications for all lengths, which take most time at high degrees."""
-    stations = model.pieces.count * options.resolution[0]
-    return stations * EFFORT * (model.pieces.degree + 1) ** 2
+    frames = model.pieces.count * options.resolution[0]
+    return frames * EFFORT * (model.pieces.degree + 1) ** 2
 
 
 def _evaluate(coefficients: FloatArray, t: FloatArray) -> FloatArray:
@@ -152,7 +152,7 @@ def _evaluate(coefficients: FloatArray, t: FloatArray) -> FloatArray:
 
 
 def _find_slopes(tube: Tube, paths: Paths) -> FloatArray | None:
-    """Derivative of the radius by the length at every station; None if the radius is constant."""
+    """Derivative of the radius by the length at every frame; None if the radius is constant."""
     if len(tube.spread) == 1 or paths.speeds is None:
         return None
     degree = len(tube.spread) - 1

@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, RealArray
+from service.bases.arrays import FloatArray
 from service.engine.extent import choose_origin, find_stored_bounds
 from service.engine.mesh.mesh import Mesh, MeshReport, Overlay
-from service.engine.mesh.overlays import draw_polylines
+from service.engine.mesh.overlays import draw_overlays, draw_polylines
 from service.engine.options import MeshOptions
 from service.engine.scenes.merge import merge_meshes
 from service.engine.scenes.scene import round_to_single
@@ -17,7 +17,6 @@ from service.engine.stored_positions import round_to_grid
 from service.engine.sweeps.profiles import build_ribbons, build_tubes
 from service.engine.sweeps.rows import join_grids
 from service.engine.sweeps.sweep import build_swept_mesh
-from service.engine.tessellate import draw_overlays_alone
 from service.engine.wires.isocurves import IsoCurves
 from service.engine.wires.wire_paths import build_wire_paths
 from service.surface.lowered import Color, PatchModel
@@ -42,10 +41,7 @@ def draw_without_faces(
     """A mesh that has the overlays of a model, and no faces."""
     origin = choose_origin(*model.bounds) if is_float32 else np.zeros(3)
     dtype: Real = np.float32 if is_float32 else np.float64
-    overlays = tuple(
-        replace(overlay, positions=(overlay.positions - origin).astype(dtype))
-        for overlay in draw_overlays_alone(model, options)
-    )
+    overlays = draw_overlays(model, options, origin, dtype)
     return build_line_mesh(model, options, overlays, origin, dtype)
 
 
@@ -96,17 +92,13 @@ def add_wires(
     if options.has_solid_wires:
         return _add_solids(mesh, model, options, curves)
     lines = line_overlay(curves)
-    lines = replace(lines, positions=_convert_positions(lines.positions, mesh))
-    mesh = replace(mesh, overlays=(*mesh.overlays, lines))
-    return mesh if len(mesh.positions) else _bound_lines(mesh)
-
-
-def _convert_positions(positions: RealArray, mesh: Mesh) -> RealArray:
-    """Convert positions from model coordinates to the origin, grid and precision of a mesh."""
+    # From model coordinates to the origin, grid and precision of the mesh.
+    positions = lines.positions.astype(np.float64)
     if mesh.step:
-        positions = round_to_grid(positions.astype(np.float64), mesh.step)
-    written: RealArray = (positions - mesh.origin).astype(mesh.positions.dtype)
-    return written
+        positions = round_to_grid(positions, mesh.step)
+    stored = (positions - mesh.origin).astype(mesh.positions.dtype)
+    mesh = replace(mesh, overlays=(*mesh.overlays, replace(lines, positions=stored)))
+    return mesh if len(mesh.positions) else _bound_lines(mesh)
 
 
 def _add_solids(
@@ -178,7 +170,7 @@ def bound_solid_counts(curves: int, samples: int, options: MeshOptions) -> tuple
 
     There are `curves` curves with together `samples` samples.
     """
-    # Where two curves are joined, a path has at most two stations, as they have samples there. A
+    # Where two curves are joined, a path has at most two frames, as they have samples there. A
     # tube has two caps, each with two rows of samples and one row of triangles.
     if options.wires == "ribbons":
         return 2 * samples, 2 * samples, samples

@@ -16,8 +16,8 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.connectivity.edges import sample_edges
 from service.engine.connectivity.seams import Seams, find_seams
 from service.engine.evaluation.evaluate import evaluate
-from service.engine.plans.layout import Layout
 from service.engine.points.jets import evaluate_jets
+from service.engine.wires.divisions import Divisions, find_drawn
 from service.surface.batches import TensorPatches, TrianglePatches
 from service.surface.lowered import PatchModel
 from service.surface.sides import BEGINS, ENDS
@@ -64,47 +64,6 @@ class IsoCurves:
             self.first[is_chosen],
             self.last[is_chosen],
         )
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Divisions:
-    """The numbers of divisions of curves.
-
-    Attributes
-    ----------
-    edges : ndarray of int, shape (E,)
-        For each of the distinct edges of the model.
-    along_u, along_v : ndarray of int, shape (P,)
-        For the curves of constant v, and of constant u, across each patch; equal on triangles.
-    """
-
-    edges: Ints
-    along_u: Ints
-    along_v: Ints
-
-    @staticmethod
-    def even(seams: Seams, resolution: tuple[int, int]) -> "Divisions":
-        """The divisions of a mesh by resolution."""
-        along_u, along_v = (np.full(len(seams.edge), divisions) for divisions in resolution)
-        is_triangle = seams.connectivity.is_triangle
-        along_u[is_triangle] = along_v[is_triangle] = max(resolution)
-        return Divisions(Layout.build(seams.connectivity, resolution).divisions, along_u, along_v)
-
-    def count_curves(self, seams: Seams, counts: tuple[int, int]) -> tuple[int, int]:
-        """Upper bounds of the number of curves, and of their samples together."""
-        is_drawn = np.zeros(len(self.edges), dtype=bool)
-        is_drawn[seams.edge[_find_drawn(seams, counts)]] = True
-        curves, samples = int(is_drawn.sum()), int((self.edges[is_drawn] + 1).sum())
-        is_triangle = seams.connectivity.is_triangle
-        # Curves of constant u run along v, and the reverse.
-        for count, along in zip(counts, (self.along_v, self.along_u), strict=True):
-            inner = max(count - 1, 0)
-            curves += inner * int((~is_triangle).sum())
-            samples += inner * int((along[~is_triangle] + 1).sum())
-        inner = 3 * (max(*counts, 1) - 1)  # in three directions
-        curves += inner * int(is_triangle.sum())
-        samples += inner * int((self.along_u[is_triangle] + 1).sum())
-        return curves, samples
 
 
 def sample_isocurves(
@@ -175,15 +134,6 @@ def _take_patches(batch: AnyPatches, rows: Ints) -> AnyPatches:
     return batch if len(rows) == batch.count else batch.take(rows)
 
 
-def _find_drawn(seams: Seams, counts: tuple[int, int]) -> Bools:
-    """Which sides of patches are drawn, (P, 4): those in a direction that has curves."""
-    is_drawn = np.zeros(seams.edge.shape, dtype=bool)
-    is_drawn[:, :2], is_drawn[:, 2:] = counts[0] > 0, counts[1] > 0
-    is_drawn[seams.connectivity.is_triangle] = True
-    is_drawn_line: Bools = is_drawn & ~seams.collapsed
-    return is_drawn_line
-
-
 class _EdgePoints:
     """Points at i/n of every edge, at which curves across patches begin and end."""
 
@@ -206,7 +156,7 @@ class _EdgePoints:
 
 def _sample_borders(seams: Seams, divisions: Ints, counts: tuple[int, int]) -> Iterator[IsoCurves]:
     """Sample every edge that is drawn once, with the parameters of one of its patches."""
-    sides = np.flatnonzero(_find_drawn(seams, counts))
+    sides = np.flatnonzero(find_drawn(seams, counts))
     edges, first_use = np.unique(seams.edge.ravel()[sides], return_index=True)
     first_sides = sides[first_use]
     is_backward = seams.backward.ravel()[first_sides]
@@ -282,22 +232,3 @@ def _find_lines(points: FloatArray) -> Bools:
     size = np.ptp(points, axis=1).max(axis=1)
     is_line: Bools = size > MIN_LENGTH_SHARE * np.abs(points).max(axis=(1, 2))
     return is_line
-
-
-def bound_isocurves(
-    grids: int, triangles: int, resolution: tuple[int, int], counts: tuple[int, int]
-) -> tuple[int, int]:
-    """Upper bounds of the curves and of their samples.
-
-    `grids` and `triangles` are the numbers of tensor-product and of triangular patches.
-    """
-    max_divisions = max(resolution)
-    # In each of the three directions of a triangle, one border and n − 1 curves across it.
-    curves = triangles * 3 * max(counts)
-    points = curves * (max_divisions + 1)
-    # Curves of constant u have the divisions along v, and the reverse.
-    for count, divisions in zip(counts, reversed(resolution), strict=True):
-        inner, borders = max(count - 1, 0), 2 * (count > 0)
-        curves += grids * (inner + borders)
-        points += grids * (inner * (divisions + 1) + borders * (max_divisions + 1))
-    return curves, points

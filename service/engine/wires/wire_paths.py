@@ -3,7 +3,7 @@
 If exactly two curves end in the same point, bit for bit, and this point is not a corner of a patch,
 they are joined. A curve that ends at its first point is closed. At a corner of patches more curves
 may meet; there, two curves are joined if they run straight through the corner. A bend of up to 90°
-is mitred: it has one station for each direction, and both stations are in the plane that halves the
+is mitred: it has one frame for each direction, and both frames are in the plane that halves the
 bend. At a sharper bend both curves end.
 """
 
@@ -16,6 +16,7 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import unique_rows
 from service.engine.clustering import find_leaders
 from service.engine.points.jets import evaluate_jets
+from service.engine.sweeps.frames import fill_gaps
 from service.engine.sweeps.paths import Paths
 from service.engine.vectors import dot
 from service.engine.wires.isocurves import IsoCurves
@@ -31,7 +32,7 @@ reliable direction."""
 
 @dataclass(frozen=True, eq=False, slots=True)
 class WirePaths:
-    """Paths, and the unit normals of the surface at their stations, (K, m, 3)."""
+    """Paths, and the unit normals of the surface at their frames, (K, m, 3)."""
 
     paths: Paths
     normals: FloatArray
@@ -57,7 +58,7 @@ class _Curve:
 def build_wire_paths(
     model: PatchModel, runs: Sequence[IsoCurves], crease_angle: float
 ) -> Iterator[WirePaths]:
-    """Join all curves to paths; paths with the same pattern of stations are yielded together."""
+    """Join all curves to paths; paths with the same pattern of frames are yielded together."""
     curves = [curve for run in runs for curve in _build_curves(model, run)]
     groups: dict[tuple[bool, bytes], list[tuple[_Curve, FloatArray, Bools]]] = {}
     for chain, closed in _find_chains(curves, _find_joints(model, curves, crease_angle)):
@@ -101,15 +102,8 @@ def _unit(slopes: FloatArray, points: FloatArray) -> FloatArray:
     is_slow = size <= MIN_DERIVATIVE * size.max(axis=1, keepdims=True)
     vectors = np.where(is_slow[:, :, None], chords, slopes)
     size = np.abs(vectors).max(axis=2)
-    # If points repeat, too, take the direction of the last sample before, or the first after, that
-    # has one.
-    last_with_direction = np.maximum.accumulate(
-        np.where(size > 0, np.arange(size.shape[1]), -1), axis=1
-    )
-    source = np.where(
-        last_with_direction >= 0, last_with_direction, (size > 0).argmax(axis=1)[:, None]
-    )
-    vectors = np.take_along_axis(vectors, source[..., None], axis=1)
+    # If points repeat, too, the last direction before is taken, or the first after.
+    vectors = fill_gaps(vectors, size > 0)
     vectors /= np.abs(vectors).max(axis=2, keepdims=True)
     tangents: FloatArray = vectors / np.sqrt(np.square(vectors).sum(axis=2, keepdims=True))
     return tangents
@@ -241,7 +235,7 @@ def _join_chain(
 
 
 def _build_paths(members: list[tuple[_Curve, FloatArray, Bools]], closed: bool) -> WirePaths:
-    """Paths with one pattern of stations: one at every sample, two at every bend."""
+    """Paths with one pattern of frames: one at every sample, two at every bend."""
     points = np.stack([curve.points for curve, _, _ in members])
     tangents_after = np.stack([curve.tangents for curve, _, _ in members])
     normals = np.stack([curve.normals for curve, _, _ in members])
@@ -249,14 +243,14 @@ def _build_paths(members: list[tuple[_Curve, FloatArray, Bools]], closed: bool) 
     is_bend = members[0][2]
     plane_normals = tangents_before + tangents_after
     plane_normals /= np.sqrt(np.square(plane_normals).sum(axis=2, keepdims=True))
-    has_two_stations = is_bend.copy()
+    has_two_frames = is_bend.copy()
     if closed:
-        # The first and the last station are at one point: together they are the two of a bend.
-        has_two_stations[[0, -1]] = False
-    sample = np.repeat(np.arange(len(is_bend)), 1 + has_two_stations)
+        # The first and the last frame are at one point: together they are the two of a bend.
+        has_two_frames[[0, -1]] = False
+    sample = np.repeat(np.arange(len(is_bend)), 1 + has_two_frames)
     is_second = np.zeros(len(sample), dtype=bool)
     is_second[1:] = sample[1:] == sample[:-1]
-    # Also the first station: where a closed curve bends at its ends, it is the second of the two.
+    # Also the first frame: where a closed curve bends at its ends, it is the second of the two.
     is_after_bend = is_second.copy()
     is_after_bend[0] = True
     tangents = np.where(
@@ -264,14 +258,6 @@ def _build_paths(members: list[tuple[_Curve, FloatArray, Bools]], closed: bool) 
     )
     tangents = np.where(is_bend[sample, None], tangents, plane_normals[:, sample])
     smooth_paths = Paths.from_smooth_curves(points[:, sample], tangents, closed=closed)
-    has_bends = bool(is_bend.any())
-    paths = Paths(
-        smooth_paths.points,
-        smooth_paths.tangents,
-        smooth_paths.fractions,
-        closed,
-        smooth_paths.parameters,
-        mitres=plane_normals[:, sample] if has_bends else None,
-        is_mitred=is_second if has_bends else None,
-    )
+    mitres = plane_normals[:, sample] if is_bend.any() else None
+    paths = replace(smooth_paths, mitres=mitres, is_mitred=is_second)
     return WirePaths(paths, normals[:, sample])

@@ -9,7 +9,7 @@ import pytest
 from oracles.topology import count_topology, volume, winding_agreement
 from service.bases.arrays import FloatArray
 from service.engine.options import Faces, MeshOptions
-from service.engine.sweeps.paths import Paths, bound_station_count, build_path
+from service.engine.sweeps.paths import Paths, bound_frame_count, build_path
 from service.engine.sweeps.profiles import build_ribbons, build_tubes
 from service.engine.sweeps.rows import SweptGrids
 from service.engine.sweeps.sweep import build_swept_mesh
@@ -65,13 +65,13 @@ def test_tubes_are_closed_and_have_unit_normals(
     assert is_closed(swept)
     assert np.isfinite(swept.positions).all()
     assert np.linalg.norm(swept.normals, axis=1) == pytest.approx(1, abs=1e-12)
-    assert path.points.shape[1] <= bound_station_count(pieces, divisions, CREASE_ANGLE)
+    assert path.points.shape[1] <= bound_frame_count(pieces, divisions, CREASE_ANGLE)
 
 
 def test_a_conical_tube_has_the_normals_and_the_volume_of_a_cone() -> None:
     """The radius is 1 at the bottom and 0 at the top; the height is 2."""
     path = build_path(build_curve([[0, 0, 0], [0, 0, 2]]), 2, CREASE_ANGLE)
-    # At all 3 stations the radius changes by −1/2 for each unit of length.
+    # At all 3 frames the radius changes by −1/2 for each unit of length.
     swept = build_tubes(path, 1.0 - path.parameters, 64, slopes=np.full((1, 3), -0.5))
     # The normals of the cap at the bottom are (0, 0, −1).
     side_normals = swept.normals[np.abs(swept.normals[:, 2] + 1) > 1e-9]
@@ -136,7 +136,7 @@ def test_the_normals_of_a_ribbon_are_as_near_to_facing_as_possible() -> None:
     facing = np.array([1.0, 2.0, 7.0])
     swept = build_ribbons(path, 0.2, facing=facing, faces="quads")
     assert len(swept.quads) == 64
-    borders = swept.positions.reshape(65, 2, 3)  # for each station a point on both borders
+    borders = swept.positions.reshape(65, 2, 3)  # for each frame a point on both borders
     assert np.linalg.norm(borders[:, 1] - borders[:, 0], axis=1) == pytest.approx(0.2, abs=1e-12)
     assert borders.mean(axis=1) == pytest.approx(points, abs=1e-12)
     expected = facing - (tangents @ facing)[:, None] * tangents

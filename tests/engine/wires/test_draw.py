@@ -30,9 +30,9 @@ def draw_wires(source: Any, count: int | tuple[int, int], **options: Any) -> Mes
 
 
 def list_paths(model: PatchModel, count: int) -> list[tuple[int, int, bool]]:
-    """For paths with equal stations: their number, the stations of each, whether they are closed.
+    """For paths with equal frames: their number, the frames of each, whether they are closed.
 
-    A station is a point of a path: each sample is one station, a bend of more than 1° two. Curves
+    A frame is a point of a path: each sample is one frame, a bend of more than 1° two. Curves
     have 4 divisions in each patch. The list is sorted.
     """
     runs = sample_isocurves(model, (4, 4), (count, count))
@@ -113,8 +113,8 @@ def test_bends_up_to_a_right_angle_are_mitred() -> None:
     """A line around a cube bends by 90° at each edge, and is one tube with square corners."""
     model = build_model(build_cube())
     result = list_paths(model, 2)
-    # 3 rings around 4 faces with 4 divisions each. A closed path of 16 divisions has 17 stations:
-    # the last is the first again. Each of the 3 bends between its ends has a second station.
+    # 3 rings around 4 faces with 4 divisions each. A closed path of 16 divisions has 17 frames:
+    # the last is the first again. Each of the 3 bends between its ends has a second frame.
     assert (3, 16 + 1 + 3, True) in result
     mesh = draw_wires(model, 2, wires="tubes", wire_width=0.1, wire_sides=4, resolution=(1, 1))
     check_sound(mesh)
@@ -126,7 +126,7 @@ def test_curves_continue_across_patches(net_and_pieces: tuple[Array, list[Array]
     """Lines continue through the quarters of one patch, for all parametrizations of quarters."""
     _, pieces = net_and_pieces
     result = list_paths(build_model(pieces), 2)
-    two_patch_lines = sum(count for count, stations, _ in result if stations == 9)
+    two_patch_lines = sum(count for count, frames, _ in result if frames == 9)
     # In each direction, 3 borders and 2 lines between them run through 2 patches each.
     assert two_patch_lines == 10
 

@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 
 from oracles import exact, triangles
-from service.engine.wires.isocurves import IsoCurves, bound_isocurves, sample_isocurves
+from service.engine.wires.divisions import bound_isocurves
+from service.engine.wires.isocurves import IsoCurves, sample_isocurves
 from service.surface.batches import TrianglePatches
 from service.surface.lowered import Part, PatchModel
 from tests.engine.meshing import build_mesh

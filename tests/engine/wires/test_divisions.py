@@ -13,8 +13,8 @@ from service.engine.bounds.goal import Goal, View
 from service.engine.connectivity.seams import find_seams
 from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
+from service.engine.wires.divisions import count_goal_divisions
 from service.engine.wires.draw import NAME
-from service.engine.wires.goal_divisions import count_goal_divisions
 from service.engine.wires.isocurves import sample_divided_isocurves, sample_isocurves
 from service.errors import TooLarge
 from service.pipeline.limits import Limits

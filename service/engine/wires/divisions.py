@@ -1,6 +1,6 @@
-"""The divisions of isoparametric curves that a goal needs.
+"""The divisions of isoparametric curves, by resolution or by a goal, and how many curves there are.
 
-Curves are divided evenly, finely enough for the goal. A chord over an interval of length h is
+For a goal, curves are divided evenly, finely enough for it. A chord over an interval of length h is
 within h² max |C″| / 8 of its curve, at equal parameters. The second derivatives of all curves of a
 patch along u are at most M_uu of the patch, and those along v at most M_vv
 (`service.engine.bounds.second_derivatives`). Edges have bounds of their own, from their own nets.
@@ -12,9 +12,11 @@ the turn of the polygon divided by the angle. As for meshes, the angle is a goal
 bound.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from service.bases.arrays import FloatArray, Ints
+from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.bounds.goal import Goal
 from service.engine.bounds.second_derivatives import (
     bound_second_derivatives,
@@ -24,7 +26,7 @@ from service.engine.bounds.second_derivatives import (
 from service.engine.connectivity.edges import EdgeCurves
 from service.engine.connectivity.seams import Seams
 from service.engine.options import MAX_RESOLUTION
-from service.engine.wires.isocurves import Divisions
+from service.engine.plans.layout import Layout
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import PatchModel
 
@@ -37,6 +39,75 @@ MAX_PIECES = 1 << 12
 GRID_DIVISIONS = 8
 """Second derivatives are bounded in blocks of a grid with this number of divisions in each
 direction, because the bounds of small blocks are closer."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Divisions:
+    """The numbers of divisions of curves.
+
+    Attributes
+    ----------
+    edges : ndarray of int, shape (E,)
+        For each of the distinct edges of the model.
+    along_u, along_v : ndarray of int, shape (P,)
+        For the curves of constant v, and of constant u, across each patch; equal on triangles.
+    """
+
+    edges: Ints
+    along_u: Ints
+    along_v: Ints
+
+    @staticmethod
+    def even(seams: Seams, resolution: tuple[int, int]) -> "Divisions":
+        """The divisions of a mesh by resolution."""
+        along_u, along_v = (np.full(len(seams.edge), divisions) for divisions in resolution)
+        is_triangle = seams.connectivity.is_triangle
+        along_u[is_triangle] = along_v[is_triangle] = max(resolution)
+        return Divisions(Layout.build(seams.connectivity, resolution).divisions, along_u, along_v)
+
+    def count_curves(self, seams: Seams, counts: tuple[int, int]) -> tuple[int, int]:
+        """Upper bounds of the number of curves, and of their samples together."""
+        is_drawn = np.zeros(len(self.edges), dtype=bool)
+        is_drawn[seams.edge[find_drawn(seams, counts)]] = True
+        curves, samples = int(is_drawn.sum()), int((self.edges[is_drawn] + 1).sum())
+        is_triangle = seams.connectivity.is_triangle
+        # Curves of constant u run along v, and the reverse.
+        for count, along in zip(counts, (self.along_v, self.along_u), strict=True):
+            inner = max(count - 1, 0)
+            curves += inner * int((~is_triangle).sum())
+            samples += inner * int((along[~is_triangle] + 1).sum())
+        inner = 3 * (max(*counts, 1) - 1)  # in three directions
+        curves += inner * int(is_triangle.sum())
+        samples += inner * int((self.along_u[is_triangle] + 1).sum())
+        return curves, samples
+
+
+def find_drawn(seams: Seams, counts: tuple[int, int]) -> Bools:
+    """Which sides of patches are drawn, (P, 4): those in a direction that has curves."""
+    is_drawn = np.zeros(seams.edge.shape, dtype=bool)
+    is_drawn[:, :2], is_drawn[:, 2:] = counts[0] > 0, counts[1] > 0
+    is_drawn[seams.connectivity.is_triangle] = True
+    is_drawn_line: Bools = is_drawn & ~seams.collapsed
+    return is_drawn_line
+
+
+def bound_isocurves(
+    grids: int, triangles: int, resolution: tuple[int, int], counts: tuple[int, int]
+) -> tuple[int, int]:
+    """Upper bounds of the curves and of their samples.
+
+    `grids` and `triangles` are the numbers of tensor-product and of triangular patches.
+    """
+    max_divisions = max(resolution)
+    # In each of the three directions of a triangle, one border and n − 1 curves across it.
+    curves = triangles * 3 * max(counts)
+    points = curves * (max_divisions + 1)
+    # Curves of constant u have the divisions along v, and the reverse.
+    for count, divisions in zip(counts, reversed(resolution), strict=True):
+        inner, borders = max(count - 1, 0), 2 * (count > 0)
+        curves += grids * (inner + borders)
+        points += grids * (inner * (divisions + 1) + borders * (max_divisions + 1))
+    return curves, points
 
 
 def count_goal_divisions(model: PatchModel, seams: Seams, goal: Goal) -> Divisions:
