@@ -7,12 +7,11 @@ import numpy as np
 
 from service.engine.extent import AT_ZERO
 from service.engine.joining.join import Allow, allow_any, join
-from service.engine.joining.members import join_group
+from service.engine.joining.members import join_group, separate_members
 from service.engine.mesh.mesh import Mesh, Overlay
 from service.engine.mesh.overlays import draw_overlays
 from service.engine.options import MeshOptions
 from service.engine.quantize import quantize
-from service.engine.scenes.apart import separate_members
 from service.engine.scenes.scene import Scene, arrange, flatten, round_to_single
 from service.engine.sweeps.sweep import sweep
 from service.engine.tessellate import tessellate

@@ -58,16 +58,23 @@ def keep_model_channels(model: Model, kinds: frozenset[ChannelKind], *, has_node
     `has_nodes` says whether the file will have a node with its own mesh for each member of a
     group. If not, the meshes are merged, and only attributes that all members have are kept.
     """
+    models = model.models if isinstance(model, GroupModel) else (model,)
+    attributes = [_find_attributes(submodel) for submodel in models]
+    common = set.union(*attributes) if has_nodes else set.intersection(*attributes)
+
+    def is_kept(channel: Channel) -> bool:
+        is_missing = channel.kind == "attribute" and (channel.name, channel.dimension) not in common
+        return channel.kind in kinds and not is_missing
+
+    kept_models = tuple(
+        each if isinstance(each, SweepModel) else keep_channels(each, is_kept) for each in models
+    )
     if not isinstance(model, GroupModel):
-        return _keep_kinds(model, kinds)
-    models = [_keep_kinds(submodel, kinds) for submodel in model.models]
-    if not has_nodes:
-        common = set.intersection(*({*_find_attributes(submodel)} for submodel in models))
-        models = [_keep_attributes(submodel, common) for submodel in models]
+        return kept_models[0]
     members = model.members
     if "colors" not in kinds:
         members = tuple(replace(member, color=None) for member in members)
-    return replace(model, models=tuple(models), members=members)
+    return replace(model, models=kept_models, members=members)
 
 
 def find_highest_degree(model: Model) -> int:
@@ -134,30 +141,7 @@ def _paint(batch: Patches, color: Color | None) -> tuple[Channel, ...]:
     return (*other_channels, Channel(name="colors", kind="colors", nets=painted))
 
 
-def _keep_kinds(
-    model: PatchModel | SweepModel, kinds: frozenset[ChannelKind]
-) -> PatchModel | SweepModel:
-    """The model without its channels of other kinds; a sweep has none."""
-    return model if isinstance(model, SweepModel) else keep_channels(model, kinds)
-
-
-def _find_attributes(model: PatchModel | SweepModel) -> list[tuple[str, int]]:
+def _find_attributes(model: PatchModel | SweepModel) -> set[tuple[str, int]]:
     """Names and dimensions of the attributes of a model, which all its batches have."""
-    if isinstance(model, SweepModel):
-        return []
-    channels = model.batches[0].channels
-    return [(c.name, c.dimension) for c in channels if c.kind == "attribute"]
-
-
-def _keep_attributes(
-    model: PatchModel | SweepModel, kept_names: set[tuple[str, int]]
-) -> PatchModel | SweepModel:
-    """The model with only these attributes; `kept_names` has names and dimensions."""
-    if isinstance(model, SweepModel):
-        return model
-
-    def is_kept(channel: Channel) -> bool:
-        return channel.kind != "attribute" or (channel.name, channel.dimension) in kept_names
-
-    batches = (replace(b, channels=tuple(filter(is_kept, b.channels))) for b in model.batches)
-    return replace(model, batches=tuple(batches))
+    channels = () if isinstance(model, SweepModel) else model.batches[0].channels
+    return {(c.name, c.dimension) for c in channels if c.kind == "attribute"}

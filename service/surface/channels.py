@@ -164,15 +164,12 @@ class Channels:
         return tuple(Channel(name, kind, lower_net(net)) for name, kind, _, net in self.each())
 
 
-def keep_channels(model: PatchModel, kinds: frozenset[ChannelKind]) -> PatchModel:
-    """The model with only those channels whose kind is in `kinds`."""
-    if all(channel.kind in kinds for batch in model.batches for channel in batch.channels):
+def keep_channels(model: PatchModel, is_kept: Callable[[Channel], bool]) -> PatchModel:
+    """The model with only those channels for which `is_kept` is true."""
+    if all(is_kept(channel) for batch in model.batches for channel in batch.channels):
         return model
-    batches = tuple(
-        replace(batch, channels=tuple(c for c in batch.channels if c.kind in kinds))
-        for batch in model.batches
-    )
-    return replace(model, batches=batches)
+    batches = (replace(b, channels=tuple(filter(is_kept, b.channels))) for b in model.batches)
+    return replace(model, batches=tuple(batches))
 
 
 def _check_grid(where: str, net: FloatArray) -> None:

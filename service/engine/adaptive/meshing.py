@@ -33,12 +33,11 @@ from service.engine.connectivity.closure import find_closure
 from service.engine.connectivity.curve_patches import leave_out_curves
 from service.engine.connectivity.seams import find_seams
 from service.engine.joining.join import join
-from service.engine.joining.members import JoinedGroup, join_group
+from service.engine.joining.members import JoinedGroup, join_group, separate_members
 from service.engine.mesh.mesh import Mesh
 from service.engine.nets.patch_nets import PatchNets
 from service.engine.options import MeshOptions
 from service.engine.quantize import find_grid_steps
-from service.engine.scenes.apart import separate_members
 from service.engine.scenes.scene import Scene, arrange, flatten, round_to_single
 from service.engine.stored_positions import Storage, bound_origin_error
 from service.engine.wires.draw import add_wires, build_line_mesh

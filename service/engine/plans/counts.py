@@ -49,12 +49,14 @@ def count_mesh(model: PatchModel, options: MeshOptions) -> Counts:
     if connectivity.has_thin:
         connectivity = connect(leave_out_curves(model, connectivity)).connectivity
     layout = Layout.plan(connectivity, options.resolution)
-    groups = [_Group(shape, patches, _count_shape(shape, kind)) for shape, patches in layout.shapes]
-    triangles = sum(len(group.patches) * group.counts.triangles for group in groups)
-    quads = sum(len(group.patches) * group.counts.quads for group in groups)
+    groups = [
+        _Group(shape, patches, *_count_shape(shape, kind)) for shape, patches in layout.shapes
+    ]
+    triangles = sum(len(group.patches) * group.triangles for group in groups)
+    quads = sum(len(group.patches) * group.quads for group in groups)
     if not (layout.is_stitched or (options.weld and layout.has_shared_samples)):
         return Counts(layout.size, triangles, quads)  # each sample is a vertex
-    is_complete = all(group.counts.is_complete for group in groups)
+    is_complete = all(group.is_complete for group in groups)
     if is_complete and not layout.may_fold and options.weld:
         return Counts(_count_positions(layout, groups), triangles, quads)
 
@@ -71,30 +73,25 @@ def count_mesh(model: PatchModel, options: MeshOptions) -> Counts:
     return Counts(vertices, triangles, quads)
 
 
-class _ShapeCounts(NamedTuple):
-    """Numbers of faces of one shape; `is_complete` says whether each position is in a face."""
+class _Group(NamedTuple):
+    """Patches of one shape, and the numbers of faces of one of them.
 
+    `is_complete` says whether each position is in a face.
+    """
+
+    shape: AnyShape
+    patches: Ints
     triangles: int
     quads: int
     is_complete: bool
 
 
-class _Group(NamedTuple):
-    """Patches of one shape."""
-
-    shape: AnyShape
-    patches: Ints
-    counts: _ShapeCounts
-
-
-def _count_shape(shape: AnyShape, kind: Faces) -> _ShapeCounts:
-    """The counts of one patch of this shape; faces at its border are examined one by one."""
+def _count_shape(shape: AnyShape, kind: Faces) -> tuple[int, int, bool]:
+    """The last three attributes of `_Group`; faces at the border are examined one by one."""
     if isinstance(shape, TriangleShape) and not any(shape.collapsed[:3]):
-        return _ShapeCounts(shape.divisions**2, 0, is_complete=True)
+        return shape.divisions**2, 0, True
     if isinstance(shape, Shape) and not shape.is_stitched and not any(shape.collapsed):
-        return _ShapeCounts(
-            *_count_cell_faces(shape.resolution[0] * shape.resolution[1], kind), is_complete=True
-        )
+        return *_count_cell_faces(shape.resolution[0] * shape.resolution[1], kind), True
 
     def build() -> Ints:
         (triangles, quads), inner_cells = _build_border_faces(shape, kind)
@@ -114,7 +111,7 @@ def _count_shape(shape: AnyShape, kind: Faces) -> _ShapeCounts:
         )
 
     triangles, quads, is_complete = PLANS.array(("tally", shape, kind), build).tolist()
-    return _ShapeCounts(triangles, quads, is_complete=bool(is_complete))
+    return triangles, quads, bool(is_complete)
 
 
 def _build_border_faces(shape: AnyShape, kind: Faces) -> tuple[tuple[IndexArray, IndexArray], int]:
@@ -173,7 +170,7 @@ def _count_used_positions(
 ) -> int:
     """The number of distinct positions in faces; without faces, of all samples."""
     is_used = np.zeros(layout.size, dtype=bool)
-    for shape, patches, _ in groups:
-        samples = layout.patch_samples(patches, shape)
-        is_used[leaders[samples[:, find_used_samples(shape, kind)]]] = True
+    for group in groups:
+        samples = layout.patch_samples(group.patches, group.shape)
+        is_used[leaders[samples[:, find_used_samples(group.shape, kind)]]] = True
     return int(np.count_nonzero(is_used if is_used.any() else leaders == np.arange(layout.size)))
