@@ -18,8 +18,8 @@ MAX_RESOLUTION = 1 << 16
 resolutions."""
 
 MAX_WELD_TOLERANCE = 1e-6
-"""The largest weld tolerance, as a share of the model's diagonal: rounding alone moves no two equal
-points further apart than this."""
+"""The largest weld tolerance, as a fraction of the model's diagonal: rounding alone moves no two
+equal points further apart than this."""
 
 MAX_ISOCURVES = 1024
 """The most pieces into which isoparametric curves cut a patch, in one direction."""
@@ -47,7 +47,7 @@ class MeshOptions:
         larger.
     weld_tolerance : float
         Two control points on borders count as one point if their distance is at most the larger of
-        two lengths: this share of the diagonal of the box about the control points; and the
+        two lengths: this fraction of the diagonal of the box about the control points; and the
         rounding error of coordinates and knots, but at most `MAX_WELD_TOLERANCE` of this diagonal
         (`find_weld_distance`). 0 turns both off: only points that are equal bit for bit then count
         as one.

@@ -40,7 +40,7 @@ SAME_PLANE = 1e-6
 
 NO_PLANE = 1e-9
 """Two tangents span no plane if the sine of their angle is smaller than this, or if the length of
-the partial is smaller than this share of the longest partial."""
+the partial is smaller than this fraction of the longest partial."""
 
 CHUNK_PATCHES = 1024
 """The number of patches along a seam that are compared together, which limits the memory."""
@@ -130,8 +130,10 @@ class _Border:
         where p/h is `factor`, and row 0 of the net is `line`, row 1 `next`.
         """
         total = self.line_weights @ basis.T
-        shares = basis * self.next_weights[:, np.newaxis]
-        difference: FloatArray = shares @ self.next - shares.sum(axis=-1)[..., np.newaxis] * point
+        weighted_basis = basis * self.next_weights[:, np.newaxis]
+        difference: FloatArray = (
+            weighted_basis @ self.next - weighted_basis.sum(axis=-1)[..., np.newaxis] * point
+        )
         difference *= (self.factor / total)[..., np.newaxis]
         return difference
 
@@ -149,8 +151,10 @@ class _Border:
 
     def points(self, basis: FloatArray) -> FloatArray:
         """The points S of the border, (M, K, 3)."""
-        shares = basis * self.line_weights[:, np.newaxis]
-        point: FloatArray = shares @ self.line / shares.sum(axis=-1)[..., np.newaxis]
+        weighted_basis = basis * self.line_weights[:, np.newaxis]
+        point: FloatArray = (
+            weighted_basis @ self.line / weighted_basis.sum(axis=-1)[..., np.newaxis]
+        )
         return point
 
     def take(self, run: slice) -> "_Border":

@@ -160,11 +160,11 @@ def _sample_by_matrix(points: FloatArray, weights: FloatArray | None, divisions:
     rows = points.transpose(1, 0, 2).reshape(terms, 1, -1)
     if weights is None:
         return _sum_pairs(basis * rows).reshape(divisions + 1, count, 3)
-    shares = basis * weights.T[:, np.newaxis]
-    scaled = shares.repeat(3, axis=2)
+    weighted_basis = basis * weights.T[:, np.newaxis]
+    scaled = weighted_basis.repeat(3, axis=2)
     scaled *= rows
     samples = _sum_pairs(scaled).reshape(divisions + 1, count, 3)
-    total = _sum_pairs(shares)
+    total = _sum_pairs(weighted_basis)
     total[:, _find_polynomial(weights)] = 1.0
     samples /= total[:, :, np.newaxis]
     samples[0], samples[-1] = points[:, 0], points[:, -1]

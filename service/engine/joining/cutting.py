@@ -18,7 +18,7 @@ from service.surface.lowered import Domain, PatchModel
 from service.surface.repatched import rebuild, surfaces_of
 
 ROUNDING = 2.0**-49
-"""Bound of the rounding error of cutting, for each degree, as a share of the largest coordinate."""
+"""Bound of the rounding error of cutting, for each degree, relative to the largest coordinate."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

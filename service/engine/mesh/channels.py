@@ -33,10 +33,10 @@ of temporary arrays."""
 
 SAME_RANGE = 2.0**-16
 """Two values of a channel without a unit (see `ChannelRows`) count as equal if their difference is
-at most this share of the channel's range."""
+at most this fraction of the channel's range."""
 
 SAME_VALUE = 2.0**-20
-"""Two values also count as equal if their difference is at most this share of the largest value:
+"""Two values also count as equal if their difference is at most this fraction of the largest value:
 eight units in the last place of float32."""
 
 TINY = float(np.finfo(np.float32).smallest_subnormal)

@@ -14,13 +14,13 @@ The algorithm is backward stable: the error is a few units in the last place of 
 value, hundreds of times smaller than this bound."""
 
 COPY_ERROR = 2.0**-36
-"""Bound of the error of the positions of copies, as a share of the size of the placed model. If
+"""Bound of the error of the positions of copies, as a fraction of the size of the placed model. If
 this service multiplies the vertices, the error of L x is at most 2^-50 |L| |x|. If a node of the
 file has a rotation and scalings, the error is some 1e-12, because columns count as perpendicular,
 and scalings as 1, up to 1e-12."""
 
 TRANSLATION_ERROR = 2.0**-50
-"""Bound of the rounding error of adding the translation, as a share of its length."""
+"""Bound of the rounding error of adding the translation, as a fraction of its length."""
 
 
 def scalings(matrix: FloatArray | None) -> tuple[float, float]:

@@ -30,7 +30,7 @@ def compute_frames(
     points, tangents : ndarray of float64, shape (K, m, 3)
         Points may repeat, tangents have unit length. A closed curve ends where it begins.
     fractions : ndarray of float64, shape (K, m)
-        Length up to each sample as a share of the length of the curve, 0 to 1.
+        Length up to each sample as a fraction of the length of the curve, 0 to 1.
 
     Returns
     -------

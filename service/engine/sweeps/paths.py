@@ -110,14 +110,14 @@ def build_path(
 
     # For each frame: its sample, and its number among the frames of this sample.
     sample, number = expand_runs(counts)
-    turned_share = number / np.maximum(counts - 1, 1)[sample]
+    turned_fraction = number / np.maximum(counts - 1, 1)[sample]
     if closed:
-        turned_share[0] = 1.0  # the first frame has the direction after the corner
+        turned_fraction[0] = 1.0  # the first frame has the direction after the corner
     directions = _interpolate(
-        tangents_before[sample], tangents_after[sample], turn[sample], turned_share
+        tangents_before[sample], tangents_after[sample], turn[sample], turned_fraction
     )
     plane_normals = np.where(has_mitre[sample, None], mean_tangents[sample], directions)
-    is_before_corner = (counts[sample] > 1) & (turned_share == 0)
+    is_before_corner = (counts[sample] > 1) & (turned_fraction == 0)
     speeds = np.where(
         is_before_corner, _speeds(pieces, samples_before)[sample], _speeds(pieces, samples)[sample]
     )
@@ -236,8 +236,10 @@ def _count_frames(turn: FloatArray, crease_angle: float) -> Ints:
     return frames
 
 
-def _interpolate(a: FloatArray, b: FloatArray, turn: FloatArray, share: FloatArray) -> FloatArray:
-    """Unit vectors at a share of the arc from a to b, (N, 3); from a to −a it is any half circle.
+def _interpolate(
+    a: FloatArray, b: FloatArray, turn: FloatArray, fraction: FloatArray
+) -> FloatArray:
+    """Unit vectors at fractions of the arc from a to b, (N, 3); from a to −a it is a half circle.
 
     `turn` has the angles between a and b.
     """
@@ -247,8 +249,8 @@ def _interpolate(a: FloatArray, b: FloatArray, turn: FloatArray, share: FloatArr
     is_reversal = (length <= 1e-6) & (turn > 1)
     across[is_reversal], length[is_reversal] = find_perpendicular(a[is_reversal]), 1.0
     across /= np.where(length > 0, length, 1.0)[:, None]
-    angle = (share * turn)[:, None]
+    angle = (fraction * turn)[:, None]
     directions: FloatArray = np.cos(angle) * a + np.sin(angle) * across
-    is_end = share == 1.0
+    is_end = fraction == 1.0
     directions[is_end] = b[is_end]
     return directions

@@ -30,8 +30,8 @@ from service.engine.plans.layout import Layout
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import PatchModel
 
-CHORD_SHARE = 0.75
-"""Share of the tolerance for chords; the rest is for the rounding of points."""
+CHORD_FRACTION = 0.75
+"""Fraction of the tolerance for chords; the rest is for the rounding of points."""
 
 MAX_PIECES = 1 << 12
 """Most divisions for angles: at a cusp no number of divisions is enough."""
@@ -133,7 +133,7 @@ def _divide_batch(batch: Patches, goal: Goal) -> tuple[Ints, Ints]:
     """Numbers of divisions (P,) along u, and along v, of the patches of a batch."""
     points = batch.points.reshape(batch.count, -1, 3)
     # With a camera, the tolerance of a patch depends on its distance from the eye.
-    allowed = CHORD_SHARE * goal.find_allowed(
+    allowed = CHORD_FRACTION * goal.find_allowed(
         goal.measure_distances_to_eye(points.min(axis=1), points.max(axis=1))
     )
     if isinstance(batch, TrianglePatches):

@@ -24,10 +24,10 @@ from service.surface.lowered import Color, PatchModel
 NAME = "isocurves"
 """The name of the part or overlay with the curves."""
 
-WIDTH_SHARE = 1 / 300
-"""The default width of a wire, as a share of the diagonal of the box of control points."""
+RELATIVE_WIDTH = 1 / 300
+"""The default width of a wire, as a fraction of the diagonal of the box of control points."""
 
-LIFT_SHARE = 1 / 20
+RELATIVE_LIFT = 1 / 20
 """The distance of ribbons from the faces, in units of their width. Without it, faces and ribbons
 have the same depth, and a renderer shows parts of both."""
 
@@ -115,7 +115,7 @@ def _add_solids(
         build_tubes(run.paths, width / 2, options.wire_sides, faces=options.faces)
         if options.wires == "tubes"
         else build_ribbons(
-            run.lift(width * LIFT_SHARE if options.has_faces else 0.0),
+            run.lift(width * RELATIVE_LIFT if options.has_faces else 0.0),
             width,
             facing=run.normals,
             faces=options.faces,
@@ -162,7 +162,7 @@ def find_width(model: PatchModel, options: MeshOptions) -> float:
     if options.wire_width is not None:
         return options.wire_width
     low, high = model.bounds
-    return WIDTH_SHARE * float(np.linalg.norm(high - low))
+    return RELATIVE_WIDTH * float(np.linalg.norm(high - low))
 
 
 def bound_solid_counts(curves: int, samples: int, options: MeshOptions) -> tuple[int, int, int]:

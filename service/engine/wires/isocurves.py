@@ -1,6 +1,6 @@
 """Isoparametric curves of a model: the lines u = i/n_u and v = j/n_v of every patch.
 
-The borders of patches are drawn, too; an edge that patches share is drawn once, through the samples
+The borders of patches are drawn, too; an edge that patches along is drawn once, through the samples
 that the faces of a mesh by resolution use. Curves across a patch begin and end at points that are
 computed from an edge alone, so that the curves of two neighbouring patches meet, bit for bit. On a
 triangle the curves are r = i/n, s = i/n and t = i/n. A curve that is one point is not drawn.
@@ -24,8 +24,8 @@ from service.surface.sides import BEGINS, ENDS
 
 AnyPatches = TypeVar("AnyPatches", TensorPatches, TrianglePatches)
 
-MIN_LENGTH_SHARE = 2.0**-40
-"""A curve shorter than this share of its largest coordinate counts as a point."""
+MIN_RELATIVE_LENGTH = 2.0**-40
+"""A curve shorter than this fraction of its largest coordinate counts as a point."""
 
 
 _CORNERS = np.array(
@@ -217,8 +217,8 @@ def _sample_across_triangles(
             ((remainder, 0.0), (0.0, remainder), ((2, n - i), (0, n - i))),
             ((0.0, fraction), (remainder, fraction), ((0, i), (1, i))),
         ):
-            share = np.arange(count + 1) / count
-            line = (1 - share)[:, None] * begin + share[:, None] * end
+            along = np.arange(count + 1) / count
+            line = (1 - along)[:, None] * begin + along[:, None] * end
             s, t = (np.tile(column, len(patches)) for column in line.T)
             index = np.repeat(np.arange(len(patches)), count + 1)
             points = evaluate_jets(batch, index, s, t, 0).partials[0].reshape(-1, count + 1, 3)
@@ -230,5 +230,5 @@ def _sample_across_triangles(
 def _find_lines(points: FloatArray) -> Bools:
     """Whether a curve is more than a point."""
     size = np.ptp(points, axis=1).max(axis=1)
-    is_line: Bools = size > MIN_LENGTH_SHARE * np.abs(points).max(axis=(1, 2))
+    is_line: Bools = size > MIN_RELATIVE_LENGTH * np.abs(points).max(axis=(1, 2))
     return is_line

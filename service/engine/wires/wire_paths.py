@@ -71,8 +71,8 @@ def build_wire_paths(
 def _build_curves(model: PatchModel, run: IsoCurves) -> Iterator[_Curve]:
     """The curves of a run with their tangents and normals."""
     count, samples, _ = run.points.shape
-    share = np.arange(samples)[:, None] / (samples - 1)
-    parameters = (1 - share) * run.first[:, None] + share * run.last[:, None]
+    along = np.arange(samples)[:, None] / (samples - 1)
+    parameters = (1 - along) * run.first[:, None] + along * run.last[:, None]
     directions = run.last - run.first  # of the curves, in the parameters
     slopes, normals = np.empty(run.points.shape), np.empty(run.points.shape)
     first = 0
