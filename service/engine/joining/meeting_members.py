@@ -12,11 +12,17 @@ import numpy as np
 
 from service.bases.arrays import Ints
 from service.engine.clustering import DisjointSets
+from service.engine.connectivity.edges import EdgeCurves, join_curves
 from service.engine.connectivity.equal_points import compute_weld_distance, find_knot_ratio
 from service.engine.connectivity.seams import Seams
-from service.engine.joining.corners_on_edges import find_corners_on_edges
 from service.engine.joining.near_points import group_near_points
-from service.engine.joining.open_edges import OpenEdges, find_open_edges
+from service.engine.joining.open_edges import (
+    MAX_PAIRS,
+    OpenEdges,
+    find_corner_candidates,
+    find_open_edges,
+    place_corners,
+)
 from service.engine.options import MAX_WELD_TOLERANCE
 from service.engine.scenes.placing import place_points
 from service.surface.batches import Patches
@@ -62,7 +68,7 @@ def find_neighbours(
     members_of_corners = np.repeat(members_of_borders, [len(border.corners) for border in placed])
     first_corner_of_group = group_near_points(corners, distance)
     corner_pairs = np.stack([members_of_corners[first_corner_of_group], members_of_corners], axis=1)
-    edge_pairs = np.array(members_of_borders)[find_corners_on_edges(placed, distance)]
+    edge_pairs = np.array(members_of_borders)[_find_corners_on_edges(placed, distance)]
     pairs = np.unique(np.concatenate([corner_pairs, edge_pairs]), axis=0)
     sets = DisjointSets(len(group.members))
     for pair in pairs[pairs[:, 0] != pairs[:, 1]].tolist():
@@ -72,6 +78,46 @@ def find_neighbours(
     for number, root in enumerate(sets.list_roots()):
         clusters.setdefault(root, []).append(number)
     return [numbers for numbers in clusters.values() if len(numbers) > 1]
+
+
+def _find_corners_on_edges(borders: Sequence[OpenEdges], reach: float) -> Ints:
+    """Pairs (n, 2) of numbers of borders: a corner of the second border is on an edge of the first.
+
+    The result is empty if more than `MAX_PAIRS` pairs of an edge and a corner must be compared.
+    """
+    edges, border_of_edge, border_of_corner = _join_open_edges(borders)
+    edge, corner = find_corner_candidates(edges, reach)
+    pairs: Ints = np.stack([border_of_edge[edge], border_of_corner[corner]], axis=1)
+    are_distinct = pairs[:, 0] != pairs[:, 1]
+    edge, corner, pairs = edge[are_distinct], corner[are_distinct], pairs[are_distinct]
+    if not 0 < len(edge) <= MAX_PAIRS:
+        return pairs[:0]
+    _, _, is_on = place_corners(edges, edge, edges.corners[corner], reach)
+    on_edges: Ints = pairs[is_on]
+    return on_edges
+
+
+def _join_open_edges(borders: Sequence[OpenEdges]) -> tuple[OpenEdges, Ints, Ints]:
+    """The open edges of several models; edges and corners are numbered one model after another.
+
+    The other results are the number of the model of each edge, (K,), and of each corner, (C,).
+    """
+    edge_counts = [border.count for border in borders]
+    corner_counts = [len(border.corners) for border in borders]
+    first_edges, first_corners = (np.cumsum([0, *n[:-1]]) for n in (edge_counts, corner_counts))
+    curves_by_form: dict[tuple[int, bool], list[EdgeCurves]] = {}
+    for border, first in zip(borders, first_edges, strict=True):
+        for curve in border.curves:
+            form = curve.points.shape[1], curve.weights is None
+            curves_by_form.setdefault(form, []).append(replace(curve, ids=curve.ids + first))
+    edges = OpenEdges(
+        curves=tuple(map(join_curves, curves_by_form.values())),
+        begin=np.concatenate([b.begin + k for b, k in zip(borders, first_corners, strict=True)]),
+        end=np.concatenate([b.end + k for b, k in zip(borders, first_corners, strict=True)]),
+        corners=np.concatenate([border.corners for border in borders]),
+    )
+    numbers = np.arange(len(borders))
+    return edges, np.repeat(numbers, edge_counts), np.repeat(numbers, corner_counts)
 
 
 def _list_channels(group: GroupModel, number: int) -> list[tuple[str, str, int]]:

@@ -1,13 +1,50 @@
-"""The open edges of models, each on one patch only: their curves and their ends."""
+"""The open edges of models, each on one patch only; and corners that lie on them, not at ends.
 
-from collections.abc import Callable, Sequence
+For a corner c and the curve B of an edge, Gauss–Newton steps t ← t − (B(t) − c) · B' / B' · B' lead
+from the nearest of some samples to the nearest parameter t. The corner is on the edge if B(t) is at
+most `reach`, in model units, from c.
+"""
+
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, Ints
-from service.engine.connectivity.edges import EdgeCurves, join_curves
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.bernstein import bernstein
+from service.bases.row_batches import expand_runs, row_slices, split_runs
+from service.cancellation import checkpoint
+from service.engine.connectivity.edges import EdgeCurves
 from service.engine.connectivity.seams import Seams
+
+STEPS = 12
+"""Gauss–Newton steps for each corner; near the solution, each step doubles the correct digits."""
+
+MAX_PAIRS = 1 << 22
+"""The most pairs of an edge and a corner within its bounds; a model with more pairs is not cut."""
+
+FEW_PAIRS = 1 << 14
+"""Up to this number of pairs of an edge and a corner, one array operation compares all pairs."""
+
+DIRECTIONS = np.array(
+    [
+        *((1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0)),
+        *((1.0, 1, 0), (1.0, -1, 0), (1.0, 0, 1), (1.0, 0, -1), (0, 1.0, 1), (0, 1.0, -1)),
+        *((1.0, 1, 1), (1.0, 1, -1), (1.0, -1, 1), (1.0, -1, -1)),
+    ]
+)
+"""The directions along which edges are bounded: the axes, the diagonals between two axes, and the
+diagonals between all three. Bounds along the axes alone would be looser."""
+
+CHUNK = 1 << 18
+"""The approximate count of numbers in one chunk."""
+
+MIN_END_DISTANCE = 64.0
+"""A corner that cuts an edge is further from the ends of the edge than this multiple of `reach`,
+so that no piece of the edge is nearly a point."""
+
+MAX_SLACK = 1e-6
+"""The largest difference of two parameters that may count as equal."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -62,24 +99,138 @@ def find_open_edges(seams: Seams) -> tuple[OpenEdges, Ints]:
     return OpenEdges(curves, begin, end, seams.corner_points[used]), sides
 
 
-def join_open_edges(borders: Sequence[OpenEdges]) -> tuple[OpenEdges, Ints, Ints]:
-    """The open edges of several models; edges and corners are numbered one model after another.
+def find_corner_candidates(edges: OpenEdges, reach: float) -> tuple[Ints, Ints]:
+    """Pairs of an open edge and a corner, by their numbers: edges (K,) and corners (K,).
 
-    The other results are the number of the model of each edge, (K,), and of each corner, (C,).
+    The corner of a pair is within the bounds of the net of the edge, and is not an end of the edge.
+    If far more than `MAX_PAIRS` pairs must be compared, the arrays are empty.
     """
-    edge_counts = [border.count for border in borders]
-    corner_counts = [len(border.corners) for border in borders]
-    first_edges, first_corners = (np.cumsum([0, *n[:-1]]) for n in (edge_counts, corner_counts))
-    curves_by_form: dict[tuple[int, bool], list[EdgeCurves]] = {}
-    for border, first in zip(borders, first_edges, strict=True):
-        for curve in border.curves:
-            form = curve.points.shape[1], curve.weights is None
-            curves_by_form.setdefault(form, []).append(replace(curve, ids=curve.ids + first))
-    edges = OpenEdges(
-        curves=tuple(map(join_curves, curves_by_form.values())),
-        begin=np.concatenate([b.begin + k for b, k in zip(borders, first_corners, strict=True)]),
-        end=np.concatenate([b.end + k for b, k in zip(borders, first_corners, strict=True)]),
-        corners=np.concatenate([border.corners for border in borders]),
-    )
-    numbers = np.arange(len(borders))
-    return edges, np.repeat(numbers, edge_counts), np.repeat(numbers, corner_counts)
+    count = edges.count
+    low, high = np.empty((count, len(DIRECTIONS))), np.empty((count, len(DIRECTIONS)))
+    for group in edges.curves:
+        extents = group.points @ DIRECTIONS.T
+        low[group.ids], high[group.ids] = extents.min(axis=1), extents.max(axis=1)
+    # The longest of the directions has the length √3 < 2.
+    margin = 2 * reach + 2.0**-48 * float(np.abs(low).max() + np.abs(high).max())
+    low -= margin
+    high += margin
+    corners = np.unique(np.concatenate([edges.begin, edges.end]))
+    extents = edges.corners[corners] @ DIRECTIONS.T
+    if count * len(corners) <= FEW_PAIRS:
+        is_inside = ((extents >= low[:, None]) & (extents <= high[:, None])).all(axis=2)
+        is_inside &= (corners != edges.begin[:, None]) & (corners != edges.end[:, None])
+        edge, position = is_inside.nonzero()
+        return edge, corners[position]
+    # With many pairs, corners are sorted along the axis on which they extend furthest. An edge is
+    # compared only with the run of corners within its bounds along this axis.
+    axis = int(np.ptp(extents[:, :3], axis=0).argmax())
+    order = np.argsort(extents[:, axis], kind="stable")
+    corners, extents = corners[order], extents[order]
+    begin = np.searchsorted(extents[:, axis], low[:, axis])
+    end = np.searchsorted(extents[:, axis], high[:, axis], side="right")
+    counts = end - begin
+    if counts.sum() > 16 * MAX_PAIRS:
+        return np.empty(0, np.intp), np.empty(0, np.intp)
+    pairs = []
+    # Runs of edges that are compared with about `CHUNK` corners.
+    for run in split_runs(np.diff(np.cumsum(counts) // CHUNK) > 0):
+        edge, position = expand_runs(counts[run], begin[run])
+        edge += run.start
+        is_inside = (corners[position] != edges.begin[edge]) & (
+            corners[position] != edges.end[edge]
+        )
+        for k in range(len(DIRECTIONS)):
+            edge, position = edge[is_inside], position[is_inside]
+            is_inside = (extents[position, k] >= low[edge, k]) & (
+                extents[position, k] <= high[edge, k]
+            )
+        pairs.append((edge[is_inside], corners[position[is_inside]]))
+        checkpoint()
+    return np.concatenate([e for e, _ in pairs]), np.concatenate([c for _, c in pairs])
+
+
+def place_corners(
+    edges: OpenEdges, edge: Ints, points: FloatArray, reach: float
+) -> tuple[FloatArray, FloatArray, Bools]:
+    """For each point (K, 3), the nearest parameter on its edge `edge[k]`.
+
+    Returns
+    -------
+    at : ndarray of float64, shape (K,)
+        Parameters of the edges; meaningful only where `is_on`.
+    slack : ndarray of float64, shape (K,)
+        The largest difference of parameters that count as equal.
+    is_on : ndarray of bool, shape (K,)
+        Whether the point is on the edge, and not at its ends.
+    """
+    at, slack = np.zeros(len(edge)), np.zeros(len(edge))
+    is_on = np.zeros(len(edge), dtype=bool)
+    for group in edges.curves:
+        row_of_edge = edges.find_rows(group)
+        rows_of_degree = np.flatnonzero(row_of_edge[edge] >= 0)
+        degree = group.points.shape[1] - 1
+        samples = np.linspace(0, 1, 8 * degree + 1)
+        for part in row_slices(len(rows_of_degree), 3 * len(samples), CHUNK):
+            pairs = rows_of_degree[part]
+            curve, target = row_of_edge[edge[pairs]], points[pairs]
+            # Each curve relative to the point that is placed on it: the point is then 0.
+            nets = group.points[curve] - target[:, None]
+            weights = None if group.weights is None else group.weights[curve]
+            squares = np.square(evaluate_curves(nets, weights, samples)).sum(axis=2)
+            if weights is None:
+                # No point of the curve is further from its nearest sample than half of a step of
+                # the parameter times the largest speed.
+                speed = degree * np.sqrt(np.square(np.diff(nets, axis=1)).sum(axis=2).max(axis=1))
+                is_close = np.sqrt(squares.min(axis=1)) <= speed * (samples[1] / 2) + reach
+                pairs, nets, squares = pairs[is_close], nets[is_close], squares[is_close]
+                if not len(pairs):
+                    continue
+            t = samples[squares.argmin(axis=1)]
+            for _ in range(STEPS):
+                value, slope = _evaluate_with_slope(nets, weights, t)
+                squared_speed = np.square(slope).sum(axis=1)
+                step = (value * slope).sum(axis=1) / np.where(squared_speed > 0, squared_speed, 1.0)
+                t = (t - step).clip(0, 1)
+            value, slope = _evaluate_with_slope(nets, weights, t)
+            is_near = np.square(value).sum(axis=1) <= reach**2
+            squared_end_distance = np.minimum(
+                np.square(nets[:, 0]).sum(axis=1), np.square(nets[:, -1]).sum(axis=1)
+            )
+            is_far_from_ends = squared_end_distance > (MIN_END_DISTANCE * reach) ** 2
+            at[pairs], is_on[pairs] = t, is_near & is_far_from_ends & (t > 0) & (t < 1)
+            speed = np.sqrt(np.square(slope).sum(axis=1))
+            # A step of 4 `reach` along the curve; `reach` as the least speed avoids division by 0.
+            slack[pairs] = np.minimum(4 * reach / np.maximum(speed, reach), MAX_SLACK)
+    return at, slack, is_on
+
+
+def evaluate_curves(
+    nets: FloatArray, weights: FloatArray | None, parameters: FloatArray
+) -> FloatArray:
+    """Points (m, K, 3) of curves (m, n+1, 3) at parameters (K,), or (m, K) for each curve."""
+    degree = nets.shape[1] - 1
+    basis = bernstein(degree, parameters.ravel()).reshape(*parameters.shape, degree + 1)
+    if weights is None:
+        value: FloatArray = basis @ nets
+        return value
+    weighted_basis = basis * weights[:, None]
+    value = weighted_basis @ nets
+    value /= weighted_basis.sum(axis=2, keepdims=True)
+    return value
+
+
+def _evaluate_with_slope(
+    nets: FloatArray, weights: FloatArray | None, t: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Points and derivatives (m, 3) of curves (m, n+1, 3): curve k at parameter `t[k]`."""
+    degree = nets.shape[1] - 1
+    basis, lower_basis = bernstein(degree, t)[:, None], bernstein(degree - 1, t)[:, None]
+    if weights is None:
+        return (basis @ nets)[:, 0], degree * (lower_basis @ np.diff(nets, axis=1))[:, 0]
+    weighted = nets * weights[..., None]
+    weight = (basis @ weights[..., None])[:, 0]
+    weight_differences = degree * np.diff(weights, axis=1)
+    weight_slope = (lower_basis @ weight_differences[..., None])[:, 0]
+    value = (basis @ weighted)[:, 0] / weight
+    slope = degree * (lower_basis @ np.diff(weighted, axis=1))[:, 0]
+    return value, (slope - weight_slope * value) / weight

@@ -5,7 +5,7 @@ surface has no knot, or two surfaces meet a third surface along one of its edges
 stays the same curve after raising its degree, after inserting knots and after a linear change of
 the parameter. So:
 
-1. A corner that lies on an open edge, and not at its ends, may cut this edge (`corners_on_edges`).
+1. A corner that lies on an open edge, and not at its ends, may cut this edge (`place_corners`).
 2. Two pieces between the same two corners are one curve if they agree at 2 n + 1 parameters, where
    n is the highest degree of all edges.
 3. A corner cuts an edge if a piece beside the cut is one curve with a piece of another edge.
@@ -22,14 +22,15 @@ from service.cancellation import checkpoint
 from service.engine.clustering import find_leaders
 from service.engine.connectivity.incidence import hash_arrays
 from service.engine.connectivity.seams import Seams
-from service.engine.joining.corners_on_edges import (
+from service.engine.joining.open_edges import (
     CHUNK,
     MAX_PAIRS,
+    OpenEdges,
     evaluate_curves,
     find_corner_candidates,
+    find_open_edges,
     place_corners,
 )
-from service.engine.joining.open_edges import OpenEdges, find_open_edges
 
 
 @dataclass(frozen=True, eq=False, slots=True)
