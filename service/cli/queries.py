@@ -124,7 +124,7 @@ def _section_formats() -> "Sequence[FileFormat]":
 
 
 def _compute_sections(document: Document, fmt: Any) -> bytes:
-    from service.pipeline.section import plan_sections
+    from service.pipeline.polylines import plan_sections
     from service.schemas.intersect import IntersectRequest
 
     request, limits = parse_request(IntersectRequest, document)
@@ -155,7 +155,7 @@ def _curve_formats() -> "Sequence[FileFormat]":
 
 
 def _compute_curve(document: Document, fmt: Any) -> bytes:
-    from service.pipeline.curve import plan_curve
+    from service.pipeline.polylines import plan_curve
     from service.schemas.curves import CurveRequest
 
     request, limits = parse_request(CurveRequest, document)

@@ -13,7 +13,7 @@ from contextlib import suppress
 from logging.handlers import MemoryHandler
 from typing import TYPE_CHECKING
 
-from service.cli.flags import Command, flag
+from service.cli.flags import Command, flag, read_values
 from service.cli.output import print_lines
 from service.cli.refusals import OK, Refused, UsageError
 from service.cli.source import NET_FILES, field_line, read_document, read_field_flags, source_flag
@@ -115,15 +115,11 @@ def _sign(arguments: argparse.Namespace) -> int:
     signer = build_signer(read_environment())
     if signer is None:
         raise UsageError("SURFACE_SIGNING_KEYS: got nothing, needed a secret to sign with")
-    document: dict[str, object] = {"url": arguments.path}
-    for name in ("seconds", "expires"):
-        text = getattr(arguments, name)
-        if text is not None:
-            # Valid numbers have fewer than 20 digits; of thousands, `int` raises ValueError.
-            if not (text.isascii() and text.isdigit() and len(text) < 20):
-                raise UsageError(f"--{name}: needed a whole number")
-            document[name] = int(text)
-    request = validate_document(SignRequest, document)
+    ((name, text),) = read_values(arguments, SIGN.one_of).items()
+    # Valid numbers have fewer than 20 digits; of thousands, `int` raises ValueError.
+    if not (text.isascii() and text.isdigit() and len(text) < 20):
+        raise UsageError(f"--{name}: needed a whole number")
+    request = validate_document(SignRequest, {"url": arguments.path, name: int(text)})
     url, _ = build_signed_url(signer, request, root="", now=time.time())
     print_lines([url])
     return OK

@@ -32,13 +32,14 @@ NOT_PARAMETRIC = Issue(
 )
 
 
-def check_surface(size: SurfaceSize, limits: Limits) -> None:
-    """Refuse a surface with too many patches, or whose patches take too much memory."""
+def check_surface(size: SurfaceSize, limits: Limits) -> SurfaceSize:
+    """The size, unless it has too many patches, or its patches take too much memory."""
     message = "The surface has too many Bézier patches: one for every span of its knots."
     issue = Issue("too_many_patches", message, "/surface")
     check_count(size.patches, limits.max_patches, "patches", issue)
     subject = "As patches the surface"  # `check_memory` adds "would take more memory than …"
     limits.check_memory(lowering_memory(size), subject, "/surface", "a smaller surface")
+    return size
 
 
 def check_options(

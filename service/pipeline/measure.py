@@ -33,8 +33,7 @@ def plan_measure(
     TooLarge
         The surface exceeds a limit.
     """
-    size = surface.size()
-    check_surface(size, limits)
+    size = check_surface(surface.size(), limits)
     _check_effort(size.patches, size.degree, limits)
     file_bytes = (
         1000

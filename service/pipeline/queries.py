@@ -47,8 +47,7 @@ def plan_points(
     where, count = f"/{query.field}", len(query.places)
     check_items("too_many_points", count, limits.max_points, where)
     limits.check_bytes(points_bound(count, query.order), where)
-    size = surface.stored_size()
-    check_surface(size, limits)
+    size = check_surface(surface.stored_size(), limits)
     cost = points_cost(size, count, query.order)
     limits.check_memory(cost.memory, "The response", where, "fewer points at once")
     return Work(cost, partial(_evaluate, surface, query, limits))
@@ -95,9 +94,7 @@ def plan_project(
         pieces = shape.lower()  # takes no time: the curve was lowered when it was created
         nets = SearchedNets(pieces.count, (pieces.degree, 0), pieces.points.nbytes)
     else:
-        size = shape.stored_size()
-        check_surface(size, limits)
-        nets = searched_nets(size)
+        nets = searched_nets(check_surface(shape.stored_size(), limits))
     cost = project_cost(nets, count, file_bytes, sign=query.sign)
     instead = "a smaller surface, fewer points at once"
     limits.check_memory(cost.memory, "The response", where, instead)
@@ -134,8 +131,7 @@ def plan_intersect(
     check_items("too_many_rays", count, min(MAX_ITEMS, limits.max_points), "/rays")
     if not query.only_first:
         max_hits = min(max(HITS_PER_RAY * count, MIN_HITS), limits.max_bytes // HIT_JSON_BYTES)
-    size = surface.stored_size()
-    check_surface(size, limits)
+    size = check_surface(surface.stored_size(), limits)
     # The response has the number of hits of each ray.
     file_bytes = 1000 + count * 16 + max_hits * HIT_JSON_BYTES
     cost = rays_cost(searched_nets(size), count, max_hits, file_bytes)

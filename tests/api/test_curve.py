@@ -15,8 +15,8 @@ from service.encoders.polylines.registry import CURVE_FORMATS
 from service.encoders.registry import FORMATS
 from service.engine.curves.options import CurveOptions
 from service.errors import TooLarge
-from service.pipeline.curve import plan_curve
 from service.pipeline.limits import Limits
+from service.pipeline.polylines import plan_curve
 from service.settings.values import Settings
 from service.surface.curve import BezierCurve
 from tests.clients.gltf_validator import list_issues

@@ -8,7 +8,7 @@ import pytest
 from service.api.app import create_app
 from service.api.models.queries import Sections
 from service.encoders.polylines.registry import SECTION_FORMATS
-from service.pipeline.section import MAX_PLANES
+from service.pipeline.polylines import MAX_PLANES
 from service.settings.values import Settings
 from tools.client import Client, start_client
 

@@ -9,8 +9,8 @@ from service.encoders.polylines.registry import CURVES_BY_NAME
 from service.encoders.registry import BY_NAME
 from service.engine.curves.options import CurveOptions
 from service.engine.options import MeshOptions
-from service.pipeline.curve import plan_curve
 from service.pipeline.mesh import render
+from service.pipeline.polylines import plan_curve
 from service.schemas.curves import CurveRequest
 from service.schemas.document import DocumentLimits
 from service.schemas.request import MeshRequest

@@ -12,8 +12,8 @@ from service.encoders.polylines.registry import CURVES_BY_NAME
 from service.encoders.registry import BY_NAME
 from service.engine.build import build
 from service.engine.curvatures.placement_scale import add_stretches
-from service.pipeline.curve import plan_curve
 from service.pipeline.mesh import render
+from service.pipeline.polylines import plan_curve
 from service.schemas.curves import CurveRequest
 from service.schemas.request import MeshRequest
 from service.schemas.validation import validate_document

@@ -13,7 +13,7 @@ from service.engine.measures.values import MeasureQuery
 from service.engine.models import to_patches
 from service.engine.rays.intersect import RayQuery, intersect_rays
 from service.engine.sections.values import Planes, SectionTolerance
-from service.pipeline.section import plan_sections
+from service.pipeline.polylines import plan_sections
 from service.surface.bezier import BezierSurface
 from service.surface.examples.catalogue import find
 from service.surface.lowered import PatchModel

@@ -39,8 +39,7 @@ def plan_crate(
     surface: SurfaceKind, margin: float, limits: Limits = DEFAULT_LIMITS
 ) -> Work[bytes]:
     """Plan a crate: estimate its cost from shapes, and check the limits."""
-    size = surface.stored_size()
-    check_surface(size, limits)
+    size = check_surface(surface.stored_size(), limits)
     return Work(points_cost(size, count=1, order=0), partial(_pack, surface, margin))
 
 

@@ -10,8 +10,8 @@ from service.api.openapi.responses import FILE_HEADERS, POST_ERRORS, error, show
 from service.api.responses import bytes_response, file_response
 from service.api.services import ContextDep
 from service.encoders.polylines.registry import CURVE_FORMATS, CURVES_BY_NAME
-from service.pipeline.curve import plan_curve
 from service.pipeline.documents import plan_conversion
+from service.pipeline.polylines import plan_curve
 from service.pipeline.queries import plan_points
 from service.schemas.convert import ConvertRequest
 from service.schemas.curves import CurveRequest

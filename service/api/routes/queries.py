@@ -23,8 +23,8 @@ from service.decoders.npy import read_array
 from service.encoders.polylines.registry import SECTION_FORMATS, SECTIONS_BY_NAME
 from service.errors import InvalidRequest, Issue
 from service.pipeline.measure import plan_measure
+from service.pipeline.polylines import plan_sections
 from service.pipeline.queries import plan_intersect, plan_project
-from service.pipeline.section import plan_sections
 from service.schemas.intersect import IntersectRequest
 from service.schemas.queries import MeasureRequest, ProjectRequest
 
