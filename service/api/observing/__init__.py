@@ -1,1 +1,1 @@
-"""Telemetry: request records, the access log, metrics and traces; and health checks."""
+"""Telemetry: the access log, metrics and traces; and health checks."""

@@ -8,9 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.api.app import create_app
-from service.api.guard import rates
 from service.api.guard.keys import format_entry, make_key
-from service.api.guard.rates import Rates, caller_name
+from service.api.guard.rates import MAX_CALLERS, Rates, caller_name
 from service.settings.values import Settings
 from tests.clock import Clock, stop_clock
 from tools.client import start_client
@@ -65,13 +64,12 @@ def test_no_more_than_twice_the_limit_passes_in_any_minute(limit: int, pauses: l
         assert sum(end - 60 < time <= end for time in allowed_times) <= 2 * limit
 
 
-def test_the_number_of_remembered_callers_is_limited(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(rates, "MAX_CALLERS", 100)
+def test_the_number_of_remembered_callers_is_limited() -> None:
     limiter = Rates(2)
-    for i in range(1000):
+    for i in range(MAX_CALLERS + 100):
         limiter.count(f"10.0.{i >> 8}.{i & 255}")
         limiter.count("frequent")
-    assert len(limiter) == 100
+    assert len(limiter) == MAX_CALLERS
     # A caller that was forgotten would be allowed; this one was never the least recent.
     assert not limiter.count("frequent").is_allowed
 
