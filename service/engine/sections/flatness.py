@@ -112,7 +112,8 @@ def _bound(group: Nets, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
     h = planes.heights(pieces.plane, points)
     h_slope = _find_slopes(h)
     squared_slope = dot(h_slope, h_slope)
-    squared_slope[squared_slope == 0] = np.inf
+    # λ and μ are 0 where the slope of h is only rounding.
+    squared_slope[squared_slope <= bound_rounding(group.nets) ** 2] = np.inf
     # λ is `slide_y` and μ is `slide_x`. They bring the slopes of y near 0, and those of x near
     # `target`: |AB| along the axis of the graph, or half of this along both axes.
     sense = np.where(pieces.end >= pieces.begin, 1.0, -1.0)
