@@ -7,13 +7,14 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints
 from service.bases.row_batches import unique_values
 from service.engine.adaptive.borders.border import Border
+from service.engine.adaptive.drafts.draft import Triangulation
 from service.engine.adaptive.samples import (
     PatchPlaces,
+    drop_flat_triangles,
     evaluate_channels,
     evaluate_curvatures,
     find_samples,
 )
-from service.engine.adaptive.triangulation import Triangulation, drop_flat_triangles
 from service.engine.bounds.faces import Faces
 from service.engine.connectivity.closure import Closure
 from service.engine.evaluation.normals import evaluate_scattered_normals

@@ -43,10 +43,9 @@ from service.engine.adaptive.borders.border import Border
 from service.engine.adaptive.cutting.cells import Leaves, Task, build_whole_cells
 from service.engine.adaptive.cutting.heights import maximize_heights
 from service.engine.adaptive.cutting.subdivision import AHEAD, divide_cells
-from service.engine.adaptive.drafts.draft import Draft
+from service.engine.adaptive.drafts.draft import Draft, Triangulation
 from service.engine.adaptive.drafts.draft_triangles import Store
 from service.engine.adaptive.limits import Effort, MeshLimits
-from service.engine.adaptive.triangulation import Triangulation
 from service.engine.bounds.certificate import PartBounds, certify
 from service.engine.bounds.clip import Parts
 from service.engine.bounds.faces import SPAN, Faces

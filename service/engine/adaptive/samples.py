@@ -1,22 +1,35 @@
-"""The samples of a triangulation as parameters of patches, and values of channels there.
+"""From triangulations to samples: flat triangles, parameters of patches, values of channels.
 
-A place on a knot line inside a face belongs to the patches on both sides of the line. If the
-surface has a crease along the line, it has two normals at this place. So triangles on different
-sides get separate samples, which later become one vertex if their normals agree. A triangle that
-spans several patches uses, at each of its corners, the patch on the side of the triangle.
+**Flat triangles** are omitted: triangles of which two corners have equal positions in the file. A
+side that is nearly a point, for example, has vertices that differ in float64 but not in float32. If
+the stored positions of two vertices joined by an edge are equal, they become one vertex, and the
+triangles at that edge are removed. The mesh stays closed where it was closed: the two other edges
+of each removed triangle become one edge.
+
+**Why the bound holds.** A triangle whose corners a and b are equal is the segment from a to c. It
+is omitted only if this segment is an edge of a triangle of the same face that stays. A part of
+the surface that is within a distance of the segment is within this distance of that triangle too,
+which takes over the bound if it is larger.
+
+**Samples.** A place on a knot line inside a face belongs to the patches on both sides of the line.
+If the surface has a crease along the line, it has two normals at this place. So triangles on
+different sides get separate samples, which later become one vertex if their normals agree. A
+triangle that spans several patches uses, at each of its corners, the patch on the side of the
+triangle.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, IndexArray, Ints, RealArray
+from service.bases.arrays import Bools, FloatArray, IndexArray, Ints, RealArray
 from service.bases.bernstein import bernstein
 from service.bases.row_batches import row_slices
 from service.bases.triangle import degree_of
 from service.bases.triangle_basis import triangle_bernstein
-from service.engine.adaptive.triangulation import Triangulation
+from service.engine.adaptive.drafts.draft import Triangulation
 from service.engine.bounds.faces import SPAN, Faces
+from service.engine.clustering import DisjointSets
 from service.engine.curvatures.rows import (
     LimitCurvatures,
     clip_to_storable,
@@ -29,6 +42,75 @@ from service.engine.mesh.channels import CHUNK_VALUES, ChannelRows, find_limits
 from service.engine.scratch import Real
 from service.surface.batches import TrianglePatches
 from service.surface.lowered import PatchModel
+
+EDGES = ((0, 1), (1, 2), (2, 0))
+"""The corners at both ends of each edge of a triangle."""
+
+
+def drop_flat_triangles(triangulation: Triangulation, stored: RealArray) -> Triangulation:
+    """The triangulation without triangles of which two corners are stored as equal positions.
+
+    `stored` (V, 3) are its vertices as the file stores them. `triangulation` itself is returned
+    if it has no flat triangle, or if beside one of them no triangle stays.
+    """
+    corners = triangulation.vertex[triangulation.triangles]
+    following = corners[:, [1, 2, 0]]
+    equal = np.logical_and.reduce([x.take(corners) == x.take(following) for x in stored.T])
+    if not equal.any():
+        return triangulation
+    pairs = np.concatenate([corners[equal[:, k]][:, [i, j]] for k, (i, j) in enumerate(EDGES)])
+    # For each vertex the least of those with which the pairs unite it.
+    ends, number = np.unique(pairs, return_inverse=True)
+    sets = DisjointSets(len(ends))
+    for first, second in number.reshape(-1, 2).tolist():
+        sets.unite(first, second)
+    vertex = np.arange(len(stored))
+    vertex[ends] = ends[sets.list_roots()]
+    corners = vertex[corners]
+    flat = (corners == corners[:, [1, 2, 0]]).any(axis=1)
+    beside = _find_triangles_beside(
+        triangulation.face[triangulation.triangles[:, 0]], corners, flat
+    )
+    if (beside < 0).any():
+        return triangulation
+    raised = _raise_bounds(triangulation.bounds, flat, beside)
+    mesh_bounds = triangulation.mesh_bounds
+    if mesh_bounds is not None:
+        mesh_bounds = _raise_bounds(mesh_bounds, flat, beside)[~flat]
+    return replace(
+        triangulation,
+        vertex=vertex[triangulation.vertex],
+        triangles=triangulation.triangles[~flat],
+        bounds=raised[~flat],
+        mesh_bounds=mesh_bounds,
+    )
+
+
+def _find_triangles_beside(face: Ints, corners: Ints, flat: Bools) -> Ints:
+    """For each flat triangle a triangle of its face that stays and has its segment; or −1.
+
+    `face`, `corners` and `flat` have the face, the three merged vertices and the mark of each
+    triangle; the segment of a flat triangle joins its two different vertices.
+    """
+    staying = np.flatnonzero(~flat)
+    edges = np.sort(corners[staying][:, EDGES].reshape(-1, 2), axis=1)
+    size = int(corners.max()) + 1
+    keys = (face[staying].repeat(3) * size + edges[:, 0]) * size + edges[:, 1]
+    order = np.argsort(keys, kind="stable")
+    # Two of the three sorted corners are equal, so the first and the last end the segment.
+    ends = np.sort(corners[flat], axis=1)
+    segments = (face[flat] * size + ends[:, 0]) * size + ends[:, 2]
+    if not len(keys):
+        return np.full(len(segments), -1)
+    row = order[np.minimum(np.searchsorted(keys, segments, sorter=order), len(keys) - 1)]
+    return np.where(keys[row] == segments, staying[row // 3], -1)
+
+
+def _raise_bounds(bounds: FloatArray, flat: Bools, beside: Ints) -> FloatArray:
+    """Bounds of all triangles; a triangle beside a flat triangle takes over its bound if larger."""
+    raised = bounds.copy()
+    np.maximum.at(raised, beside, bounds[flat])
+    return raised
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.engine.adaptive.borders.border import Border
-from service.engine.adaptive.triangulation import Triangulation
+from service.engine.adaptive.drafts.draft import Triangulation
 from service.engine.bounds.faces import SPAN, Faces, find_faces
 from service.engine.connectivity.seams import find_seams
 from service.engine.nets.patch_nets import PatchNets

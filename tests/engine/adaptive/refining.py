@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from service.engine.adaptive.borders.border import Border
+from service.engine.adaptive.drafts.draft import Triangulation
 from service.engine.adaptive.refine import triangulate
-from service.engine.adaptive.triangulation import Triangulation
 from service.engine.bounds.faces import SPAN, Faces
 from service.engine.bounds.goal import Goal
 from service.engine.nets.patch_nets import PatchNets

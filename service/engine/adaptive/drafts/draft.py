@@ -10,6 +10,8 @@ would be narrow, and the surface over them would lie beside them. So a *crowded*
 has too many corners, is cut before it is triangulated.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
@@ -21,7 +23,6 @@ from service.engine.adaptive.drafts.cell_boundaries import CellBoundaries, trace
 from service.engine.adaptive.drafts.draft_triangles import DraftSamples, DraftTriangles, Store
 from service.engine.adaptive.drafts.leaf_polygons import LeafPolygons
 from service.engine.adaptive.drafts.triangles import TriangleRows, build_triangles
-from service.engine.adaptive.triangulation import Triangulation
 from service.engine.vectors import dot, length
 
 OVERHEAD = 4000
@@ -34,6 +35,41 @@ cube of its number of corners."""
 MANY, BENT = 7, 4
 """A leaf with at least `MANY` corners is crowded if the middle of one of its sides is further from
 the chord of that side than `BENT` times the allowed deviation, as at the rim of a disc."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Triangulation:
+    """A certified mesh of all faces, before it has normals.
+
+    A sample is a vertex of one face: faces that meet have separate samples at shared vertices,
+    because normals and channels may differ there.
+
+    Attributes
+    ----------
+    face, u, v : ndarray of int, shape (N,)
+        Face and place of every sample (see `Faces`), face after face.
+    vertex : ndarray of int, shape (N,)
+        The vertex of every sample.
+    positions : ndarray of float64, shape (V, 3)
+        Vertices in model coordinates, not yet rounded; those on the sides of faces
+        come first.
+    triangles : ndarray of int, shape (T, 3)
+        Samples, counter-clockwise in (u, v); face after face. Their three vertices differ.
+    bounds : ndarray of float64, shape (T,)
+        No point of the part of the surface over the triangle is further than this from the stored
+        mesh.
+    mesh_bounds : ndarray of float64, shape (T,), or None
+        No point of the stored triangle is further than this from the surface.
+    """
+
+    face: Ints
+    u: Ints
+    v: Ints
+    vertex: Ints
+    positions: FloatArray
+    triangles: Ints
+    bounds: FloatArray
+    mesh_bounds: FloatArray | None
 
 
 class Draft:

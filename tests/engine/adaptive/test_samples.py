@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from service.engine.accuracy import Accuracy
-from service.engine.adaptive.triangulation import Triangulation, drop_flat_triangles
+from service.engine.adaptive.drafts.draft import Triangulation
+from service.engine.adaptive.samples import drop_flat_triangles
 from service.surface.bspline import BsplineSurface
 from tests.engine.meshing import build_mesh
 
