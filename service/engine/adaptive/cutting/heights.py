@@ -125,8 +125,8 @@ def measure_heights(
         Heights of the middles of `BENDS` over the middles of the chords, along the normal of the
         cell.
     bends : ndarray of float64, shape (6, m)
-        The same heights; but distances if a cell has no plane, and the larger of the absolute
-        height and half the distance if the goal has two sides.
+        The same heights, of any sign; but distances if a cell has no plane, and the larger of the
+        absolute height and half the distance if the goal has two sides.
     """
     difference = points.take(HALFWAY, axis=0)
     difference -= points.take(TRIANGLE_CORNERS, axis=0)
@@ -143,11 +143,8 @@ def measure_heights(
         # The same vectors for the two diagonals.
         across = points[4] - (points[[0, 6]] + points[[8, 2]]) * 0.5
         largest = np.maximum(distances[:4].max(axis=0), np.sqrt(dot(across, across)))
-        over = np.where(planes.flat, largest, over)
-        heights = np.where(planes.flat, distances, heights)
-        if two_sided:
-            over = np.maximum(over, largest * 0.5)
-            heights = np.maximum(np.abs(heights), distances * 0.5)
+        over = _include_lengths(over, largest, planes.flat, two_sided)
+        heights = _include_lengths(np.abs(signed), distances, planes.flat, two_sided)
     return over, signed, heights
 
 
@@ -216,8 +213,7 @@ def measure_remainder(
             net.swapaxes(0, 2).swapaxes(1, 2), points.swapaxes(0, 2).swapaxes(1, 2)
         )
         lengths = np.sqrt(np.add.reduce(remainder * remainder, axis=0).max(axis=(0, 1)))
-        share = 0.5 if two_sided else 0.0
-        heights = np.where(flat, lengths, np.maximum(heights, lengths * share))
+        heights = _include_lengths(heights, lengths, flat, two_sided)
     return heights
 
 
@@ -235,9 +231,17 @@ def measure_sag(net: FloatArray, normals: FloatArray, flat: Bools, two_sided: bo
         size = np.abs(dot(bend, normals[:, np.newaxis, np.newaxis])).max(axis=(0, 1, 2))
         if flat.any() or two_sided:
             lengths = np.sqrt(dot(bend, bend).max(axis=(0, 1)))
-            size = np.where(flat, lengths, np.maximum(size, lengths * (0.5 if two_sided else 0.0)))
+            size = _include_lengths(size, lengths, flat, two_sided)
         sag[axis] = size * (degree * (degree - 1) / 8)
     return sag
+
+
+def _include_lengths(
+    heights: FloatArray, lengths: FloatArray, flat: Bools, two_sided: bool
+) -> FloatArray:
+    """The lengths where cells are `flat`; elsewhere heights, or half of the lengths if larger."""
+    share = 0.5 if two_sided else 0.0
+    return np.where(flat, lengths, np.maximum(heights, lengths * share))
 
 
 def _subtract_biquadratic(nets: FloatArray, values: FloatArray) -> FloatArray:
