@@ -12,7 +12,7 @@ from typing import Any
 from service.cli.documents import Document, Query, parse_request
 from service.cli.flags import Flag, flag
 from service.cli.refusals import issue_line
-from service.cli.source import field_line, read_field_flags
+from service.cli.source import field_line, read_field_flags, source_flag
 from service.errors import InvalidRequest, Issue, MalformedJson
 
 
@@ -61,7 +61,7 @@ CONVERT = Query(
     "convert",
     "write a surface, or a part of it, in another form with the same points",
     "/v1/convert",
-    "operations",
+    source_flag("operations"),
     "operations, applied in the order of the flags",
     (
         _operation_flag("elevate", "P,Q|N", "raise the degree"),

@@ -7,7 +7,7 @@ from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from service.cli.flags import Command, Flags, read_values
+from service.cli.flags import Command, Flag, Flags, read_values
 from service.cli.output import check_output, choose_format, output_flags, perform
 from service.cli.source import (
     NET_FILES,
@@ -15,7 +15,6 @@ from service.cli.source import (
     read_document,
     read_field_flags,
     read_request,
-    source_flag,
 )
 from service.errors import Issue
 
@@ -45,8 +44,8 @@ class Query:
         The name of the command, and its line in the list of commands.
     path : str
         The path of the URL to which the document is posted.
-    fields : str
-        In words, for the help: what a request in a file has beside the surface.
+    source : Flag
+        The file or the example.
     title : str
         The heading of the flags.
     flags : tuple of Flag
@@ -61,8 +60,6 @@ class Query:
         Returns the formats of the file; None if the file is JSON.
     line : callable or None
         Returns the line of an issue; by default, a line that names the flag which set the field.
-    suffix : str
-        Text at the end of the help of the source.
     is_curve : bool
         Whether the source is a curve, not a surface.
     """
@@ -70,24 +67,22 @@ class Query:
     name: str
     text: str
     path: str
-    fields: str
+    source: Flag
     title: str
     flags: Flags
     compute: Callable[..., bytes]
     merge: Callable[[Document, Document], Document] = _keep_fields
     formats: "Callable[[], Sequence[FileFormat]] | None" = None
     line: Callable[[Issue, argparse.Namespace], str] | None = None
-    suffix: str = ""
     is_curve: bool = False
 
     def add_to(self, commands: Any) -> None:
         """Adds the command to the result of `add_subparsers`."""
-        source = source_flag(self.fields, self.suffix, is_curve=self.is_curve)
         command = Command(
             self.name,
             self.text,
             self._run,
-            (source, *output_flags(formats=self.formats is not None)),
+            (self.source, *output_flags(formats=self.formats is not None)),
             groups=((self.title, self.flags), *(() if self.is_curve else (NET_FILES,))),
             has_exit_codes=True,
         )

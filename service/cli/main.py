@@ -58,20 +58,14 @@ def _run(options: argparse.Namespace) -> int:
     """Runs a command; writes its errors to standard error."""
     try:
         return int(options.run(options))
-    except SurfaceError as error:
-        for issue in error.issues:
-            print_error(issue_line(issue))
-        return REFUSED
-    except Refused as error:
-        for line in error.args:
+    except (SurfaceError, Refused) as error:
+        lines = error.args if isinstance(error, Refused) else map(issue_line, error.issues)
+        for line in lines:
             print_error(line)
         return REFUSED
-    except (UsageError, BadAddress, InvalidSettings) as error:
+    except (UsageError, BadAddress, InvalidSettings, ServiceFailed) as error:
         print_error(str(error))
-        return USAGE
-    except ServiceFailed as error:
-        print_error(str(error))
-        return UNREACHABLE
+        return UNREACHABLE if isinstance(error, ServiceFailed) else USAGE
     except OSError as error:
         print_error(f"{error.filename or 'output'}: {error.strerror}")
         return REFUSED

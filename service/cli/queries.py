@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from service.cli.documents import Document, Query, parse_request
 from service.cli.flags import flag, option_texts, parse_number, parse_numbers
 from service.cli.refusals import Refused
+from service.cli.source import source_flag
 from service.errors import SurfaceError
 
 if TYPE_CHECKING:
@@ -166,7 +167,7 @@ POINTS = Query(
     "points",
     "write points, partials, normals and curvatures of a surface",
     "/v1/points",
-    "places",
+    source_flag("places"),
     "places; --uv and --barycentric may be repeated",
     (
         flag("--uv", "parameters of a place", "U,V", type=parse_numbers, action="append"),
@@ -184,7 +185,7 @@ PROJECT = Query(
     "project",
     "write the closest points of a surface or a curve, with proofs",
     "/v1/project",
-    "points",
+    source_flag("points", "; a request may have a curve instead of a surface"),
     "points",
     (
         flag(
@@ -212,14 +213,13 @@ PROJECT = Query(
     ),
     _compute_project,
     _merge_points,
-    suffix="; a request may have a curve instead of a surface",
 )
 
 INTERSECT = Query(
     "intersect",
     "write where rays hit a surface; no hit is missed",
     "/v1/intersect",
-    "rays",
+    source_flag("rays"),
     "rays",
     (
         flag(
@@ -253,7 +253,7 @@ SECTION = Query(
     "section",
     "write where planes cut a surface: JSON, glTF, OBJ, OOGL, SVG",
     "/v1/intersect",
-    "planes",
+    source_flag("planes"),
     "planes",
     (
         flag("--normal", "normal of all planes (0,0,1)", "X,Y,Z", type=parse_numbers),
@@ -284,7 +284,7 @@ MEASURE = Query(
     "measure",
     "write area, volume, centroid and borders of a surface, with proofs",
     "/v1/measure",
-    "tolerance",
+    source_flag("tolerance"),
     "intervals",
     (
         flag("--tolerance", "relative width of the intervals (1e-6)", "X", type=parse_number),
@@ -302,7 +302,11 @@ CURVE = Query(
     "curve",
     "write a curve as points or lines",
     "/v1/curve",
-    "options",
+    flag(
+        "source",
+        "a JSON file (a curve, or a request with a curve and options), or - for standard input",
+        "FILE",
+    ),
     "options of the curve",
     (
         flag("--resolution", "divisions of every piece (16)", "N"),

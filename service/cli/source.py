@@ -58,24 +58,17 @@ Source = str | dict[str, Any] | NetFile
 """The id of an example or of a stored surface, a request, or a file of control points."""
 
 
-def source_flag(fields: str, suffix: str = "", *, is_curve: bool = False) -> Flag:
-    """The source of the surface, or of the curve.
+def source_flag(fields: str, suffix: str = "") -> Flag:
+    """The source of the surface.
 
-    Parameters
-    ----------
-    fields : str
-        In words, for the help: the fields that a request in a file has beside the surface.
-    suffix : str
-        Text at the end of the help.
-    is_curve : bool
+    `fields` are, in words for the help, the fields that a request in a file has beside the surface;
+    `suffix` is the end of the help.
     """
-    if is_curve:
-        kind, others, metavar = "curve", "", "FILE"
-    else:
-        kind, others = "surface", "a file of control points, the id of an example, "
-        metavar = "FILE|EXAMPLE"
-    text = f"a JSON file (a {kind}, or a request with a {kind} and {fields}), {others}"
-    return flag("source", f"{text}or - for standard input{suffix}", metavar)
+    text = (
+        f"a JSON file (a surface, or a request with a surface and {fields}), a file of control "
+        f"points, the id of an example, or - for standard input{suffix}"
+    )
+    return flag("source", text, "FILE|EXAMPLE")
 
 
 def read_document(arguments: argparse.Namespace) -> dict[str, Any]:
