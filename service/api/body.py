@@ -190,12 +190,14 @@ async def _read_body(
                 needed="no encoding, or identity",
             )
         )
-    max_bytes = max_body_bytes_of(settings, is_json=decoder is None)
+    max_bytes = settings.max_body_bytes
+    if decoder is None:
+        max_bytes = min(max_bytes, settings.max_json_bytes)
     declared_length = headers.get(b"content-length", b"")
     # The server has checked that this is a number. Its first 20 digits show whether it is too
     # large: Python refuses to convert thousands of digits.
     if declared_length.isdigit() and int(declared_length[:20]) > max_bytes:
-        raise body_too_large(settings, is_json=decoder is None)
+        raise body_too_large(max_bytes, settings)
     budget = DocumentBudget(services.document_limits)
     chunks: list[bytes] = []
     received_bytes, is_complete = 0, False
@@ -210,7 +212,7 @@ async def _read_body(
                     is_complete = not event.get("more_body", False)
                     received_bytes += len(chunk)
                     if received_bytes > max_bytes:
-                        raise body_too_large(settings, is_json=decoder is None)
+                        raise body_too_large(max_bytes, settings)
                     if decoder is None:
                         budget.take(chunk)
                     job.hold_body(decoder.memory(received_bytes) if decoder else budget.memory)
@@ -264,15 +266,8 @@ def _parse_content_type(content_type: str) -> tuple[str, str]:
     return media_type.strip().lower(), "utf-8"
 
 
-def max_body_bytes_of(settings: Settings, *, is_json: bool) -> int:
-    """Most bytes of a body that the service reads."""
-    max_bytes = settings.max_body_bytes
-    return min(max_bytes, settings.max_json_bytes) if is_json else max_bytes
-
-
-def body_too_large(settings: Settings, *, is_json: bool) -> BodyTooLarge:
-    """The error of a body with too many bytes."""
-    max_bytes = max_body_bytes_of(settings, is_json=is_json)
+def body_too_large(max_bytes: int, settings: Settings) -> BodyTooLarge:
+    """The error of a body with more than `max_bytes` bytes."""
     needed = f"at most {max_bytes} bytes"
     if max_bytes < settings.max_body_bytes:
         needed += "; a larger net can be sent as a .npy file"

@@ -80,6 +80,7 @@ def error_responses(settings: Settings) -> dict[str, Json]:
 def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
     signer = Signer(["-" * MIN_SECRET])
     signed = signer.sign(_MESH_PATH, "", _EXPIRY).encode()
+    max_json_bytes = min(settings.max_json_bytes, settings.max_body_bytes)
     too_many_requests = {"rate": rate_limited(limit=60, seconds=3)}
     return {
         "MalformedJson": {
@@ -103,7 +104,7 @@ def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
         "CodingNotAcceptable": {"coding": lambda: codings_by_header(b"br, identity;q=0")},
         "EngineGone": {"numbers": lambda: check_engine(ENGINE + 1)},
         "BodyTooSlow": {"stalled": body_too_slow(received_bytes=0, settings=settings)},
-        "BodyTooLarge": {"body": body_too_large(settings, is_json=True)},
+        "BodyTooLarge": {"body": body_too_large(max_json_bytes, settings)},
         "UnsupportedMediaType": {"text": lambda: decoder_of_body("text/plain", DECODERS)},
         "InvalidRequest": {
             "net": _post_mesh(_RAGGED),
