@@ -13,7 +13,7 @@ from service.encoders.polylines.format import (
     SectionFormat,
     count_sections,
 )
-from service.engine.curves.options import CurveOptions
+from service.engine.curves.polyline import CurveOptions
 from service.engine.curves.trace import choose_samples, trace_curve
 from service.engine.joining.join import join
 from service.engine.options import MeshOptions

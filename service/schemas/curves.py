@@ -7,7 +7,7 @@ from pydantic import Field, Tag, ValidationInfo, model_validator
 from typing_extensions import TypeAliasType
 
 from service.bases.arrays import FloatArray
-from service.engine.curves.options import CurveOptions
+from service.engine.curves.polyline import CurveOptions
 from service.engine.options import MAX_RESOLUTION
 from service.errors import InvalidRequest, Issue
 from service.schemas.arrays import NumberGrid

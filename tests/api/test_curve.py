@@ -13,7 +13,7 @@ from service.api.app import create_app
 from service.encoders.polylines.format import CurveFormat, PolylineSize
 from service.encoders.polylines.registry import CURVE_FORMATS
 from service.encoders.registry import FORMATS
-from service.engine.curves.options import CurveOptions
+from service.engine.curves.polyline import CurveOptions
 from service.errors import TooLarge
 from service.pipeline.limits import Limits
 from service.pipeline.polylines import plan_curve

@@ -7,7 +7,7 @@ import pytest
 
 from service.encoders.polylines.registry import CURVES_BY_NAME
 from service.encoders.registry import BY_NAME
-from service.engine.curves.options import CurveOptions
+from service.engine.curves.polyline import CurveOptions
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.pipeline.polylines import plan_curve

@@ -18,9 +18,10 @@ from typing import TypeAlias
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray
+from service.engine.nets.partials import project_partials
 from service.engine.vectors import cross, dot
 
-Planes: TypeAlias = FloatArray
+Coordinates: TypeAlias = FloatArray
 """Coordinates before samples, (3, r, n) or, homogeneous, (4, r, n): r patches, n samples each."""
 
 PRECISE_NEAR_POLE = 2.0**-13
@@ -46,7 +47,7 @@ def find_squared_norm(along_u: FloatArray, along_v: FloatArray) -> FloatArray:
 
 
 def compute_curvatures(
-    partials: list[Planes], squared_norm: FloatArray
+    partials: list[Coordinates], squared_norm: FloatArray
 ) -> tuple[FloatArray, Bools, Bools]:
     """Gaussian curvature K and mean curvature H from the partials S, S_u, S_v, S_uu, S_uv, S_vv.
 
@@ -68,7 +69,7 @@ def compute_curvatures(
     weight: FloatArray | float = 1.0
     if len(partials[0]) > 3:
         weight = partials[0][3]
-        partials = _project(partials)
+        partials = project_partials(partials)
     _, su, sv, suu, suv, svv = partials
     with np.errstate(all="ignore"):
         n = cross(su, sv, -3)
@@ -84,24 +85,3 @@ def compute_curvatures(
         is_precise = (squared_share > MAYBE_ZERO**2) & (square > MIN_SQUARE)
         is_precise &= np.isfinite(curvatures[0]) & np.isfinite(curvatures[1])
     return curvatures, ~(squared_share > PRECISE_NEAR_POLE**2), ~is_precise
-
-
-def _project(x: list[Planes]) -> list[Planes]:
-    """Partials of S = X/w from the partials of (X, w).
-
-    S_u = (X_u − w_u S)/w,  S_uv = (X_uv − w_uv S − w_u S_v − w_v S_u)/w
-    """
-    # `w` and `y` are the partials of the weight and of X, all divided by the weight.
-    inverse_weight = 1.0 / x[0][3]
-    w = [planes[3] * inverse_weight for planes in x]
-    y = [planes[:3] * inverse_weight for planes in x]
-    s = y[0]
-    su, sv = y[1] - w[1] * s, y[2] - w[2] * s
-    return [
-        s,
-        su,
-        sv,
-        y[3] - w[3] * s - (2.0 * w[1]) * su,
-        y[4] - w[4] * s - w[1] * sv - w[2] * su,
-        y[5] - w[5] * s - (2.0 * w[2]) * sv,
-    ]

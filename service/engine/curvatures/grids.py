@@ -14,10 +14,10 @@ from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import FloatArray
 from service.bases.bernstein import sample_basis, sample_basis_columns, sample_grid_basis
 from service.bases.row_batches import row_runs
-from service.engine.curvatures.forms import Planes, find_squared_norm
+from service.engine.curvatures.forms import Coordinates, find_squared_norm
 from service.engine.evaluation.evaluate import choose_formulation
 from service.engine.evaluation.nets import PARTIALS, DerivativeNets
-from service.engine.evaluation.triangle_nets import localize, partial_nets
+from service.engine.evaluation.triangle_nets import find_partial_nets, localize
 from service.surface.batches import TensorPatches, TrianglePatches
 
 CHUNK_SAMPLES = 16_384
@@ -35,7 +35,7 @@ class Chunk:
 
     Attributes
     ----------
-    partials : list of six Planes
+    partials : list of six Coordinates
         S, S_u, S_v, S_uu, S_uv, S_vv; homogeneous if the patches are rational; in the scale of each
         patch.
     scale : ndarray of float64, shape (r,)
@@ -48,21 +48,19 @@ class Chunk:
     last: int
     begin: int
     end: int
-    partials: list[Planes]
+    partials: list[Coordinates]
     scale: FloatArray
     squared_norm: FloatArray
 
 
 def grid_partials(patches: TensorPatches, resolution: tuple[int, int]) -> Iterator[Chunk]:
     """Partials up to the second at the samples (i/Ru, j/Rv), numbered i (Rv + 1) + j."""
-    columns = resolution[1] + 1
+    (p, q), columns = patches.degree, resolution[1] + 1
     is_kronecker = choose_formulation(patches, resolution, normals=False) == "kronecker"
     for first, last in _patch_runs(patches, (resolution[0] + 1) * columns):
         nets = DerivativeNets(patches, np.arange(first, last))
         planes_of_nets = [_planes_first(nets.partial_net(i, j)) for i, j in PARTIALS]
-        squared_norm = find_squared_norm(
-            *(_require_net(nets.partial_net(i, j)) for i, j in PARTIALS[1:3])
-        )
+        squared_norm = find_squared_norm(nets.du * float(p), nets.dv * float(q))
         for begin, end in row_runs(resolution[0] + 1, max(1, CHUNK_SAMPLES // columns)):
             rows = slice(begin, end)
             samples = begin * columns, end * columns
@@ -82,24 +80,20 @@ def triangle_partials(patches: TrianglePatches, divisions: int) -> Iterator[Chun
     for first, last in _patch_runs(patches, triangle.count_points(divisions)):
         local = localize(patches.take(np.arange(first, last)))
         net = to_homogeneous(local.patches.points, local.patches.weights).transpose(1, 2, 0)
-        ds, dt = (n * differences for differences in partial_nets(net))
-        nets: list[FloatArray | None] = [net, ds, dt, None, None, None]
-        if n > 1:
-            dss, dst = partial_nets(ds)
-            dtt = partial_nets(dt)[1]
-            nets[3:] = [(n - 1) * differences for differences in (dss, dst, dtt)]
-        squared_norm = find_squared_norm(*(partial.transpose(2, 1, 0) for partial in (ds, dt)))
+        nets = find_partial_nets(net)
+        first_partials = (nets[key].transpose(2, 1, 0) for key in PARTIALS[1:3])
+        squared_norm = find_squared_norm(*first_partials)
         is_small = triangle_basis.is_small(n, divisions)
         for begin, end in triangle.row_runs(divisions, CHUNK_SAMPLES):
             samples = int(starts[begin]), int(starts[end])
             zeros = np.zeros((net.shape[1], last - first, samples[1] - samples[0]))
             partials = [
-                zeros
-                if partial is None
-                else _evaluate_triangle(
-                    partial, divisions, range(begin, end), samples, is_small=is_small
+                _evaluate_triangle(
+                    nets[key], divisions, range(begin, end), samples, is_small=is_small
                 )
-                for partial in nets
+                if key in nets
+                else zeros
+                for key in PARTIALS
             ]
             yield Chunk(first, last, *samples, partials, local.scale, squared_norm)
 
@@ -121,14 +115,7 @@ def _planes_first(net: FloatArray | None) -> FloatArray | None:
     return None if net is None else np.ascontiguousarray(net.swapaxes(0, 1))
 
 
-def _require_net(net: FloatArray | None) -> FloatArray:
-    """The net of a first partial, which every patch has."""
-    if net is None:
-        raise ValueError("Every patch has at least degree 1.")
-    return net
-
-
-def _evaluate_grid(net: FloatArray, resolution: tuple[int, int], rows: slice) -> Planes:
+def _evaluate_grid(net: FloatArray, resolution: tuple[int, int], rows: slice) -> Coordinates:
     """Some rows of samples (d, r, n) of nets (d, r, m, n), by one product with a cached basis."""
     planes, count, m, n = net.shape
     columns = resolution[1] + 1
@@ -138,7 +125,7 @@ def _evaluate_grid(net: FloatArray, resolution: tuple[int, int], rows: slice) ->
     return (net.reshape(planes * count, m * n) @ basis).reshape(planes, count, -1)
 
 
-def _evaluate_rows(net: FloatArray, resolution: tuple[int, int], rows: slice) -> Planes:
+def _evaluate_rows(net: FloatArray, resolution: tuple[int, int], rows: slice) -> Coordinates:
     """Some rows of samples (d, r, n) of nets (d, r, m, n), first along u, then along v."""
     planes, count, m, n = net.shape
     along_u = sample_basis(m - 1, resolution[0])[rows] @ net
@@ -147,7 +134,7 @@ def _evaluate_rows(net: FloatArray, resolution: tuple[int, int], rows: slice) ->
 
 def _evaluate_triangle(
     net: FloatArray, divisions: int, rows: range, samples: tuple[int, int], *, is_small: bool
-) -> Planes:
+) -> Coordinates:
     """Some rows of samples (d, r, n) of triangular nets (K, d, r)."""
     count, planes, patches = net.shape
     columns = net.reshape(count, -1)

@@ -13,8 +13,7 @@ from service.bases.arrays import FloatArray, RealArray
 from service.engine.curves.arc_length import arc_lengths
 from service.engine.curves.chords import certify_chords, halve_chords
 from service.engine.curves.evaluation import CurveSamples, evaluate_positions, evaluate_tangents
-from service.engine.curves.options import CurveOptions
-from service.engine.curves.polyline import CurveReport, SampledCurve
+from service.engine.curves.polyline import CurveOptions, CurveReport, SampledCurve
 from service.engine.extent import choose_origin, find_extent
 from service.surface.curve_model import CurvePieces
 

@@ -31,6 +31,27 @@ def partial_nets(nets: FloatArray) -> tuple[FloatArray, FloatArray]:
     return nets[along] - nets[corner], nets[above] - nets[corner]
 
 
+def find_partial_nets(net: FloatArray, order: int = 2) -> dict[tuple[int, int], FloatArray]:
+    """Nets of all partials up to an order 0, 1 or 2, by their orders along s and t.
+
+    Those that vanish, because the degree of the net (K, …) is too low, are left out.
+    """
+    nets = {(0, 0): net}
+    if order > 0:
+        nets[1, 0], nets[0, 1] = _differentiate(net)
+    if order > 1 and len(net) > 3:
+        nets[2, 0], nets[1, 1] = _differentiate(nets[1, 0])
+        _, nets[0, 2] = _differentiate(nets[0, 1])
+    return nets
+
+
+def _differentiate(net: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The nets of both first partials."""
+    degree = triangle.degree_of(len(net))
+    along_s, along_t = partial_nets(net)
+    return degree * along_s, degree * along_t
+
+
 def to_barycentric(s: FloatArray, t: FloatArray) -> FloatArray:
     """Barycentric coordinates (r, s, t) with r = 1 − s − t, shape (m, 3).
 

@@ -14,6 +14,7 @@ for one order (i, j) after another. Each |·| on the right is a maximum over a n
 greatest distance of a projected control point from c.
 """
 
+from collections.abc import Sequence
 from math import comb
 
 import numpy as np
@@ -79,26 +80,26 @@ def _evaluate_group(nets: FloatArray, u: FloatArray, v: FloatArray, order: int) 
     # axis of the lists comes first.
     in_u, in_v = _PARTIAL_ORDERS[order]
     partials = np.ascontiguousarray(x[:, in_v, :, in_u].transpose(0, 2, 1))
-    return partials if width == 3 else project_partials(partials)
+    return partials if width == 3 else np.stack(project_partials([*partials]))
 
 
-def project_partials(partials: FloatArray) -> FloatArray:
-    """Partials (n, 3, m) of S = X/w from those of (X, w), (n, 4, m); n is 1, 3 or 6.
+def project_partials(partials: Sequence[FloatArray]) -> list[FloatArray]:
+    """Partials of S = X/w from those of (X, w), in the order S, S_u, S_v, S_uu, S_uv, S_vv.
 
         S_u = (X_u − w_u S)/w,  S_uv = (X_uv − w_uv S − w_u S_v − w_v S_u)/w
 
-    The coordinates should be relative to a point near the surface: rounding errors are then
-    smallest.
+    There are 1, 3 or 6 arrays, (4, …) before and (3, …) after. The coordinates should be relative
+    to a point near the surface: rounding errors are then smallest.
     """
-    w, x = partials[:, 3], partials[:, :3]
-    s = np.empty_like(x)
-    s[0] = x[0] / w[0]
-    for k in range(1, min(len(x), 3)):
-        s[k] = (x[k] - w[k] * s[0]) / w[0]
+    x, w = [partial[:3] for partial in partials], [partial[3] for partial in partials]
+    s = [x[0] / w[0]]
+    s += [(x[k] - w[k] * s[0]) / w[0] for k in range(1, min(len(x), 3))]
     if len(x) > 3:
-        s[3] = (x[3] - w[3] * s[0] - 2 * w[1] * s[1]) / w[0]
-        s[4] = (x[4] - w[4] * s[0] - w[1] * s[2] - w[2] * s[1]) / w[0]
-        s[5] = (x[5] - w[5] * s[0] - 2 * w[2] * s[2]) / w[0]
+        s += [
+            (x[3] - w[3] * s[0] - 2 * w[1] * s[1]) / w[0],
+            (x[4] - w[4] * s[0] - w[1] * s[2] - w[2] * s[1]) / w[0],
+            (x[5] - w[5] * s[0] - 2 * w[2] * s[2]) / w[0],
+        ]
     return s
 
 

@@ -18,7 +18,7 @@ from service.bases.bernstein import bernstein
 from service.engine.evaluation.nets import PARTIALS, DerivativeNets, evaluate_at, nets_of_samples
 from service.engine.evaluation.normals import find_normals, normals_at
 from service.engine.evaluation.triangle_nets import (
-    partial_nets,
+    find_partial_nets,
     tensor_u,
     to_barycentric,
     triangles_of_samples,
@@ -172,19 +172,11 @@ def _find_triangle_partials(
     """Partials of patches `patch_numbers` at barycentric places (m, 3): shape (1, 3 or 6, m, 3)."""
     n = local.degree
     net = to_homogeneous(local.points, local.weights).swapaxes(0, 1)
-    nets = {(0, 0): net}
-    if order > 0:
-        nets[1, 0], nets[0, 1] = partial_nets(net)
-    if order > 1 and n > 1:
-        nets[2, 0], nets[1, 1] = partial_nets(nets[1, 0])
-        nets[0, 2] = partial_nets(nets[0, 1])[1]
     partials = np.zeros((COUNTS[order], len(patch_numbers), net.shape[-1]))
-    for row, key in enumerate(PARTIALS[: COUNTS[order]]):
-        if key in nets:
-            total_order = sum(key)
-            basis = triangle_basis.triangle_bernstein(n - total_order, places)
-            factor = (1, n, n * (n - 1))[total_order]
-            partials[row] = factor * np.einsum("km,kmd->md", basis, nets[key][:, patch_numbers])
+    for key, partial_net in find_partial_nets(net, order).items():
+        basis = triangle_basis.triangle_bernstein(n - sum(key), places)
+        values = np.einsum("km,kmd->md", basis, partial_net[:, patch_numbers])
+        partials[PARTIALS.index(key)] = values
     return _project(partials)
 
 
@@ -192,7 +184,7 @@ def _project(partials: FloatArray) -> FloatArray:
     """Partials (1, 3 or 6, m, 3) from partials (1, 3 or 6, m, d), homogeneous if d is 4."""
     if partials.shape[2] == 3:
         return partials
-    return project_partials(partials.swapaxes(1, 2)).swapaxes(1, 2)
+    return np.stack(project_partials([*partials.swapaxes(1, 2)])).swapaxes(1, 2)
 
 
 def _correct_near_poles(

@@ -13,8 +13,7 @@ from oracles.curves import bezier_length, bezier_point, bezier_tangent, bspline_
 from service.bases.arrays import FloatArray
 from service.engine.curves.arc_length import arc_lengths
 from service.engine.curves.evaluation import CurveSamples, evaluate_positions, evaluate_tangents
-from service.engine.curves.options import CurveOptions
-from service.engine.curves.polyline import SampledCurve
+from service.engine.curves.polyline import CurveOptions, SampledCurve
 from service.engine.curves.trace import choose_samples, trace_curve
 from service.errors import InvalidRequest, TooLarge
 from service.surface.curve import BezierCurve, BsplineCurve, Curve
