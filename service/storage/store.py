@@ -3,6 +3,7 @@
 import asyncio
 import hashlib
 import logging
+import math
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -55,7 +56,7 @@ class SurfaceStore:
         # For each id that is being stored or deleted, its lock.
         self._writing: WeakValueDictionary[str, Lock] = WeakValueDictionary()
         self._ready_lock = Lock()
-        self._last_check: tuple[float, bool] | None = None
+        self._last_check = -math.inf
         self._failing_since: float | None = None
 
     async def put(self, id: str, content: bytes) -> bool:
@@ -147,13 +148,17 @@ class SurfaceStore:
     async def is_ready(self) -> bool:
         """Whether the store answers: a short check with a deadline, at most once in 5 s."""
         async with self._ready_lock:
-            if self._last_check is None or time.monotonic() - self._last_check[0] > CHECK_INTERVAL:
-                self._last_check = (time.monotonic(), await self._check_backend())
-                if self._last_check[1]:
+            now = time.monotonic()
+            if now - self._last_check > CHECK_INTERVAL:
+                self._last_check = now
+                try:
+                    action = "checking that the store is ready"
+                    with self.operations.count("ask"), translate_errors(action):
+                        await asyncio.wait_for(self._backend.touch(), DEADLINE)
                     self._failing_since = None
-                elif self._failing_since is None:
-                    self._failing_since = self._last_check[0]
-            return self._last_check[1]
+                except StoreFailed:
+                    self._failing_since = self._failing_since or now
+            return self._failing_since is None
 
     @property
     def seconds_failing(self) -> float:
@@ -175,14 +180,6 @@ class SurfaceStore:
     def _lock(self, id: str) -> Lock:
         """The lock for storing or deleting this id: of equal requests, only one writes."""
         return self._writing.setdefault(id, Lock())
-
-    async def _check_backend(self) -> bool:
-        try:
-            with self.operations.count("ask"), translate_errors("checking that the store is ready"):
-                await asyncio.wait_for(self._backend.touch(), DEADLINE)
-        except StoreFailed:
-            return False
-        return True
 
     async def _size(self, key: str) -> int | None:
         """Bytes of an object; None if it does not exist."""
