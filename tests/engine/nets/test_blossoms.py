@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from oracles import exact, triangles
-from service.engine.nets.blossoms import apply_along, build_blossoms, build_triangle_nets
+from service.engine.nets.blossoms import build_triangle_nets, restrict
 
 Array = np.ndarray
 DEGREES = [(1, 1), (1, 4), (3, 3), (2, 3), (5, 2)]
@@ -49,9 +49,7 @@ def test_nets_over_boxes_are_the_surface(p: int, q: int) -> None:
     rng = np.random.default_rng(p * 10 + q + 1)
     net = rng.normal(size=(p + 1, q + 1, 3))
     u, v = draw_parameters(rng, 2), draw_parameters(rng, 2)
-    built = apply_along(
-        np.moveaxis(net, 2, 0)[np.newaxis], build_blossoms(p, u), build_blossoms(q, v)
-    )
+    built = restrict(np.moveaxis(net, 2, 0)[np.newaxis], np.stack([u, v], axis=1))
     box_net = np.moveaxis(built[0], 0, 2)
     (begin_u, end_u), (begin_v, end_v) = (
         [Fraction(float(t)) for t in axis[:, 0]] for axis in (u, v)
