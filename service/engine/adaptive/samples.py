@@ -136,11 +136,11 @@ class PatchPlaces:
 
 def find_samples(faces: Faces, triangulation: Triangulation) -> tuple[PatchPlaces, IndexArray]:
     """The samples that triangles use, and the corners (T, 3) of triangles as sample numbers."""
-    spans = faces.spans[triangulation.face]
+    spans = faces.spans.take(triangulation.face, axis=1)
     # For each corner: 1 if its triangle is before a knot line of u through it, plus 2 if of v.
     before = np.zeros(triangulation.triangles.shape, dtype=np.intp)
     for axis, at in enumerate((triangulation.u, triangulation.v)):
-        inner = (at % SPAN == 0) & (at > 0) & (at < spans[:, axis] * SPAN)
+        inner = (at % SPAN == 0) & (at > 0) & (at < spans[axis] * SPAN)
         if inner.any():
             # A triangle with a corner on a knot line is judged by the mean of its three corners.
             places = at[triangulation.triangles]
@@ -152,8 +152,8 @@ def find_samples(faces: Faces, triangulation: Triangulation) -> tuple[PatchPlace
     used[key] = True
     number = np.cumsum(used, dtype=np.uint32) - np.uint32(1)
     row, row_before = np.divmod(used.nonzero()[0], 4)
-    span_u, u = _split_places(triangulation.u[row], row_before & 1, spans[row, 0])
-    span_v, v = _split_places(triangulation.v[row], row_before >> 1, spans[row, 1])
+    span_u, u = _split_places(triangulation.u[row], row_before & 1, spans[0, row])
+    span_v, v = _split_places(triangulation.v[row], row_before >> 1, spans[1, row])
     face = triangulation.face[row]
     patch = faces.first[face] + span_u * faces.stride[face] + span_v
     return PatchPlaces(patch, u, v, triangulation.vertex[row]), number[key]

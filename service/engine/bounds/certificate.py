@@ -101,11 +101,11 @@ class PieceMeasure:
                 if is_high:
                     patches, which = np.unique(patch, return_inverse=True)
                     items = nets.items[patch_nets.row[patches]]
-                    local = frames.restrict_reduced(
+                    local = frames.build_reduced_nets(
                         items, which, patch_nets.sizes[patches], parameters
                     )
                 else:
-                    local = frames.restrict(nets.items[patch_nets.row[patch]], parameters)
+                    local = frames.build_nets(nets.items[patch_nets.row[patch]], parameters)
                 deviation[pieces_of_chunk] = frames.to_model_units(local.deviation)
                 if self.goal.view is not None:
                     eye = self.goal.view.eye
@@ -233,7 +233,7 @@ def certify(
 
 def _split_into_blocks(faces: Faces, parts: Parts) -> Iterator[Parts]:
     """Runs of parts with at most about `BLOCK` pieces together; a single part may have more."""
-    if len(parts.face) * int((faces.spans + 1).prod(axis=1).max()) <= BLOCK:
+    if len(parts.face) * int((faces.spans + 1).prod(axis=0).max()) <= BLOCK:
         yield parts
         return
     low, high = parts.corners.min(axis=0), parts.corners.max(axis=0)

@@ -84,7 +84,7 @@ def clip_parts(faces: Faces, face: Ints, corners: Ints) -> PatchPieces:
         Places of the faces.
     """
     part, pieces = np.arange(len(face)), corners
-    counts = faces.spans[face].T
+    counts = faces.spans.take(face, axis=1)
     if int(counts.max(initial=1)) == 1:
         return PatchPieces(part, faces.first[face], np.divide(pieces, SPAN, order="C"), pieces)
     spans = np.zeros((2, len(face)), dtype=np.intp)

@@ -6,6 +6,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, Ints
 from service.engine.connectivity.seams import Seams
+from service.engine.vectors import Items
 from service.surface.lowered import Domain, PatchModel
 from service.surface.sides import along_sides
 
@@ -17,7 +18,7 @@ SPAN = 1 << DEPTH
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Faces:
+class Faces(Items):
     """F faces. Span (k, l) of face f is patch `first[f] + k stride[f] + l` of the model.
 
     A place of a face is a pair of whole numbers (u, v), 0 ≤ u ≤ n_u SPAN, 0 ≤ v ≤ n_v SPAN:
@@ -27,7 +28,7 @@ class Faces:
     Attributes
     ----------
     first, stride : ndarray of int, shape (F,)
-    spans : ndarray of int, shape (F, 2)
+    spans : ndarray of int, shape (2, F)
         n_u and n_v.
     """
 
@@ -37,7 +38,7 @@ class Faces:
 
     def list_sides(self) -> tuple[Ints, Ints, Ints]:
         """First patch, step from patch to patch, and number of patches along each side: (F, 4)."""
-        rows, columns = self.spans[:, 0], self.spans[:, 1]
+        rows, columns = self.spans
         near, far = self.first, self.first + (rows - 1) * self.stride
         begin = np.array([near, far, near, near + columns - 1]).T
         step = np.array(along_sides(self.stride, np.ones_like(rows))).T
@@ -56,15 +57,10 @@ def find_faces(model: PatchModel, seams: Seams) -> Faces:
     for domain in divided:
         is_single[domain.first : domain.first + domain.patch_count] = False
     single = is_single.nonzero()[0]
-    ones = np.ones((len(single), 2), dtype=np.intp)
-    parts = [Faces(single, ones[:, 0], ones), *(_split_domain(domain, seams) for domain in divided)]
-    first = np.concatenate([faces.first for faces in parts])
-    order = np.argsort(first)
-    stride, spans = (
-        np.concatenate(rows)[order]
-        for rows in zip(*((faces.stride, faces.spans) for faces in parts), strict=True)
-    )
-    return Faces(first[order], stride, spans)
+    ones = np.ones((2, len(single)), dtype=np.intp)
+    parts = [Faces(single, ones[0], ones), *(_split_domain(domain, seams) for domain in divided)]
+    faces = Faces.join(parts)
+    return faces.take(faces.first.argsort())
 
 
 def _split_domain(domain: Domain, seams: Seams) -> Faces:
@@ -88,7 +84,7 @@ def _split_domain(domain: Domain, seams: Seams) -> Faces:
     first = domain.first + u[:-1, None] * columns + v[:-1]
     spans = np.meshgrid(np.diff(u), np.diff(v), indexing="ij")
     return Faces(
-        first.ravel(), np.full(first.size, columns), np.stack([n.ravel() for n in spans], axis=1)
+        first.ravel(), np.full(first.size, columns), np.array(spans).reshape(2, first.size)
     )
 
 

@@ -78,7 +78,7 @@ class LocalFrames:
     rounding: float
     ordered: bool
 
-    def restrict(self, nets: FloatArray, parameters: FloatArray) -> LocalNets:
+    def build_nets(self, nets: FloatArray, parameters: FloatArray) -> LocalNets:
         """The nets of pieces, with bounds of their deviations.
 
         `nets` (m, D, p+1, q+1) are those of the patches of the pieces, in model units; `parameters`
@@ -88,7 +88,7 @@ class LocalFrames:
         net = build_triangle_nets(framed, parameters, ordered=self.ordered)
         return LocalNets(net, 0.0, self._bound_deviation(net))
 
-    def restrict_reduced(
+    def build_reduced_nets(
         self, nets: FloatArray, patch: Ints, sizes: FloatArray, parameters: FloatArray
     ) -> LocalNets:
         """Nets near pieces of patches of high degree, with bounds of the deviations of the pieces.

@@ -33,7 +33,7 @@ def build_regular(model: PatchModel, divisions: int = 2, *, per_face: bool = Fal
     patch_nets = PatchNets.of(model)
     places, triangles, owners, sides = [], [], [], []
     count = 0
-    for owner, (n_u, n_v) in enumerate(faces.spans.tolist()):
+    for owner, (n_u, n_v) in enumerate(faces.spans.T.tolist()):
         rows, columns = (divisions, divisions) if per_face else (n_u * divisions, n_v * divisions)
         at_u = np.arange(rows + 1) * (n_u * SPAN) // rows
         at_v = np.arange(columns + 1) * (n_v * SPAN) // columns
@@ -83,7 +83,7 @@ def evaluate_points(
     patch_nets: PatchNets, faces: Faces, face: np.ndarray, at: np.ndarray
 ) -> np.ndarray:
     """Points (N, 3) at places (N, 2) of faces (N,)."""
-    span = np.minimum(at // SPAN, faces.spans[face] - 1)
+    span = np.minimum(at // SPAN, faces.spans.T[face] - 1)
     u, v = ((at - span * SPAN) / SPAN).T
     patch = faces.first[face] + span[:, 0] * faces.stride[face] + span[:, 1]
     return patch_nets.evaluate_points(patch, u, v)

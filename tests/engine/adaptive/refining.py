@@ -68,12 +68,12 @@ def check_refined(refined: Refined, tolerance: float) -> None:
     # Triangles of which two corners are one vertex are left out. They occur beside a side that is
     # one point, and between two sides that are one edge: such faces are not covered completely.
     covered = np.bincount(built.face[a], twice_areas.astype(float), minlength=len(faces.first))
-    twice_face_areas = 2.0 * faces.spans.prod(axis=1) * float(SPAN) ** 2
+    twice_face_areas = 2.0 * faces.spans.prod(axis=0) * float(SPAN) ** 2
     assert (covered <= twice_face_areas * (1 + 1e-12)).all()
     simple = ~border.collapsed.any(axis=1) & ~_find_touching(border)
     for face in np.flatnonzero(simple):
         exact = sum(twice_areas[built.face[a] == face].tolist())
-        assert exact == 2 * int(faces.spans[face].prod()) * SPAN**2
+        assert exact == 2 * int(faces.spans[:, face].prod()) * SPAN**2
     check_edges(border, built)
 
 

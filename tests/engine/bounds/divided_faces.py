@@ -40,7 +40,7 @@ def find_across(corners: Index) -> Index:
 
 def evaluate_places(patch_nets: PatchNets, faces: Faces, places: Index | Array) -> Array:
     """Points of face 0 at places (V, 2), which need not be whole numbers."""
-    span = np.minimum((places // SPAN).astype(np.intp), faces.spans[0] - 1)
+    span = np.minimum((places // SPAN).astype(np.intp), faces.spans[:, 0] - 1)
     patch = faces.first[0] + span[:, 0] * faces.stride[0] + span[:, 1]
     t = (places - span * SPAN) / SPAN
     return patch_nets.evaluate_points(patch, t[:, 0], t[:, 1])
@@ -98,7 +98,7 @@ def measure_reference_distances(
 
 def build_face(rows: int = 1, columns: int = 1) -> Faces:
     """One face of rows × columns patches, which are all patches of the model."""
-    return Faces(np.array([0]), np.array([columns]), np.array([[rows, columns]]))
+    return Faces(np.array([0]), np.array([columns]), np.array([[rows], [columns]]))
 
 
 def check_bounds(

@@ -12,7 +12,7 @@ from service.engine.bounds.faces import SPAN, Faces
 
 def build_face(rows: int, columns: int) -> Faces:
     """A face that begins at patch 5; the model has three patches more in each row than the face."""
-    return Faces(np.array([5]), np.array([columns + 3]), np.array([[rows, columns]]))
+    return Faces(np.array([5]), np.array([columns + 3]), np.array([[rows], [columns]]))
 
 
 def count_edges(corners: np.ndarray) -> Counter[tuple[tuple[int, int], ...]]:

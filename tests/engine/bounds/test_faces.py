@@ -21,7 +21,7 @@ def check_cover(model: PatchModel, faces: Faces) -> None:
     result = [
         first + k * stride + i
         for first, stride, (rows, columns) in zip(
-            faces.first.tolist(), faces.stride.tolist(), faces.spans.tolist(), strict=True
+            faces.first.tolist(), faces.stride.tolist(), faces.spans.T.tolist(), strict=True
         )
         for k in range(rows)
         for i in range(columns)
@@ -42,7 +42,7 @@ def test_a_spline_is_one_face() -> None:
         faces = find_model_faces(model)
         check_cover(model, faces)
         assert len(faces.first) == 1
-        assert faces.spans[0].prod() == model.patch_count
+        assert faces.spans[:, 0].prod() == model.patch_count
 
 
 def test_a_face_ends_where_a_surface_is_discontinuous() -> None:
@@ -51,7 +51,7 @@ def test_a_face_ends_where_a_surface_is_discontinuous() -> None:
     model = BsplineSurface(build_wave(7, 6), (2, 3), (knots, "clamped")).lower()
     faces = find_model_faces(model)
     check_cover(model, faces)
-    assert faces.spans.tolist() == [[2, 3], [1, 3]]
+    assert faces.spans.T.tolist() == [[2, 3], [1, 3]]
     assert faces.first.tolist() == [0, 6]
 
 
@@ -63,7 +63,7 @@ def test_a_face_ends_where_a_knot_line_is_a_point() -> None:
     model = BsplineSurface(net, (1, 3), ("clamped", "periodic")).lower()
     faces = find_model_faces(model)
     check_cover(model, faces)
-    assert faces.spans.tolist() == [[1, 6], [1, 6]]
+    assert faces.spans.T.tolist() == [[1, 6], [1, 6]]
 
 
 def test_a_face_ends_where_a_surface_touches_itself() -> None:
@@ -74,7 +74,7 @@ def test_a_face_ends_where_a_surface_touches_itself() -> None:
     model = BsplineSurface(net, (1, 1)).lower()
     faces = find_model_faces(model)
     check_cover(model, faces)
-    assert faces.spans.tolist() == [[1, 2], [3, 2], [1, 2]]
+    assert faces.spans.T.tolist() == [[1, 2], [3, 2], [1, 2]]
 
 
 def test_a_face_ends_where_a_side_becomes_a_point() -> None:
@@ -89,4 +89,4 @@ def test_a_face_ends_where_a_side_becomes_a_point() -> None:
     check_cover(model, faces)
     seams = find_seams(model.batches)
     assert seams.collapsed[:, 2].sum() == 1
-    assert faces.spans.tolist() == [[1, 3], [1, 3], [1, 3]]
+    assert faces.spans.T.tolist() == [[1, 3], [1, 3], [1, 3]]

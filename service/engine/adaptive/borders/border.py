@@ -69,7 +69,7 @@ class Border:
         collapsed: Bools,
     ) -> "Border":
         """The border with these `entries` (at, vertex)."""
-        (at, vertex), size = entries, (faces.spans * SPAN).T
+        (at, vertex), size = entries, faces.spans * SPAN
         side = np.arange(len(start) - 1).repeat(start[1:] - start[:-1])
         # Sides 0 and 1 (u = 0 and the greatest u) run along v, sides 2 and 3 along u.
         far, s = size[:, side // 4], side % 4

@@ -111,9 +111,9 @@ class Task:
 
     def find_patches_at(self, face: Ints, u: Ints, v: Ints) -> Ints:
         """The patches (m,) at places; on a knot line the patch after it, if there is one."""
-        faces, last = self.faces, self.faces.spans[face] - 1
-        span_u: Ints = np.minimum(u // SPAN, last[:, 0])
-        span_v: Ints = np.minimum(v // SPAN, last[:, 1])
+        faces, last = self.faces, self.faces.spans.take(face, axis=1) - 1
+        span_u: Ints = np.minimum(u // SPAN, last[0])
+        span_v: Ints = np.minimum(v // SPAN, last[1])
         patch: Ints = faces.first[face] + span_u * faces.stride[face] + span_v
         return patch
 
@@ -122,12 +122,13 @@ class Task:
 
         The corners a, b, c, d are those at (u0, v0), (u1, v0), (u1, v1), (u0, v1).
         """
-        (end_u, end_v), (u0, u1, v0, v1) = self.faces.spans[cells.face].T * SPAN, cells.rectangle
+        end_u, end_v = self.faces.spans.take(cells.face, axis=1) * SPAN
+        u0, u1, v0, v1 = cells.rectangle
         return np.array([v0 == 0, u1 == end_u, v1 == end_v, u0 == 0])
 
     def evaluate_points(self, face: Ints, u: Ints, v: Ints) -> FloatArray:
         """Points of the surface at places, shape (m, 3), model coordinates."""
-        ends = self.faces.spans[face].T * SPAN
+        ends = self.faces.spans.take(face, axis=1) * SPAN
         parameters = (  # u and v in the patch
             np.where(place == end, SPAN, place % SPAN) / SPAN
             for place, end in zip((u, v), ends, strict=True)
@@ -161,7 +162,7 @@ def build_whole_cells(faces: Faces) -> FaceCells:
     """One cell for each face."""
     zero = np.zeros(len(faces.first), dtype=np.intp)
     high = faces.spans * SPAN
-    rectangle = np.array([zero, high[:, 0], zero, high[:, 1]])
+    rectangle = np.array([zero, high[0], zero, high[1]])
     return FaceCells(rectangle, np.arange(len(faces.first)))
 
 

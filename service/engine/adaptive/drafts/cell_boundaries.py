@@ -190,10 +190,10 @@ def _lift(
         See `CellBoundaries`.
     """
     (places, vertex), box = corners, cells.rectangle
-    face_boxes = np.zeros((len(border.faces.spans), 4), dtype=np.intp)
-    face_boxes[:, 1::2] = border.faces.spans * SPAN
+    face_boxes = np.zeros((4, len(border.faces.first)), dtype=np.intp)
+    face_boxes[1::2] = border.faces.spans * SPAN
     # A leaf is at side s of its face if row s of its box is equal to that of the face.
-    s, leaf = (box == face_boxes[cells.face].T).nonzero()
+    s, leaf = (box == face_boxes.take(cells.face, axis=1)).nonzero()
     side = 4 * cells.face[leaf] + s
     collapsed = border.collapsed.ravel()[side]
     if collapsed.any():
