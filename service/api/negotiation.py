@@ -12,6 +12,7 @@ from starlette.requests import Request
 
 from service.api.caching.codings import (
     CODINGS,
+    MAX_CACHED,
     Codings,
     parse_accepted_codings,
     parse_quality_values,
@@ -23,10 +24,6 @@ from service.engine.mesh.mesh import ENGINE
 from service.errors import InvalidRequest, Issue, pointer
 from service.schemas.query import values_from_text
 from service.schemas.scan import shorten
-
-MAX_CACHED = 200
-"""Most characters of an Accept header or a query whose parsed form is cached: clients cannot fill
-the memory with longer texts."""
 
 AnyFormat = TypeVar("AnyFormat", bound=FileFormat)
 Values = TypeVar("Values")

@@ -43,10 +43,8 @@ async def surface_of(services: Services, job: Job, id: str) -> Surface:
     """
     if id in EXAMPLES:
         return find(id).surface()
-    if not is_id(id):
-        raise _build_unknown_error(id)
     # Each deletion raises the generation: later requests do not share a load from before it.
-    key = ("surface", id, services.cache.generation)
+    key = ("surface", content_id(id), services.cache.generation)
     return await services.flights.join(key, partial(_load, services, id), job.on_ready)
 
 
@@ -63,21 +61,24 @@ def content_id(id: str) -> str:
     Raises
     ------
     UnknownSurface
-        The id is neither the name of an example nor a hash.
+        The id is neither the name of an example nor a hash. The error names the most similar
+        example.
     """
     if id in EXAMPLES:
         return _hash_of_example(id)
     if not is_id(id):
-        raise _build_unknown_error(id)
+        similar = "".join(f"`{name}`, or " for name in get_close_matches(id[:64], EXAMPLES, 1))
+        names = f"{similar}one of {', '.join(EXAMPLES)}"
+        raise UnknownSurface(
+            Issue(
+                "unknown_surface",
+                "No surface has this id.",
+                "/id",
+                got="an unknown id",
+                needed=f"{names}; or the id of a stored surface, 64 hexadecimal digits",
+            )
+        )
     return id
-
-
-def _build_unknown_error(id: str) -> UnknownSurface:
-    """The error for an id that no surface has; it names the most similar id of an example."""
-    message, names = "No surface has this id.", ", ".join(EXAMPLES)
-    similar = "".join(f"`{name}`, or " for name in get_close_matches(id[:64], EXAMPLES, 1))
-    needed = f"{similar}one of {names}; or the id of a stored surface, 64 hexadecimal digits"
-    return UnknownSurface(Issue("unknown_surface", message, "/id", "an unknown id", needed))
 
 
 @cache

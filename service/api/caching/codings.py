@@ -18,6 +18,10 @@ if sys.version_info >= (3, 14):
 else:
     from backports import zstd
 
+MAX_CACHED = 200
+"""Most characters of a header or a query whose parsed form is cached: clients cannot fill the
+memory with longer texts."""
+
 MAX_ITEMS = 100
 """Most items of an `Accept` or `Accept-Encoding` list that the service reads."""
 
@@ -64,7 +68,7 @@ def parse_accepted_codings(header: bytes | None) -> Codings:
     """
     if header is None:
         return ("identity",)
-    return _parse_cached(header) if len(header) <= _MAX_CACHED else _parse_codings(header)
+    return _parse_cached(header) if len(header) <= MAX_CACHED else _parse_codings(header)
 
 
 def _gzip(content: bytes) -> bytes:
@@ -97,10 +101,6 @@ def compress(coding: Coding, content: bytes) -> bytes | None:
         return None
     body = COMPRESS_FUNCTIONS[coding](content)
     return body if len(body) <= MAX_RATIO * len(content) else None
-
-
-_MAX_CACHED = 200
-"""Most bytes of a header whose parsed form is cached, so that no client can fill the memory."""
 
 
 def _parse_codings(header: bytes) -> Codings:
