@@ -165,10 +165,6 @@ class CurveRequest(RequestModel, CurveOptionFields):
 
     curve: CurveDefinition = Field(description="The curve, by its control points.")
 
-    def build(self) -> None:
-        """Build the curve, which `to_curve` then returns."""
-        self.to_curve()
-
     def to_curve(self) -> Curve:
         """The curve as a value; the first call builds it.
 
@@ -178,6 +174,8 @@ class CurveRequest(RequestModel, CurveOptionFields):
         if curve is None:
             curve = self.__dict__["_curve"] = build_curve(self.curve)
         return curve
+
+    build = to_curve
 
 
 def build_curve(definition: CurveDefinition, *, plain: bool = False) -> Curve:

@@ -40,7 +40,7 @@ class StrictModel(BaseModel):
 class RequestModel(StrictModel):
     """The base of the models of whole requests."""
 
-    def build(self) -> None:
+    def build(self) -> object:
         """Build the surface or curve, and keep it in the model; raises `InvalidRequest`.
 
         Models of requests with a surface or a curve override this method, which does nothing.

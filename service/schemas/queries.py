@@ -167,10 +167,6 @@ class ProjectRequest(RequestModel):
             raise to_invalid(conflict_issue("curve", "sign", message, is_neither=False))
         return self
 
-    def build(self) -> None:
-        """Build the surface or the curve, which `to_shape` then returns."""
-        self.to_shape()
-
     def to_shape(self) -> Surface | Curve:
         """The surface or the curve; the first call builds it.
 
@@ -189,6 +185,8 @@ class ProjectRequest(RequestModel):
                 raise ValueError("a request without a shape was not validated")
             self.__dict__["_shape"] = shape
         return shape
+
+    build = to_shape
 
     def to_query(self) -> ProjectQuery:
         """The points and the tolerance, for the engine; raises `InvalidRequest`."""

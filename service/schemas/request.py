@@ -30,10 +30,6 @@ class SurfaceRequest(RequestModel):
 
     surface: SurfaceDefinition = Field(description="The surface, by its control points.")
 
-    def build(self) -> None:
-        """Build the surface, which `to_surface` then returns."""
-        self.to_surface()
-
     def to_surface(self) -> Surface:
         """The surface as a value; the first call builds it.
 
@@ -46,6 +42,8 @@ class SurfaceRequest(RequestModel):
             except InvalidRequest as error:
                 raise error.within("/surface") from None
         return surface
+
+    build = to_surface
 
 
 class MeshRequest(SurfaceRequest, MeshOptionFields):
