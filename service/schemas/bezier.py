@@ -1,14 +1,139 @@
-"""The JSON language of one tensor-product Bézier patch."""
+"""The JSON language of one Bézier patch, tensor-product or triangular; nets of triangles as rows.
 
-from typing import Annotated, Literal
+In a document, the net of a triangle is a list of rows of n + 1, n, … 1 entries. In an array, all
+rows are one axis of (n+1)(n+2)/2 entries.
+"""
 
+import re
+from dataclasses import replace
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field
 
 from service.bases.arrays import FloatArray
+from service.bases.triangle import degree_of, degree_or_none, row_starts
+from service.errors import InvalidRequest, Issue, pointer
 from service.schemas.arrays import NumberGrid
-from service.schemas.channels import NET, build_channels
+from service.schemas.channels import NET, TRIANGLE, build_channels
 from service.schemas.fields import SURFACE_WEIGHTS, NameField, StrictModel, UpField
-from service.surface.bezier import BezierSurface
+from service.surface.bezier import BezierSurface, TriangleSurface
+
+TRIANGLE_RULE = "A triangle of n + 1 rows is one patch of degree n."
+TRIANGLE_NET = NumberGrid(
+    ("rows", "control points", "coordinates"),
+    width=3,
+    point_levels=2,
+    degree_levels=(0,),
+    degree_rule=TRIANGLE_RULE,
+    triangle_level=1,
+)
+TRIANGLE_WEIGHTS = NumberGrid(
+    ("rows", "weights"),
+    positive=True,
+    degree_levels=(0,),
+    degree_rule=TRIANGLE_RULE,
+    triangle_level=1,
+)
+
+_NETS = ("control_net", "weights", "colors", "uvs")
+
+
+class TriangleDefinition(StrictModel):
+    """One triangular Bézier patch of any degree, rational if weights are given.
+
+    S(r, s, t) = Σ n!/(i! j! k!) r^i s^j t^k w_ijk b_ijk / Σ n!/(i! j! k!) r^i s^j t^k w_ijk for
+    r + s + t = 1. The net has n + 1 rows of n + 1, n, … 1 control points. Row k has the points
+    b_ijk with this k, in the order of ascending j. So the first row is the side t = 0, and the last
+    row is the corner t = 1.
+    """
+
+    type: Literal["triangle"] = Field(description="The kind of surface.")
+    control_net: Annotated[FloatArray, TRIANGLE_NET] = Field(
+        description="Control points [x, y, z], row by row. Each row has one point less than the "
+        "row before. At least two rows; every coordinate is finite and within single precision. "
+        "Seen from the side to which the normal points, each row goes from left to right, and "
+        "is above the row before.",
+        examples=[[[[0, 0, 0], [1, 0, 1], [2, 0, 0]], [[0, 1, 1], [1, 1, 1]], [[0, 2, 0]]]],
+    )
+    weights: Annotated[FloatArray | None, TRIANGLE_WEIGHTS, SURFACE_WEIGHTS] = Field(
+        default=None,
+        examples=[[[1, 0.7071067811865476, 1], [0.7071067811865476, 0.7071067811865476], [1]]],
+    )
+    colors: Annotated[FloatArray | None, *TRIANGLE.colors()] = None
+    uvs: Annotated[FloatArray | None, *TRIANGLE.uvs()] = None
+    attributes: Annotated[
+        dict[str, Annotated[FloatArray, TRIANGLE.values()]], *TRIANGLE.attributes()
+    ] = Field(default_factory=dict)
+    up: UpField = "y"
+    name: NameField = "surface"
+
+    def to_surface(self) -> TriangleSurface:
+        """The surface as a value; raises `InvalidRequest` with pointers relative to the surface."""
+        try:
+            channels = build_channels(self.colors, self.uvs, self.attributes)
+            return TriangleSurface(self.control_net, self.weights, self.up, self.name, channels)
+        except InvalidRequest as error:
+            nets = {f"/{name}": getattr(self, name) for name in _NETS}
+            nets |= {pointer(("attributes", name)): net for name, net in self.attributes.items()}
+            for prefix, net in nets.items():
+                error = error if net is None else point_to_rows(error, prefix, len(net))
+            raise error from None
+
+
+def write_rows(content: dict[str, Any]) -> dict[str, Any]:
+    """The content of a surface, with the nets of triangles as lists of rows, as in documents."""
+    if "triangles" in content:
+        return content | {"triangles": [split_rows(indices) for indices in content["triangles"]]}
+    if content["type"] != "triangle":
+        return content
+    return {name: _split_nets(value) for name, value in content.items()}
+
+
+def _split_nets(value: Any) -> Any:
+    """A field of a triangle, with each array in it as a list of rows."""
+    if isinstance(value, dict):
+        return {name: split_rows(net) for name, net in value.items()}
+    return split_rows(value) if isinstance(value, np.ndarray) else value
+
+
+def split_rows(values: NDArray[Any]) -> list[NDArray[Any]]:
+    """Split an array of (n+1)(n+2)/2 entries of a triangle into rows of n+1, n, … 1 entries."""
+    return np.split(values, row_starts(degree_of(len(values)))[1:-1])
+
+
+def point_to_rows(error: InvalidRequest, prefix: str, count: int) -> InvalidRequest:
+    """The error, with pointers into the rows of a document in place of pointers into arrays.
+
+    A pointer to entry k of an array becomes a pointer to entry j of row m. Returns the error
+    unchanged if no triangle has `count` entries.
+
+    Parameters
+    ----------
+    error : InvalidRequest
+    prefix : str
+        A regular expression for the pointers of the arrays to change. Names of fields and of
+        attributes need no escapes: they have only letters, digits and _.
+    count : int
+        The number of entries of an array, all rows together.
+    """
+    degree = degree_or_none(count)
+    if degree is None:
+        return error
+    starts = row_starts(degree)
+
+    def move_issue(issue: Issue) -> Issue:
+        match = re.match(rf"({prefix})/(\d+)(/.*)?\Z", issue.pointer)
+        if match is None:
+            return issue
+        entry = int(match[2])
+        row = int(np.searchsorted(starts, entry, side="right")) - 1
+        where = f"{match[1]}/{row}/{entry - int(starts[row])}{match[3] or ''}"
+        return replace(issue, pointer=where)
+
+    return InvalidRequest(*map(move_issue, error.issues))
+
 
 CONTROL_NET = NumberGrid(
     ("rows", "control points", "coordinates"), width=3, point_levels=2, degree_levels=(0, 1)

@@ -11,15 +11,14 @@ from typing import Annotated, TypeAlias
 from pydantic import Tag
 
 from service.errors import Issue
-from service.schemas import bezier, bspline, multipatch, patches, sweeps, triangle
-from service.surface.bezier import BezierSurface
+from service.schemas import bezier, bspline, multipatch, patches, sweeps
+from service.surface.bezier import BezierSurface, TriangleSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.group import GroupSurface
 from service.surface.multipatch import MultipatchSurface
 from service.surface.patches import PatchSurface
 from service.surface.sizes import SurfaceKind
 from service.surface.sweeps import RibbonSurface, TubeSurface
-from service.surface.triangle import TriangleSurface
 
 CHANNELS = ("colors", "uvs", "attributes")
 """Names of the fields that are attributes of `channels` of a surface."""
@@ -56,7 +55,7 @@ MemberKind: TypeAlias = (
     Annotated[bezier.BezierDefinition, Tag("bezier")]
     | Annotated[bspline.BsplineDefinition, Tag("bspline")]
     | Annotated[patches.PatchesDefinition, Tag("patches")]
-    | Annotated[triangle.TriangleDefinition, Tag("triangle")]
+    | Annotated[bezier.TriangleDefinition, Tag("triangle")]
     | Annotated[multipatch.MultipatchDefinition, Tag("multipatch")]
     | Annotated[sweeps.TubeDefinition, Tag("tube")]
     | Annotated[sweeps.RibbonDefinition, Tag("ribbon")]

@@ -6,7 +6,7 @@ from pydantic import Field, Tag, ValidationInfo, model_validator
 
 from service.cancellation import checkpoint
 from service.errors import InvalidRequest, Issue, pointer
-from service.schemas import bezier, bspline, triangle
+from service.schemas import bezier, bspline
 from service.schemas.arrays import check_total
 from service.schemas.fields import NameField, StrictModel, UpField, one_of_kinds
 from service.surface.multipatch import MAX_SURFACES, MultipatchSurface, Single
@@ -14,7 +14,7 @@ from service.surface.multipatch import MAX_SURFACES, MultipatchSurface, Single
 PartDefinition: TypeAlias = Annotated[
     Annotated[bezier.BezierDefinition, Tag("bezier")]
     | Annotated[bspline.BsplineDefinition, Tag("bspline")]
-    | Annotated[triangle.TriangleDefinition, Tag("triangle")],
+    | Annotated[bezier.TriangleDefinition, Tag("triangle")],
     *one_of_kinds(
         ("bezier", "bspline", "triangle"),
         Issue("unknown_type", "A multipatch cannot contain a surface of this type."),

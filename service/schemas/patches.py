@@ -11,9 +11,9 @@ from pydantic_core.core_schema import ValidatorFunctionWrapHandler
 from service.bases.arrays import FloatArray
 from service.errors import InvalidRequest, Issue
 from service.schemas.arrays import NumberGrid
+from service.schemas.bezier import TRIANGLE_RULE, point_to_rows
 from service.schemas.channels import VERTEX, build_channels
 from service.schemas.fields import NameField, Parts, StrictModel, UpField
-from service.schemas.triangle import TRIANGLE_RULE, point_to_rows
 from service.schemas.validation import limits_of, to_refusal
 from service.surface.grids import NO_GRIDS, Grids
 from service.surface.patches import NO_TRIANGLES, PatchSurface

@@ -12,9 +12,9 @@ from service.bases.arrays import FloatArray
 from service.cancellation import checkpoint
 from service.errors import InvalidRequest, pointer
 from service.schemas.arrays import NumberGrid, check_total, tuple_schema
+from service.schemas.bezier import write_rows
 from service.schemas.fields import Name, Omittable, StrictModel, UpField, one_of_kinds, optional
 from service.schemas.kinds import CHANNELS, FIELDS, KINDS, UNKNOWN_KIND, MemberKind
-from service.schemas.triangle import write_rows
 from service.schemas.validation import to_invalid
 from service.surface.curve import BezierCurve, BsplineCurve
 from service.surface.group import MAX_MEMBERS, GroupSurface, Member, nested_issue

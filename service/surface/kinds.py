@@ -6,13 +6,12 @@ do not import this one.
 
 from typing import TypeAlias
 
-from service.surface.bezier import BezierSurface
+from service.surface.bezier import BezierSurface, TriangleSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.group import GroupSurface
 from service.surface.multipatch import MultipatchSurface
 from service.surface.patches import PatchSurface
 from service.surface.sweeps import RibbonSurface, TubeSurface
-from service.surface.triangle import TriangleSurface
 
 Surface: TypeAlias = (
     BezierSurface

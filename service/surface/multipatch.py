@@ -13,13 +13,12 @@ import numpy as np
 from service.bases.arrays import Ints
 from service.errors import InvalidRequest, Issue, count_nouns, pointer
 from service.surface.batches import Channel, Patches
-from service.surface.bezier import UNIT_SQUARE, BezierSurface
+from service.surface.bezier import UNIT_SQUARE, BezierSurface, TriangleSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.checks import Up, check_up
 from service.surface.lowered import Part, PatchModel
 from service.surface.placement import Box, join_boxes
 from service.surface.sizes import NUMBER, SurfaceKind, SurfaceSize, add_sizes
-from service.surface.triangle import TriangleSurface
 
 Single: TypeAlias = BezierSurface | BsplineSurface | TriangleSurface
 """One surface of a multipatch."""

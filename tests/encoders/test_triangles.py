@@ -11,8 +11,8 @@ from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
 from service.errors import UnsupportedByFormat
 from service.pipeline.mesh import plan_mesh
+from service.surface.bezier import TriangleSurface
 from service.surface.examples.catalogue import find
-from service.surface.triangle import TriangleSurface
 from tests.clients.geomview import read_oogl
 
 

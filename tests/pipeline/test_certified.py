@@ -24,12 +24,11 @@ from service.pipeline.adaptive import size_of_mesh
 from service.pipeline.limits import Limits
 from service.pipeline.mesh import build_planned, keep_storable_channels, plan_mesh, render
 from service.pipeline.mesh_plan import build_plan
-from service.surface.bezier import BezierSurface
+from service.surface.bezier import BezierSurface, TriangleSurface
 from service.surface.examples.catalogue import EXAMPLES, find
 from service.surface.group import GroupSurface, Member
 from service.surface.kinds import Surface
 from service.surface.sizes import SurfaceKind
-from service.surface.triangle import TriangleSurface
 from tests.strategies import Array
 
 each_format = pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)

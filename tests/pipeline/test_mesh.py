@@ -22,13 +22,12 @@ from service.pipeline.mesh_counts import count_models, mesh_counts, mesh_size
 from service.pipeline.mesh_plan import build_plan, plan_sizes
 from service.pipeline.queries import plan_points
 from service.surface.batches import ChannelKind
-from service.surface.bezier import BezierSurface
+from service.surface.bezier import BezierSurface, TriangleSurface
 from service.surface.curve import BezierCurve
 from service.surface.examples.catalogue import find
 from service.surface.group import GroupSurface, Member
 from service.surface.sizes import SurfaceSize
 from service.surface.sweeps import TubeSurface
-from service.surface.triangle import TriangleSurface
 from tests.strategies import Array, build_model, resolutions, split_models
 from tools.examples import lower_patches
 

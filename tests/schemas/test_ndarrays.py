@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from service.errors import InvalidRequest
-from service.schemas import bezier, bspline, patches, surfaces, triangle
+from service.schemas import bezier, bspline, patches, surfaces
 from service.schemas.arrays import Array, NumberGrid
+from service.schemas.bezier import split_rows
 from service.schemas.document import DocumentLimits
 from service.schemas.request import MeshRequest
-from service.schemas.triangle import split_rows
 from service.schemas.validation import invalid_request, validate_document
 from service.surface.group import content_key
 
@@ -26,8 +26,8 @@ GRIDS = (
     bspline.KNOTS,
     patches.VERTICES,
     patches.PATCHES,
-    triangle.TRIANGLE_NET,
-    triangle.TRIANGLE_WEIGHTS,
+    bezier.TRIANGLE_NET,
+    bezier.TRIANGLE_WEIGHTS,
     patches.TRIANGLES,
     surfaces.MATRIX,
     NumberGrid(("patch numbers",), integers=True),
@@ -92,7 +92,7 @@ def test_numbers_that_are_not_finite_are_refused(count: int, index: int, value: 
     weights[index % count] = value
     pointers = [f"/{m}/{j}" for m, row in enumerate(split_rows(weights)) for j in range(len(row))]
     # Without a limit of the degree, which 15 weights exceed.
-    issue = parse_value(replace(triangle.TRIANGLE_WEIGHTS, degree_levels=()), weights)
+    issue = parse_value(replace(bezier.TRIANGLE_WEIGHTS, degree_levels=()), weights)
     assert issue == ("not_finite", pointers[index % count], "Every number must be finite.")
 
 
@@ -118,7 +118,7 @@ def test_indices_beyond_the_integers_of_float64_are_refused(index: int) -> None:
 
 @pytest.mark.parametrize("count", [2, 4, 5, 7])
 def test_an_array_that_is_not_the_size_of_a_triangle_is_refused(count: int) -> None:
-    issue = parse_value(triangle.TRIANGLE_NET, np.zeros((count, 3)))
+    issue = parse_value(bezier.TRIANGLE_NET, np.zeros((count, 3)))
     assert issue[:2] == ("ragged", "")
 
 

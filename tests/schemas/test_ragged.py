@@ -11,9 +11,9 @@ from pydantic import ValidationError
 from oracles.triangles import keys
 from service.errors import InvalidRequest, Issue, count_nouns
 from service.schemas.arrays import NumberGrid
+from service.schemas.bezier import TRIANGLE_NET, TRIANGLE_WEIGHTS, point_to_rows, split_rows
 from service.schemas.document import DocumentLimits
 from service.schemas.patches import TRIANGLES
-from service.schemas.triangle import TRIANGLE_NET, TRIANGLE_WEIGHTS, point_to_rows, split_rows
 from service.schemas.validation import invalid_request
 
 LIMITS = DocumentLimits(max_control_points=100, max_degree=6)

@@ -6,9 +6,9 @@ import pytest
 from oracles import triangles
 from service.bases import triangle_basis
 from service.surface.batches import TensorPatches, TrianglePatches
+from service.surface.bezier import TriangleSurface
 from service.surface.channels import Channels
 from service.surface.patches import PatchSurface
-from service.surface.triangle import TriangleSurface
 
 NET = np.array([(j, k, j * k) for _, j, k in triangles.keys(2)], dtype=float)
 

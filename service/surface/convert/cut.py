@@ -8,7 +8,7 @@ from itertools import chain
 from service.bases import polynomials, triangle
 from service.bases.polynomials import Net, map_net, stack_nets
 from service.errors import InvalidRequest, Issue, format_number
-from service.surface.bezier import BezierSurface
+from service.surface.bezier import BezierSurface, TriangleSurface
 from service.surface.convert.elevate import elevate_nets, elevate_triangle_nets
 from service.surface.convert.nets import (
     Batch,
@@ -24,7 +24,6 @@ from service.surface.convert.nets import (
 )
 from service.surface.convert.operations import Interval, Restrict, Split, ToTriangle
 from service.surface.patches import PatchSurface
-from service.surface.triangle import TriangleSurface
 
 
 def split_patch(

@@ -11,7 +11,7 @@ from service.bases.arrays import FloatArray
 from service.bases.polynomials import Net
 from service.bases.row_batches import unique_rows
 from service.errors import InvalidRequest, Issue
-from service.surface.bezier import BezierSurface
+from service.surface.bezier import BezierSurface, TriangleSurface
 from service.surface.convert.nets import (
     Batch,
     SizeLimits,
@@ -24,7 +24,6 @@ from service.surface.convert.operations import Elevate, degree_pointer
 from service.surface.convert.seams import match_shared_edges
 from service.surface.patches import PatchSurface
 from service.surface.sides import take_side
-from service.surface.triangle import TriangleSurface
 
 
 def elevate_bezier(

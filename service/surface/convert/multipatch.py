@@ -8,6 +8,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from service.bases.triangle import degree_of
+from service.surface.bezier import TriangleSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.convert.cut import highest_degree
 from service.surface.convert.elevate import elevate_nets, elevate_triangle_nets
@@ -25,7 +26,6 @@ from service.surface.grids import group_by_degree
 from service.surface.multipatch import MultipatchSurface, Single
 from service.surface.patches import NO_TRIANGLES, PatchSurface
 from service.surface.sizes import SurfaceKind
-from service.surface.triangle import TriangleSurface
 
 Result = TypeVar("Result", bound=SurfaceKind)
 

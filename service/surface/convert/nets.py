@@ -14,13 +14,12 @@ from service.bases.arrays import FloatArray, Ints
 from service.bases.polynomials import Net, map_net
 from service.bases.row_batches import find_first_rows
 from service.errors import InvalidRequest, Issue, TooLarge, count_nouns
-from service.surface.bezier import BezierSurface
+from service.surface.bezier import BezierSurface, TriangleSurface
 from service.surface.channels import MAX_NUMBERS, NO_CHANNELS, Channels
 from service.surface.checks import MAX_DEGREE, Up
 from service.surface.grids import NO_GRIDS, PartMembers
 from service.surface.patches import NO_TRIANGLES, PatchSurface
 from service.surface.sizes import NetSurface
-from service.surface.triangle import TriangleSurface
 
 NetChange: TypeAlias = Callable[[Net], Net]
 

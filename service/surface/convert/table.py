@@ -5,7 +5,7 @@ from types import MappingProxyType
 from typing import Any, TypeAlias
 
 from service.errors import InvalidRequest, Issue, SurfaceError, pointer
-from service.surface.bezier import BezierSurface
+from service.surface.bezier import BezierSurface, TriangleSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.convert.cut import (
     restrict_bezier,
@@ -40,7 +40,6 @@ from service.surface.convert.turn import turn_bezier, turn_patches, turn_triangl
 from service.surface.kinds import Surface
 from service.surface.multipatch import MultipatchSurface
 from service.surface.patches import PatchSurface
-from service.surface.triangle import TriangleSurface
 
 Conversion: TypeAlias = Callable[[Any, Any, SizeLimits], Surface]
 """A function of a surface, an operation and the limits of the result."""

@@ -10,12 +10,11 @@ import numpy as np
 from service.bases import triangle
 from service.bases.arrays import FloatArray, Ints
 from service.bases.polynomials import map_net
-from service.surface.bezier import BezierSurface
+from service.surface.bezier import BezierSurface, TriangleSurface
 from service.surface.convert.nets import SizeLimits, map_channels
 from service.surface.convert.operations import Reverse, Transpose
 from service.surface.grids import IndexGrid, map_grids
 from service.surface.patches import PatchSurface
-from service.surface.triangle import TriangleSurface
 
 Turn: TypeAlias = Transpose | Reverse
 Grid = TypeVar("Grid", FloatArray, IndexGrid)

@@ -14,11 +14,10 @@ from typing import Any
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.surface.bezier import BezierSurface
+from service.surface.bezier import BezierSurface, TriangleSurface
 from service.surface.channels import Channels
 from service.surface.checks import Up
 from service.surface.patches import PatchSurface
-from service.surface.triangle import TriangleSurface
 
 COLD, HOT = (0.08, 0.25, 0.55), (1.0, 0.82, 0.35)
 """The colours of the least and the greatest value: blue and yellow, sRGB."""

@@ -19,13 +19,12 @@ from service.engine.closest.project import (
 )
 from service.engine.models import to_patches
 from service.engine.points.surface_columns import Columns, surface_columns
-from service.surface.bezier import BezierSurface
+from service.surface.bezier import BezierSurface, TriangleSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.curve import BezierCurve, BsplineCurve
 from service.surface.examples.catalogue import find
 from service.surface.patches import PatchSurface
 from service.surface.sizes import SurfaceKind
-from service.surface.triangle import TriangleSurface
 from tools.certify.surfaces import FAMILIES
 
 RNG = np.random.default_rng

@@ -11,9 +11,9 @@ from service.bases.triangle import elevate
 from service.engine.accuracy import Accuracy
 from service.engine.options import MeshOptions
 from service.engine.plans.counts import count_mesh
+from service.surface.bezier import TriangleSurface
 from service.surface.lowered import Part, PatchModel
 from service.surface.multipatch import MultipatchSurface
-from service.surface.triangle import TriangleSurface
 from tests.engine.meshing import build_mesh, check_sound
 from tests.strategies import Array, build_model
 

@@ -15,11 +15,10 @@ from service.engine.points.jets import evaluate_jets
 from service.engine.points.places import PointsQuery, locate
 from service.errors import TooLarge
 from service.surface.batches import TensorPatches
-from service.surface.bezier import BezierSurface
+from service.surface.bezier import BezierSurface, TriangleSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.examples import quadrics
 from service.surface.lowered import Part, PatchModel
-from service.surface.triangle import TriangleSurface
 from tests.strategies import Array
 from tools.building import build
 from tools.certify.surfaces import FAMILIES

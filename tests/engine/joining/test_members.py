@@ -17,10 +17,10 @@ from service.errors import TooLarge
 from service.pipeline.limits import DEFAULT_LIMITS
 from service.pipeline.mesh import plan_mesh
 from service.pipeline.mesh_plan import build_plan
+from service.surface.bezier import TriangleSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.group import GroupSurface, Member
 from service.surface.multipatch import MultipatchSurface
-from service.surface.triangle import TriangleSurface
 from tools.building import build, build_scene
 from tools.certify.closing import NEARLY_CLOSED, RESOLUTION
 

@@ -17,11 +17,10 @@ from service.bases.arrays import RealArray
 from service.engine.mesh.channels import ChannelRows, match_values
 from service.engine.mesh.mesh import Mesh
 from service.surface.batches import Channel, TensorPatches
-from service.surface.bezier import BezierSurface
+from service.surface.bezier import BezierSurface, TriangleSurface
 from service.surface.channels import Channels
 from service.surface.lowered import Part, PatchModel
 from service.surface.patches import PatchSurface
-from service.surface.triangle import TriangleSurface
 from tests.engine.meshing import build_mesh, check_sound, find_topology
 from tests.strategies import (
     ROTATIONS,

@@ -13,7 +13,7 @@ from oracles.exact import Vector
 from oracles.triangles import to_exact_triangle, value
 from service.bases.triangle import count_points
 from service.errors import SurfaceError
-from service.surface.bezier import BezierSurface
+from service.surface.bezier import BezierSurface, TriangleSurface
 from service.surface.channels import Channels
 from service.surface.convert.nets import SizeLimits
 from service.surface.convert.operations import (
@@ -29,7 +29,6 @@ from service.surface.convert.operations import (
 )
 from service.surface.convert.table import convert
 from service.surface.patches import PatchSurface
-from service.surface.triangle import TriangleSurface
 from tests.engine.meshing import build_mesh
 from tests.surface.convert.exact import (
     assert_same,
