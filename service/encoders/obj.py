@@ -10,7 +10,7 @@ contains the deviation bound.
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, IndexArray, RealArray
+from service.bases.arrays import IndexArray
 from service.encoders.content import (
     COMMENT_CHARS,
     absolute,
@@ -39,7 +39,10 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
     head = f"# {comment}\n" if comment else ""
     chunks = [
         head.encode() + b"o " + identifier(mesh.name) + b"\n",
-        _vertices(positions, colors),
+        # Lines `v x y z`, or `v x y z r g b` with colours.
+        rows(positions, b"v ")
+        if colors is None
+        else join_rows(positions, colors[:, :3].astype(np.float32, copy=False), start=b"v "),
     ]
     if mesh.uvs is not None:
         chunks.append(rows(mesh.uvs.astype(np.float32, copy=False), b"vt "))
@@ -78,13 +81,6 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
         + (size.drawables + 1) * len("o _\n")
         + size.name_bytes
     )
-
-
-def _vertices(positions: FloatArray, colors: RealArray | None) -> bytes:
-    """Lines `v x y z`, or `v x y z r g b` with colours."""
-    if colors is None:
-        return rows(positions, b"v ")
-    return join_rows(positions, colors[:, :3].astype(np.float32, copy=False), start=b"v ")
 
 
 def _groups(mesh: Mesh, row: IndexArray | None) -> bytes:

@@ -10,7 +10,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from service.bases.arrays import Ints
+from service.bases.row_batches import expand_runs
 from service.errors import InvalidRequest, Issue, count_nouns, pointer
 from service.surface.batches import Channel, Patches
 from service.surface.bezier import UNIT_SQUARE, BezierSurface, TriangleSurface
@@ -122,7 +122,7 @@ class MultipatchSurface(SurfaceKind):
             ),
             self.up,
             tuple(domains),
-            sequence=_list_patches(first_patches, counts) if len(forms) > 1 else None,
+            sequence=expand_runs(counts, first_patches)[1] if len(forms) > 1 else None,
             control_nets=nets if any(model.control_nets for model in models) else (),
             merged_knots=sum(model.merged_knots for model in models),
         )
@@ -160,12 +160,3 @@ def join_batches(batches: Sequence[Patches]) -> Patches:
         weights=np.concatenate(weights) if weights else None,
         channels=channels,
     )
-
-
-def _list_patches(first: Ints, counts: Ints) -> Ints:
-    """The numbers of all patches, surface by surface.
-
-    Surface k has the patches `first[k]`, `first[k]` + 1, …; their number is `counts[k]`.
-    """
-    offsets = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-    return np.asarray(np.repeat(first, counts) + offsets)

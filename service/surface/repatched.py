@@ -6,11 +6,9 @@ import numpy as np
 
 from service.bases.arrays import Ints
 from service.surface.batches import Patches
+from service.surface.bezier import UNIT_SQUARE
 from service.surface.lowered import Domain, Part, PatchModel
 from service.surface.multipatch import join_batches
-
-UNIT = np.array([0.0, 1.0])
-UNIT.flags.writeable = False
 
 
 def surfaces_of(model: PatchModel) -> tuple[Domain, ...]:
@@ -18,7 +16,9 @@ def surfaces_of(model: PatchModel) -> tuple[Domain, ...]:
 
     If the model has no domains, each patch is such a surface, over [0, 1]².
     """
-    domains = model.domains or tuple(Domain(UNIT, UNIT, k) for k in range(model.patch_count))
+    domains = model.domains or tuple(
+        replace(UNIT_SQUARE, first=k) for k in range(model.patch_count)
+    )
     return tuple(sorted(domains, key=lambda domain: domain.first))
 
 

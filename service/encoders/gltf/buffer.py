@@ -53,11 +53,6 @@ class BufferView:
     is_padded: bool = False
     is_unit: bool = False
 
-    @property
-    def target(self) -> int:
-        """The `target` of the buffer view."""
-        return ELEMENT_ARRAY_BUFFER if self.corners else ARRAY_BUFFER
-
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PackedBuffer:
@@ -156,7 +151,8 @@ def index_rows(faces: IndexArray, vertices: int) -> IndexArray:
 def describe_view(view: BufferView) -> JsonObject:
     """The JSON object of a buffer view, without its position in the buffer."""
     stride = {"byteStride": view.rows.shape[1]} if view.is_padded else {}
-    return {"byteLength": view.rows.nbytes, **stride, "target": view.target}
+    target = ELEMENT_ARRAY_BUFFER if view.corners else ARRAY_BUFFER
+    return {"byteLength": view.rows.nbytes, **stride, "target": target}
 
 
 def pad(content: memoryview | bytes) -> tuple[memoryview | bytes, bytes]:

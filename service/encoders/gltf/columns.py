@@ -117,11 +117,11 @@ def grid_positions(positions: RealArray, mesh: Mesh) -> Column:
     return Column(steps.astype("<u2"))
 
 
-def grid_transform(mesh: Mesh) -> dict[str, list[float]]:
-    """The fields `translation` and `scale` of a node: from stored integers to model coordinates."""
-    shift = mesh.origin + _corner(mesh) * mesh.step
+def node_transform(mesh: Mesh) -> dict[str, list[float]]:
+    """The fields `translation` and `scale` of a node: from stored to model coordinates."""
+    shift = mesh.origin + _corner(mesh) * mesh.step if mesh.step else mesh.origin
     translation = {"translation": shift.tolist()} if shift.any() else {}
-    return translation | {"scale": [mesh.step] * 3}
+    return translation | ({"scale": [mesh.step] * 3} if mesh.step else {})
 
 
 def _corner(mesh: Mesh) -> FloatArray:

@@ -25,7 +25,7 @@ from service.encoders.gltf.buffer import (
     JsonObject,
     PackedBuffer,
 )
-from service.encoders.gltf.columns import QUANTIZATION, attribute_columns, grid_transform
+from service.encoders.gltf.columns import QUANTIZATION, attribute_columns, node_transform
 from service.encoders.gltf.primitives import LINE_MATERIAL, UNLIT, build_drawables
 from service.encoders.text import FLOAT64_CHARS, LONGEST_ESCAPE, json_text
 from service.engine.mesh.mesh import Mesh
@@ -137,13 +137,6 @@ def encode_gltf(mesh: Mesh, options: EncodeOptions) -> bytes:
         The mesh has quads.
     """
     return write_gltf(*build_document(mesh, options))
-
-
-def node_transform(mesh: Mesh) -> JsonObject:
-    """The fields `translation` and `scale` of a node: from stored to model coordinates."""
-    if mesh.step:
-        return grid_transform(mesh)
-    return {"translation": mesh.origin.tolist()} if mesh.origin.any() else {}
 
 
 def build_document(mesh: Mesh, options: EncodeOptions) -> File:

@@ -179,37 +179,26 @@ def _split(triangles: IndexArray, runs: Sequence[tuple[int, int]], vertices: int
     if len(runs) == 1:
         return _Split(((slice(None), index_rows(triangles[slice(*runs[0])], vertices)),))
     is_used, lookup = np.zeros(vertices, dtype=np.bool_), np.empty(vertices, dtype=np.uint32)
-    split_runs: list[tuple[Ints | slice, IndexArray]] = []
-    for run in runs:
-        part_vertices: IndexArray | slice = slice(0, 0)
-        faces = triangles[slice(*run)]
-        if len(faces):
-            part_vertices, faces = _find_used_vertices(faces, is_used, lookup)
-        count = (
-            part_vertices.stop - part_vertices.start
-            if isinstance(part_vertices, slice)
-            else len(part_vertices)
-        )
-        # NumPy's `take` is fastest with indices of type intp.
-        rows = part_vertices if isinstance(part_vertices, slice) else part_vertices.astype(np.intp)
-        split_runs.append((rows, index_rows(faces, count)))
-    return _Split(tuple(split_runs))
+    return _Split(tuple(_split_run(triangles[slice(*run)], is_used, lookup) for run in runs))
 
 
-def _find_used_vertices(
+def _split_run(
     triangles: IndexArray, is_used: Bools, lookup: IndexArray
-) -> tuple[IndexArray | slice, IndexArray]:
+) -> tuple[Ints | slice, IndexArray]:
     """The vertices that these triangles use, and the triangles as indices into these vertices.
 
     `is_used` (all False) and `lookup`, both of shape (V,), are temporary arrays that the caller
     allocates once. Only the range of the indices is read, so that many small parts do not take
     longer than one large part.
     """
+    if not len(triangles):
+        return slice(0, 0), index_rows(triangles, 0)
     low, high = int(triangles.min()), int(triangles.max()) + 1
     is_used[triangles] = True
-    vertices = np.flatnonzero(is_used[low:high]).astype(np.uint32) + np.uint32(low)
+    vertices = np.flatnonzero(is_used[low:high]) + low
     is_used[low:high] = False
-    if len(vertices) == high - low:
-        return slice(low, high), triangles - np.uint32(low)
-    lookup[vertices] = np.arange(len(vertices), dtype=np.uint32)
-    return vertices, lookup[triangles]
+    count = len(vertices)
+    if count == high - low:
+        return slice(low, high), index_rows(triangles - np.uint32(low), count)
+    lookup[vertices] = np.arange(count, dtype=np.uint32)
+    return vertices, index_rows(lookup[triangles], count)

@@ -12,19 +12,17 @@ References
 Khronos, glTF 2.0 Specification: 3.5 nodes and transformations, 3.7.4 instantiation.
 """
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.encoders.content import report_object
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf.buffer import BufferBuilder, JsonObject
+from service.encoders.gltf.columns import node_transform
 from service.encoders.gltf.document import (
     Z_UP_TO_Y_UP,
     File,
     build_whole_document,
-    node_transform,
     write_gltf,
 )
 from service.encoders.gltf.glb import write_glb
@@ -138,21 +136,21 @@ def split_matrix(matrix: FloatArray | None) -> tuple[JsonObject, JsonObject]:
     shift, linear = matrix[:3, 3], matrix[:3, :3]
     fields: JsonObject = {"translation": shift.tolist()} if shift.any() else {}
     if not (linear - np.diag(np.diag(linear))).any():
-        return fields | dict(_write_scale(np.diag(linear))), {}
+        return fields | _write_scale(np.diag(linear)), {}
     # If the columns are perpendicular, linear = turn · diag(lengths).
     lengths = np.sqrt((linear**2).sum(axis=0))
     if np.linalg.det(linear) < 0:
         lengths = -lengths
     turn = linear / lengths
     if np.abs(turn.T @ turn - np.eye(3)).max() <= NEGLIGIBLE:
-        return fields | {"rotation": quaternion(turn)} | dict(_write_scale(lengths)), {}
+        return fields | {"rotation": quaternion(turn)} | _write_scale(lengths), {}
     # linear = left · diag(scale) · right, where `left` and `right` may mirror at first.
     left, scale, right = np.linalg.svd(linear)
     if np.linalg.det(left) < 0:
         left, scale = -left, -scale
     if np.linalg.det(right) < 0:
         right, scale = -right, -scale
-    fields |= {"rotation": quaternion(left)} | dict(_write_scale(scale))
+    fields |= {"rotation": quaternion(left)} | _write_scale(scale)
     return fields, {"rotation": quaternion(right)}
 
 
@@ -178,7 +176,6 @@ def quaternion(turn: FloatArray) -> list[float]:
     return unit
 
 
-def _write_scale(scale: FloatArray) -> Iterator[tuple[str, list[float]]]:
+def _write_scale(scale: FloatArray) -> JsonObject:
     """The field `scale` of a node, unless all scalings are 1."""
-    if np.abs(scale - 1).max() > NEGLIGIBLE:
-        yield "scale", scale.tolist()
+    return {"scale": scale.tolist()} if np.abs(scale - 1).max() > NEGLIGIBLE else {}

@@ -47,7 +47,7 @@ def torus(radius: float = 1.0, tube: float = 0.4) -> PatchSurface:
     """
     patches: list[Patch] = []
     for quarter in range(4):
-        arc = [turn(x, y, w, quarter) for x, y, w in ARC]
+        arc = turn_arc(quarter)
         patches += revolve([(radius + tube * x, tube * z, w) for x, z, w in arc])
     return assemble("torus", {"torus": patches})
 
@@ -69,11 +69,12 @@ def cone(radius: float = 1.0, height: float = 2.0) -> PatchSurface:
     return assemble("cone", {"side": side, "base": base})
 
 
-def turn(x: float, y: float, w: float, quarter: int) -> tuple[float, float, float]:
-    """(x, y) rotated by `quarter` quarter turns, without rounding; and w, unchanged."""
+def turn_arc(quarter: int) -> list[tuple[float, float, float]]:
+    """`ARC` rotated by `quarter` quarter turns, without rounding."""
+    arc = list(ARC)
     for _ in range(quarter):
-        x, y = -y, x
-    return x, y, w
+        arc = [(-y, x, w) for x, y, w in arc]
+    return arc
 
 
 def revolve(profile: list[tuple[float, float, float]]) -> list[Patch]:
@@ -81,11 +82,10 @@ def revolve(profile: list[tuple[float, float, float]]) -> list[Patch]:
 
     `profile` has a distance from the axis, z and a weight for each control point.
     """
-    patches = []
-    for quarter in range(4):
-        arc = [turn(x, y, w, quarter) for x, y, w in ARC]
-        patches.append([[(x * r, y * r, z, a * w) for r, z, w in profile] for x, y, a in arc])
-    return patches
+    return [
+        [[(x * r, y * r, z, a * w) for r, z, w in profile] for x, y, a in turn_arc(quarter)]
+        for quarter in range(4)
+    ]
 
 
 def assemble(

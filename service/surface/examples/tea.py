@@ -5,7 +5,7 @@ from math import cos, pi, sin
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.surface.examples.quadrics import ARC, Patch, assemble, cylinder, revolve, sphere, turn
+from service.surface.examples.quadrics import Patch, assemble, cylinder, revolve, sphere, turn_arc
 from service.surface.group import GroupSurface, Member
 from service.surface.patches import PatchSurface
 
@@ -51,7 +51,7 @@ def _handle(radius: float, thickness: float) -> list[Patch]:
     """The handle: half a torus in a vertical plane, whose ends are inside the wall of the cup."""
     patches: list[Patch] = []
     for quarter in range(4):
-        arc = [turn(x, y, w, quarter) for x, y, w in ARC]
+        arc = turn_arc(quarter)
         ring = revolve([(radius + thickness * x, thickness * z, w) for x, z, w in arc])
         patches += (ring[0], ring[3])  # the half of the torus at x ≥ 0
     # The x axis becomes the outward direction y, tilted like the wall by an angle of sine 7/25 and
