@@ -17,12 +17,11 @@ from numpy.typing import NDArray
 
 from oracles import triangles
 from service.surface.batches import TensorPatches
-from service.surface.bezier import BezierSurface
+from service.surface.bezier import BezierSurface, TriangleSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.lowered import PatchModel
 from service.surface.multipatch import MultipatchSurface
 from service.surface.patches import PatchSurface
-from service.surface.triangle import TriangleSurface
 
 Array: TypeAlias = NDArray[np.float64]
 Basis: TypeAlias = Callable[[Array], Array]

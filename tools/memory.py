@@ -24,13 +24,12 @@ from service.pipeline.cost import lowering_memory
 from service.pipeline.mesh import plan_mesh
 from service.pipeline.mesh_plan import build_plan
 from service.settings.runtime import pin_blas, share_heap
-from service.surface.bezier import BezierSurface
+from service.surface.bezier import BezierSurface, TriangleSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.channels import Channels
 from service.surface.examples.catalogue import EXAMPLES, find
 from service.surface.kinds import Surface
 from service.surface.patches import PatchSurface
-from service.surface.triangle import TriangleSurface
 from tools.processes import peak_memory, reset_peak, resident_memory
 
 RESOLUTIONS = (1, 1), (3, 7)

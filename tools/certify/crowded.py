@@ -5,11 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from service.surface.bezier import BezierSurface
+from service.surface.bezier import BezierSurface, TriangleSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.multipatch import MultipatchSurface, Single
 from service.surface.patches import NO_TRIANGLES, PatchSurface
-from service.surface.triangle import TriangleSurface
 from tools.certify.models import BODIES, Complex, build_complex
 from tools.certify.nearly import (
     Case,

@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oracles import triangles
-from service.surface.bezier import BezierSurface
+from service.surface.bezier import BezierSurface, TriangleSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.knots import Knots
-from service.surface.triangle import TriangleSurface
 
 Array: TypeAlias = NDArray[np.float64]
 Random: TypeAlias = np.random.Generator
