@@ -13,6 +13,7 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import bernstein
 from service.bases.row_batches import row_slices
 from service.engine.extent import find_unit_scales
+from service.engine.vectors import dot, length
 from service.surface.curve_model import CurvePieces
 
 CHUNK = 1 << 18
@@ -122,21 +123,21 @@ class _LocalPieces:
         lower_basis = bernstein(self.degree - 1, t)
         # C′ up to a positive factor; for a rational curve X′.
         if self.weights is None:
-            derivative = _combine(lower_basis, np.diff(points, axis=1))
+            derivative = dot(lower_basis[:, :, None], np.diff(points, axis=1))
         else:
             weights = self.weights[piece]
             centre = _evaluate(points, weights, bernstein(self.degree, t))
             net = weights[:, :, None] * (points - centre[:, None])
-            derivative = _combine(lower_basis, np.diff(net, axis=1))
-        length = np.sqrt((derivative * derivative).sum(axis=1))
+            derivative = dot(lower_basis[:, :, None], np.diff(net, axis=1))
+        lengths = length(derivative, -1)
         limit = self.zero_limit[piece]
-        slow_rows = np.flatnonzero(length <= limit)
+        slow_rows = np.flatnonzero(lengths <= limit)
         if len(slow_rows):
             derivative[slow_rows] = self._limits(
                 piece[slow_rows], t[slow_rows], limit[slow_rows], before
             )
-            length[slow_rows] = np.sqrt(np.square(derivative[slow_rows]).sum(axis=1))
-        tangent: FloatArray = derivative / length[:, None] + 0.0  # turns -0.0 into 0.0
+            lengths[slow_rows] = length(derivative[slow_rows], -1)
+        tangent: FloatArray = derivative / lengths[:, None] + 0.0  # turns -0.0 into 0.0
         return tangent
 
     def _limits(self, piece: Ints, t: FloatArray, limit: FloatArray, before: bool) -> FloatArray:
@@ -150,17 +151,16 @@ class _LocalPieces:
         best = np.zeros(len(t))
         for k in range(1, self.degree + 1):
             net = np.diff(net, axis=1)
-            value = _combine(bernstein(self.degree - k, t), net)
-            length = np.sqrt((value * value).sum(axis=1))
+            value = dot(bernstein(self.degree - k, t)[:, :, None], net)
+            lengths = length(value, -1)
             # Each difference doubles the rounding error, so the limit of the k-th derivative is
             # 2^(k-1) times the limit of the first. The first derivative above its limit gives the
             # direction; if none is above, the largest one in units of its limit.
-            scaled_length = length * 0.5 ** (k - 1)
+            scaled_length = lengths * 0.5 ** (k - 1)
             is_better = self.has_length[piece] & (best <= limit) & (scaled_length > best)
             sign = np.where(from_left & (k % 2 == 0), -1.0, 1.0)
-            directions[is_better] = (sign[is_better] / length[is_better])[:, None] * value[
-                is_better
-            ]
+            factor = sign[is_better] / lengths[is_better]
+            directions[is_better] = factor[:, None] * value[is_better]
             best[is_better] = scaled_length[is_better]
         return directions
 
@@ -184,20 +184,8 @@ class _LocalPieces:
         return self.directions(piece, t.astype(np.float64), False)[number.ravel()]
 
 
-def _combine(basis: FloatArray, net: FloatArray) -> FloatArray:
-    """Σ_i B_i Q_i for each row, added term by term: (N, m), (N, m, d) → (N, d)."""
-    total = basis[:, 0, None] * net[:, 0]
-    for i in range(1, net.shape[1]):
-        total += basis[:, i, None] * net[:, i]
-    return total
-
-
 def _evaluate(points: FloatArray, weights: FloatArray | None, basis: FloatArray) -> FloatArray:
     """Points of curves, one for each row of control points: (N, n+1, d) → (N, d)."""
     if weights is None:
-        return _combine(basis, points)
-    share = basis * weights
-    total = share[:, 0].copy()
-    for i in range(1, share.shape[1]):
-        total += share[:, i]
-    return _combine(share, points) / total[:, None]
+        return dot(basis[:, :, None], points)
+    return dot((basis * weights)[:, :, None], points) / dot(basis, weights, -1)[:, None]

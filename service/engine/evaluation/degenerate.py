@@ -9,9 +9,10 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from service.bases.arrays import FloatArray
+from service.bases.arrays import Bools, FloatArray
 from service.bases.bernstein import bernstein, binomials
 from service.engine.evaluation.nets import DerivativeNets, evaluate_along, longest_vectors
+from service.engine.vectors import length
 
 VANISHING = 2.0**-40
 """A length below this share of the largest possible length counts as zero. Rounding errors are some
@@ -57,19 +58,9 @@ def limit_normals(
     # `min_length`, no coefficient on a line is.
     has_limit = largest[patch_numbers] > min_length
     normals = np.full((len(patch_numbers), 3), np.nan)
-    # The first line leads inwards from the side on which the sample lies; at a corner, or inside
-    # the patch, it leads in direction v. If this line is a collapsed side, N vanishes along it, and
-    # the next line is tried.
-    is_on_u_side_only = ((u == 0) | (u == 1)) & (v > 0) & (v < 1)
-    groups_and_directions: tuple[tuple[NDArray[np.bool_], tuple[Direction, ...]], ...] = (
-        (has_limit & ~is_on_u_side_only, ("v", "u")),
-        (has_limit & is_on_u_side_only, ("u", "v")),
-        # Corners where N vanishes along both sides.
-        (has_limit & ((u == 0) | (u == 1)) & ((v == 0) | (v == 1)), ("diagonal",)),
-    )
-    for group, directions in groups_and_directions:
+    for group, directions in choose_directions(u, v):
         for direction in directions:
-            unresolved = np.flatnonzero(group & np.isnan(normals[:, 0]))
+            unresolved = np.flatnonzero(group & has_limit & np.isnan(normals[:, 0]))
             if len(unresolved):
                 lines = trace_inwards(
                     coefficients, patch_numbers[unresolved], u[unresolved], v[unresolved], direction
@@ -79,6 +70,24 @@ def limit_normals(
     if len(remaining):
         normals[remaining] = _find_mean_normals(nets, coefficients, patch_numbers[remaining])
     return normals
+
+
+def choose_directions(
+    u: FloatArray, v: FloatArray
+) -> tuple[tuple[Bools, tuple[Direction, ...]], ...]:
+    """For groups of samples (m,): the directions of lines, in the order in which they are tried.
+
+    The first line leads inwards from the side on which the sample lies; at a corner, or inside the
+    patch, it leads in direction v. If this line is a collapsed side, N vanishes along it, and the
+    next line is tried. The last group are the corners: N may vanish along both sides.
+    """
+    is_on_u_side = (u == 0) | (u == 1)
+    is_within_u_side = is_on_u_side & (v > 0) & (v < 1)
+    return (
+        (~is_within_u_side, ("v", "u")),
+        (is_within_u_side, ("u", "v")),
+        (is_on_u_side & ((v == 0) | (v == 1)), ("diagonal",)),
+    )
 
 
 def _restrict_to_longer_part(coefficients: FloatArray, t: FloatArray, axis: int) -> FloatArray:
@@ -139,13 +148,13 @@ def trace_inwards(
 
 def _find_leading(lines: FloatArray, min_length: FloatArray) -> FloatArray:
     """Unit vectors of the first coefficients of lines that are longer than `min_length`, or NaN."""
-    lengths = np.linalg.norm(lines, axis=1)
+    lengths = length(lines)
     is_long = lengths > min_length[:, None]
     first = is_long.argmax(axis=1)
     rows = np.arange(len(lines))
     has_vector = is_long[rows, first]
-    length = np.where(has_vector, lengths[rows, first], 1.0)
-    return np.where(has_vector[:, None], lines[rows, :, first] / length[:, None], np.nan)
+    leading = np.where(has_vector, lengths[rows, first], 1.0)
+    return np.where(has_vector[:, None], lines[rows, :, first] / leading[:, None], np.nan)
 
 
 def _find_mean_normals(
@@ -158,10 +167,10 @@ def _find_mean_normals(
     """
     used, inverse = np.unique(patch_numbers, return_inverse=True)
     mean = coefficients[used].mean(axis=(2, 3))
-    length = np.linalg.norm(mean, axis=1)
-    rows_without_area = np.flatnonzero(length <= VANISHING * nets.longest_product[used])
-    length[rows_without_area] = 1.0
-    normals = mean / length[:, None]
+    lengths = length(mean, -1)
+    rows_without_area = np.flatnonzero(lengths <= VANISHING * nets.longest_product[used])
+    lengths[rows_without_area] = 1.0
+    normals = mean / lengths[:, None]
     for row in rows_without_area.tolist():
         differences = np.concatenate(
             [nets.du[used[row], :3].reshape(3, -1), nets.dv[used[row], :3].reshape(3, -1)], axis=1

@@ -19,7 +19,7 @@ from itertools import pairwise
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.evaluation.degenerate import Direction, trace_inwards
+from service.engine.evaluation.degenerate import Direction, choose_directions, trace_inwards
 from service.engine.evaluation.nets import PARTIALS, DerivativeNets
 from service.engine.points.series import Series, cross_series, dot_series, expand
 from service.engine.vectors import cross, dot, length
@@ -137,15 +137,7 @@ def _find_limits(
     u, v = uv
     result = np.full((4, len(patch_numbers)), np.nan)
     is_unresolved = np.ones(len(patch_numbers), dtype=bool)
-    is_within_u_side = ((u == 0) | (u == 1)) & (v > 0) & (v < 1)
-    is_corner = ((u == 0) | (u == 1)) & ((v == 0) | (v == 1))
-    # For each kind of place, the directions of its lines in the order in which they are tried.
-    groups: tuple[tuple[Bools, tuple[Direction, ...]], ...] = (
-        (~is_within_u_side, ("v", "u")),
-        (is_within_u_side, ("u", "v")),
-        (is_corner, ("diagonal",)),
-    )
-    for group, directions in groups:
+    for group, directions in choose_directions(u, v):
         for direction in directions:
             rows = np.flatnonzero(group & is_unresolved)
             if not len(rows):
