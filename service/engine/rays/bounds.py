@@ -66,7 +66,7 @@ SAFE = 1 + 64 * UNIT
 
 MIN_THICKNESS = 2.0**6
 """The thickness of a ray is at least this factor times its slack. So the radius of a cell that does
-not count as a point is more than 8 times the slack (`ray_levels`)."""
+not count as a point is more than 8 times the slack (`levels`)."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

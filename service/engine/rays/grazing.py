@@ -1,7 +1,7 @@
 r"""Bounds for cells that a ray is almost tangent to: it may touch the cell, or lie within it.
 
 If the direction d of a ray o + t d is almost tangent to a cell, the ray may meet the cell twice, or
-all along the ray, so the theorems of `ray_bounds` do not apply. The model of the cell
+all along the ray, so the theorems of `bounds` do not apply. The model of the cell
 (`cell_models`) has the centre c, the partials A, B and the unit normal n there, and bounds REST of
 its remainder and REST_LIFT of the component of this remainder along n. Let w = d × n / |d × n| and
 z = d × w. Both are perpendicular to the ray; w is tangent to the cell, and z is almost ±n. Then P =
@@ -22,7 +22,7 @@ component of the remainder along z, because z lies in the plane of d and n and i
 d. ∎
 
 **Theorem 2 (a strip).** Let M be the matrix of the partials of (T, P) at the centre, and let the
-partials of M⁻¹ (T, P) over the cell be I + N with |N| ≤ ν ≤ ⅓ (as in `ray_bounds`). Take two points
+partials of M⁻¹ (T, P) over the cell be I + N with |N| ≤ ν ≤ ⅓ (as in `bounds`). Take two points
 of the cell with P = 0 and y' > y. Then d · S' − d · S has the sign of m_y, where m = M⁻¹ (1, 0). So
 all hits of the cell lie between the two points of the curve P = 0 at y = −1 and y = 1, if these are
 in the cell. The curve between them is the *strip* of the cell. *Proof.* Let ΔT = d · S' − d · S,
@@ -38,9 +38,9 @@ in place of y = ±1.
 A cell is *thin* for a thickness τ if ν ≤ ⅓ and |h₀| + |h₁| + |h₂| + δ ≤ τ / 2. Then the whole curve
 P = 0 in the cell is within τ / 2 of the ray. However, a cell is not thin if |h₁| > |h₀| + |h₂| + δ
 or |h₁| > 2 (|h₂| + δ), because H changes its sign in this cell, or may do so in a cell beside it.
-Smaller cells will then be settled by `ray_bounds`, or have no hit.
+Smaller cells will then be settled by `bounds`, or have no hit.
 
-**Rounding** is covered as in `ray_bounds`.
+**Rounding** is covered as in `bounds`.
 """
 
 from dataclasses import dataclass

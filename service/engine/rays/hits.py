@@ -28,7 +28,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.rays.bounds import Rays
-from service.engine.vectors import Items, cross, dot
+from service.engine.vectors import Items, cross, dot, length
 
 MIN_LENGTH_ALONG = 32
 """The least length of the interval of a hit *along*, in units of √(thickness · diagonal).
@@ -64,8 +64,8 @@ class Kind(IntEnum):
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Hits(Items):
-    """n hits of rays.
+class RayPoints(Items):
+    """n points of the surface that are near rays.
 
     Attributes
     ----------
@@ -73,13 +73,11 @@ class Hits(Items):
     parameters : ndarray of float64, shape (2, n)
         The parameters (u, v) of the net.
     position, du, dv : ndarray of float64, shape (3, n)
-        The point of the surface, and the partials there.
-    t, low, high : ndarray of float64, shape (n,)
-        The parameter of the hit, and its interval.
+        The points, and the partials by the parameters of the net.
+    t : ndarray of float64, shape (n,)
+        The parameter of the nearest point of the ray.
     residual : ndarray of float64, shape (n,)
-        The distance of the position from the ray.
-    label : ndarray of int, shape (n,)
-        Before merging an `Evidence`, after merging a `Kind`.
+        The distance from the ray.
     """
 
     ray: Ints
@@ -89,9 +87,23 @@ class Hits(Items):
     du: FloatArray
     dv: FloatArray
     t: FloatArray
+    residual: FloatArray
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Hits(RayPoints):
+    """n hits of rays.
+
+    Attributes
+    ----------
+    low, high : ndarray of float64, shape (n,)
+        The interval of t.
+    label : ndarray of int, shape (n,)
+        Before merging an `Evidence`, after merging a `Kind`.
+    """
+
     low: FloatArray
     high: FloatArray
-    residual: FloatArray
     label: Ints
 
     def sines(self, direction: FloatArray) -> FloatArray:
@@ -100,8 +112,8 @@ class Hits(Items):
         A sine is negative if the direction is against the normal, and 0 if du × dv vanishes.
         """
         normal = cross(self.du, self.dv)
-        length = np.sqrt(dot(normal, normal))
-        return dot(normal, direction) / np.where(length > 0, length, 1.0)
+        lengths = length(normal)
+        return dot(normal, direction) / np.where(lengths > 0, lengths, 1.0)
 
 
 _NUMBERS, _VALUES, _VECTORS = np.zeros(0, np.intp), np.zeros(0), np.zeros((3, 0))

@@ -2,11 +2,11 @@
 
 The *thickness* τ of a ray o + t d is a distance: a point of the surface that is nearer to the ray
 may count as a hit. The search examines pairs of a ray and a cell of a patch (`cells`), for all rays
-and all patches together, level by level (`ray_levels`). It has finished with a pair if
+and all patches together, level by level (`levels`). It has finished with a pair if
 
 - the cell does not meet the ray;
 - the pair is *settled*: the cell meets the ray at most once, and Newton's method decides whether it
-  does (`ray_bounds`);
+  does (`bounds`);
 - the pair is *thin*: the ray is almost tangent to the cell, and the part of the cell that it may
   meet is within τ of it (`grazing`);
 - the cell is *small*, compared with τ; or
@@ -19,9 +19,9 @@ not end at one of the limits, and if rounding does not require a thickness large
 of a hit that the search finds (if only first hits are requested: of every point before the first
 proved hit; of the hits found, only the first is then returned). Every position of a hit is a point
 of the surface nearer than τ to the ray. *Proof.* A pair is dropped only if its cell does not meet
-the ray (Theorem 1 of `ray_bounds`, Theorem 1 of `grazing`); or, if only first hits are requested,
+the ray (Theorem 1 of `bounds`, Theorem 1 of `grazing`); or, if only first hits are requested,
 if it is behind a proved hit. A settled pair gives the one point where the cell meets the ray, with
-the interval of Theorem 2 of `ray_bounds`; or, by that theorem, there is no such point. A thin pair
+the interval of Theorem 2 of `bounds`; or, by that theorem, there is no such point. A thin pair
 gives an interval that contains all of its hits by Theorem 2 of `grazing`; a small cell gives an
 interval that contains the cell. Merging only joins intervals. ∎
 

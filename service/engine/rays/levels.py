@@ -3,7 +3,7 @@
 A pair of a ray and a cell is open until the cell is proved not to meet the ray, or until the cell
 is
 
-- settled: it has at most one hit, which Newton's method finds (`ray_bounds`);
+- settled: it has at most one hit, which Newton's method finds (`bounds`);
 - thin: the ray is almost tangent to the cell, and all hits are in a narrow strip (`grazing`);
 - small: the cell counts as a point, because its radius is much less than the thickness of the ray.
 
@@ -46,7 +46,7 @@ from service.engine.vectors import dot
 
 MAX_STRAIN = MAX_CONTRACTION / 3
 """A cell with more strain than this is halved without computing bounds, because no ray can be
-settled in it. The strain of a cell is REST / min(|A|, |B|), in the notation of `ray_bounds`. With
+settled in it. The strain of a cell is REST / min(|A|, |B|), in the notation of `bounds`. With
 the unit normal n of the cell, |D| = |A × B| |d · n| and |X| = |B × d| ≥ |B| |d · n| give ν ≥ 3 |X|
 REST / |D| ≥ 3 REST / |A|; and Y gives ν ≥ 3 REST / |B|."""
 

@@ -10,8 +10,8 @@ from service.engine.cells.tree import CellTree
 from service.engine.nets.partials import net_partials
 from service.engine.rays.bounds import Rays, RootBounds
 from service.engine.rays.grazing import Strips
-from service.engine.rays.hits import NO_HITS, Evidence, Hits, Kind
-from service.engine.vectors import UNIT, Items, cross, dot, length
+from service.engine.rays.hits import NO_HITS, Evidence, Hits, Kind, RayPoints
+from service.engine.vectors import UNIT, cross, dot, length
 
 MAX_STEPS = 8
 """The most steps of Newton's method in a cell; after these, the cell is halved."""
@@ -29,40 +29,27 @@ error."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _RayPoints(Items):
+class _CellPoints(RayPoints):
     """One point of the surface in each of n cells, and its distance from a ray.
 
     Attributes
     ----------
-    ray, net : ndarray of int, shape (n,)
-    cell_parameters, parameters : ndarray of float64, shape (2, n)
-        The parameters (a, b) ∈ [−1, 1]² of the cells, and the parameters (u, v) of the nets.
+    cell_parameters : ndarray of float64, shape (2, n)
+        The parameters (a, b) ∈ [−1, 1]² of the cells.
     half : ndarray of float64, shape (2, n)
         Half the sides of the cells.
-    position, du, dv : ndarray of float64, shape (3, n)
-        Points, and partials by the parameters of the nets.
-    t : ndarray of float64, shape (n,)
-        Parameter of the nearest point of the ray.
     cross_d : ndarray of float64, shape (3, n)
         (S − o) × d; its length is the distance from the ray.
-    residual, rounding : ndarray of float64, shape (n,)
-        The distance from the ray, and a bound of its rounding error.
+    rounding : ndarray of float64, shape (n,)
+        A bound of the rounding error of the distance from the ray.
     """
 
-    ray: Ints
-    net: Ints
     cell_parameters: FloatArray
-    parameters: FloatArray
     half: FloatArray
-    position: FloatArray
-    du: FloatArray
-    dv: FloatArray
-    t: FloatArray
     cross_d: FloatArray
-    residual: FloatArray
     rounding: FloatArray
 
-    def move(self, cell_parameters: FloatArray, d: FloatArray) -> "_RayPoints":
+    def move(self, cell_parameters: FloatArray, d: FloatArray) -> "_CellPoints":
         """Move by a small step to `cell_parameters`; the tangent plane replaces the surface.
 
         The partials and the distance from the ray stay those of the old points.
@@ -77,14 +64,14 @@ class _RayPoints(Items):
 
     def to_hits(self, low: FloatArray, high: FloatArray, evidence: Evidence) -> Hits:
         """The points as hits with this evidence, and with these ends of their intervals of t."""
-        points = self.parameters, self.position, self.du, self.dv
+        point = self.ray, self.net, self.parameters, self.position
         labels = np.full(len(low), evidence)
-        return Hits(self.ray, self.net, *points, self.t, low, high, self.residual, labels)
+        return Hits(*point, self.du, self.dv, self.t, self.residual, low, high, labels)
 
 
 def _evaluate_points(
     cells: CellTree, rays: Rays, ray: Ints, cell: Ints, cell_parameters: FloatArray
-) -> _RayPoints:
+) -> _CellPoints:
     """Evaluate the surface at `cell_parameters` (2, n), with its distances from rays."""
     rectangle, net = cells.rectangle[:, cell], cells.net[cell]
     low, half = rectangle[::2], (rectangle[1::2] - rectangle[::2]) / 2
@@ -95,8 +82,8 @@ def _evaluate_points(
     from_origin = position - rays.origin[:, ray]
     t, cross_d = dot(from_origin, d), cross(from_origin, d)
     rounding = cells.errors[net] + rays.slack[ray]
-    places = cell_parameters, parameters, half, position, du, dv
-    return _RayPoints(ray, net, *places, t, cross_d, length(cross_d), rounding)
+    point = ray, net, parameters, position, du, dv, t, length(cross_d)
+    return _CellPoints(*point, cell_parameters, half, cross_d, rounding)
 
 
 @np.errstate(all="ignore")
@@ -105,7 +92,7 @@ def find_roots(cells: CellTree, rays: Rays, bounds: RootBounds) -> tuple[Hits, B
 
     A point of the surface counts as a hit if it is as near to the ray as rounding allows; or if it
     is within the thickness and Newton's method cannot come nearer inside the cell. A pair has no
-    hit if Theorem 2 of `ray_bounds`, applied at one of the iterates, proves that the root is
+    hit if Theorem 2 of `bounds`, applied at one of the iterates, proves that the root is
     outside the cell.
 
     Returns
@@ -126,7 +113,7 @@ def find_roots(cells: CellTree, rays: Rays, bounds: RootBounds) -> tuple[Hits, B
         )
         error = bound.lengths * points.rounding / np.abs(bound.determinant)
         radius = (np.abs(g) + error).max(axis=0) / (1 - bound.contraction)
-        # By Theorem 2 of `ray_bounds`, the components of |s*| are at least `min_root`.
+        # By Theorem 2 of `bounds`, the components of |s*| are at least `min_root`.
         min_root = np.abs(points.cell_parameters - g) - bound.contraction * radius - error
         is_outside = (min_root > 1 + 64 * UNIT).any(axis=0)
         # Newton's step, with the partials by the parameters of the cell.
