@@ -131,7 +131,7 @@ def _find_bounds(
 def _find_neighbours(group: GroupModel) -> Iterator[list[int]]:
     """Pairs of numbers of models that have equal placements and a corner of a patch in common.
 
-    Of several models at one corner, only consecutive pairs are listed: enough to join all of them.
+    Of several models at one corner, each is paired only with one of them: enough to join all.
     """
     models_by_placement: dict[bytes, set[int]] = defaultdict(set)
     for member in group.members:
@@ -142,13 +142,9 @@ def _find_neighbours(group: GroupModel) -> Iterator[list[int]]:
         model_of_corner = np.concatenate(
             [np.full(len(corners), number) for number, corners in rows]
         )
-        _, point_number = unique_rows(np.concatenate([corners for _, corners in rows]))
-        # Corners at one point follow each other, in the order of their models.
-        order = np.lexsort((model_of_corner, point_number))
-        is_same_corner = point_number[order[1:]] == point_number[order[:-1]]
-        pairs = np.stack([model_of_corner[order[:-1]], model_of_corner[order[1:]]], axis=1)[
-            is_same_corner
-        ]
+        first, number = unique_rows(np.concatenate([corners for _, corners in rows]))
+        # The first model at each corner, with each model that has this corner.
+        pairs = np.stack([model_of_corner[first[number]], model_of_corner], axis=1)
         yield from np.unique(pairs, axis=0).tolist()
 
 

@@ -172,19 +172,17 @@ def _form(batch: Patches) -> tuple[bool, int, int]:
 
 def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
     """Finds the pattern from a number for each border point, (B,), equal for equal points."""
-    numbers_of_sides: dict[int, list[Ints]] = {}  # patch · 4 + side, for each degree
-    rows: dict[int, list[Ints]] = {}  # the border points of these sides
+    # For each degree, the numbers of sides (patch · 4 + side), and their border points.
+    groups: dict[int, list[tuple[Ints, Ints]]] = {}
     corners: list[Ints] = []
     begin = patch_count = 0
     for batch in batches:
         border, sides, corner_points_of_net = _border_rows(*_form(batch))
         first_points = begin + len(border) * np.arange(batch.count)[:, None]
         corners.append(first_points + corner_points_of_net)
+        patches = patch_count + np.arange(batch.count)
         for k, side in enumerate(sides):
-            degree = len(side) - 1
-            patches = patch_count + np.arange(batch.count)
-            numbers_of_sides.setdefault(degree, []).append(4 * patches + k)
-            rows.setdefault(degree, []).append(first_points + side)
+            groups.setdefault(len(side) - 1, []).append((4 * patches + k, first_points + side))
         # `begin` counts the border points of the batches so far.
         begin, patch_count = begin + len(border) * batch.count, patch_count + batch.count
     edge, backward = np.empty(4 * patch_count, np.intp), np.empty(4 * patch_count, np.bool_)
@@ -192,9 +190,8 @@ def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
     ids: list[Ints] = []
     edges: list[Ints] = []
     sides_by_degree: list[tuple[Ints, Ints]] = []
-    for degree in sorted(rows):
-        side_numbers = np.concatenate(numbers_of_sides[degree])
-        side_rows = np.concatenate(rows[degree])
+    for degree in sorted(groups):
+        side_numbers, side_rows = map(np.concatenate, zip(*groups[degree], strict=True))
         order = np.argsort(side_numbers)
         side_numbers, side_rows = side_numbers[order], side_rows[order]
         points = numbers[side_rows]

@@ -97,7 +97,8 @@ def plan_faces(
     """
     sharing_key = b"" if sharing is None else (sharing.key, sharing.is_averaged)
     order = b"" if sequence is None else hash_arrays(sequence)
-    key = ("faces", layout.key, options.faces, options.weld, options.normals, sharing_key, order)
+    layout_key = layout.connectivity.key, layout.resolution
+    key = ("faces", layout_key, options.faces, options.weld, options.normals, sharing_key, order)
     plan = MESH_PLANS.get(key, lambda: _build_plan(layout, options, sharing, sequence))
     assert isinstance(plan, FacePlan)
     return plan

@@ -6,7 +6,7 @@ max(Ru, Rv) divisions of each side. If a neighbour divides a shared edge more fi
 grid lacks get the last numbers, after the samples of all grids.
 """
 
-from collections.abc import Hashable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -60,11 +60,6 @@ class Layout(SampleRuns):
         )
         assert isinstance(layout, Layout)
         return layout
-
-    @property
-    def key(self) -> Hashable:
-        """A key that is equal for equal layouts."""
-        return self.connectivity.key, self.resolution
 
     @staticmethod
     def build(connectivity: Connectivity, resolution: tuple[int, int]) -> "Layout":

@@ -94,12 +94,9 @@ def build_faces(shape: AnyShape, kind: Faces) -> tuple[IndexArray, IndexArray]:
 
 def find_used_samples(shape: AnyShape, kind: Faces) -> NDArray[np.intp]:
     """The local indices that occur in the faces of this shape, in ascending order; read-only."""
-
-    def build() -> NDArray[np.intp]:
-        triangles, quads = build_faces(shape, kind)
-        return np.union1d(triangles, quads).astype(np.intp)
-
-    return PLANS.array(("used", shape, kind), build)
+    return PLANS.array(
+        ("used", shape, kind), lambda: np.union1d(*build_faces(shape, kind)).astype(np.intp)
+    )
 
 
 def _build_grid_faces(shape: Shape, kind: Faces) -> tuple[IndexArray, IndexArray]:

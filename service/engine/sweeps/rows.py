@@ -71,8 +71,11 @@ def join_rows(rows: Rows, faces: Faces) -> SweptGrids:
     """Grids of the samples, which are numbered curve by curve and row by row."""
     count, row_count, columns = rows.positions.shape[:3]
     number = np.arange(row_count * columns).reshape(row_count, columns)
+    equal_row = rows.equal_row
+    while (equal_row[equal_row] != equal_row).any():  # some rows lead to rows that lead further
+        equal_row = equal_row[equal_row]
     # For each sample of one curve, the number of a sample at the same position.
-    equal_sample = number[_follow_equal_rows(rows.equal_row)]
+    equal_sample = number[equal_row]
     equal_sample[rows.is_point] = equal_sample[rows.is_point, :1]
     if rows.is_ring:
         equal_sample[:, -1] = equal_sample[:, 0]
@@ -96,13 +99,6 @@ def join_rows(rows: Rows, faces: Faces) -> SweptGrids:
             if run.stop - run.start > 1
         ),
     )
-
-
-def _follow_equal_rows(equal_row: Ints) -> Ints:
-    """For each row the row to which `equal_row` leads at last: itself, if it leads nowhere else."""
-    while (equal_row[equal_row] != equal_row).any():
-        equal_row = equal_row[equal_row]
-    return equal_row
 
 
 def _faces(number: Ints, rows: Rows, faces: Faces) -> tuple[Ints, Ints]:
