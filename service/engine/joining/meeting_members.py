@@ -93,8 +93,7 @@ def _find_corners_on_edges(borders: Sequence[OpenEdges], reach: float) -> Ints:
     if not 0 < len(edge) <= MAX_PAIRS:
         return pairs[:0]
     _, _, is_on = place_corners(edges, edge, edges.corners[corner], reach)
-    on_edges: Ints = pairs[is_on]
-    return on_edges
+    return pairs[is_on]
 
 
 def _join_open_edges(borders: Sequence[OpenEdges]) -> tuple[OpenEdges, Ints, Ints]:

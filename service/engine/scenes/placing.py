@@ -6,7 +6,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, IndexArray, RealArray
 from service.engine.extent import AT_ZERO, is_moved
-from service.engine.vectors import length
+from service.engine.vectors import normalize
 
 SINGULAR_VALUE_ERROR = 2.0**-44
 """Bound of the error of a computed singular value of a 3 × 3 matrix, relative to the largest one.
@@ -70,9 +70,7 @@ def place_normals(normals: RealArray, matrix: FloatArray | None) -> FloatArray:
     cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)])
     if np.dot(a, cofactors[0]) < 0:
         cofactors = -cofactors
-    vectors = _multiply(in_double, cofactors / np.abs(cofactors).max())
-    unit: FloatArray = vectors / length(vectors, -1)[:, np.newaxis]
-    return unit
+    return normalize(_multiply(in_double, cofactors / np.abs(cofactors).max()), -1)
 
 
 def reverse_faces(faces: IndexArray) -> IndexArray:

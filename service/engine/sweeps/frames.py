@@ -10,7 +10,7 @@ Wang, Jüttler, Zheng and Liu, Computation of rotation minimizing frames, ACM TO
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray
-from service.engine.vectors import cross, dot
+from service.engine.vectors import cross, dot, normalize
 
 NO_PLANE = 1e-18
 """Vectors of smaller squared lengths count as zero: they have no plane of reflection. The unit is
@@ -78,8 +78,7 @@ def _transport(points: FloatArray, tangents: FloatArray, first: FloatArray) -> F
     while span < turns.shape[1]:
         turns[:, span:] = _multiply(turns[:, span:], turns[:, :-span])
         span *= 2
-    turns /= np.sqrt(dot(turns, turns, -1))[..., None]
-    return _find_normal_parts(_rotate(turns, first[:, None]), tangents)
+    return _find_normal_parts(_rotate(normalize(turns, -1), first[:, None]), tangents)
 
 
 def _steps(points: FloatArray, tangents: FloatArray) -> FloatArray:
@@ -121,8 +120,7 @@ def _find_least_rotations(first: FloatArray, second: FloatArray) -> FloatArray:
         0.0,
         find_perpendicular(first[is_opposite]),
     )
-    unit: FloatArray = turns / np.sqrt(dot(turns, turns, -1))[:, None]
-    return unit
+    return normalize(turns, -1)
 
 
 def _multiply(second: FloatArray, first: FloatArray) -> FloatArray:
@@ -143,6 +141,4 @@ def _rotate(turns: FloatArray, vectors: FloatArray) -> FloatArray:
 
 def _find_normal_parts(vectors: FloatArray, tangents: FloatArray) -> FloatArray:
     """The parts of vectors that are perpendicular to the tangents, with unit length."""
-    parts = vectors - dot(vectors, tangents, -1)[..., None] * tangents
-    unit: FloatArray = parts / np.sqrt(dot(parts, parts, -1))[..., None]
-    return unit
+    return normalize(vectors - dot(vectors, tangents, -1)[..., None] * tangents, -1)

@@ -173,8 +173,7 @@ def _bound_cusps(pieces: CurvePieces) -> Ints:
     size = np.abs(steps).max(axis=(1, 2))
     unit = np.where(size > 0, size, 1.0)
     forwards = np.einsum("sid,sd->si", steps / unit[:, None, None], chord / unit[:, None])
-    max_cusps: Ints = np.where((size > 0) & (forwards.min(axis=1) <= 0), pieces.degree - 1, 0)
-    return max_cusps
+    return np.where((size > 0) & (forwards.min(axis=1) <= 0), pieces.degree - 1, 0)
 
 
 def _move_joints_to_ends(samples: CurveSamples) -> CurveSamples:
@@ -232,8 +231,7 @@ def _count_frames(turn: FloatArray, crease_angle: float) -> Ints:
     # A turn below 1e-6 is rounding; a turn above `ROUND_STEP` is too large for one frame, even if
     # the crease angle is larger.
     max_smooth_turn = min(max(crease_angle, 1e-6), ROUND_STEP)
-    frames: Ints = np.where(turn <= max_smooth_turn, 1, corner_frames)
-    return frames
+    return np.where(turn <= max_smooth_turn, 1, corner_frames)
 
 
 def _interpolate(

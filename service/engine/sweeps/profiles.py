@@ -27,7 +27,7 @@ from service.engine.options import Faces
 from service.engine.sweeps.frames import compute_frames, fill_gaps
 from service.engine.sweeps.paths import Paths
 from service.engine.sweeps.rows import Rows, SweptGrids, join_rows
-from service.engine.vectors import cross
+from service.engine.vectors import cross, dot, length, normalize
 
 MIN_SINE = 1e-9
 """If the sine of the angle between the curve and the direction `facing` is at most this, the
@@ -141,8 +141,7 @@ def _find_crossbars(paths: Paths, directions: FloatArray) -> FloatArray:
     """Unit vectors (K, m, 3) perpendicular to the curve and to the direction it faces there."""
     size = np.abs(directions).max(axis=2, keepdims=True)
     products = cross(directions / np.where(size > 0, size, 1.0), paths.tangents, -1)
-    length = np.sqrt(np.square(products).sum(axis=2))
-    has_direction = length > MIN_SINE
+    has_direction = length(products, -1) > MIN_SINE
     crossbars = fill_gaps(products, has_direction)
     is_undefined = ~has_direction.any(axis=1)
     if is_undefined.any():
@@ -151,9 +150,8 @@ def _find_crossbars(paths: Paths, directions: FloatArray) -> FloatArray:
         crossbars[is_undefined] = compute_frames(
             paths.points[is_undefined], paths.tangents[is_undefined], fractions, closed=closed
         )
-    crossbars = crossbars - (crossbars * paths.tangents).sum(axis=2, keepdims=True) * paths.tangents
-    unit: FloatArray = crossbars / np.sqrt(np.square(crossbars).sum(axis=2, keepdims=True))
-    return unit
+    along = dot(crossbars, paths.tangents, -1)[..., None] * paths.tangents
+    return normalize(crossbars - along, -1)
 
 
 def _move_to_planes(vectors: FloatArray, paths: Paths) -> FloatArray:

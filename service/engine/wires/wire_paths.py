@@ -18,7 +18,7 @@ from service.engine.clustering import find_leaders
 from service.engine.points.jets import evaluate_jets
 from service.engine.sweeps.frames import fill_gaps
 from service.engine.sweeps.paths import Paths
-from service.engine.vectors import dot
+from service.engine.vectors import dot, normalize
 from service.engine.wires.isocurves import IsoCurves
 from service.surface.lowered import PatchModel
 
@@ -104,9 +104,7 @@ def _unit(slopes: FloatArray, points: FloatArray) -> FloatArray:
     size = np.abs(vectors).max(axis=2)
     # If points repeat, too, the last direction before is taken, or the first after.
     vectors = fill_gaps(vectors, size > 0)
-    vectors /= np.abs(vectors).max(axis=2, keepdims=True)
-    tangents: FloatArray = vectors / np.sqrt(np.square(vectors).sum(axis=2, keepdims=True))
-    return tangents
+    return normalize(vectors / np.abs(vectors).max(axis=2, keepdims=True), -1)
 
 
 def _find_joints(model: PatchModel, curves: Sequence[_Curve], crease_angle: float) -> Ints:
