@@ -7,8 +7,6 @@ remainders of the rules (`remainders`), all rounding (`quadrature`), and the err
 points by lowering, placing and joining (`cells`, `solids`).
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from service.bases.affine_combination import to_homogeneous
@@ -129,10 +127,10 @@ def _measure_boundaries(
     borders = _join_open_sides(joined.seams, oriented)
     if not borders:
         return Interval(0.0, 0.0, 0.0), []
-    edges = np.concatenate([oriented.edge.ravel()[list(border.sides)] for border in borders])
+    edges = np.concatenate([oriented.edge.ravel()[border] for border, _ in borders])
     numbers = np.arange(len(borders))
     border_of_edge = np.full(joined.seams.edge_count, -1)
-    border_of_edge[edges] = np.repeat(numbers, [len(border.sides) for border in borders])
+    border_of_edge[edges] = np.repeat(numbers, [len(border) for border, _ in borders])
     origin, scale, _ = frame(*joined.model.bounds)
     point_error = (joined.point_error + joined.moved) / scale
     # In cells of curves, the number of the border stands for the number of the patch.
@@ -150,28 +148,16 @@ def _measure_boundaries(
         return Interval(0.0, 0.0, 0.0), []
     total, *each_length = [length.times(scale) for length in lengths]
     return total, [
-        Boundary(
-            length, len(border.sides), border.is_closed, joined.find_request_side(border.sides[0])
-        )
-        for length, border in zip(each_length, borders, strict=True)
+        Boundary(length, len(border), is_closed, joined.find_request_side(border[0]))
+        for length, (border, is_closed) in zip(each_length, borders, strict=True)
     ]
 
 
-@dataclass(frozen=True, slots=True)
-class _OpenBorder:
-    """Open sides, each of which begins where the side before ends.
-
-    `sides` are numbers patch · 4 + side. `is_closed` says whether the last side ends where the
-    first begins.
-    """
-
-    sides: tuple[int, ...]
-    is_closed: bool
-
-
-def _join_open_sides(seams: Seams, oriented: OrientedSides) -> list[_OpenBorder]:
+def _join_open_sides(seams: Seams, oriented: OrientedSides) -> list[tuple[list[int], bool]]:
     """The open sides as borders with the patches on their left, in the order of their first sides.
 
+    A border is a list of sides, as numbers patch · 4 + side, each of which begins where the side
+    before ends; and whether the last side ends where the first begins.
     If several open sides begin at a corner, a border continues with the unused side of the least
     number.
     """
@@ -199,5 +185,5 @@ def _join_open_sides(seams: Seams, oriented: OrientedSides) -> list[_OpenBorder]
                 break
             border.append(following.pop())
         is_closed = bool(ends[border[-1]] == begins[start])
-        borders.append(_OpenBorder(tuple(sides[border].tolist()), is_closed))
-    return sorted(borders, key=lambda border: border.sides[0])
+        borders.append((sides[border].tolist(), is_closed))
+    return sorted(borders)
