@@ -107,7 +107,8 @@ class Channels:
         """
         patches = spans[0] * spans[1]
         for _, _, where, net in self.each():
-            _check_grid(where, net)
+            if net.ndim != 3:
+                raise InvalidRequest(_wrong_axes(where, net, "rows of values"))
             if net.shape[:2] == counts:
                 size = (degree[0] + 1) * (degree[1] + 1) * net.shape[2]
                 _check_numbers(where, patches * size)
@@ -170,11 +171,6 @@ def keep_channels(model: PatchModel, is_kept: Callable[[Channel], bool]) -> Patc
         return model
     batches = (replace(b, channels=tuple(filter(is_kept, b.channels))) for b in model.batches)
     return replace(model, batches=tuple(batches))
-
-
-def _check_grid(where: str, net: FloatArray) -> None:
-    if net.ndim != 3:
-        raise InvalidRequest(_wrong_axes(where, net, "rows of values"))
 
 
 def _check_degree(where: str, net: FloatArray) -> None:

@@ -1,7 +1,8 @@
 """A multipatch: one surface of several patches and splines, as isogeometric analysis uses them.
 
 Each surface keeps its own degrees, knots and parameters. Where two surfaces have equal borders,
-they are joined like the patches of one surface.
+they are joined like the patches of one surface. The module also makes models of other patches: it
+joins batches, and replaces patches of a model by pieces of them.
 """
 
 from collections.abc import Sequence
@@ -10,13 +11,14 @@ from typing import TypeAlias
 
 import numpy as np
 
+from service.bases.arrays import Ints
 from service.bases.row_batches import expand_runs
 from service.errors import InvalidRequest, Issue, count_nouns, pointer
 from service.surface.batches import Channel, Patches
 from service.surface.bezier import UNIT_SQUARE, BezierSurface, TriangleSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.checks import Up, check_up
-from service.surface.lowered import Part, PatchModel
+from service.surface.lowered import Domain, Part, PatchModel
 from service.surface.placement import Box, join_boxes
 from service.surface.sizes import NUMBER, SurfaceKind, SurfaceSize, add_sizes
 
@@ -159,4 +161,54 @@ def join_batches(batches: Sequence[Patches]) -> Patches:
         points=points,
         weights=np.concatenate(weights) if weights else None,
         channels=channels,
+    )
+
+
+def surfaces_of(model: PatchModel) -> tuple[Domain, ...]:
+    """The domains of the parametric surfaces of a model, in the order of their patches.
+
+    If the model has no domains, each patch is such a surface, over [0, 1]².
+    """
+    domains = model.domains or tuple(
+        replace(UNIT_SQUARE, first=k) for k in range(model.patch_count)
+    )
+    return tuple(sorted(domains, key=lambda domain: domain.first))
+
+
+def rebuild(
+    model: PatchModel, pieces: list[list[Patches]], owner: Ints, domains: tuple[Domain, ...]
+) -> PatchModel:
+    """A model whose patches are replaced by pieces of them.
+
+    Parameters
+    ----------
+    model : PatchModel
+    pieces : list of list of TensorPatches or TrianglePatches
+        The new patches; each inner list becomes one batch.
+    owner : ndarray of int, shape (P',)
+        New patch k, counted through all of `pieces`, is a piece of patch `owner[k]` of `model`, or
+        the whole patch. If `model.sequence` is None, the new patches must be in the order of the
+        parts.
+    domains : tuple of Domain
+        The domains of the new model.
+    """
+    batches = tuple(join_batches(group) for group in pieces if group)
+    part_order = np.arange(model.patch_count) if model.sequence is None else model.sequence
+    position = np.empty(model.patch_count, dtype=np.intp)
+    position[part_order] = np.arange(model.patch_count)
+    owner_positions = position[owner]
+    # offsets[k]: how many new patches come from the first k old patches in the order of the parts.
+    offsets = np.concatenate(
+        [[0], np.cumsum(np.bincount(owner_positions, minlength=model.patch_count))]
+    )
+    parts = tuple(Part(p.name, int(offsets[p.first]), int(offsets[p.last])) for p in model.parts)
+    sequence = None if model.sequence is None else np.argsort(owner_positions, kind="stable")
+    return replace(
+        model,
+        batches=batches,
+        parts=parts,
+        domains=domains,
+        request_numbers=None,
+        sequence=sequence,
+        control_nets=model.nets,
     )

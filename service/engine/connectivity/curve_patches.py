@@ -32,7 +32,7 @@ from service.bases.triangle import exponents, find_index
 from service.engine.connectivity.incidence import Connectivity
 from service.surface.batches import Patches, TensorPatches
 from service.surface.lowered import Domain, PatchModel
-from service.surface.repatched import rebuild, surfaces_of
+from service.surface.multipatch import rebuild, surfaces_of
 
 WIDTH = 2.0
 """The largest distance of control points from the side, in units of `distance`, and the largest

@@ -15,7 +15,7 @@ from service.bases.row_batches import split_runs
 from service.engine.joining.shared_curves import Cuts
 from service.surface.batches import Patches, TensorPatches
 from service.surface.lowered import Domain, PatchModel
-from service.surface.repatched import rebuild, surfaces_of
+from service.surface.multipatch import rebuild, surfaces_of
 
 ROUNDING = 2.0**-49
 """Bound of the rounding error of cutting, for each degree, relative to the largest coordinate."""

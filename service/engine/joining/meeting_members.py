@@ -27,8 +27,8 @@ from service.engine.options import MAX_WELD_TOLERANCE
 from service.engine.scenes.placing import place_points
 from service.surface.batches import Patches
 from service.surface.lowered import Domain, GroupModel, Part, PatchModel
+from service.surface.multipatch import surfaces_of
 from service.surface.placement import is_mirroring, place_box
-from service.surface.repatched import surfaces_of
 
 FEW_MEMBERS = 1024
 """Up to this number of members, all pairs of boxes are compared; with more members, no boxes are
