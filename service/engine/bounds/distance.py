@@ -184,8 +184,7 @@ def bound_heights(h: FloatArray, degree: int) -> FloatArray:
     up, down = maximize_both_ways(values.transpose(2, 0, 1))
     up += np.maximum(remainder.max(axis=-1), 0.0)
     down -= np.minimum(remainder.min(axis=-1), 0.0)
-    bound: FloatArray = np.maximum(up, down)
-    return bound
+    return np.maximum(up, down)
 
 
 def maximize_both_ways(m: FloatArray) -> tuple[FloatArray, FloatArray]:

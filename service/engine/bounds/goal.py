@@ -135,8 +135,7 @@ def bound_storage_error(far: FloatArray) -> FloatArray:
 
     An error of u |X| in each of three coordinates is at most √3 u |X| < 4 u |X| in space.
     """
-    slack: FloatArray = 4 * UNIT * far
-    return slack
+    return 4 * UNIT * far
 
 
 LEAST = 2.0**-1000

@@ -133,8 +133,7 @@ class LocalFrames:
 
     def to_model_units(self, bound: FloatArray) -> FloatArray:
         """Bounds (m,) in local units as bounds in model units, with all rounding added."""
-        bounds: FloatArray = (bound + self.triangles.tilt + self.rounding) * self.unit + self.slack
-        return bounds
+        return (bound + self.triangles.tilt + self.rounding) * self.unit + self.slack
 
     def bound_distances_to_eye(self, piece: LocalNets, eye: FloatArray) -> FloatArray:
         """Lower bounds (m,) of the distances from pieces to the eye (3,), by boxes about nets."""
@@ -147,8 +146,7 @@ class LocalFrames:
         # If the eye is far from the middle, rounding of its coordinates is relative to the length.
         lengths = length(np.maximum(gap, 0.0)) * (1.0 - 2.0**-40)
         lengths = lengths - piece.gap - self.rounding
-        least: FloatArray = np.maximum(lengths * self.unit - self.slack, 0.0)
-        return least
+        return np.maximum(lengths * self.unit - self.slack, 0.0)
 
     def bound_reverse_distances(self, piece: LocalNets, images: FloatArray) -> FloatArray:
         """Bounds (m,) of |S − A|, for pieces S and their affine maps A to the reference triangles.
@@ -223,8 +221,7 @@ def _bound_by_hulls(
 
 def find_units(sizes: FloatArray) -> FloatArray:
     """The least power of two above each size, but at least 2^-1000; 1 for a size of 0."""
-    unit: FloatArray = np.ldexp(1.0, np.maximum(np.frexp(sizes)[1], -1000))
-    return unit
+    return np.ldexp(1.0, np.maximum(np.frexp(sizes)[1], -1000))
 
 
 def build_local_frames(

@@ -190,8 +190,7 @@ def _build_plan(degree: tuple[int, int], divisions: tuple[int, int]) -> _Plan:
 
 def _build_differences(degree: int, order: int) -> FloatArray:
     """Matrix (n+1−order, n+1) of differences of n + 1 numbers; it has no rows if the order > n."""
-    differences: FloatArray = np.diff(np.eye(degree + 1), order, axis=0)
-    return differences
+    return np.diff(np.eye(degree + 1), order, axis=0)
 
 
 def _build_block_differences(

@@ -87,8 +87,7 @@ class ReferenceTriangles(Items):
         else:
             points -= origin
             turned = turn @ points
-        framed: FloatArray = turned.reshape(nets.shape)
-        return framed
+        return turned.reshape(nets.shape)
 
 
 def build_reference_triangles(

@@ -126,8 +126,7 @@ def bound_net_rounding(size: FloatArray, far: FloatArray, degree: int) -> FloatA
     `size` and `far` (M,) are the largest coordinates of nets about their first points, and about
     the origin of the model.
     """
-    slack: FloatArray = 2 * UNIT * (size * (2.0 * DEPTH * degree + 16.0) + 2.0 * far)
-    return slack
+    return 2 * UNIT * (size * (2.0 * DEPTH * degree + 16.0) + 2.0 * far)
 
 
 def _bound_apart(

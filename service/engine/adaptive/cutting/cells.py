@@ -114,8 +114,7 @@ class Task:
         faces, last = self.faces, self.faces.spans.take(face, axis=1) - 1
         span_u: Ints = np.minimum(u // SPAN, last[0])
         span_v: Ints = np.minimum(v // SPAN, last[1])
-        patch: Ints = faces.first[face] + span_u * faces.stride[face] + span_v
-        return patch
+        return faces.first[face] + span_u * faces.stride[face] + span_v
 
     def find_border_sides(self, cells: FaceCells) -> Bools:
         """Which sides ab, bc, cd, da of cells are on the border of their face, shape (4, m).

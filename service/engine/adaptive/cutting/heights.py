@@ -181,8 +181,7 @@ def maximize_heights(m: FloatArray) -> FloatArray:
 
     `m` (3, …) are the heights over the middles of its sides; λ are barycentric coordinates.
     """
-    highs: FloatArray = np.maximum(*maximize_both_ways(m))
-    return highs
+    return np.maximum(*maximize_both_ways(m))
 
 
 def measure_remainder(

@@ -186,8 +186,7 @@ def _find_turning(pieces: SpanPieces, points: FloatArray, normal: Vectors, angle
     distances = np.where(
         dot(normals, normals) == 0.0, 0.0, length(normals - normal[:, pieces.cell])
     )
-    turned: Bools = pieces.find_largest(distances.max(axis=(0, 1))) > find_chord(angle / 2.0)
-    return turned
+    return pieces.find_largest(distances.max(axis=(0, 1))) > find_chord(angle / 2.0)
 
 
 def _find_allowed(task: Task, pieces: SpanPieces) -> FloatArray:

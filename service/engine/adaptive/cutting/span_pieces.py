@@ -43,8 +43,7 @@ class SpanPieces:
 
     def find_largest(self, values: FloatArray) -> FloatArray:
         """The largest of the values (…, N) of pieces in every cell, (…, m)."""
-        largest: FloatArray = np.maximum.reduceat(values, self.start, axis=-1)
-        return largest
+        return np.maximum.reduceat(values, self.start, axis=-1)
 
     def find_line_ends(self) -> tuple[tuple[Ints, Ints], tuple[Ints, Ints]]:
         """The first and the last piece (N,) of the line of pieces through each piece.
@@ -72,8 +71,7 @@ def count_spans(cells: FaceCells) -> Ints:
 def _count_along(cells: FaceCells) -> Ints:
     """Number of spans that cells intersect along u and along v: shape (2, m)."""
     # The rows of a box are u0, u1, v0, v1. The first term is the end, rounded up.
-    counts: Ints = -(-cells.rectangle[1::2] // SPAN) - cells.rectangle[::2] // SPAN
-    return counts
+    return -(-cells.rectangle[1::2] // SPAN) - cells.rectangle[::2] // SPAN
 
 
 def split_cells(cells: FaceCells) -> SpanPieces:

@@ -246,5 +246,4 @@ def find_crowded_directions(boundaries: CellBoundaries, cells: FaceCells, crowde
     u, v = boundaries.u[corner], boundaries.v[corner]
     # The sides u = u0 and u = u1 run along v.
     has_end_u, has_end_v = (u == u0) | (u == u1), (v == v0) | (v == v1)
-    along_v: Bools = np.bincount(row, has_end_u) > np.bincount(row, has_end_v)
-    return along_v
+    return np.bincount(row, has_end_u) > np.bincount(row, has_end_v)

@@ -168,8 +168,7 @@ def is_among(values: Ints, others: Ints) -> Bools:
     distinct, number = np.unique(values, return_inverse=True)
     occurs = np.zeros(len(distinct), dtype=bool)
     occurs[_find_matches(distinct, others)[1]] = True
-    is_member: Bools = occurs[number]
-    return is_member
+    return occurs[number]
 
 
 def _find_matches(few: Ints, many: Ints) -> tuple[Ints, Ints]:
