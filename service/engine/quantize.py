@@ -30,6 +30,7 @@ from service.engine.stored_positions import (
     find_step,
     round_to_grid,
 )
+from service.engine.vectors import length
 from service.engine.wires.draw import find_width
 from service.surface.curve_model import SweepModel
 from service.surface.lowered import GroupModel, Model, PatchModel
@@ -83,7 +84,7 @@ def quantize_mesh(mesh: Mesh, step: float) -> Mesh:
     # Both differences are exact, except for the rounding of coordinates far from zero.
     moves = quantized.positions.astype(np.float64) - mesh.positions.astype(np.float64)
     moves += origin - mesh.origin
-    error = float(np.sqrt(np.square(moves).sum(axis=1).max(initial=0.0))) + bound_origin_error(
+    error = float(length(moves, -1).max(initial=0.0)) + bound_origin_error(
         mesh.origin, np.array(report.bounds_min), np.array(report.bounds_max)
     )
 

@@ -28,6 +28,7 @@ from service.engine.plans.patterns import (
     build_faces,
     merge_collapsed,
 )
+from service.engine.vectors import length
 
 NOT_COLLAPSED = (False, False, False, False)
 
@@ -155,7 +156,7 @@ def _bound_distances(corners: Ints, vertices: Ints, positions: RealArray) -> Flo
     for target in targets.T:
         difference = points - positions[target].astype(np.float64)[:, np.newaxis]
         # Of the corners of each triangle, the one farthest from the target.
-        far = np.sqrt(np.square(difference).sum(axis=2)).max(axis=1)
+        far = length(difference, -1).max(axis=1)
         np.minimum(nearest, np.where(np.isin(target, vertices), far, np.inf), out=nearest)
     return nearest
 

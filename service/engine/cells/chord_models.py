@@ -15,7 +15,7 @@ from service.bases.arrays import FloatArray, Ints
 from service.engine.cells import models as model_rows
 from service.engine.cells.tree import Table
 from service.engine.nets.partials import largest_length
-from service.engine.vectors import UNIT, dot, project
+from service.engine.vectors import UNIT, dot, length, project
 
 SIZE_A, SIZE_B, AREA, GAP_FACTOR, CORNERS, ROW_COUNT = 5, 6, 7, 8, 9, 21
 """The rows of a model, after ball and error: the lengths along a and b, Σ A without g, the factor
@@ -65,13 +65,13 @@ def _chord_areas(
     """
     from_begin = polygons - polygons[0]
     steps = np.diff(from_begin, axis=0)
-    longest = np.sqrt(dot(steps, steps)).max(axis=0)
+    longest = length(steps).max(axis=0)
     chord = from_begin[-1]
     squared_length = dot(chord, chord)
     # The parameter of the nearest point of the chord's line: from 0 to 1 on the chord.
     along_chord = dot(from_begin, chord) / np.where(squared_length > 0, squared_length, 1.0)
     from_chord = from_begin - np.clip(along_chord, 0.0, 1.0)[:, np.newaxis] * chord
-    mean_distance = np.sqrt(dot(from_chord, from_chord)).mean(axis=0)
+    mean_distance = length(from_chord).mean(axis=0)
     # The last factor is larger than all rounding in this function.
     lengths = len(steps) * (longest + 2 * point_error) * (1 + 2.0**-40)
     if weights is not None:

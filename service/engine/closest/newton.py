@@ -7,7 +7,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.cells.tree import CellTree
 from service.engine.nets.partials import net_partials
-from service.engine.vectors import UNIT, Items, dot
+from service.engine.vectors import UNIT, Items, dot, length
 
 RIDGE = 2.0**-33
 """The second partials by aa and bb are increased by this share of the sum of their sizes. If a
@@ -94,7 +94,7 @@ def measure_surface_points(
     parameters = low + half * (cell_parameters + 1)
     position, du, dv, duu, duv, dvv = net_partials(cells.nets, net, parameters)
     y = x.take(point, axis=1) - position
-    distance = np.sqrt(dot(y, y))
+    distance = length(y)
     # The partials by a and b are those by u and v, times half the sides of the cell.
     ha, hb = half
     gradient = -half * [dot(y, du), dot(y, dv)]

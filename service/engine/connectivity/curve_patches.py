@@ -30,6 +30,7 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import split_runs
 from service.bases.triangle import exponents, find_index
 from service.engine.connectivity.incidence import Connectivity
+from service.engine.vectors import length
 from service.surface.batches import Patches, TensorPatches
 from service.surface.lowered import Domain, PatchModel
 from service.surface.multipatch import rebuild, surfaces_of
@@ -97,7 +98,7 @@ def collapse_thin_patches(
         batch = new_batches[batch_number]
         nets, net_weights = _flatten_nets(batch, rows)
         points, weights = batch.points.copy(), batch.weights
-        bound = np.sqrt(np.square(nets - nets[:, line]).sum(axis=2)).max(axis=1)
+        bound = length(nets - nets[:, line], -1).max(axis=1)
         is_thin = bound <= WIDTH * distance
         if net_weights is not None and weights is not None:
             change = np.ptp(np.log(net_weights / net_weights[:, line]), axis=1)

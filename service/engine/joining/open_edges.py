@@ -16,6 +16,7 @@ from service.bases.row_batches import expand_runs, row_slices, split_runs
 from service.cancellation import checkpoint
 from service.engine.connectivity.edges import EdgeCurves
 from service.engine.connectivity.seams import Seams
+from service.engine.vectors import length
 
 STEPS = 12
 """Gauss–Newton steps for each corner; near the solution, each step doubles the correct digits."""
@@ -180,7 +181,7 @@ def place_corners(
             if weights is None:
                 # No point of the curve is further from its nearest sample than half of a step of
                 # the parameter times the largest speed.
-                speed = degree * np.sqrt(np.square(np.diff(nets, axis=1)).sum(axis=2).max(axis=1))
+                speed = degree * length(np.diff(nets, axis=1), -1).max(axis=1)
                 is_close = np.sqrt(squares.min(axis=1)) <= speed * (samples[1] / 2) + reach
                 pairs, nets, squares = pairs[is_close], nets[is_close], squares[is_close]
                 if not len(pairs):
@@ -198,7 +199,7 @@ def place_corners(
             )
             is_far_from_ends = squared_end_distance > (MIN_END_DISTANCE * reach) ** 2
             at[pairs], is_on[pairs] = t, is_near & is_far_from_ends & (t > 0) & (t < 1)
-            speed = np.sqrt(np.square(slope).sum(axis=1))
+            speed = length(slope, -1)
             # A step of 4 `reach` along the curve; `reach` as the least speed avoids division by 0.
             slack[pairs] = np.minimum(4 * reach / np.maximum(speed, reach), MAX_SLACK)
     return at, slack, is_on

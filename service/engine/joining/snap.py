@@ -49,6 +49,7 @@ from service.engine.connectivity.incidence import EQUAL_WEIGHT
 from service.engine.joining.common_factors import find_scales
 from service.engine.joining.near_points import group_near_points, run_starts
 from service.engine.joining.raised_edges import BorderWeights, replace_by_raised_nets
+from service.engine.vectors import length
 from service.surface.lowered import PatchModel
 
 EQUAL_SCALED_LOGS = 2.0**-47
@@ -91,7 +92,7 @@ def snap(model: PatchModel, tolerance: float) -> PatchModel:
     if weights is not None:
         change = np.log(weights.values / old_weights)
         weight_change = float(change.max(initial=0.0) - change.min(initial=0.0))
-    distance_moved = float(np.sqrt(np.square(points - border).sum(axis=1).max()))
+    distance_moved = float(length(points - border, -1).max())
     distance_moved += expm1(weight_change) * model.largest_patch / 2
     batches, first = list(model.batches), 0
     for number, run in enumerate(runs if distance_moved else ()):

@@ -80,7 +80,8 @@ class MeasuredCells(Items):
     def halve(self, axis: int) -> "MeasuredCells":
         """Both halves of every cell, along u (axis 0) or v (axis 1): first halves come first.
 
-        One matrix product is faster here than `nets.halving.halve`, which takes means step by step.
+        One matrix product is faster here than `nets.subdivision.halve`, which takes means step by
+        step.
         """
         d, rows, columns, count = self.nets.shape
         nets = along(_build_halving_matrix(self.degree[axis]), self.nets, axis)

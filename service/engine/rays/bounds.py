@@ -101,7 +101,7 @@ def local_rays(
     `thickness` already is in the coordinates of the nets.
     """
     d = directions.T / np.abs(directions).max(axis=1)
-    d = np.ascontiguousarray(d / np.sqrt(dot(d, d)))
+    d = np.ascontiguousarray(d / length(d))
     local_origins = np.ascontiguousarray(nets.local(origins).T)
     begins = dot(local_origins, d)
     o = local_origins - begins * d

@@ -51,7 +51,7 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.cells import models as model_rows
 from service.engine.cells.tree import CellTree
 from service.engine.rays.bounds import SAFE, Rays
-from service.engine.vectors import UNIT, cross, dot
+from service.engine.vectors import UNIT, cross, dot, length
 
 MAX_SLOPE = 0.25
 """The largest |d · n| at the centre of a cell that counts as almost tangent to the ray."""
@@ -110,7 +110,7 @@ def find_grazed_strips(
     normal = model[m.NORMAL : m.NORMAL + 3]
     slope_to_ray = np.abs(dot(d, normal))
     w = cross(d, normal)
-    w = w / np.sqrt(dot(w, w))
+    w = w / length(w)
     z = cross(d, w)
     to_center = model[:3] - o
     vectors = [model[k : k + 3] for k in m.VECTORS[:5]]

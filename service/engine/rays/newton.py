@@ -239,7 +239,7 @@ def begin_at_origins(cells: CellTree, rays: Rays, hits: Hits) -> Hits:
         parameters = np.clip(parameters + np.where(np.isfinite(step), step, 0.0), 0.0, 1.0)
     position, du, dv = net_partials(cells.nets, net, parameters, 1)
     y = point - position
-    is_near = np.sqrt(dot(y, y)) <= rays.thickness[ray]
+    is_near = length(y) <= rays.thickness[ray]
     for name, values in (
         ("parameters", parameters),
         ("position", position),

@@ -42,6 +42,7 @@ from service.cancellation import checkpoint
 from service.engine.nets.subdivision import halve
 from service.engine.sections.borders import ONE
 from service.engine.sections.cells import ABOVE, BELOW, OVER_U, OVER_V, SINGULAR, OpenCells
+from service.engine.vectors import UNIT
 
 MAX_HALVINGS = 50
 """The most halvings of an interval; its length is then near the precision of float64."""
@@ -209,8 +210,8 @@ def _find_single(nets: FloatArray, is_negative: Bools) -> FloatArray:
         next_t = np.where(is_inside, newton_t, (low[rest] + high[rest]) / 2)
         t[rest] = next_t
         # 2⁻⁵³ is the rounding error of numbers near 1.
-        has_moved = np.abs(next_t - t_now) > 2.0**-53
-        rest = rest[has_moved & (value != 0) & (high[rest] - low[rest] > 2.0**-53)]
+        has_moved = np.abs(next_t - t_now) > UNIT
+        rest = rest[has_moved & (value != 0) & (high[rest] - low[rest] > UNIT)]
     return t
 
 

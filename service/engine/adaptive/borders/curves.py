@@ -19,6 +19,7 @@ from service.engine.bounds.faces import SPAN
 from service.engine.connectivity.seams import Seams
 from service.engine.evaluation.normals import evaluate_scattered_normals
 from service.engine.nets.subdivision import halve
+from service.engine.vectors import length
 from service.surface.batches import Patches
 
 
@@ -68,7 +69,7 @@ class SideNormals:
         normals, _ = evaluate_scattered_normals(
             self.batches, np.repeat(patch, 3), u.ravel(), v.ravel()
         )
-        steps = np.sqrt(np.square(np.diff(normals.reshape(-1, 3, 3), axis=1)).sum(axis=2))
+        steps = length(np.diff(normals.reshape(-1, 3, 3), axis=1), -1)
         half, total = np.zeros(len(edge)), np.zeros(len(edge))
         np.maximum.at(half, part, steps.max(axis=1))
         np.maximum.at(total, part, steps.sum(axis=1))
@@ -204,13 +205,13 @@ def group_curves(chains: Chains, seams: Seams, normals: SideNormals | None) -> I
     for number, group in enumerate(seams.curves):
         group_number[group.ids], group_row[group.ids] = number, np.arange(len(group.ids))
     edge_group = group_number[chains.edge]
-    uses, length = chains.uses, chains.length
+    uses, lengths = chains.uses, chains.length
     for number, group in enumerate(seams.curves):
         rows = (edge_group == number).nonzero()[0]
         chain = (edge_group[chains.start[:-1]] == number).nonzero()[0]
         if not len(chain):
             continue
-        owner = np.repeat(np.arange(len(chain)), length[chain])
+        owner = np.repeat(np.arange(len(chain)), lengths[chain])
         origin = seams.corner_points[chains.corner[chains.start[chain] + chain]]
         chosen, turned = group_row[chains.edge[rows]], chains.backward[rows]
         points = group.points[chosen]
@@ -226,7 +227,7 @@ def group_curves(chains: Chains, seams: Seams, normals: SideNormals | None) -> I
         yield Curves(
             chain,
             uses[chain],
-            np.concatenate([[0], np.cumsum(length[chain])]).astype(np.intp),
+            np.concatenate([[0], np.cumsum(lengths[chain])]).astype(np.intp),
             owner,
             to_homogeneous(points, weights),
             origin,

@@ -97,7 +97,7 @@ def find_planes(points: FloatArray) -> tuple[CellPlanes, Vectors, FloatArray, Fl
     rows = steps.reshape(-1, steps.shape[2])
     crossed = rows.take(CYCLES[0][0], axis=0) * rows.take(CYCLES[1][1], axis=0)
     crossed -= rows.take(CYCLES[1][0], axis=0) * rows.take(CYCLES[0][1], axis=0)
-    size = np.sqrt(dot(crossed, crossed))
+    size = length(crossed)
     has_no_area = size[:4] <= THIN * np.maximum.reduce(squares.take(TRIANGLE_SIDES, axis=0), axis=1)
     size[4] = np.maximum(size[4], np.finfo(float).tiny)
     if not has_no_area.any():
@@ -139,10 +139,10 @@ def measure_heights(
     bends += points.take(BENDS[0], axis=0)
     signed = heights = dot(bends, normal)
     if two_sided or planes.flat.any():
-        distances = np.sqrt(dot(bends, bends))
+        distances = length(bends)
         # The same vectors for the two diagonals.
         across = points[4] - (points[[0, 6]] + points[[8, 2]]) * 0.5
-        largest = np.maximum(distances[:4].max(axis=0), np.sqrt(dot(across, across)))
+        largest = np.maximum(distances[:4].max(axis=0), length(across))
         over = _include_lengths(over, largest, planes.flat, two_sided)
         heights = _include_lengths(np.abs(signed), distances, planes.flat, two_sided)
     return over, signed, heights

@@ -132,7 +132,7 @@ def _measure_heights(
                 lower = a + s * (b - a) + t * (d - a)
                 upper = c + (1.0 - s) * (d - c) + (1.0 - t) * (b - c)
             offset = points - np.where(below[:, np.newaxis], lower, upper)
-            distance = distance_share * np.sqrt(dot(offset, offset))
+            distance = distance_share * length(offset)
             # Cells without planes have distances, no heights.
             height = np.maximum(np.where(distance_share == 1.0, 0.0, height), distance)
         heights[pair] = height.max(axis=0)
