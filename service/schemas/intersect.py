@@ -18,7 +18,7 @@ from service.schemas.arrays import NumberGrid
 from service.schemas.fields import Omittable, StrictModel, conflict_issue, optional
 from service.schemas.request import SurfaceRequest
 from service.schemas.validation import to_invalid
-from service.surface.checks import check_finite, check_stored, validate_points
+from service.surface.checks import check_stored, validate_points
 
 VECTORS = NumberGrid(
     ("vectors", "coordinates"),
@@ -132,7 +132,6 @@ class PlaneSet(StrictModel):
             normals, points = pair_rows(normals, "normals", points, "points")
             return Planes(normals, (normals * points).sum(axis=1))
         offsets = np.asarray(self.offsets, np.float64) + 0.0  # −0 becomes 0
-        check_finite(offsets, "/offsets")
         check_stored(offsets, "/offsets")  # within single precision
         return Planes(*pair_rows(normals, "normals", offsets, "offsets"))
 

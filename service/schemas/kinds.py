@@ -11,7 +11,7 @@ from typing import Annotated, TypeAlias
 from pydantic import Tag
 
 from service.errors import Issue
-from service.schemas import bezier, bspline, multipatch, patches, sweeps
+from service.schemas import bezier, bspline, patches, sweeps
 from service.surface.bezier import BezierSurface, TriangleSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.group import GroupSurface
@@ -56,7 +56,7 @@ MemberKind: TypeAlias = (
     | Annotated[bspline.BsplineDefinition, Tag("bspline")]
     | Annotated[patches.PatchesDefinition, Tag("patches")]
     | Annotated[bezier.TriangleDefinition, Tag("triangle")]
-    | Annotated[multipatch.MultipatchDefinition, Tag("multipatch")]
+    | Annotated[patches.MultipatchDefinition, Tag("multipatch")]
     | Annotated[sweeps.TubeDefinition, Tag("tube")]
     | Annotated[sweeps.RibbonDefinition, Tag("ribbon")]
 )

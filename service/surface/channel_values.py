@@ -10,7 +10,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.errors import MAX_ISSUES, InvalidRequest, Issue, count_nouns, format_number, pointer
-from service.surface.checks import check_finite, check_stored
+from service.surface.checks import check_stored
 
 MAX_ATTRIBUTES, MAX_ATTRIBUTE_NAME = 16, 32
 """The most attributes of a surface, and the most characters of the name of an attribute."""
@@ -49,7 +49,6 @@ def validate_values(
                 needed,
             )
         )
-    check_finite(net, where)
     check_stored(net, where)
     net += 0.0  # −0 becomes 0, so that equal nets have equal bytes
     net.flags.writeable = False

@@ -131,13 +131,12 @@ def validate_weights(values: ArrayLike | None, shape: tuple[int, ...]) -> FloatA
     return weights
 
 
-def check_finite(values: FloatArray, where: str) -> None:
-    """Refuse NaN and infinities; `where` is the JSON pointer to the array."""
-    _refuse(values, where, ~np.isfinite(values), _not_finite)
-
-
 def check_stored(values: FloatArray, where: str) -> None:
-    """Refuse numbers that single precision cannot store; `where` is the pointer to the array."""
+    """Refuse NaN, infinities, and other numbers that single precision cannot store.
+
+    `where` is the JSON pointer to the array.
+    """
+    _refuse(values, where, ~np.isfinite(values), _not_finite)
     _refuse(values, where, np.abs(values) > MAX_COORDINATE, _too_large)
 
 

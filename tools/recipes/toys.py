@@ -205,7 +205,7 @@ class RampDefinition(StrictModel):
             "service/schemas/kinds.py",
             insertions=(
                 (
-                    "from service.schemas import bezier, bspline, multipatch, patches",
+                    "from service.schemas import bezier, bspline, patches",
                     ", ramp",
                 ),
                 (
