@@ -125,7 +125,7 @@ def _project(points: FloatArray) -> FloatArray:
 
 def find_weld_distance(model: PatchModel, tolerance: float) -> float:
     """The largest distance of points that count as one, in model units; 0 if the tolerance is 0."""
-    largest = find_largest_coordinate(model)
+    largest = _find_largest_coordinate(model)
     return compute_weld_distance(model.diagonal, largest, find_knot_ratio(model), tolerance)
 
 
@@ -146,7 +146,7 @@ def find_projected_distance(model: PatchModel, tolerance: float) -> float:
     """The largest distance of projections of points that count as one; 0 if the tolerance is 0."""
     if not tolerance:
         return 0.0
-    largest = find_largest_coordinate(model)
+    largest = _find_largest_coordinate(model)
     distance = compute_weld_distance(model.diagonal, largest, find_knot_ratio(model), tolerance)
     return distance + PROJECTION_ROUNDING * largest
 
@@ -177,6 +177,6 @@ def find_knot_ratio(model: PatchModel) -> float:
     return ratio
 
 
-def find_largest_coordinate(model: PatchModel) -> float:
+def _find_largest_coordinate(model: PatchModel) -> float:
     """The largest coordinate of all control points, in absolute value."""
     return max([max(-min(low), *high) for low, high in (b.box for b in model.batches)])
