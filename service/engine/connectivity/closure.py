@@ -58,7 +58,7 @@ OPEN = Closure(None, None)
 """The closure of a surface that is open along u and along v."""
 
 
-def find_closure(model: PatchModel, connectivity: Connectivity | None = None) -> Closure | None:
+def find_closure(model: PatchModel, connectivity: Connectivity) -> Closure | None:
     """The closure of the surface; None for patches that are not pieces of one surface.
 
     A surface whose first and last sides are different edges in the connectivity is open.
@@ -68,8 +68,7 @@ def find_closure(model: PatchModel, connectivity: Connectivity | None = None) ->
     (batch,) = model.batches
     if not isinstance(batch, TensorPatches):
         return None
-    edge = None if connectivity is None else connectivity.edge
-    (p, q), u, v = batch.degree, model.domain.u, model.domain.v
+    (p, q), u, v, edge = batch.degree, model.domain.u, model.domain.v, connectivity.edge
     patch_numbers = np.arange(batch.count).reshape(len(u) - 1, len(v) - 1)
     continuities: list[Continuity | None] = []
     ends = (patch_numbers[0], patch_numbers[-1]), (patch_numbers[:, 0], patch_numbers[:, -1])
@@ -77,7 +76,7 @@ def find_closure(model: PatchModel, connectivity: Connectivity | None = None) ->
         (0, 2), ends, (p, q), (u, v), strict=True
     ):
         # Most surfaces are open, and comparing the numbers of edges is fast.
-        if edge is not None and (edge[first_patches, side] != edge[last_patches, side + 1]).any():
+        if (edge[first_patches, side] != edge[last_patches, side + 1]).any():
             continuities.append(None)
         else:
             continuities.append(

@@ -13,6 +13,7 @@ from service.engine.adaptive.assemble import assemble, draw_overlays
 from service.engine.adaptive.samples import find_samples
 from service.engine.bounds.faces import SPAN
 from service.engine.connectivity.closure import find_closure
+from service.engine.connectivity.connect import connect
 from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.engine.stored_positions import Storage
@@ -44,7 +45,7 @@ def assemble_regular(
         *(model, built.faces, built.triangulation, mesh_options, lines),
         storage=storage,
         origin=origin,
-        closure=find_closure(model),
+        closure=find_closure(model, connect(model).connectivity),
     )
 
 

@@ -8,6 +8,7 @@ import pytest
 from service.encoders.content import report_object
 from service.engine.connectivity import closure as module
 from service.engine.connectivity.closure import SAME_PARTIAL, SAME_PLANE, Closure, find_closure
+from service.engine.connectivity.connect import connect
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.examples.catalogue import find
@@ -58,7 +59,8 @@ def build_cylinder(breaks: list[float]) -> BsplineSurface:
 
 def compute_closure(surface: Any) -> Closure | None:
     """The closure of the lowered surface."""
-    return find_closure(surface.lower())
+    model = surface.lower()
+    return find_closure(model, connect(model).connectivity)
 
 
 @pytest.mark.parametrize("is_rational", [False, True])

@@ -6,6 +6,7 @@ import pytest
 from oracles.topology import volume
 from service.engine.accuracy import Accuracy
 from service.engine.connectivity.closure import Closure, find_closure
+from service.engine.connectivity.connect import connect
 from service.surface.bspline import BsplineSurface
 from service.surface.examples.catalogue import find
 from service.surface.multipatch import MultipatchSurface
@@ -23,7 +24,7 @@ def test_every_horizontal_section_of_the_goblet_is_a_circle() -> None:
     """The distance from the axis and the height depend only on v."""
     surface = find_spline("nurbs-goblet")
     model = surface.lower()
-    assert find_closure(model) == Closure("C1", None)
+    assert find_closure(model, connect(model).connectivity) == Closure("C1", None)
     mesh = build_mesh("nurbs-goblet", resolution=(5, 4), weld=False)
     # The axes are: patch along u, patch along v, sample along u, sample along v, coordinate.
     grid = mesh.positions.reshape(4, 11, 6, 5, 3)
