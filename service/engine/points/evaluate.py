@@ -6,6 +6,7 @@ from typing import TypeAlias
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.evaluation.normals import group_by_batch
 from service.engine.points.curvatures import MAX_DISTANCE
 from service.engine.points.jets import evaluate_jets
 from service.engine.points.places import ParameterPoints
@@ -47,29 +48,23 @@ def evaluate_points(model: PatchModel, places: ParameterPoints, order: int) -> C
     columns: dict[str, Column] = {
         name: _empty(count, width) for names in COLUMNS[: order + 1] for name, width in names
     }
-    first = 0
-    for batch in model.batches:
-        is_in_batch = (places.patch >= first) & (places.patch < first + batch.count)
-        rows = np.flatnonzero(is_in_batch)
-        if len(rows):
-            u, v = places.local[rows].T
-            index = places.patch[rows] - first
-            jets = evaluate_jets(batch, index, u, v, order)
-            wu, wv = places.widths[rows].T[:, :, np.newaxis]
-            columns["positions"][rows] = jets.partials[0]
-            if jets.normals is not None and jets.degenerate is not None:
-                columns["du"][rows] = jets.partials[1] / wu
-                columns["dv"][rows] = jets.partials[2] / wv
-                columns["normals"][rows] = jets.normals
-                columns["degenerate"][rows] = jets.degenerate
-            if (curvatures := jets.curvatures) is not None:
-                columns["duu"][rows] = jets.partials[3] / wu / wu
-                columns["duv"][rows] = jets.partials[4] / wu / wv
-                columns["dvv"][rows] = jets.partials[5] / wv / wv
-                columns["gaussian_curvature"][rows] = curvatures[0]
-                columns["mean_curvature"][rows] = curvatures[1]
-                columns["principal_curvatures"][rows] = curvatures[2:].T
-        first += batch.count
+    for batch, first, rows in group_by_batch(model.batches, places.patch):
+        u, v = places.local[rows].T
+        jets = evaluate_jets(batch, places.patch[rows] - first, u, v, order)
+        wu, wv = places.widths[rows].T[:, :, np.newaxis]
+        columns["positions"][rows] = jets.partials[0]
+        if jets.normals is not None and jets.degenerate is not None:
+            columns["du"][rows] = jets.partials[1] / wu
+            columns["dv"][rows] = jets.partials[2] / wv
+            columns["normals"][rows] = jets.normals
+            columns["degenerate"][rows] = jets.degenerate
+        if (curvatures := jets.curvatures) is not None:
+            columns["duu"][rows] = jets.partials[3] / wu / wu
+            columns["duv"][rows] = jets.partials[4] / wu / wv
+            columns["dvv"][rows] = jets.partials[5] / wv / wv
+            columns["gaussian_curvature"][rows] = curvatures[0]
+            columns["mean_curvature"][rows] = curvatures[1]
+            columns["principal_curvatures"][rows] = curvatures[2:].T
     for column in columns.values():
         if column.dtype != np.bool_:
             np.add(column, 0.0, out=column)  # turns −0 into 0
@@ -84,11 +79,9 @@ def estimate_effort(model: PatchModel, places: ParameterPoints, order: int) -> i
     """
     if order == 0:
         return 0
-    first, total = 0, 0
-    for batch in model.batches:
-        rows = np.flatnonzero((places.patch >= first) & (places.patch < first + batch.count))
+    total = 0
+    for batch, first, rows in group_by_batch(model.batches, places.patch):
         index = places.patch[rows] - first
-        first += batch.count
         p, q = batch.degree if isinstance(batch, TensorPatches) else (batch.degree, batch.degree)
         # S_u × S_v is a polynomial of up to this multiple of the degrees (p, q).
         factor = 2 if batch.weights is None else 3
