@@ -1,6 +1,6 @@
 """Groups of the nets of a model: all nets of one degree in one array."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -63,6 +63,14 @@ def group_nets(parts: Iterable[tuple[Ints, FloatArray]]) -> tuple[Nets, ...]:
         groups.append(Nets(np.concatenate(patches), joined, first))
         first += len(groups[-1].patches)
     return tuple(groups)
+
+
+def split_by_group(groups: tuple[Nets, ...], number: Ints) -> Iterator[tuple[Nets, Ints]]:
+    """The groups that occur in `number` (m,), each with the indices at which it occurs."""
+    for k, group in enumerate(groups):
+        indices = (number == k).nonzero()[0]
+        if len(indices):
+            yield group, indices
 
 
 def build_tensor_nets(nets: FloatArray) -> FloatArray:

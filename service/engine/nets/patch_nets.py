@@ -12,7 +12,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import bernstein
 from service.bases.row_batches import row_slices
-from service.engine.nets.nets import Nets, build_tensor_nets, group_nets
+from service.engine.nets.nets import Nets, build_tensor_nets, group_nets, split_by_group
 from service.engine.vectors import project
 from service.surface.batches import Patches, TrianglePatches
 from service.surface.lowered import PatchModel
@@ -67,14 +67,7 @@ class PatchNets:
 
     def split_by_group(self, patch: Ints) -> Iterator[tuple[Nets, Ints]]:
         """The groups that have some of the patches (m,), each with their indices in `patch`."""
-        if len(self.groups) == 1:
-            yield self.groups[0], np.arange(len(patch))
-            return
-        number = self.group[patch]
-        for k, nets in enumerate(self.groups):
-            indices = (number == k).nonzero()[0]
-            if len(indices):
-                yield nets, indices
+        return split_by_group(self.groups, self.group[patch])
 
     def evaluate_points(self, patch: Ints, u: FloatArray, v: FloatArray) -> FloatArray:
         """Points (m, 3) of patches at parameters u, v in [0, 1], in model coordinates."""

@@ -35,7 +35,7 @@ import numpy as np
 from service.bases import triangle
 from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import FloatArray, Ints
-from service.engine.nets.nets import Nets, build_tensor_nets, group_nets
+from service.engine.nets.nets import Nets, build_tensor_nets, group_nets, split_by_group
 from service.surface.batches import Patches, TrianglePatches
 from service.surface.curve_model import CurvePieces
 
@@ -116,15 +116,8 @@ class QueryNets:
 
     def split(self, net: Ints) -> Iterator[tuple[Nets, Ints]]:
         """The groups that have some of the nets (m,), each with their indices in `net`."""
-        if len(self.groups) == 1:
-            yield self.groups[0], np.arange(len(net))
-            return
         firsts = [group.first for group in self.groups]
-        number = np.searchsorted(firsts, net, side="right") - 1
-        for k, group in enumerate(self.groups):
-            indices = np.flatnonzero(number == k)
-            if len(indices):
-                yield group, indices
+        return split_by_group(self.groups, np.searchsorted(firsts, net, side="right") - 1)
 
     def local(self, points: FloatArray) -> FloatArray:
         """Convert points (m, 3) from model coordinates to the coordinates of the nets."""
