@@ -50,7 +50,7 @@ class Command:
     one_of : tuple of Flag
         Flags of which exactly one must be given.
     groups : tuple of (str, tuple of Flag)
-        Flags below a heading, in the order of the usage line; a heading may come again.
+        Flags below a heading, in the order of the usage line; several may have one heading.
     description : str or None
     has_exit_codes : bool
         Whether the help lists the exit codes.

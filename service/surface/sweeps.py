@@ -29,7 +29,7 @@ class SweptSurface(SurfaceKind):
     @property
     @abstractmethod
     def profile(self) -> Profile:
-        """What is swept along the curve."""
+        """The profile that is swept along the curve."""
 
     @property
     def degree(self) -> tuple[int, int]:

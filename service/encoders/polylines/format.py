@@ -1,4 +1,4 @@
-"""What all formats of curves and sections share: their type, sizes, points and reports."""
+"""The type of all formats of curves and sections, and their sizes, points and reports."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What the signs of Bézier coefficients alone tell: where the section is a graph, and roots.
+"""Signs of Bézier coefficients: they alone decide where a section is a graph, and find roots.
 
 Theorem. Let f be the polynomial of `cells` over a rectangle of parameters.
 
