@@ -162,5 +162,5 @@ def test_the_map_of_the_house_shows_every_room() -> None:
         inner = ROOT / "service" if folder == ROOT else folder
         existing = {path for path in inner.iterdir() if not path.name.startswith("__")}
         if folder != ROOT:
-            existing = {path for path in existing if path.is_dir()}
+            existing = {path for path in existing if (path / "__init__.py").exists()}
         assert existing <= rooms

@@ -10,7 +10,7 @@ from scipy.spatial import KDTree
 from service.encoders.polylines.format import in_space
 from service.encoders.polylines.registry import CURVES_BY_NAME
 from service.encoders.registry import BY_NAME
-from service.engine.build import build
+from tools.building import build
 from service.engine.curvatures.placement_scale import add_stretches
 from service.pipeline.mesh import render
 from service.pipeline.polylines import plan_curve
