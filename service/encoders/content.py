@@ -76,7 +76,7 @@ def find_colored_positions(mesh: Mesh) -> tuple[FloatArray, RealArray | None, In
         positions, row = find_shared_positions(mesh)
         return positions, mesh.colors, row
     # Among the vertices at one position, those of equal colour get one leader.
-    leaders = find_leaders(mesh.welds.astype(np.intp), mesh.colors, reach=0.0)
+    leaders = find_leaders(mesh.welds.astype(np.intp), mesh.colors, radius=0.0)
     is_leader = _is_leader(leaders)
     return (
         absolute(mesh.positions[is_leader], mesh),

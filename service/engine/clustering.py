@@ -11,11 +11,11 @@ error, but fewer vertices are shared. Only the apex of a finely divided cone has
 groups."""
 
 
-def find_leaders(key: Ints, values: RealArray, reach: float) -> Ints:
+def find_leaders(key: Ints, values: RealArray, radius: float) -> Ints:
     """For each row, the leader of its group: one row of the group.
 
     The row whose number is a key leads a group; all rows with this key whose values are at most
-    `reach` from the leader's value belong to the group. The first of the remaining rows leads the
+    `radius` from the leader's value belong to the group. The first of the remaining rows leads the
     next group of this key.
 
     Parameters
@@ -23,8 +23,8 @@ def find_leaders(key: Ints, values: RealArray, reach: float) -> Ints:
     key : ndarray of int, shape (N,)
         Only rows with equal keys are grouped. A key is the number of one of the rows that have it.
     values : ndarray, shape (N, d)
-    reach : float
-        Euclidean distance. Equal values are at distance 0 exactly, so with reach 0 only equal
+    radius : float
+        Euclidean distance. Equal values are at distance 0 exactly, so with radius 0 only equal
         values are grouped.
 
     Returns
@@ -37,7 +37,7 @@ def find_leaders(key: Ints, values: RealArray, reach: float) -> Ints:
     candidates = key[remaining]
     for _ in range(MAX_ROUNDS if len(remaining) else 0):
         step = values[remaining] - values[candidates]
-        is_near = dot(step, step, -1) <= reach**2
+        is_near = dot(step, step, -1) <= radius**2
         leader[remaining[is_near]] = candidates[is_near]
         remaining = remaining[~is_near]
         if not len(remaining):

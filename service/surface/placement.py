@@ -124,8 +124,8 @@ def place_box(box: Box, matrix: FloatArray | None) -> Box:
         return box
     half = (box[1] - box[0]) / 2
     middle = matrix[:3, :3] @ (box[0] + half) + matrix[:3, 3]
-    reach = np.abs(matrix[:3, :3]) @ half
-    return middle - reach, middle + reach
+    half_box = np.abs(matrix[:3, :3]) @ half
+    return middle - half_box, middle + half_box
 
 
 def _refusal(code: str, message: str, got: str, needed: str, where: str = "") -> InvalidRequest:

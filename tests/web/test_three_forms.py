@@ -10,7 +10,6 @@ from scipy.spatial import KDTree
 from service.encoders.polylines.format import in_space
 from service.encoders.polylines.registry import CURVES_BY_NAME
 from service.encoders.registry import BY_NAME
-from tools.building import build
 from service.engine.curvatures.placement_scale import add_stretches
 from service.pipeline.mesh import render
 from service.pipeline.polylines import plan_curve
@@ -20,6 +19,7 @@ from service.schemas.validation import validate_document
 from tests.forms import CURVES, REQUESTS
 from tests.web.clients import to_linear
 from tools.browser import Stage
+from tools.building import build
 
 
 def turn_rows(up: str, *columns: Any) -> np.ndarray:

@@ -29,6 +29,7 @@ from service.encoders.gltf.glb import write_glb
 from service.encoders.gltf.primitives import Drawable, build_drawables
 from service.engine.scenes.scene import Scene, scene_parts
 from service.surface.lowered import Color, PlacedModel
+from service.surface.placement import is_mirroring
 
 NEGLIGIBLE = 1e-12
 """Columns whose cosine is at most this count as perpendicular, and a scaling that differs from 1 by
@@ -139,16 +140,16 @@ def split_matrix(matrix: FloatArray | None) -> tuple[JsonObject, JsonObject]:
         return fields | _write_scale(np.diag(linear)), {}
     # If the columns are perpendicular, linear = turn · diag(lengths).
     lengths = np.sqrt((linear**2).sum(axis=0))
-    if np.linalg.det(linear) < 0:
+    if is_mirroring(linear):
         lengths = -lengths
     turn = linear / lengths
     if np.abs(turn.T @ turn - np.eye(3)).max() <= NEGLIGIBLE:
         return fields | {"rotation": quaternion(turn)} | _write_scale(lengths), {}
     # linear = left · diag(scale) · right, where `left` and `right` may mirror at first.
     left, scale, right = np.linalg.svd(linear)
-    if np.linalg.det(left) < 0:
+    if is_mirroring(left):
         left, scale = -left, -scale
-    if np.linalg.det(right) < 0:
+    if is_mirroring(right):
         right, scale = -right, -scale
     fields |= {"rotation": quaternion(left)} | _write_scale(scale)
     return fields, {"rotation": quaternion(right)}

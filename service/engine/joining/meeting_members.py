@@ -80,19 +80,19 @@ def find_neighbours(
     return [numbers for numbers in clusters.values() if len(numbers) > 1]
 
 
-def _find_corners_on_edges(borders: Sequence[OpenEdges], reach: float) -> Ints:
+def _find_corners_on_edges(borders: Sequence[OpenEdges], radius: float) -> Ints:
     """Pairs (n, 2) of numbers of borders: a corner of the second border is on an edge of the first.
 
     The result is empty if more than `MAX_PAIRS` pairs of an edge and a corner must be compared.
     """
     edges, border_of_edge, border_of_corner = _join_open_edges(borders)
-    edge, corner = find_corner_candidates(edges, reach)
+    edge, corner = find_corner_candidates(edges, radius)
     pairs: Ints = np.stack([border_of_edge[edge], border_of_corner[corner]], axis=1)
     are_distinct = pairs[:, 0] != pairs[:, 1]
     edge, corner, pairs = edge[are_distinct], corner[are_distinct], pairs[are_distinct]
     if not 0 < len(edge) <= MAX_PAIRS:
         return pairs[:0]
-    _, _, is_on = place_corners(edges, edge, edges.corners[corner], reach)
+    _, _, is_on = place_corners(edges, edge, edges.corners[corner], radius)
     return pairs[is_on]
 
 

@@ -2,7 +2,7 @@
 
 For a corner c and the curve B of an edge, Gauss–Newton steps t ← t − (B(t) − c) · B' / B' · B' lead
 from the nearest of some samples to the nearest parameter t. The corner is on the edge if B(t) is at
-most `reach`, in model units, from c.
+most `radius`, in model units, from c.
 """
 
 from collections.abc import Callable
@@ -41,7 +41,7 @@ CHUNK = 1 << 18
 """The approximate count of numbers in one chunk."""
 
 MIN_END_DISTANCE = 64.0
-"""A corner that cuts an edge is further from the ends of the edge than this multiple of `reach`,
+"""A corner that cuts an edge is further from the ends of the edge than this multiple of `radius`,
 so that no piece of the edge is nearly a point."""
 
 MAX_SLACK = 1e-6
@@ -100,7 +100,7 @@ def find_open_edges(seams: Seams) -> tuple[OpenEdges, Ints]:
     return OpenEdges(curves, begin, end, seams.corner_points[used]), sides
 
 
-def find_corner_candidates(edges: OpenEdges, reach: float) -> tuple[Ints, Ints]:
+def find_corner_candidates(edges: OpenEdges, radius: float) -> tuple[Ints, Ints]:
     """Pairs of an open edge and a corner, by their numbers: edges (K,) and corners (K,).
 
     The corner of a pair is within the bounds of the net of the edge, and is not an end of the edge.
@@ -112,7 +112,7 @@ def find_corner_candidates(edges: OpenEdges, reach: float) -> tuple[Ints, Ints]:
         extents = group.points @ DIRECTIONS.T
         low[group.ids], high[group.ids] = extents.min(axis=1), extents.max(axis=1)
     # The longest of the directions has the length √3 < 2.
-    margin = 2 * reach + 2.0**-48 * float(np.abs(low).max() + np.abs(high).max())
+    margin = 2 * radius + 2.0**-48 * float(np.abs(low).max() + np.abs(high).max())
     low -= margin
     high += margin
     corners = np.unique(np.concatenate([edges.begin, edges.end]))
@@ -151,7 +151,7 @@ def find_corner_candidates(edges: OpenEdges, reach: float) -> tuple[Ints, Ints]:
 
 
 def place_corners(
-    edges: OpenEdges, edge: Ints, points: FloatArray, reach: float
+    edges: OpenEdges, edge: Ints, points: FloatArray, radius: float
 ) -> tuple[FloatArray, FloatArray, Bools]:
     """For each point (K, 3), the nearest parameter on its edge `edge[k]`.
 
@@ -182,7 +182,7 @@ def place_corners(
                 # No point of the curve is further from its nearest sample than half of a step of
                 # the parameter times the largest speed.
                 speed = degree * length(np.diff(nets, axis=1), -1).max(axis=1)
-                is_close = np.sqrt(squares.min(axis=1)) <= speed * (samples[1] / 2) + reach
+                is_close = np.sqrt(squares.min(axis=1)) <= speed * (samples[1] / 2) + radius
                 pairs, nets, squares = pairs[is_close], nets[is_close], squares[is_close]
                 if not len(pairs):
                     continue
@@ -193,15 +193,15 @@ def place_corners(
                 step = (value * slope).sum(axis=1) / np.where(squared_speed > 0, squared_speed, 1.0)
                 t = (t - step).clip(0, 1)
             value, slope = _evaluate_with_slope(nets, weights, t)
-            is_near = np.square(value).sum(axis=1) <= reach**2
+            is_near = np.square(value).sum(axis=1) <= radius**2
             squared_end_distance = np.minimum(
                 np.square(nets[:, 0]).sum(axis=1), np.square(nets[:, -1]).sum(axis=1)
             )
-            is_far_from_ends = squared_end_distance > (MIN_END_DISTANCE * reach) ** 2
+            is_far_from_ends = squared_end_distance > (MIN_END_DISTANCE * radius) ** 2
             at[pairs], is_on[pairs] = t, is_near & is_far_from_ends & (t > 0) & (t < 1)
             speed = length(slope, -1)
-            # A step of 4 `reach` along the curve; `reach` as the least speed avoids division by 0.
-            slack[pairs] = np.minimum(4 * reach / np.maximum(speed, reach), MAX_SLACK)
+            # A step of 4 `radius` along the curve; the least speed avoids division by 0.
+            slack[pairs] = np.minimum(4 * radius / np.maximum(speed, radius), MAX_SLACK)
     return at, slack, is_on
 
 

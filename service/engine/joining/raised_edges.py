@@ -42,12 +42,12 @@ class BorderWeights:
 
 
 def replace_by_raised_nets(
-    pattern: EdgePattern, points: FloatArray, weights: BorderWeights | None, reach: float
+    pattern: EdgePattern, points: FloatArray, weights: BorderWeights | None, radius: float
 ) -> None:
     """Replaces points and weights of borders by the raised net of the same curve in a lower degree.
 
     The points (B, 3) of an edge are overwritten if an edge of lower degree has nearly the same net
-    after raising: the mean square of the distances of the points in units of `reach`, plus that of
+    after raising: the mean square of the distances of the points in units of `radius`, plus that of
     the differences of the logarithms of weights in units of `log_tolerance`, is at most 1. Both
     edges must already have equal corners.
     """
@@ -79,12 +79,12 @@ def replace_by_raised_nets(
         nets = raise_nets(curves, edge, common_degree)
         nets[is_reversed] = nets[is_reversed, ::-1]
         _, first, number = np.unique(pair[compared], return_index=True, return_inverse=True)
-        # The squares of n + 1 points add up to at most (n + 1) `reach`², so their mean is at most
-        # `reach`².
-        distance = reach * (common_degree + 1) ** 0.5
+        # The squares of n + 1 points add up to at most (n + 1) `radius`², so their mean is at most
+        # `radius`².
+        distance = radius * (common_degree + 1) ** 0.5
         values = nets.copy()
         if weights is not None:
-            values[..., 3] = np.log(nets[..., 3]) * (reach / weights.log_tolerance)
+            values[..., 3] = np.log(nets[..., 3]) * (radius / weights.log_tolerance)
         leader = find_leaders(first[number], values.reshape(len(edge), -1), distance)
         # Only the nets of the highest degree are replaced: an edge between the lowest and the
         # highest degree would get too many points.

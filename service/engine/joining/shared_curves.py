@@ -60,12 +60,12 @@ CUTS: Cache[Cuts] = Cache(1 << 20)
 """The cached cuts of open edges."""
 
 
-def find_cuts(seams: Seams, reach: float) -> Cuts:
+def find_cuts(seams: Seams, radius: float) -> Cuts:
     """Finds where open edges must be cut, and caches the cuts for equal open edges.
 
     Parameters
     ----------
-    reach : float
+    radius : float
         Model units. A corner at most this far from an edge lies on it. Two pieces are one curve if
         the root mean square of the distances of their samples is at most this.
     """
@@ -78,24 +78,24 @@ def find_cuts(seams: Seams, reach: float) -> Cuts:
         rows = connectivity.open_lines[group.ids].nonzero()[0]
         arrays += [group.points.take(rows, axis=0)]
         arrays += [] if group.weights is None else [group.weights.take(rows, axis=0)]
-    key = ("cuts", connectivity.key, reach, hash_arrays(*arrays))
-    return CUTS.get(key, lambda: _search_cuts(seams, reach))
+    key = ("cuts", connectivity.key, radius, hash_arrays(*arrays))
+    return CUTS.get(key, lambda: _search_cuts(seams, radius))
 
 
-def _search_cuts(seams: Seams, reach: float) -> Cuts:
+def _search_cuts(seams: Seams, radius: float) -> Cuts:
     """Finds the cuts of open edges without the cache."""
     edges, sides = find_open_edges(seams)
-    edge, corner = find_corner_candidates(edges, reach)
+    edge, corner = find_corner_candidates(edges, radius)
     if not len(edge) or len(edge) > MAX_PAIRS:
         return NO_CUTS
     checkpoint()
-    at, slack, is_on = place_corners(edges, edge, edges.corners[corner], reach)
+    at, slack, is_on = place_corners(edges, edge, edges.corners[corner], radius)
     edge, corner, at, slack = edge[is_on], corner[is_on], at[is_on], slack[is_on]
     if not len(edge):
         return NO_CUTS
     order = np.lexsort((at, edge))
     edge, corner, at, slack = edge[order], corner[order], at[order], slack[order]
-    is_kept = _is_beside_shared_piece(edges, edge, corner, at, reach)
+    is_kept = _is_beside_shared_piece(edges, edge, corner, at, radius)
     side = sides[edge[is_kept]]
     is_reversed = seams.backward.ravel()[side]
     at = np.where(is_reversed, 1 - at[is_kept], at[is_kept])
@@ -103,7 +103,7 @@ def _search_cuts(seams: Seams, reach: float) -> Cuts:
 
 
 def _is_beside_shared_piece(
-    edges: OpenEdges, edge: Ints, corner: Ints, at: FloatArray, reach: float
+    edges: OpenEdges, edge: Ints, corner: Ints, at: FloatArray, radius: float
 ) -> Bools:
     """For each cut (K,), whether a piece beside it is also a piece of another edge."""
     # A piece begins at each cut, and at the beginning of each edge.
@@ -142,8 +142,8 @@ def _is_beside_shared_piece(
         low * len(edges.corners) + high, return_index=True, return_inverse=True
     )
     # Pieces are one curve if the root mean square of the distances of their samples is at most
-    # `reach`.
-    distance = reach * len(fractions) ** 0.5
+    # `radius`.
+    distance = radius * len(fractions) ** 0.5
     leader = find_leaders(
         first[pair.ravel()], values.reshape(len(edge_of_ordered_piece), -1), distance
     )

@@ -115,10 +115,10 @@ def match_values(same_position: Ints, channels: tuple[ChannelRows, ...]) -> Ints
     leader = position_rows
     for channel in channels:
         values = channel.values[rows]
-        scaled_values, reach = values, 0.0  # `reach`: the largest difference that counts as zero
+        scaled_values, radius = values, 0.0  # `radius`: the largest difference that counts as zero
         if not channel.is_exact:
-            scaled_values, reach = _scale_values(channel, values), 1.0
-        first = find_leaders(position_rows, scaled_values, reach)
+            scaled_values, radius = _scale_values(channel, values), 1.0
+        first = find_leaders(position_rows, scaled_values, radius)
         channel.values[rows] = values[first]
         # Groups of earlier channels are divided by `first`. Its values are whole numbers: at most
         # 0.5 apart, they are equal.
