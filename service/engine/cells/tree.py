@@ -17,7 +17,7 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.cells import models as model_rows
 from service.engine.cells.cells import NetCells
 from service.engine.cells.models import cell_models
-from service.engine.nets.query_nets import QueryNets
+from service.engine.nets.query_nets import UNIT_CORNERS, QueryNets
 from service.engine.vectors import UNIT, project
 
 MAX_HALVINGS = 96
@@ -26,6 +26,9 @@ direction, the parameters of its sides are multiples of 2^−48, which float64 s
 
 COARSE_HALVINGS = 6
 """A cell that was halved fewer times than this counts as coarse if it is not nearly flat."""
+
+TRIANGLE_HALVINGS = 4
+"""The nets of triangles have as much rounding as others have after this many halvings."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,11 +142,14 @@ class CellTree:
         points = np.concatenate([project(g.nets, -1).reshape(-1, 3) for g in nets.groups])
         self.box = points.min(axis=0), points.max(axis=0)
         self.largest = float(np.abs(self.box).max()) * 3**0.5
-        # Twice the bound that the docstring of `net_partials` states, with `largest` for M.
+        is_triangle = (nets.corners[:, 3] != UNIT_CORNERS[3]).any(axis=1)
+        self._earlier_halvings = np.where(is_triangle, TRIANGLE_HALVINGS, 0)
+        # The bound that the docstring of `net_partials` states, with `largest` for M; in nets of
+        # triangles the rounding of their control points is added.
         self.errors = np.repeat(
-            [8 * UNIT * self.largest * (sum(g.degree) + 2) for g in nets.groups],
+            [UNIT * self.largest * (sum(g.degree) + 2) for g in nets.groups],
             [len(g.patches) for g in nets.groups],
-        )
+        ) * np.where(is_triangle, 20, 8)
         self.point_sides = np.hstack([self._find_point_sides(g.nets) for g in nets.groups])
         self.count = self.additions = 0
         self.models, self.rectangle = np.empty((table.row_count, 0)), np.empty((4, 0))
@@ -274,7 +280,8 @@ class CellTree:
         if end > len(self.net):
             self._grow(max(end, 2 * len(self.net)))
         run = slice(begin, end)
-        self.models[:, run] = self._table.models(cells.nets, depth, self.largest)
+        halvings = depth + self._earlier_halvings[net]
+        self.models[:, run] = self._table.models(cells.nets, halvings, self.largest)
         self.rectangle[:, run], self.net[run] = cells.rectangle, net
         self._group[run], self._depth[run], self._first_child[run] = group, depth, -1
         self._column[run] = self._spaces[group].append(cells.nets)

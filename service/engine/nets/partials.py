@@ -53,10 +53,10 @@ def net_partials(nets: QueryNets, net: Ints, parameters: FloatArray, order: int 
 
     Notes
     -----
-    The rounding error of S is at most 4 (p + q + 2) u M, with the largest coordinate M and the unit
-    roundoff u, because bases are sums of products that are not negative. The error of a partial of
-    order (i, j) is at most this times (2 p)^i (2 q)^j; for rational nets the ratio of weights is
-    another factor.
+    The rounding error of S is at most 8 (p + q + 2) u M, with the largest coordinate M and the unit
+    roundoff u, because bases are sums of products that are not negative; half of this without
+    weights. The error of a partial of order (i, j) is at most this times (2 p)^i (2 q)^j; for
+    rational nets the ratio of weights is another factor.
     """
     partials = np.empty((len(_PARTIAL_ORDERS[order][0]), 3, len(net)))
     for group, rows in nets.split(net):
