@@ -1,16 +1,10 @@
 """Limits of one mesh: of depth, triangles and work; and bounds of its size before it is made.
 
-Let M_uu, M_uv and M_vv bound the second derivatives. Every triangle within a cell of sides h_u, h_v
-is within (h_u² M_uu + 2 h_u h_v M_uv + h_v² M_vv) / 8 of the surface. So 1/h_u ≥ √(M_uu / (8 ε'))
-and so on, with ε' a third of ε, are fine enough for ε. Estimates and certificates use control
-points, which are further from the triangles than the surface is, but hardly twice as far: cells
-that are fine enough for ε/2 are not cut. So a patch is cut into at most the number of cells
-computed here, where the numbers along u and along v are powers of 2.
+A patch is cut into at most the number of cells, powers of two along u and along v, whose second
+derivatives bend by half of the tolerance. A face of n cells with b pieces of the border around them
+has at most 2 n + b vertices and 4 n + b triangles. Most meshes have a tenth of these numbers.
 
-A cut adds at most two vertices to the inside of a face; a fan, which replaces a cut, adds one. A
-face with V_i vertices inside and V_b on its border has 2 V_i + V_b − 2 triangles. So n cells with b
-pieces of the border around them have at most 2 n + b vertices and 4 n + b triangles. Most meshes
-have a tenth of these numbers.
+Proof in docs/proofs.md: "The size of a mesh by tolerance".
 """
 
 from dataclasses import dataclass, field

@@ -2,35 +2,13 @@
 
     cells → boundaries → triangles → certificate, refined bounds → cut where it fails, and again
 
-Each round proves only the triangles that the round before changed (`drafts`).
+Each round proves only the triangles that the round before changed (`drafts`). A part whose bound is
+a little too large is cut into four at the middles of its edges, because the nets of the quarters
+are nearer to the surface; each quarter is certified against the reference triangle of the part. The
+rounds end, with a mesh or, if rounding is too large for the tolerance, with `tolerance_too_small`.
 
-**Refined bounds.** A part whose bound is a little too large is cut into four at the middles of its
-edges, because the nets of the quarters are nearer to the surface. Each quarter is certified against
-the reference triangle of the part. The bound of the part is the largest bound of its quarters.
-
-**Theorem: the rounds end**, with a mesh or with `tolerance_too_small`. Proof: every round with a
-failure makes a leaf a fan, which happens at most once to a leaf, or cuts a leaf in two, or halves
-the height of a strip twice (the distance of its inner corners from the side of the face). The
-number of boxes of places is finite, and so is the number of heights.
-
-**Only rounding can cause this error.** Let ε be the tolerance, or its least value if it differs
-from place to place.
-
-1. A leaf that is cut is not small. Let all control points over a leaf be within ε of every point of
-   the surface over the leaf. Then all triangles of the leaf pass: each has a vertex of the leaf,
-   which is on the surface over the leaf, so the net over the triangle is within ε of the reference
-   triangle. (If this is another triangle, it has a vertex in common with the triangle.) A leaf is
-   cut in the direction in which the surface bends more, with a bonus for the longer direction. If a
-   leaf becomes short in one direction, it stops bending in this direction and is cut in the other.
-   So its lengths in both directions go to 0. (`_prefer_vertices` may choose the other direction,
-   but not for a leaf that is much longer in this one.)
-2. As the strip over a segment of the border becomes flat, its nets contract into the hull of the
-   net of the segment. This net is within 0.95 ε of the segment (by `divide_border`), and the
-   segment is a side of one triangle of the strip, its base. So the strip passes.
-3. A leaf may be cut because a piece of the border beside it is not an edge of any triangle, or
-   because more than two triangles have one of its edges. This happens only if two of its corners
-   are one vertex. Two places inside a face are different vertices, so the leaf reaches from side to
-   side, and is cut between these sides.
+Proofs in docs/proofs.md: "The certificate", "Refinement ends" and "Only rounding makes a tolerance
+too small".
 """
 
 from dataclasses import replace

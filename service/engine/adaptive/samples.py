@@ -3,19 +3,15 @@
 **Flat triangles** are omitted: triangles of which two corners have equal positions in the file. A
 side that is nearly a point, for example, has vertices that differ in float64 but not in float32. If
 the stored positions of two vertices joined by an edge are equal, they become one vertex, and the
-triangles at that edge are removed. The mesh stays closed where it was closed: the two other edges
-of each removed triangle become one edge.
-
-**Why the bound holds.** A triangle whose corners a and b are equal is the segment from a to c. It
-is omitted only if this segment is an edge of a triangle of the same face that stays. A part of
-the surface that is within a distance of the segment is within this distance of that triangle too,
-which takes over the bound if it is larger.
+triangles at that edge are removed. The mesh stays closed where it was closed.
 
 **Samples.** A place on a knot line inside a face belongs to the patches on both sides of the line.
 If the surface has a crease along the line, it has two normals at this place. So triangles on
 different sides get separate samples, which later become one vertex if their normals agree. A
 triangle that spans several patches uses, at each of its corners, the patch on the side of the
 triangle.
+
+Proof in docs/proofs.md: "Omitted flat triangles".
 """
 
 from dataclasses import dataclass, replace

@@ -1,39 +1,12 @@
 """The certificate: a proved bound of the distance from every part of a surface to its mesh.
 
-No point of the surface is further from the mesh than the largest bound of its parts. The proof:
+A part is a triangle of parameters with the surface over it. Cut at knot lines into pieces (`clip`),
+it is in the hulls of their nets (`blossoms`, or `degree_reduction`), and these are compared with a
+triangle of the mesh and its neighbours, the reference triangle (`distance`). Rounding is added
+(`goal`). For the other direction, S − A has a net, where A maps a piece affinely into the reference
+triangle (`clip.find_images`).
 
-1. **The parts cover the whole surface.** A part is a triangle of places (integers); the parts
-   divide the faces. Cut into pieces at knot lines, they still cover every place (`clip`). Each
-   piece is in one Bézier patch, at parameters that are exact in float64.
-2. **Over a piece the surface is in the hull of a net.** A polynomial of degree (p, q) is, over a
-   triangle of parameters, a triangular net of degree p + q (`blossoms`): S = Σ B_ijk b_ijk. The
-   Bernstein polynomials are not negative and add up to 1. A rational one is S = Σ B_ijk w_ijk b_ijk
-   / Σ B_ijk w_ijk, a mean of the b_ijk as well, because blossoms of positive weights at parameters
-   in [0, 1] are positive. Where p + q is large, S is near a net of lower degree
-   (`degree_reduction`).
-3. **No point of a piece is further from a triangle of the mesh, the reference triangle of its part,
-   than the farthest point of the net**, because the distance to a convex set is a convex function.
-   Heights over the plane of the reference triangle and projections onto it may be bounded
-   separately, and the reference triangle may be enlarged by areas of its neighbours (`distance`).
-   Heights are bounded by their quadratic part and a remainder. For rational heights
-
-       h = Σ B_ijk w_ijk h_ijk / Σ B_ijk w_ijk
-
-   the numerator is bounded in this way, and the bound is divided by the least w_ijk.
-
-4. **The reference triangle may be any triangle of the mesh**, because the distance to the mesh is
-   at most the distance to this triangle, or to this triangle and its neighbours.
-5. **Rounding** is added; `goal` derives its bound. The positions are those that are
-   stored, so their rounding is part of the distances.
-
-**The distance from the mesh to the surface.** Let A be an affine map of a piece into the reference
-triangle of its part. The point A(x) is at most |A(x) − S(x)| away from the surface, and S − A has a
-net over the piece. Each piece has a map of its own, and the images of the pieces of a part fill the
-reference triangle (`clip.find_images`).
-
-As parts shrink, the bound divided by the true distance tends to 1: the bounds of
-quadratic heights are exact; the remainders, and what the neighbours in step 3 add, are of third
-order.
+Proofs in docs/proofs.md: "The certificate" and "The distance from the mesh to the surface".
 """
 
 from collections.abc import Iterator

@@ -1,17 +1,13 @@
-"""Bounds of the distance from a Bézier curve to a chord.
+"""Bounds of the distance from a Bézier curve to a chord, by its control points.
 
-A point of a Bézier curve is a mean of its control points, Σ_i R_i P_i, also of a rational one with
-positive weights. The distance to a segment is a convex function d, so
+    d(C(t)) ≤ f max_{0<i<n} d(P_i) + max(d(P_0), d(P_n))
+    f = s W / (s W + (1 − s) w),   s = 1 − 2^{1−n}
 
-    d(C(t)) ≤ Σ_i R_i(t) d(P_i) ≤ f max_{0<i<n} d(P_i) + max(d(P_0), d(P_n)),
+with d the distance to a segment, W the greatest weight of the inner points and w the lesser weight
+of the two ends; f = s without weights. Nets are (M, n+1, d), or (w x …, w) of shape (M, n+1, d+1).
+The bits of the numbers of a curve do not depend on other curves.
 
-where f bounds R_1 + … + R_{n−1}. For a polynomial curve this sum is 1 − B_0 − B_n ≤ s, with
-s = 1 − 2^{1−n}. That is ½ at degree 2 and ¾ at degree 3, so for a symmetric arch the bound is its
-true height. For a rational curve f = s W / (s W + (1 − s) w), where W is the greatest weight of
-the inner points and w the lesser weight of the two ends.
-
-Nets are (M, n+1, d), or (w x …, w) of shape (M, n+1, d+1). The bits of the numbers of a curve do
-not depend on other curves.
+Proof in docs/proofs.md: "Curves and chords".
 """
 
 import numpy as np

@@ -4,10 +4,7 @@ Where an edge of a part crosses a knot line, it is cut at the nearest place; the
 places are integers (`service.engine.bounds.faces`). That place is computed from the two ends of the
 edge, sorted by their coordinates, so it is the same for the two parts that share the edge.
 
-Theorem: the pieces leave no gap. Proof by parity: before and after the cut, each edge inside the
-face is a side of an even number of triangles, and each edge on the border of the face is a side of
-an odd number of triangles. So the number of pieces that cover a place of the face is odd
-everywhere, and thus at least one.
+Proof in docs/proofs.md: "Pieces cover their parts".
 """
 
 from dataclasses import dataclass

@@ -1,14 +1,11 @@
 """Bounds of the distance from the mesh to parts of the surface whose triangles the mesh omits.
 
-If two corners of a triangle are one point, the triangle has no area, and the mesh omits it. Its
-part of the surface is then near the line between its two points. Usually that line is a side of a
-face that is in the mesh, and the bound without this module holds for the part too. But at a corner
-between two sides that are one edge, or if a patch between two poles has only one division, the line
-may not be a side of any face. Then the triangle is *missing*, and the distance to the nearest
-vertex of the mesh bounds the distance to the mesh.
+If two corners of a triangle are one point, the triangle has no area, and the mesh omits it. If the
+line between its two points is not a side of a face of the mesh, the triangle is *missing*, and the
+distance of its part to the nearest vertex bounds the distance to the mesh. Only the *rim* is
+examined: the triangles with a corner on the border of a patch.
 
-Only samples on the border of a patch can be one point with other samples. So only the *rim* is
-examined: the triangles with a corner on the border.
+Proof in docs/proofs.md: "Missing triangles".
 """
 
 from dataclasses import replace

@@ -2,19 +2,12 @@
 
 The triangular net of a tensor net of degree (p, q) has (p+q+1)(p+q+2)/2 points, each a sum of many
 terms. Above a certain degree it is cheaper to use a net V of degree at most (3, 3) that is near the
-net W over the box about the triangle. Let S be the surface of W, S' that of V, and E V the net V
-elevated to the degree of W. Then the hull property of the difference gives, for polynomial nets
-(first line) and for homogeneous nets W = (X, w), V = (X', w'),
-
-    |S − S'| ≤ max_i ‖W_i − (E V)_i‖,
-    |S − S'| = |(X − X') − (w − w') (S' − C)| / w            X, X' relative to C, a corner of W
-             ≤ (max_i ‖X_i − (E X')_i‖ + max_i |w_i − (E w')_i| max ‖S' − C‖) / min_i w_i.
-
-The bound holds for every V. The V that is used is the least-squares net in the Bernstein basis with
-the same ends of every row and column, hence with the same corners. Its error is of fourth order in
-the size of the box.
+net W over the box about the triangle: the least-squares net in the Bernstein basis with the same
+ends of every row and column. W − E V, with E V the net V elevated, bounds the distance.
 
 Triangles in one box share V and its error, so triangles are sorted by their boxes.
+
+Proof in docs/proofs.md: "Degree reduction".
 """
 
 import numpy as np
@@ -32,10 +25,8 @@ LOW = 3
 """Degree to which nets are reduced."""
 
 SHIFT = 2.0**-40
-"""Bound of the rounding in the bound of |S − S'|: 4 · 400 u from points, which are rounded fewer
-than 400 times at degree (64, 64) (3 (p + q) + 2 times, `goal`), a few u from sums,
-and 2^-44 from parameters within a box: if they change by 2^-53, a cubic surface with coordinates up
-to 4 moves by at most this distance. If weights differ, the bound is multiplied by their ratio."""
+"""Bound of the rounding in the bound of |S − S'|. If weights differ, it is multiplied by their
+ratio."""
 
 
 def sort_by_box(patch: Ints, parameters: FloatArray) -> Ints:

@@ -1,52 +1,17 @@
 """Bounds of the distance from a surface to a triangle of a mesh, by a net in the triangle's frame.
 
-Let c_i = (x_i, h_i) be the points of a net that has the hull property: h_i are their heights over
-the plane of the reference triangle T, x_i their projections onto this plane. A point of the surface
-is S = Σ_i β_i c_i with β_i ≥ 0 and Σ β_i = 1.
+Let c_i = (x_i, h_i) be the points of the net: h_i are their heights over the plane of the reference
+triangle T, x_i their projections onto it. Then
 
-**Distance to T.** The distance to a convex set is a convex function, so its maximum over the hull
-of the c_i is attained at one of them: d(S, T) ≤ max_i √(h_i² + d(x_i, T)²).
+    d(S, T)² ≤ max_i (h_i² + d(x_i, T)²),   d(S, T)² ≤ H² + max_i d(x_i, T)²,   H ≥ |h(S)|,
+    d(S, mesh) ≤ min(d(S, T), d(S, K) + max_e 2 δ_e sin(θ_e/2))
 
-**A separate bound of the height.** In the same way d(x, T) ≤ max_i d(x_i, T) for the projection x
-of S. If another bound proves that |h(S)| ≤ H, then d(S, T) ≤ √(H² + max_i d(x_i, T)²). This H is
-the exact maximum of the quadratic part of the heights, plus a bound of the remainder by its hull.
-Let m_k be the value of a triangular net h of degree n ≥ 2 half-way along edge k. Then
+where K, the lens, is T with wedges beyond its edges, δ_e is a height over edge e, and θ_e the angle
+by which the mesh is folded there. H is the exact maximum of the quadratic part of the heights plus
+a bound of the rest. A projection inside T has distance 0; only the others are measured.
 
-    h = Q + R,  Q = 4 (m_0 λ_0 λ_1 + m_1 λ_1 λ_2 + m_2 λ_2 λ_0),
-
-and R, which is 0 half-way along the edges, is bounded by its own net: h minus the net of Q elevated
-to degree n, whose point (i_0, i_1, i_2) is 4 Σ_k m_k i_k i_{k+1} / (n (n − 1)).
-
-The greatest value of Q over the triangle has a closed form. If a triangle P has the squared sides
-m_k, then Q is four times Σ λ_a λ_b |P_a − P_b|² = ρ² − |P(λ) − O|², where O and ρ are the middle
-and the radius of the circumscribed circle of P. If P is acute, it contains O and the maximum is
-4 ρ² = m_c / sin² C, where m_c is the largest squared side and C the angle opposite. If P is not
-acute, or does not exist, the maximum is the largest of 0 and the m_k. With m_a ≤ m_b ≤ m_c the law
-of cosines is
-
-    cos² C = (m_a + m_b − m_c)² / (4 m_a m_b),
-
-at most 1/4, and it is replaced by 0 where m_a + m_b ≤ m_c. So 1 − cos² C loses no digits.
-
-**Lens.** The wedges of T are triangles in its plane on the other sides of its edges; folded about
-edge e by the angle θ_e, wedge e is in the neighbouring triangle of the mesh. They are so low that T
-with its wedges is convex (`reference_triangles`). This is the lens K. Let k_i be any points of K.
-Then k = Σ β_i k_i is in K, because K is convex, and both bounds hold for |S − k|, with |x_i − k_i|
-in place of d(x_i, T). If k is in wedge e, its height over edge e is at most δ_e, the greatest
-height of any k_i over edge e, because this height is affine. Folded back into the mesh, k moves by
-at most 2 δ_e sin(θ_e/2). A point is in at most one wedge. So max_e 2 δ_e sin(θ_e/2) is added once:
-
-    d(S, mesh) ≤ min(d(S, T), d(S, K) + max_e 2 δ_e sin(θ_e/2)),
-
-where d(S, T) and d(S, K) stand for the lesser of their two bounds.
-
-**Few points.** A projection inside T has distance 0 from T, and most projections of a net's points
-are inside. All others are measured to all three edges, and to the wedges on them.
-
-A flat patch has distance 0 from two triangles in its plane, whatever its parametrisation, if all
-points of its net lie in these triangles, because θ = 0.
-
-Rounding is in `goal`.
+Proofs in docs/proofs.md: "The hull of a net", "Distance to a triangle", "Quadratic heights" and
+"Wedges beyond edges".
 """
 
 from functools import lru_cache

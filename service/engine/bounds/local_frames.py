@@ -3,6 +3,8 @@
 Each piece has a unit of length: a power of two for which no coordinate of a control point or of a
 vertex, relative to the middle of the patch, is above 1. Division by a power of two is exact, and
 with this unit squares neither overflow nor underflow.
+
+Proof in docs/proofs.md: "Rounding of the certificate".
 """
 
 from dataclasses import dataclass

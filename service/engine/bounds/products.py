@@ -5,16 +5,11 @@ several divisions of the patch:
 
     ⅛ (h_u² p (p−1) max |Δ_u² P| + 2 h_u h_v p q max |Δ_u Δ_v P| + h_v² q (q−1) max |Δ_v² P|)
 
-with h_u = 1/R_u and h_v = 1/R_v. It has three kinds of second differences, each with its factor.
+with h_u = 1/R_u and h_v = 1/R_v. The first matrix computes the second differences of all patches in
+float64, with their factors; the second, one for each of the three kinds, their means over all
+blocks in float32.
 
-The first matrix, which contains the factors, computes the second differences of all patches in
-float64. Over a block the control points of a polynomial are means of those over the patch. The
-second matrix, one for each kind of difference, computes these means for all blocks in float32; its
-last block is the patch itself. So a mean of K vectors, the longest of length L, has an error of at
-most (K + 2) 2^-24 L in each coordinate, and less than (K + 2) 2^-23 L as a vector. Therefore the
-bound of the patch, times (3 K + 8) 2^-23, which is more than enough, is added to the bounds of its
-blocks. Lengths are in units of the largest factor times the diagonal of all patches. Underflow
-costs less than 2^-62 of this unit; `vertex_rounding.bound_bending_rounding` has room for it.
+Proof in docs/proofs.md: "Blocks in single precision".
 """
 
 from dataclasses import dataclass

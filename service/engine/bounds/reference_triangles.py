@@ -2,22 +2,11 @@
 
 In its frame a triangle T has the vertices A = (0, 0), B = (b, 0), C = (x, y) with b, y ≥ 0, all at
 height 0 except for rounding, which is bounded by `tilt`. Edge k runs from vertex k to the next, T
-on its left.
+on its left. Beyond an edge lies a *wedge*, a triangle that folds onto the neighbour; T and its
+wedges are one convex set. An angle is stored as a vector (cos, sin) of any length, so no inverse
+trigonometric function is needed.
 
-**Edge wedges.** A mesh continues beyond the edges of a triangle. Let N be a neighbour beyond edge
-k. The wedge over edge k is a triangle in the plane of T, on the other side of the edge, with angles
-α and β at the ends of the edge. Folded about the edge by the angle θ, which is 0 if N lies flat
-beside T, the wedge lies in the plane of N; it lies in N itself if α and β are no larger than the
-angles of N at these ends. So a point of the wedge at the distance δ from the edge is at most
-2 δ sin(θ/2) away from the mesh. If at each vertex the angles of T and of the two wedges there add
-up to at most π, T and its wedges together are one convex set K.
-
-An angle is stored as a vector (cos, sin) of any length, so no inverse trigonometric function is
-needed.
-
-**Rounding.** `service.engine.bounds.local_frames` scales coordinates to at most 1, so errors of
-vertices are at most a few u = 2^-53, and those of wedges at most 8 u times the length of their
-edge; wedges are made lower by 2^-40 of this length.
+Proof in docs/proofs.md: "Wedges beyond edges".
 """
 
 from dataclasses import dataclass

@@ -1,36 +1,16 @@
 """Bounds of the second derivatives of patches, and of the distance to triangles between points.
 
-Let τ be a triangle of parameters in a box of sides h_u, h_v, with corners a_i, and let
-x = Σ λ_i a_i be a point of τ. Write S = X/w, where w = 1 for a polynomial patch. The point
+Each point of a surface over a triangle in a box of sides h_u, h_v of parameters has at most the
+distance
 
-    L = Σ λ_i w(a_i) S(a_i) / Σ λ_i w(a_i)
+    ⅛ (h_u² M_uu + 2 h_u h_v M_uv + h_v² M_vv),
+    M_uu = p (p−1) max (|Δ_u² Y| + r |Δ_u² w|) / min w,   Y = X − c w,   r = max |P − c|
 
-lies on the triangle of the mesh, because no λ_i w(a_i) is negative. For any point c let
-Y = X − c w, and let E f = f(x) − Σ λ_i f(a_i) be the error of linear interpolation of f. Then
+from the triangle between the points at its corners. Nets are cut along lines of the grid into
+blocks, each with a middle c of its own, so that large second derivatives count only where they
+occur.
 
-    w(x) (S(x) − L) = E Y − (L − c) E w.
-
-By Taylor's formula about x, whose first order vanishes because Σ λ_i (a_i − x) = 0,
-
-    |E f| ≤ ½ Σ λ_i max |D²f[a_i − x, a_i − x]|
-          ≤ ½ (max |f_uu| Σ λ_i d_i² + 2 max |f_uv| Σ λ_i |d_i e_i| + max |f_vv| Σ λ_i e_i²)
-          ≤ ⅛ (h_u² max |f_uu| + 2 h_u h_v max |f_uv| + h_v² max |f_vv|)
-
-with (d_i, e_i) = a_i − x. The last step holds because numbers in an interval of length h have a
-variance of at most h²/4, and by the inequality of Cauchy and Schwarz. For right triangles of a
-polynomial patch this is the bound of Filip, Magedson and Markot. This proof holds for every
-triangle in the box, hence for a cell cut along either diagonal and for the strips that join a grid
-to other edges.
-
-The second derivatives are Bézier again, Y_uu = p (p−1) Σ B Δ_u² Y and so on, and by the hull
-property none is longer than the longest vector of its net. The nets are cut along lines of the grid
-into blocks, so that large second derivatives count only where they occur, and each block has a c of
-its own, its middle. Together
-
-    ‖S − L‖ ≤ ⅛ (h_u² M_uu + 2 h_u h_v M_uv + h_v² M_vv),
-    M_uu = p (p−1) max (|Δ_u² Y| + r |Δ_u² w|) / min w,   r = max |P − c|,   and so on,
-
-where P are the control points of the block.
+Proofs in docs/proofs.md: "Bending between samples" and "Triangular patches".
 
 References
 ----------
@@ -127,16 +107,8 @@ def bound_second_derivatives(
 def bound_triangle_deviations(patches: TrianglePatches, divisions: int) -> FloatArray:
     """Bounds (P,) of the distances from triangular patches to their small triangles at R divisions.
 
-    Here the three sides of τ count alike. Let e_ij be the vector from corner i to corner j. Because
-    x − a_1 = λ_2 e_12 + λ_3 e_13 and so on,
-
-        |E f| ≤ ½ Σ λ_i max |D²f[a_i − x, a_i − x]|
-              ≤ ½ (Σ_ij M_ij λ_i λ_j (λ_i + λ_j) + 2 λ_1 λ_2 λ_3 Σ N_i)
-              ≤ ½ (M s + (2 Σ N_i − 3 M) λ_1 λ_2 λ_3) ≤ M/6 + max(0, 2 Σ N_i − 3 M)/54
-
-    where M_ij = max |D²f[e_ij, e_ij]| ≤ M, N_i = max |D²f[e_ij, e_ik]| and
-    s = λ_1 λ_2 + λ_1 λ_3 + λ_2 λ_3 ≤ ⅓. The bound is sharp: for a small
-    sphere cap over an equilateral triangle, N_i = M/2, and M/6 is the height of the cap.
+    They are M/6 + max(0, 2 Σ N_i − 3 M)/54. With e_ij the vector from corner i to corner j of a
+    small triangle, M is the largest |D²f[e_ij, e_ij]|, and N_i the largest |D²f[e_ij, e_ik]|.
     """
     degree = patches.degree
     bounds = np.zeros(patches.count)

@@ -2,14 +2,9 @@
 
 If the error of each corner of a triangle is at most e, then the error of each of its points is at
 most e. So this bound is added to the bound of bending: that of the distance between the surface and
-triangles with exact corners (`service.engine.bounds.second_derivatives`). Parameters are rounded
-too: i/R is off by one unit in the last place. The proof of bending holds for triangles of the
-rounded parameters; their boxes are larger by a share of at most 2^-30 (`STEPS`).
+triangles with exact corners (`service.engine.bounds.second_derivatives`).
 
-The error of a sum of K products is at most K units in the last place of the sum of their sizes, in
-any order of addition (Higham, Accuracy and stability of numerical algorithms, 2nd ed., section
-3.1). The functions of a basis add up to 1, so the error of a point is a number of units times the
-size of the net.
+Proofs in docs/proofs.md: "Sums of products", "Stored vertices" and "Rounding of bending".
 """
 
 from math import hypot, sqrt
@@ -117,15 +112,7 @@ def bound_edge_error(seams: Seams, layout: Layout, method: Method) -> float:
 def bound_bending_rounding(patches: Patches, along_u: float, along_v: float) -> float:
     """Bound of the rounding in the bounds of bending, for boxes of these sides.
 
-    In units in the last place of the largest number, the error of a coordinate of P − c is at most
-    5, and that of a second difference at most 28. Cutting into blocks takes means of differences,
-    which are at most 4 times the size, by sums of n + 1 products with bases whose errors are at
-    most 3 n units: 8 (p + q) + 16 in all. If one matrix product takes the second differences
-    (`service.engine.bounds.products`), each is a sum of (p + 1)(q + 1) products; the sizes of the
-    factors add up to at most 4, and their errors are at most 2 units: 4 ((p + 1)(q + 1) + 2) + 20
-    units at most. The sum of all these, times √3 for three coordinates, is below 8 times `units`,
-    and the formula of the bound has the factor ⅛. All other rounding is relative, and `STEPS`
-    includes it.
+    Rounding that is relative to the bound is not counted: `STEPS` includes it.
     """
     p, q = (patches.degree,) * 2 if isinstance(patches, TrianglePatches) else patches.degree
     units = (p + 1) * (q + 1) + 4 * (p + q) + 17

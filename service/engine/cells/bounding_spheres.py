@@ -3,10 +3,12 @@
 It is a bounding volume hierarchy. Patches (or the cells into which queries halve them first) are
 sorted along a space-filling curve through their centres (Morton order). Each eight neighbours get a
 sphere, each eight of these spheres get a larger sphere, and so on. Let S be the patches in a sphere
-with the centre c and the radius R. The centre c is the centre of one of these patches, hence a
-point of S. So one distance gives both bounds:
+with the centre c and the radius R. The centre is a point of one of these patches, so one distance
+gives both bounds:
 
     d(x, c) − R ≤ d(x, S) ≤ d(x, c)
+
+Proof in docs/proofs.md: "Bounding spheres".
 
 References
 ----------

@@ -1,12 +1,15 @@
 """The models of cells for winding numbers: two triangles, and the areas between sides and chords.
 
 A model has three things: a ball that contains the control points of the cell; the corners of the
-cell; and the sum, over its four sides, of a bound A of the area between the side and its chord. For
-a side of degree n, A = ω³ n h Σ_i δ_i / (n + 1). Here δ_i are the distances of the n + 1 control
-points from the chord, h is the longest distance from one to the next, and ω is the ratio of the
-greatest weight to the least. With these, the theorem of `signs` bounds the error of the solid
-angle of the two triangles over the corners. If two sides that are one edge may differ by a gap g, A
-grows by ω³ n h g.
+cell; and the sum, over its four sides, of a bound A of the area between the side and its chord,
+
+    A = ω³ n h Σ_i δ_i / (n + 1)
+
+Here n is the degree of the side, δ_i are the distances of its control points from the chord, h is
+the longest distance from one to the next, and ω is the ratio of the greatest weight to the least.
+If two sides that are one edge may differ by a gap g, A grows by ω³ n h g.
+
+Proof in docs/proofs.md: "Winding numbers".
 """
 
 import numpy as np

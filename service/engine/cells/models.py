@@ -5,41 +5,10 @@ A cell is a rectangle of parameters of one net. In its own parameters a, b ∈ [
     S(a, b) = c + A a + B b + ½ (Q_aa a² + 2 Q_ab a b + Q_bb b²) + rest
 
 with the partials at its centre. From the third partials, bounded over the cell by the hulls of
-their Bézier nets, follow bounds over the whole cell:
+their Bézier nets, follow bounds over the whole cell of |S − c|, |S_i − A_i|, |S_ij − Q_ij|, n ·
+(S_ij − Q_ij), the rest, and of the products S_i · S_j + (S − c) · S_ij. All include rounding.
 
-    |S − c| ≤ r      |S_a − A| ≤ α      |S_b − B| ≤ β      |S_ij − Q_ij| ≤ τ_ij
-
-**Taylor.** With T_ijk the bounds of third partials (`net_bounds`), and |a|, |b| ≤ 1,
-
-    τ_aa = T_aaa + T_aab,  τ_ab = T_aab + T_abb,  τ_bb = T_abb + T_bbb,
-    |S_a − A − Q_aa a − Q_ab b| ≤ ρ_a = ½ (τ_aa + τ_ab),  α = |Q_aa| + |Q_ab| + ρ_a,  β alike,
-    |rest| ≤ (T_aaa + 3 T_aab + 3 T_abb + T_bbb) / 6,  for S_a and S_b together 3 times this
-
-With n the unit normal at the centre, n · (S_ij − Q_ij) is bounded in the same way. Near poles this
-bound is smaller than τ_ij, because second partials are nearly tangent to the surface there.
-
-**Products.** The second partials of squared distances contain S_i · S_j + (S − c) · S_ij. At the
-centre this is A_i · A_j, with A_a = A and A_b = B. The linear part of its variation over the cell
-is
-
-    aa: 3 A·Q_aa a + (2 A·Q_ab + B·Q_aa) b,    bb: (2 B·Q_ab + A·Q_bb) a + 3 B·Q_bb b,
-    ab: (2 A·Q_ab + B·Q_aa) a + (2 B·Q_ab + A·Q_bb) b
-
-It is small if the second partials are normal to the surface (as by curvature), not tangent to it.
-What remains of S_i · S_j is at most |A_i| ρ_j + |A_j| ρ_i + α_i α_j, with α_a = α and α_b = β. What
-remains of (S − c) · S_ij is at most ½ |Q_aa·Q_ij| + |Q_ab·Q_ij| + ½ |Q_bb·Q_ij| + |rest| |Q_ij| + r
-τ_ij.
-
-**Rounding.** Coordinates are about 1. Halving a curve of degree n replaces the row of its control
-points by the averages of neighbours, n times. The error of an average of two numbers is at most the
-unit roundoff u times the average of their absolute values. So after L halvings of degrees p and q
-the error of a control point is at most L (p + q) u M, where M is the largest distance of a control
-point from the origin. The error of a homogeneous control point (X, w) is at most w times this,
-because |X| ≤ w M; the error of X / w is at most twice as large. ε = 4 (L + 2) (p + q + 2) u M
-covers these errors and those of the sums at the centre. A partial of order i in a and j in b is a
-sum of control points whose factors add up to p^i q^j in absolute value; for rational nets, k = i +
-j quotients follow one another. So its error is at most 8 p^i q^j W^k ε, where W is the ratio of the
-greatest weight of the cell to the least. All bounds are enlarged by these errors.
+Proof in docs/proofs.md: "Models of second order".
 """
 
 import numpy as np

@@ -1,43 +1,17 @@
-r"""Bounds of the distance of a cell to a point, proved from the model of the cell.
+"""Bounds of the distance of a cell to a point, proved from the model of the cell.
 
-The model of a cell (`cell_models`) has its centre c, the partials A, B and Q_ij there, the unit
-normal n, and the bounds whose names are in capitals. For a point x let y = x − c, d = |y| and f = ½
-|x − S|² on the cell, in its own parameters s = (a, b) in [−1, 1]². Then
+The model of a cell (`service.engine.cells.models`) has its centre c, the partials A, B and Q_ij
+there, the unit normal n, and the bounds whose names are in capitals. For a point x let y = x − c, d
+= |y| and f = ½ |x − S|² on the cell, in its own parameters s = (a, b) in [−1, 1]². Then
 
     f_a = −(x − S) · S_a,  at the centre −y · A,
-    f_aa = S_a · S_a − (x − S) · S_aa,  over the cell A · A − y · Q_aa ± E_aa,
-    E_ij = |S_i · S_j + (S − c) · S_ij − A_i · A_j| + |y · (S_ij − Q_ij)|
-         ≤ SPREAD_ij + |y · n| LIFT_ij + √(d² − (y · n)²) BEND_ij
+    f_aa ≥ l_a = A · A − y · Q_aa − E_aa,   |f_ab| ≤ k = |A · B − y · Q_ab| + E_ab,
+    E_ij = SPREAD_ij + |y · n| LIFT_ij + √(d² − (y · n)²) BEND_ij
 
-and the same for f_b, f_ab and f_bb. So over the cell f_aa ≥ l_a = A · A − y · Q_aa − E_aa, f_bb ≥
-l_b with the same form, and |f_ab| ≤ k = |A · B − y · Q_ab| + E_ab.
+A cell has no minimum of its patch if f_a or f_b has one sign. It is *settled* if a theorem gives
+its minimum: the distance is nearly convex, or least on a known side.
 
-**Theorem 1 (no minimum).** If f_a > 0 over the closed cell, and its side a = −1 is not a side of
-the patch, then no minimum of f over the patch lies in the cell. The same is true for f_a < 0 and a
-= 1, and for b. *Proof.* At every point of the cell the distance decreases in the direction −a, and
-this direction leads into the patch. f_a has one sign over the cell if |f_a| at the centre is
-greater than |A · A − y · Q_aa| + E_aa + k, an upper bound of |f_aa| + |f_ab| over the cell. ∎
-
-**Theorem 2 (lower bound).** For s₀ and s₀ + δ in the cell, with the gradient g at s₀, f(s₀ + δ) ≥
-f(s₀) + Σ (g_i δ_i + ½ μ_i δ_i²). Here μ_i = ω l_i with ω = 1 − k / √(l_a l_b) if l_a, l_b > 0, and
-μ_i = l_i − k otherwise. Each term is a parabola in one variable; its minimum over an interval has a
-closed form. *Proof.* Taylor's theorem with the Hessian at a point between, and 2 k |δ_a δ_b| ≤ k (t
-δ_a² + δ_b² / t) for every t > 0: take t = √(l_a / l_b), or t = 1. ∎
-
-**Theorem 3 (a side).** If f_a > 0 over the cell, the minimum of the cell lies on its side a = −1.
-On this side f ≥ f(s₀) + g_b δ_b + ½ l_b δ_b² for s₀ on the side. If the side is one point, the
-minimum is the distance of this point. If f_b has one sign, too, the minimum is the distance of a
-corner. *Proof.* As for Theorem 1, but within the cell; and Taylor's theorem along the side. ∎
-
-A cell is *settled* if one of these theorems gives its minimum. This is so if μ_a, μ_b ≥ 0; or if
-they are so little below 0 (for example where a patch is a line) that the loss of 2 |μ_i| in f,
-because |δ_i| ≤ 2, is far below the tolerance; or if f_a has one sign and, in addition, l_b > 0, or
-the side is a point, or f_b has one sign, too.
-
-**Rounding.** The errors of y, d and the dot products are at most 8 u times the products of lengths,
-and the errors of c and of the partials add to them. So the error of f_a at the centre is at most
-TANGENT_ERROR_a d + CENTER_ERROR_a, where TANGENT_ERROR_a ≥ 8 u |A| includes the first of these.
-Each bound is moved by such errors to the safe side.
+Proofs in docs/proofs.md: "No minimum in a cell", "Lower bound in a cell" and "Minimum on a side".
 """
 
 from dataclasses import dataclass
@@ -144,13 +118,13 @@ def bound_distances(
     max_mixed = np.abs(forms[1]) * SAFE + spread[1]
     gradient_error = model[m.TANGENT_ERROR_A : m.TANGENT_ERROR_B + 1] * d
     gradient_error += model[m.CENTER_ERROR_A : m.CENTER_ERROR_B + 1]
-    # Theorem 1.
+    # No minimum in a cell.
     max_change = (np.abs(forms[::2]) + spread[::2] + max_mixed) * SAFE + gradient_error
     # Whether the distance decreases over the whole cell towards −1 (down), or towards 1 (up).
     is_down, is_up = gradient > max_change, gradient < -max_change
     # Rows 0 and 2 of `rectangle` are the lower ends u₀ and v₀; rows 1 and 3 are the upper ends.
     is_empty = ((is_down & (rectangle[::2] > 0)) | (is_up & (rectangle[1::2] < 1))).any(axis=0)
-    # Theorem 2.
+    # The lower bound in a cell.
     are_both_convex = (least_second > 0).all(axis=0)
     omega = np.where(
         are_both_convex, 1 - SAFE * max_mixed / np.sqrt(least_second).prod(axis=0), 1.0
@@ -163,7 +137,7 @@ def bound_distances(
     bound = squared + 2 * _least(slope + gradient_error, convexity, 1.0).sum(axis=0)
     low = np.maximum(bound, low)
     is_settled = -np.minimum(convexity, 0.0).sum(axis=0) <= flattest * d
-    # Theorem 3.
+    # The minimum on a side.
     has_one_sign = is_down | is_up
     is_settled |= (has_one_sign & (least_second[::-1] > 0)).any(axis=0) | has_one_sign.all(axis=0)
     # A cell that is not at such a side of the patch is empty.
@@ -179,7 +153,7 @@ def bound_distances(
     is_on_side = side != 0
     # The loss is 2 |μ_i| in f, and twice this in the squared distance 2 f.
     loss = np.where(is_on_side.any(axis=0), 0.0, -4 * np.minimum(convexity, 0.0).sum(axis=0))
-    # If b is on a side, only a varies, and the reverse: so l replaces μ (Theorem 3).
+    # If b is on a side, only a varies, and the reverse: so l replaces μ.
     convexity = np.where(is_on_side[::-1], least_second, convexity)
     convexity = np.where(is_on_side, 0.0, np.maximum(convexity, 0.0))
     start = _model_minimum(gradient, forms, side)

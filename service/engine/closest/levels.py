@@ -4,10 +4,10 @@ The search examines pairs of a point and a cell of a patch (`cells`), for all po
 together, level by level. A pair ends in three cases: the cell is farther than a point of the
 surface that is already known; the distance has no minimum over the patch in the cell; or the cell
 is *settled*: the distance is nearly convex over it, or is least on a known side. Otherwise the cell
-is halved. In settled cells Newton's method finds the minimum, and the theorems of `distance_bounds`
-bound the least distance. If this bound is too far from the distance, the cell is halved, too.
-Minima of the nearest cells are computed first; they usually show that most other cells are farther.
-Here `low` has squared lower bounds of distances, but in `SurfacePoints` they are not squared.
+is halved. In settled cells Newton's method finds the minimum, and `distance_bounds` bounds the
+least distance. If this bound is too far from the distance, the cell is halved, too. Minima of the
+nearest cells are computed first; they usually show that most other cells are farther. Here `low`
+has squared lower bounds of distances, but in `SurfacePoints` they are not squared.
 
 The lower end of a point's interval is the least lower bound of all pairs that were not proved to be
 farther; the upper end is the distance of the reported point. The work for a point is limited. When
@@ -15,6 +15,8 @@ the limit is reached, the bounds of the remaining pairs are included in the inte
 
 Most points need the bounds of 20 to 70 pairs; a point near the centre of a sphere needs 25,000. So
 the points of a request share a budget of pairs (`pair_search`).
+
+Proof in docs/proofs.md: "Intervals of closest points".
 """
 
 import numpy as np

@@ -9,15 +9,14 @@ A patch is *thin* if it is about as narrow as the distance of points that count 
 knot span about as short. After near points were made equal (`service.engine.joining.snap`), the
 control points of its two long sides are equal in pairs, and both sides are one edge, where the two
 neighbours of the patch meet. So on each line of control points from side to side, all control
-points and weights become those of one side. If each control point moves by at most d, and the
-changes of all logarithms of weights lie in an interval of length h, no point of the patch is
-further from the curve than d + (e^h − 1) D / 2, where D is the diagonal of the box about the
-control points (proof: `service.engine.joining.snap`).
+points and weights become those of one side.
 
 The mesh omits the patch if another patch of the same part has this edge; or, for a patch that is
 one point, this corner. Then every point of the patch is also a point of the other patch, which the
 bound of the deviation covers. If all patches of a part are curves on patches of other parts, the
 mesh omits them, too; the part then has no triangles, and no bound.
+
+Proofs in docs/proofs.md: "Missing triangles" and "Moved control points".
 """
 
 from collections.abc import Iterator, Sequence

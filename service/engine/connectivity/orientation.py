@@ -1,11 +1,12 @@
 """Whether patches enclose a volume: counts their passages along each edge in both directions.
 
 A walk around the border of a patch with the patch on its left passes along each of its four sides
-once. An edge is *balanced* if these walks pass along it as often in one direction as in the other:
-then, for every vector field, the contributions of the patches to its boundary integral cancel. By
-Gauss's theorem patches whose edges are all balanced enclose a volume, in which a point counts with
-its winding number. Two kinds of sides count as no passage: sides that are one point, and sides
-whose second half returns along the first.
+once. An edge is *balanced* if these walks pass along it as often in one direction as in the other.
+Patches whose edges are all balanced enclose a volume, in which a point counts with its winding
+number. Two kinds of sides count as no passage: sides that are one point, and sides whose second
+half returns along the first.
+
+Proof in docs/proofs.md: "Balanced edges".
 """
 
 from dataclasses import dataclass

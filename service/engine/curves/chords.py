@@ -1,8 +1,9 @@
 """Proved bounds of the distance of a curve from the chords between its samples, by convex hulls.
 
-Halving a piece quarters the second differences of its (homogeneous) net, and no control point is
-further from the chord than n²/8 times these differences. So halving ends for every tolerance that
-is larger than the rounding errors; the service refuses smaller tolerances.
+Halving ends for every tolerance that is larger than the rounding errors; the service refuses
+smaller tolerances.
+
+Proof in docs/proofs.md: "Curves and chords".
 """
 
 import numpy as np
@@ -168,12 +169,9 @@ def local_nets(pieces: CurvePieces) -> FloatArray:
 
 
 def _bound_rounding(pieces: CurvePieces, cuts: int) -> float:
-    """Bound of the rounding error of control points after `cuts` halvings, or one restriction.
+    """Bound of the rounding error of control points after `cuts` halvings.
 
-    Each of the n levels of a halving, and of the blossoms of a restriction, computes convex
-    combinations (1 − t) a + t b, with errors of at most 2 ε times the largest coordinate. A
-    restriction then adds n + 1 products, with errors of at most (n + 1) ε/2 together: less than a
-    second halving. Dividing by the weight, and subtracting the middle, add 2 ε each.
+    One restriction counts as two halvings.
     """
     low, high = pieces.bounds
     size = float(np.sqrt(((high - low) ** 2).sum()))

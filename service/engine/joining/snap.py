@@ -20,11 +20,11 @@ neighbours, may differ by rounding. Connectivity compares points bit for bit
 So positions depend on the nets that meet and not on their order. Borders that are already equal do
 not change.
 
-How far does the surface S = Σ b_i P_i move, with b_i = w_i B_i / Σ w_j B_j? New control points move
-S by at most the largest distance of an old control point from the new one. New weights move S
-too: if the changes of all ln w_i lie in an interval of length h, each b_i changes by a factor
-between e^−h and e^h. Let M be the middle of the box about the patch, and D its diagonal. Then S − M
-= Σ b_i (P_i − M) changes by at most (e^h − 1) D / 2.
+If no control point moves by more than d, and the changes of all logarithms of weights lie in an
+interval of length h, no point of a patch moves by more than d + (e^h − 1) D / 2, where D is the
+diagonal of the box about the control points.
+
+Proof in docs/proofs.md: "Moved control points".
 """
 
 from collections.abc import Sequence

@@ -9,17 +9,7 @@ With c the middle of a cell, X = w (S − c) and w are Bézier nets, and
 
 and likewise S_v. Without weights w = 1. All partials are by the parameters of the cell.
 
-**Rounding.** Coordinates and weights are at most 1, u = 2⁻⁵³, n is the higher degree. A net that
-was computed, halved L times and moved by c has control points with errors of at most
-
-    ε = (24 n + 64 + (2 n + 6) L) u
-
-in length. The reason is that a product with `halves` takes means of n + 1 numbers, with errors of
-at most (n + 2) u in each of three coordinates, and that each of the n steps from a triangular to a
-tensor-product net has an error of at most 12 u. The errors of differences of control points, times
-n, are at most 2 n ε. At a node, the product of two bases has a relative error of at most 12 n u,
-and the sum over both indices adds at most 2 (n + 2) u times the sum of absolute values. So the
-error of a value of a net is at most ε + 16 (n + 2) u M, if the control vectors are at most M long.
+Proof of the rounding in docs/proofs.md: "Rounding of nets in measures".
 """
 
 from dataclasses import dataclass

@@ -4,26 +4,11 @@
     flux    Σ ω_k ω_l (S − o) · N               moment  Σ ω_k ω_l (S − o) ((S − o) · N)
     length  Σ ω_k |S_u|
 
-**Rounding.** With the bounds of `cells`, η = ε + 16 (n + 2) u M of each net, A ≥ |S_u|,
-B ≥ |S_v|, r ≥ |S − c| and w ≥ w₀ over the cell,
+Newton's method in 40 decimal digits finds the roots of the Legendre polynomials; nodes and weights
+over [0, 1] are then rounded once. Nodes above ½ are the mirror images of those below, and so are
+the values of a basis there, so that a node near 1 loses no digits.
 
-    |error of S − c| ≤ (η_X + r η_w) / w₀ + 8 u r =: σ
-    |error of S_u|   ≤ (η_Xu + r η_wu + σ |w_u| + A η_w) / w₀ + 8 u (A + r |w_u| / w₀) =: α
-
-The bound β for S_v has the same form. The error of N is at most ν = A β + α B + α β + 8 u A B. With
-R = |c − o| + r, the error of a term is at most ν + 4 u A B for the area, R ν + (σ + 4 u R) A B for
-the flux, and R² ν + (2 σ + 8 u R) R A B for the moment. The relative error of a weight is at most 2
-u. The errors of the weights and of the sum of m² terms, and for the area the 4 u A B, are together
-at most (m² + 16) u times the largest term.
-
-**Nodes and weights.** Newton's method in 40 decimal digits finds the roots x of the Legendre
-polynomial P_m; the node (1 − x)/2 and the weight 1 / ((1 − x²) P_m′(x)²) over [0, 1] are then
-rounded once: their relative errors are at most u. Nodes above ½ are the mirror images of those
-below, and so are the values of a basis there, so that a node near 1 loses no digits.
-
-**Basis.** A value of degree n at a node t ≤ ½ comes from n steps. Each adds two products of
-non-negative numbers: one with t and one with 1 − t, which have relative errors of at most 2 u. So
-the relative error of the value is at most 6 n u.
+Proofs in docs/proofs.md: "Nodes, weights and bases" and "Rounding of quadrature sums".
 """
 
 from decimal import Decimal, localcontext

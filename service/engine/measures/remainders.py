@@ -1,60 +1,16 @@
 """Bounds of the errors of Gauss–Legendre rules over cells, by ellipses in the complex plane.
 
-**One parameter.** A function f that is analytic within the ellipse E_ρ about [−1, 1] and at most M
-there in absolute value has Chebyshev coefficients |a_k| ≤ 2 M ρ^−k. The rule of m ≥ 2 nodes is
-exact for T_k if k < 2 m or k is odd. For other k ≥ 4 the rule gives at most 2 in absolute value, as
-its weights are positive and add up to 2, and |∫ T_k| = 2 / (k² − 1) ≤ 2/15. Over [0, 1], which is
-half as long, the error is therefore
+If f is analytic within the ellipse E_ρ about the interval, and |f − f₀| ≤ M there, the rule of m
+nodes has an error of at most (32/15) M ρ^−2m / (1 − ρ^−2); in two parameters the error is the sum
+of two of these. M follows from the Chebyshev coefficients of the nets of X = w (S − c), w and their
+partials (`cells`). With one parameter complex, for the constants A, B and N₀ = A × B of a cell,
 
-    ε ≤ ½ Σ_{k = 2m, 2m+2, …} 2 M ρ^−k (2 + 2/15) = (32/15) M ρ^−2m / (1 − ρ^−2)
+    |S − c| ≤ s,   |S_u − A| ≤ α,   |S_v − B| ≤ β,   |S_u × S_v − N₀| ≤ D = |A| β + α |B| + α β
 
-As the rule is exact for constants, M may be a bound of |f − f₀| for any constant f₀.
+If no ellipse gives a small bound, the largest |f| over the cell does.
 
-**Two parameters.** With the integrals I_u, I_v and the rules Q_u, Q_v in one parameter,
-
-    I_u I_v − Q_u Q_v = (I_u − Q_u) I_v + Q_u (I_v − Q_v).
-
-I_v and Q_u are means over [0, 1]. So the error of the rule of m × m nodes is at most the sum of two
-such errors: of f with u complex and v in [0, 1], and of f with v complex and u in [0, 1].
-
-**Bounds of f.** With u complex a net is Σ_k c_k(v) T_k(2u − 1). Each c_k is a Bézier net in v, and
-at most as long as the longest of its control vectors, C_k. So the net is within
-
-    δ(ρ) = Σ_{k ≥ 1} C_k (ρ^k + ρ^−k)/2 + max |c_0 − a|
-
-of its mean control vector a. Let c be the middle of the cell and X = w (S − c), as in `cells`.
-From the nets of X, w and their partials follow constants A, B and bounds s, α, β:
-
-    |S − c| ≤ s,   |S_u − A| ≤ α,   |S_v − B| ≤ β,
-
-with s = (|a_X| + δ_X) / (a_w − δ_w), A = a_Xu / a_w and
-
-    α = (δ_Xu + s (|a_wu| + δ_wu) + |A| δ_w) / (a_w − δ_w)
-
-if δ_w < a_w; B and β likewise. Then N = S_u × S_v is within D = |A| β + α |B| + α β of A × B; the
-lengths of complex vectors are Hermitian.
-
-- Area, f = √(N · N). With N₀ = A × B and e = 2 |N₀| D + D² < |N₀|², N · N stays within e of |N₀|²,
-  where the root is analytic, and |f − |N₀|| ≤ e / |N₀|.
-- Flux, f = (S − o) · N about an origin o, and its moment (S − o) f. With t = |c − o|,
-  |f − f₀| ≤ (t + s) (|N₀| + D) − t |N₀|, and of the moment (t + s)² (|N₀| + D) − t² |N₀|.
-- Length of a curve: as area, with A for N₀ and α for D.
-
-If no ellipse gives a small bound, other bounds are used: the integral and the result of its rule
-are both means of values of f over the cell, which is within the smallest ellipse. So they differ by
-at most twice the bound of |f − f₀| there; for areas and lengths this is 2 D, as | |N| − |N₀| | ≤ D.
-They also differ by at most twice the largest |f|, and for areas and lengths, where f ≥ 0, by at
-most the largest f. That is at most |N₀| + D, and at most the product of the upper bounds of |S_u|
-and |S_v| over the cell (`CellNets.stretches`).
-
-**Chebyshev coefficients.** B_i^n(t) = Σ_k c_ik T_k(2t − 1). Since |c_ik| ≤ 2/π ∫ B_i / √(1 − x²),
-and the B_i add up to 1, Σ_i |c_ik| ≤ 2 for every k. In floating point the error of an angle is at
-most 2 π n u, the relative error of B_i at that angle at most 6 n u, and the relative error of a sum
-of n + 1 products at most (n + 2) u: for every k the errors of all c_ik add up to at most 30 (n + 1)
-u.
-
-**Ellipses.** On the ellipse E_ρ in the complex plane, with foci −1 and 1 and half axes that add up
-to ρ, |T_k| ≤ (ρ^k + ρ^−k)/2.
+Proofs in docs/proofs.md: "Errors of Gauss–Legendre quadrature", "Integrands over an ellipse" and
+"Nodes, weights and bases".
 
 References
 ----------

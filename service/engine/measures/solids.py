@@ -2,18 +2,12 @@
 
     V = ⅓ Σ ∫∫ (S − o) · N        c = o + ¼ Σ ∫∫ (S − o) ((S − o) · N) / V        N = S_u × S_v
 
-over all patches, by Gauss's theorem for the fields x − o and (x − o)(x − o). The formulas are true
-for any origin o; with the middle of the box about the control points as origin the numbers are
-small. V is positive if normals point outwards.
+over all patches. The formulas are true for any origin o; with the middle of the box about the
+control points as origin the numbers are small. V is positive if normals point outwards. The
+intervals include the errors of lowering, placing and joining, and every other closing of the gaps
+that joining closed.
 
-**Moved control points.** Let all control points of a closed surface move along straight lines, by
-at most ε₀ each, so that it is closed at the end too. Then it is closed at all times, and every
-point S moves by a vector d, |d| ≤ ε₀. By Gauss's theorem V changes by ∫ ∮ d · N_t dt and ∫ x − o dV
-by ∫ ∮ (x − o) d · N_t dt: by at most ε₀ times the largest area on the way, and times the largest |x
-− o|. So the interval includes the errors of lowering, placing and joining. Joining closes gaps and
-moves control points by at most m. Every other surface that closes the gaps in this way has control
-points that are at most 2 m from the joined ones. So the interval with 2 m in ε₀ contains its
-volume, too.
+Proof in docs/proofs.md: "Volumes by Gauss's theorem".
 """
 
 from typing import TypeAlias
@@ -69,7 +63,7 @@ def measure_solids(
     sizes, scale = areas
     # The largest areas while control points move, in units of the nets.
     largest = np.array([size.high for size in sizes]) * (scale / nets.scale) ** 2 + growth
-    # The module's docstring bounds what moved points change; |x − o| is at most the diagonal.
+    # What moved points change at most; |x − o| is at most the diagonal.
     errors[0] += 3 * point_error * largest
     errors[1] += 4 * point_error * largest * (diagonal + point_error)
     return [

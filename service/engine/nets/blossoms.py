@@ -1,23 +1,17 @@
 """Nets of the surface over boxes and triangles of parameters, by blossoming.
 
 A polynomial F of degree (p, q) has a blossom f(u_1 … u_p; v_1 … v_q), symmetric in the u and in the
-v, affine in each, with f(u, …, u; v, …, v) = F(u, v). Control points are its values at mixtures of
-a few arguments, that is, at arguments chosen with repetition:
-
-    box [a, b] × [c, d]:      P_ij = f(a …, b i times; c …, d j times)
-    triangle of n = p + q:    b_ijk = mean of f over all ways of dealing i copies of the first
-                              corner, j of the second and k of the third to the p + q arguments,
-                              corners giving their u to the first p and their v to the others.
-
-Both are products of matrices with the net: the blossoms of the Bernstein polynomials along u, those
-along v (`build_blossoms`), and the weights of the means. No number in them is negative and every
-row adds up to one, so products are means of the given points, whatever their order of summation.
-Hence rounding moves a point by a few units in the last place of the net's size, also where
-homogeneous points are divided by their weights.
+v, affine in each, with f(u, …, u; v, …, v) = F(u, v). Control points over a box or a triangle are
+its values, or means of its values, at the corners, chosen with repetition: products of matrices
+with the net. No number in them is negative and every row adds up to one.
 
 Arrays are (m, …), a matrix for each item: NumPy multiplies stacked matrices one by one, so that the
 bits of an item do not depend on other items.
 
+Proof in docs/proofs.md: "Nets over boxes and triangles".
+
+References
+----------
 Ramshaw, Blossoms are polar forms, CAGD 6 (1989); DeRose, Goldman, Hagen and Mann, Functional
 composition algorithms via blossoming, ACM TOG 12 (1993).
 """

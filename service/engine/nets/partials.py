@@ -5,13 +5,9 @@ of cells, (p+1, q+1, 3 or 4, K), with the K cells as last axis, because operatio
 a third of the time of operations on many short rows. The parameters of a cell are a, b ∈ [−1, 1].
 
 The third partials of a polynomial net are Bézier nets, and their longest control vector is a bound.
-For a rational net X / w, with X relative to c, the point of the surface at the centre of the cell,
-Leibniz' rule for X = w S gives
+For a rational net Leibniz' rule bounds one order after another.
 
-    |S_ij| ≤ (|X_ij| + Σ_{(k, l) ≠ 0} C(i, k) C(j, l) |w_kl| |S_{i−k, j−l}|) / min w
-
-for one order (i, j) after another. Each |·| on the right is a maximum over a net, and |S| ≤ r, the
-greatest distance of a projected control point from c.
+Proof in docs/proofs.md: "Models of second order".
 """
 
 from collections.abc import Sequence

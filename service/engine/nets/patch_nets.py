@@ -2,6 +2,8 @@
 
 The arithmetic is elementwise, in one order, on arrays whose last axis counts patches or points. So
 the bits of the numbers of a patch do not depend on other patches.
+
+Proof in docs/proofs.md: "Lowered splines".
 """
 
 from collections.abc import Iterator
@@ -88,17 +90,7 @@ class PatchNets:
 
 
 def bound_lowering_error(model: PatchModel) -> float:
-    """Bound of the rounding in patches lowered from B-splines; 0 for others, which are as given.
-
-    A Bézier point is M + Σ c_i w_i (P_i − M) / Σ c_i w_i over p + 1 control points P_i, and then
-    over q + 1, with shares c_i that add up to 1; M is a point near the P_i. The c_i are results of
-    2 p convex combinations, whose factors have 3 roundings, so their errors are at most 10 p ε/2,
-    and a little more for means and sums; up to degree 64 that is below 2^-40. The shares at the
-    ends of a closed curve may be made equal, which changes them by at most 2^-41
-    (`service.bases.extraction.SAME_SHARE`). For two directions, and for numerator and denominator,
-    the sum is at most 2^-38 of the extent of the control points. Adding M rounds once for each
-    direction, relative to the coordinate.
-    """
+    """Bound of the rounding in patches lowered from B-splines; 0 for others, which are as given."""
     if not model.control_nets:
         return 0.0
     points = np.concatenate([net.points.reshape(-1, 3) for net in model.control_nets])

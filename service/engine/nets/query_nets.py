@@ -5,19 +5,10 @@ Every query works on tensor-product Bézier nets over [0, 1]² whose coordinates
     net = (P − origin) / scale,   scale a power of two, so that dividing is exact
 
 A rational net is homogeneous: (w x, w y, w z, w). A triangular patch (up to degree
-`MAX_SPLIT_DEGREE`) becomes three nets without a singular point, one for each corner. The corner
-s₀₀, the middles s₁₀ and s₀₁ of the two sides at it, and the centroid s₁₁ of the triangle form a
-quadrilateral s(a, b) = (1 − a)(1 − b) s₀₀ + a (1 − b) s₁₀ + (1 − a) b s₀₁ + a b s₁₁, and S(s(a, b))
-is a polynomial of degree (n, n). Its coefficients follow by replacing the arguments of the blossom
-by s(a, b), one after another. Each replacement multiplies by the Bernstein polynomials of degree
-(1, 1),
+`MAX_SPLIT_DEGREE`) becomes three nets without a singular point, one for the quadrilateral at each
+corner between the middles of two sides and the centroid. A curve is a net of degree (n, 0).
 
-    G_{m+1}[i, j] = Σ_{α, β ∈ {0, 1}} c_iα c_jβ G_m[i − α, j − β](s_αβ),
-    c_i1 = i / (m + 1),  c_i0 = 1 − c_i1
-
-where G_m[i, j] are triangular nets of degree n − m, and G(s) is the net of degree one lower after
-one step of de Casteljau's algorithm at s. All factors are between 0 and 1. A curve is a net of
-degree (n, 0).
+Proof in docs/proofs.md: "Quadrilaterals of a triangle".
 
 References
 ----------

@@ -1,4 +1,7 @@
-"""Halving of nets, and degree elevation: elementwise, so the bits of a net depend on it alone."""
+"""Halving of nets, and degree elevation: elementwise, so the bits of a net depend on it alone.
+
+Proof in docs/proofs.md: "Halving".
+"""
 
 import numpy as np
 

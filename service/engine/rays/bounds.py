@@ -1,47 +1,16 @@
-r"""Bounds of the points of a cell on a ray, proved from the model of the cell.
+"""Bounds of the points of a cell on a ray, proved from the model of the cell.
 
-A ray is o + t d, |d| = 1; it begins at t = near. A cell has the model (`cell_models`), in its own
-parameters s = (a, b) in [−1, 1]²,
-
-    S = c + A a + B b + ½ (Q_aa a² + 2 Q_ab a b + Q_bb b²) + rest,   g = c − o
-
-Names in capitals are numbers of the model: |rest| ≤ REST, the partials of the rest add up to at
-most 3 REST, and all points of the cell are within RADIUS of c.
-
-With X = B × d, Y = d × A and D = X · A = Y · B = d · (A × B), the functions
+A ray is o + t d, |d| = 1; it begins at t = near. A cell has the model of
+`service.engine.cells.models`, in its own parameters s = (a, b) in [−1, 1]². With g = c − o, X = B ×
+d, Y = d × A and D = d · (A × B), the functions
 
     G = (X · (S − o), Y · (S − o)) / D = (X · g, Y · g) / D + s + (terms of second order, rest)
 
-vanish where S is on the line of the ray, because X and Y are perpendicular to d. The terms of
-second order and the rest are together at most k_X / |D| and k_Y / |D|, with k_X = ½ |X · Q_aa| + |X
-· Q_ab| + ½ |X · Q_bb| + |X| REST; k_Y has the same form.
+vanish where S is on the line of the ray, because X and Y are perpendicular to d. A cell is
+*settled* if the partials of G differ from those of s by at most `MAX_CONTRACTION`: then it meets
+the line at most once.
 
-**Theorem 1 (no hit).** If |X · g| > |D| + k_X, or |Y · g| > |D| + k_Y, or |g × d| > RADIUS, then
-the cell does not meet the line of the ray. If g · d + RADIUS < near, the cell is behind the origin
-of the ray. *Proof.* |X · (S − o)| ≥ |X · g| − |D| − k_X > 0, and alike for Y; the other two
-statements follow from RADIUS. ∎
-
-**Theorem 2 (at most one).** The matrix of the partials of G over the cell is I + N. The sum of the
-absolute values in the first row of N is at most n_X = (|X · Q_aa| + 2 |X · Q_ab| + |X · Q_bb| + 3
-|X| REST) / |D|, and that in the second row at most n_Y. If ν = max(n_X, n_Y) < 1, the cell meets
-the line at most once, and d · (S_a × S_b) ≠ 0 has one sign in the cell. If it meets the line, at
-the root s* of G, each s₀ in the cell has |s* − s₀| ≤ |G(s₀)| / (1 − ν) and |s* − (s₀ − G(s₀))| ≤ ν
-|s* − s₀|, where |·| is the largest component. *Proof.* By the mean value theorem, applied to each
-row, G(s*) − G(s₀) = (I + N') (s* − s₀), where N' has the same bounds as N; so I + N' is regular. ∎
-
-**Theorem 3 (exactly one).** Let ν < 1. If the square about s₀ with half side |G(s₀)| / (1 − ν) is
-within the cell, or if |X · g| + k_X < |D| and |Y · g| + k_Y < |D|, then the cell meets the line.
-*Proof.* s − G(s) maps the square, or the cell, continuously into itself (Brouwer). ∎
-
-A cell is *settled* if ν ≤ `MAX_CONTRACTION`.
-
-**Rounding.** X, Y and D are the exact products of the floating-point numbers A, B and d, so X and Y
-are exactly perpendicular to d. The error of each computed product is at most 8 u times the lengths
-of its factors, with the unit roundoff u. For X, |B| ROUND covers the products with Q_ij and A, and
-|B| `slack` covers the products with g, including the errors of o and d; for Y, |A| replaces |B|.
-The origin o of a ray is moved along the ray, by some t, to the point nearest to the middle of the
-surface, which is the point (0, 0, 0) of the nets. The new ray is at most 4 u (|o| + |t|) from the
-old ray, which the slack includes.
+Proofs in docs/proofs.md: "No hit in a cell", "At most one hit" and "Exactly one hit".
 """
 
 from dataclasses import dataclass
@@ -184,7 +153,7 @@ class RootBounds(Items):
     start : ndarray of float64, shape (2, N)
         The parameters (a, b) at which the model meets the line of the ray, approximately.
     exists : ndarray of bool, shape (N,)
-        Whether a root is proved by the second condition of Theorem 3.
+        Whether the bounds over the whole cell prove a root.
     """
 
     ray: Ints
@@ -203,7 +172,7 @@ class RootBounds(Items):
 def root_bounds(
     cells: CellTree, rays: Rays, ray: Ints, cell: Ints, low: FloatArray
 ) -> tuple[Bools, Bools, RootBounds]:
-    """Apply the theorems to N pairs of a ray and a cell.
+    """Bound the roots of G for N pairs of a ray and a cell.
 
     Parameters
     ----------
@@ -216,7 +185,7 @@ def root_bounds(
     Returns
     -------
     is_empty, is_settled : ndarray of bool, shape (N,)
-        Which pairs have no hit by the bounds of X · g and Y · g in Theorem 1 (`sphere_misses` tests
+        Which pairs have no hit by the bounds of X · g and Y · g (`sphere_misses` tests
         the others), and which of the other pairs are settled.
     bounds : RootBounds
         The bounds of the settled pairs.

@@ -1,46 +1,16 @@
-r"""Bounds for cells that a ray is almost tangent to: it may touch the cell, or lie within it.
+"""Bounds for cells that a ray is almost tangent to: it may touch the cell, or lie within it.
 
 If the direction d of a ray o + t d is almost tangent to a cell, the ray may meet the cell twice, or
-all along the ray, so the theorems of `bounds` do not apply. The model of the cell
-(`cell_models`) has the centre c, the partials A, B and the unit normal n there, and bounds REST of
-its remainder and REST_LIFT of the component of this remainder along n. Let w = d × n / |d × n| and
-z = d × w. Both are perpendicular to the ray; w is tangent to the cell, and z is almost ±n. Then P =
-w · (S − o) and H = z · (S − o) vanish where the cell meets the ray, and there t = T = d · (S − o).
-The partials of P at the centre are P_a = w · A and P_b = w · B. Let x be the parameter, a or b,
-with the larger partial, and y the other parameter.
+all along the ray, so the theorems of `bounds` do not apply. Let n be the unit normal at the centre
+of the cell, w = d × n / |d × n| and z = d × w. Then P = w · (S − o) and H = z · (S − o) vanish
+where the cell meets the ray, and there t = T = d · (S − o). Let x be the parameter, a or b, with
+the larger partial of P, and y the other one. On the curve P = 0, x = x₀ + x₁ y ± ε and H = h₀ + h₁
+y + h₂ y² ± δ.
 
-**Theorem 1 (no hit).** On the curve P = 0, x = x₀ + x₁ y + e with x₀ = −P(0, 0) / P_x, x₁ = −P_y /
-P_x and |e| ≤ ε = (½ |P_aa| + |P_ab| + ½ |P_bb| + REST) / |P_x|. So the cell has no hit if |x₀| > 1
-+ |x₁| + ε. With this x the model of H becomes
+A cell is *thin* for a thickness τ if this curve, the *strip*, is within τ / 2 of the ray; all hits
+then lie between its two ends.
 
-    H = h₀ + h₁ y + h₂ y² ± δ,   h₀ = H(0, 0) + H_x x₀ + ½ H_xx x₀²,
-    h₁ = H_x x₁ + H_y + H_xx x₀ x₁ + H_xy x₀,   h₂ = ½ H_xx x₁² + H_xy x₁ + ½ H_yy,
-    δ = ε (|H_x| + |H_xx| (|x₀| + |x₁| + ½ ε) + |H_xy|) + REST_z
-
-and the cell has no hit if |h₀| > |h₁| + |h₂| + δ. Here REST_z = REST_LIFT + |d · n| REST bounds the
-component of the remainder along z, because z lies in the plane of d and n and is perpendicular to
-d. ∎
-
-**Theorem 2 (a strip).** Let M be the matrix of the partials of (T, P) at the centre, and let the
-partials of M⁻¹ (T, P) over the cell be I + N with |N| ≤ ν ≤ ⅓ (as in `bounds`). Take two points
-of the cell with P = 0 and y' > y. Then d · S' − d · S has the sign of m_y, where m = M⁻¹ (1, 0). So
-all hits of the cell lie between the two points of the curve P = 0 at y = −1 and y = 1, if these are
-in the cell. The curve between them is the *strip* of the cell. *Proof.* Let ΔT = d · S' − d · S,
-and let Δ be the difference of the parameters. (I + N') Δ = M⁻¹ (ΔT, 0), where N' has the same bound
-as N, gives |Δ − m ΔT| ≤ ν / (1 − ν) |m ΔT| ≤ ½ |m_y ΔT|, because m is perpendicular to (P_a, P_b),
-so that m_y is its larger component. ∎ If a point of the cell has |P| ≤ τ in place of P = 0, this
-moves T by at most 2 |m'| / |m_y| τ with m' = M⁻¹ (0, 1); `spread` is twice this factor, 4 |m'| /
-|m_y|.
-
-If |x₁| = |m_x / m_y| ≥ ½, x is monotone along the curve, too, and a strip may end at a side x = ±1
-in place of y = ±1.
-
-A cell is *thin* for a thickness τ if ν ≤ ⅓ and |h₀| + |h₁| + |h₂| + δ ≤ τ / 2. Then the whole curve
-P = 0 in the cell is within τ / 2 of the ray. However, a cell is not thin if |h₁| > |h₀| + |h₂| + δ
-or |h₁| > 2 (|h₂| + δ), because H changes its sign in this cell, or may do so in a cell beside it.
-Smaller cells will then be settled by `bounds`, or have no hit.
-
-**Rounding** is covered as in `bounds`.
+Proofs in docs/proofs.md: "No hit of a grazing ray" and "Strips of a grazing ray".
 """
 
 from dataclasses import dataclass
@@ -57,7 +27,8 @@ MAX_SLOPE = 0.25
 """The largest |d · n| at the centre of a cell that counts as almost tangent to the ray."""
 
 MAX_CONTRACTION = 1 / 3
-"""The largest ν of thin cells (Theorem 2)."""
+"""The largest ν of thin cells; with M the matrix of the partials of (T, P) at the centre, those of
+M⁻¹ (T, P) differ from the unit matrix by at most ν in the cell."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -74,7 +45,7 @@ class Strips:
     line : ndarray of float64, shape (2, N)
         x₀ and x₁.
     spread : ndarray of float64, shape (N,)
-        The factor of Theorem 2, by which an error of P changes t.
+        The factor by which an error of P changes t, doubled: 4 |m'| / |m_y|.
     """
 
     ray: Ints
@@ -89,7 +60,7 @@ class Strips:
 def find_grazed_strips(
     cells: CellTree, rays: Rays, ray: Ints, cell: Ints
 ) -> tuple[Bools, Bools, Strips]:
-    """Apply the theorems to N pairs of a ray and a cell.
+    """Find the pairs of a ray and a cell, of N, without hits, and those that are thin.
 
     Parameters
     ----------
@@ -121,7 +92,7 @@ def find_grazed_strips(
     rest = model[m.REST] + rounding
     # REST_z; 2⁻⁴⁰ is larger than the rounding errors of z and n.
     height_error = model[m.REST_LIFT] + (slope_to_ray + 2.0**-40) * model[m.REST] + rounding
-    # Theorem 1: `error` is ε, `delta` is δ.
+    # No hit: `error` is ε, `delta` is δ.
     is_along_b = np.abs(pa) >= np.abs(pb)
     px, py = np.where(is_along_b, pa, pb), np.where(is_along_b, pb, pa)
     hx, hy = np.where(is_along_b, ha, hb), np.where(is_along_b, hb, ha)
@@ -139,7 +110,7 @@ def find_grazed_strips(
     is_empty |= np.abs(h0) > max_variation
     is_thin = np.abs(h0) + max_variation <= rays.thickness[ray] / 2
     is_thin &= np.abs(h1) <= np.minimum(np.abs(h0), np.abs(h2) + delta) + np.abs(h2) + delta
-    # Theorem 2: `determinant` is |det M|, and `max_change` becomes ν |det M|. The rows of M⁻¹ are
+    # Strips: `determinant` is |det M|, and `max_change` becomes ν |det M|. The rows of M⁻¹ are
     # (P_b, −T_b) / det M and (−P_a, T_a) / det M.
     determinant = np.abs(ta * pb - tb * pa)
     max_change = np.zeros(len(determinant))

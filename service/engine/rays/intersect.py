@@ -1,8 +1,8 @@
 """Hits of rays on a surface, with a proof that no hit is missed.
 
 The *thickness* τ of a ray o + t d is a distance: a point of the surface that is nearer to the ray
-may count as a hit. The search examines pairs of a ray and a cell of a patch (`cells`), for all rays
-and all patches together, level by level (`levels`). It has finished with a pair if
+may count as a hit. The search examines pairs of a ray and a cell of a patch, for all rays and all
+patches together, level by level (`levels`). It has finished with a pair if
 
 - the cell does not meet the ray;
 - the pair is *settled*: the cell meets the ray at most once, and Newton's method decides whether it
@@ -15,18 +15,10 @@ and all patches together, level by level (`levels`). It has finished with a pair
 Otherwise the cell is halved. The work for a ray is limited. A ray is *reached* if its search does
 not end at one of the limits, and if rounding does not require a thickness larger than τ.
 
-**Theorem.** If a ray is reached, the t of every point of the surface on the ray is in the interval
-of a hit that the search finds (if only first hits are requested: of every point before the first
-proved hit; of the hits found, only the first is then returned). Every position of a hit is a point
-of the surface nearer than τ to the ray. *Proof.* A pair is dropped only if its cell does not meet
-the ray (Theorem 1 of `bounds`, Theorem 1 of `grazing`); or, if only first hits are requested,
-if it is behind a proved hit. A settled pair gives the one point where the cell meets the ray, with
-the interval of Theorem 2 of `bounds`; or, by that theorem, there is no such point. A thin pair
-gives an interval that contains all of its hits by Theorem 2 of `grazing`; a small cell gives an
-interval that contains the cell. Merging only joins intervals. ∎
-
 At a proved hit, the surface and the ray cross. If a ray only comes nearer than τ to the surface, or
 to its border, an edge or a pole, a hit may be reported there, too.
+
+Proof in docs/proofs.md: "No hit is missed".
 """
 
 from collections.abc import Iterator
@@ -213,7 +205,7 @@ class RaySearch:
             begins = chosen.near[hits.ray]
             ends = (np.maximum(value - begins, 0.0) for value in (hits.t, hits.low, hits.high))
             t, low, high = ends
-            # The theorem needs τ; rounding may have required a larger thickness of a ray.
+            # The proof needs τ; rounding may have required a larger thickness of a ray.
             reached &= chosen.thickness <= self.thickness
             yield replace(hits, ray=hits.ray + rows.start, t=t, low=low, high=high), reached
             chunks.grow(self.most_open)

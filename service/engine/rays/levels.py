@@ -1,4 +1,4 @@
-"""The search for the hits of some rays, level by level (`rays` has the theorem).
+"""The search for the hits of some rays, level by level (`intersect`).
 
 A pair of a ray and a cell is open until the cell is proved not to meet the ray, or until the cell
 is

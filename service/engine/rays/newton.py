@@ -21,7 +21,7 @@ STRIP_STEPS = 4
 
 MIN_SLANT = 1 / 2
 """A strip, which follows the line x = x₀ + x₁ y in its cell, may end at a side x = ±1 if |x₁| is at
-least this (Theorem 2 of `grazing`)."""
+least this: then x is monotone along the strip, too."""
 
 MAX_EXACT_ERROR = 4
 """A point counts as exact if its distance from the ray is at most this, in units of the rounding
@@ -92,7 +92,7 @@ def find_roots(cells: CellTree, rays: Rays, bounds: RootBounds) -> tuple[Hits, B
 
     A point of the surface counts as a hit if it is as near to the ray as rounding allows; or if it
     is within the thickness and Newton's method cannot come nearer inside the cell. A pair has no
-    hit if Theorem 2 of `bounds`, applied at one of the iterates, proves that the root is
+    hit if the bounds of its root (`bounds`), at one of the iterates, prove that the root is
     outside the cell.
 
     Returns
@@ -113,7 +113,7 @@ def find_roots(cells: CellTree, rays: Rays, bounds: RootBounds) -> tuple[Hits, B
         )
         error = bound.lengths * points.rounding / np.abs(bound.determinant)
         radius = (np.abs(g) + error).max(axis=0) / (1 - bound.contraction)
-        # By Theorem 2 of `bounds`, the components of |s*| are at least `min_root`.
+        # The components of |s*| are at least `min_root`.
         min_root = np.abs(points.cell_parameters - g) - bound.contraction * radius - error
         is_outside = (min_root > 1 + 64 * UNIT).any(axis=0)
         # Newton's step, with the partials by the parameters of the cell.

@@ -5,33 +5,15 @@ w_ij and a plane n · p = d
 
     f(u, v) = Σ_ij B_i^p(u) B_j^q(v) w_ij h_ij,   h_ij = n · P_ij − d
 
-is a scalar Bézier polynomial: the height of S over the plane, times Σ B_i B_j w_ij. This factor is
-positive, so the zero set of f is the section, and the sign of f is the side of the plane. The
-search halves cells.
+is a scalar Bézier polynomial: the height of S over the plane, times Σ B_i B_j w_ij > 0. So the zero
+set of f is the section, and the sign of f is the side of the plane. The search halves cells.
 
-Rounding. Coordinates are local, as in `QueryNets`: at most 1 in absolute value. Weights are
-divided by the largest weight of a net. Heights of at most `THICKNESS` in absolute value count as
-zero; so the section belongs to a surface whose control points are moved by at most this distance
-along n. `THICKNESS` is far more than the rounding errors of h. So a patch that lies exactly in the
-plane also lies in the plane after rounding.
+Heights of at most `THICKNESS` in absolute value count as zero, so a patch that lies exactly in the
+plane also lies in the plane after rounding. On a side, f is computed from the control points of
+this side alone, by the same operations in both directions, so it has the same bits in two patches
+with the same control points on an edge.
 
-Halving takes means of two numbers. With u = 2⁻⁵³, it moves coefficients by at most p u max |f|
-along u, and by at most q u max |f| along v. There are at most 30 halvings in each direction, and
-|f| ≤ 3.5, as coordinates are at most 1. So the errors of coefficients are at most 105 (p + q) u.
-This is less than `THICKNESS` for p + q ≤ 78, and 1.5e-12 for degrees of 64. The section in each
-cell is therefore exactly the section of a surface whose points are moved by at most this
-perpendicular to the plane.
-
-On a side, f is computed from the control points of this side alone, by the same operations in both
-directions. So f has the same bits in two patches whose control points on an edge are the same. If
-they are not the same (because degrees differ, or weights differ by a factor, or nets are thirds of
-triangles), f differs by at most
-
-    2 n u Σ_k min(3.5, 7 n / 2^k) ≤ 7 n u (log₂ n + 3),
-
-where n is the degree on the edge and k counts halvings, because max |f| halves with a cell that
-meets the plane. This difference and the rounding of the control points together are less than
-`EDGE_ERROR` for n ≤ 10.
+Proof in docs/proofs.md: "Heights over a plane".
 """
 
 from dataclasses import dataclass

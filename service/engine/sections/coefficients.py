@@ -1,38 +1,19 @@
 """Signs of Bézier coefficients: they alone decide where a section is a graph, and find roots.
 
-Theorem. Let f be the polynomial of `cells` over a rectangle of parameters.
+If all coefficients of f (`cells`) have one sign, the section does not meet the rectangle. If all
+coefficients of ∂f/∂v do, the section is the graph of v over u, without loops; its crossings with
+the border are, in the order of u, in turn beginnings and ends of pieces.
 
-1. If all coefficients of f are positive, or all are negative, the section does not meet the
-   rectangle. If no coefficient is negative, or none is positive, and not all are zero, the section
-   meets at most the border of the rectangle: whole sides whose coefficients are all zero, and
-   corners whose coefficient is zero.
-2. If no coefficient of ∂f/∂v is negative and not all are zero, f(u, ·) increases for every u in the
-   open interval. So the section has at most one point at each such u: it is the graph of v over u,
-   without loops, and its pieces begin and end on the border. In the order of u, the points where it
-   crosses the border are in turn beginnings and ends of pieces. The same holds if f(u, ·)
-   decreases, and with u and v exchanged.
+Roots. An interval without sign changes of the coefficients has no root, and an interval with one
+change has one root. Other intervals are halved. Zero counts as positive, both for coefficients and
+for values; so of two intervals that meet at a root, the one in which the polynomial is negative has
+the root. An interval with several sign changes is not halved if all its coefficients are at most
+the sign threshold. It has one root if the signs at its ends differ, else a double root at its
+middle: the polynomials are those of a section on the sides of cells, and there the section touches
+the side or crosses itself. The same rule is used for an interval after `MAX_HALVINGS` halvings. All
+operations are elementwise, so the roots of one polynomial do not depend on the other polynomials.
 
-Proof. A Bézier polynomial is a mean of its coefficients. In the open rectangle all weights of this
-mean are positive. At an inner point of a side, the weights of the coefficients of this side are
-positive. This proves part 1, and that ∂f/∂v > 0 at every inner point. So f(u, ·) increases, and it
-has a zero if and only if f(u, v₀) ≤ 0 ≤ f(u, v₁). The pieces of the graph are the connected parts
-of the set of all such u. Each part is an interval; at its ends one of the two values changes its
-sign, or the interval of u ends. ∎
-
-Roots. The number of sign changes of the coefficients is the number of roots in the open interval,
-with multiplicities, plus an even number (Descartes' rule in Bernstein form). So an interval without
-sign changes has no root, and an interval with one change has one root. Other intervals are halved.
-Zero counts as positive, both for coefficients and for values; so of two intervals that meet at a
-root, the one in which the polynomial is negative has the root. An interval with several sign
-changes is not halved if all its coefficients are at most the sign threshold. It has one root if the
-signs at its ends differ, else a double root at its middle: the polynomials are those of a section
-on the sides of cells, and there the section touches the side or crosses itself. The same rule is
-used for an interval after `MAX_HALVINGS` halvings. All operations are elementwise, so the roots of
-one polynomial do not depend on the other polynomials.
-
-References
-----------
-Lane and Riesenfeld, Bounds on a polynomial, BIT 21 (1981).
+Proofs in docs/proofs.md: "Graphs" and "Sign changes".
 """
 
 import numpy as np
@@ -52,7 +33,7 @@ MAX_STEPS = 80
 
 
 def classify_cells(nets: FloatArray) -> tuple[Ints, FloatArray, Bools]:
-    """Classify cells by the theorem.
+    """Classify cells by the signs of their coefficients.
 
     Parameters
     ----------
@@ -62,8 +43,9 @@ def classify_cells(nets: FloatArray) -> tuple[Ints, FloatArray, Bools]:
     Returns
     -------
     kind : ndarray of int, shape (n,)
-        By part 1 `ABOVE` or `BELOW`; by part 2 `OVER_U` or `OVER_V`, and if both are possible, the
-        one with the larger slope of f in the other parameter; else `SINGULAR`.
+        `ABOVE` or `BELOW` by the signs of f; `OVER_U` or `OVER_V` by those of a partial, and if
+        both are possible, the one with the larger slope of f in the other parameter; else
+        `SINGULAR`.
     sense : ndarray of float64, shape (n,)
         As in `EndedCells`.
     is_monotone : ndarray of bool, shape (n,)

@@ -1,27 +1,16 @@
 """Bounds of the distance of a piece of a section from its chord, by the convex hull.
 
 The piece lies in a rectangle of parameters, on the plane n · p = d, between the points A and B of
-the plane. Let e be the unit vector from A to B, g = n × e, and h(S) = n · S − d.
+the plane. Let e be the unit vector from A to B, g = n × e, and h(S) = n · S − d. For all λ and μ,
+each point X of the piece has
 
-Theorem. For every number λ, each point X of the piece has |g · (X − A)| ≤ max |g · (P_ij − A) −
-λ h(P_ij)| over the control points P_ij of the rectangle. For every number μ, e · (X − A) lies
-between the least and the greatest of e · (P_ij − A) − μ h(P_ij).
+    |g · (X − A)| ≤ max |g · (P_ij − A) − λ h(P_ij)|,
+    min ≤ e · (X − A) ≤ max of e · (P_ij − A) − μ h(P_ij)
 
-Proof. On the piece h = 0, so g · (X − A) = g · (X − A) − λ h(X), which is an affine function of X.
-X is a mean of the P_ij, because weights are positive, and an affine function of a mean is the mean
-of its values. ∎
+for the control points P_ij of the rectangle. λ and μ are chosen so that the linear terms in the
+parameters cancel.
 
-So the distance of X from the chord AB is at most the hypotenuse of two lengths: the first bound,
-and the length by which the second interval reaches beyond [0, |AB|]. λ and μ are free. They are
-chosen so that the linear terms in the parameters cancel; then both lengths are of the second order
-in the size of the rectangle.
-
-Rounding. Coordinates of nets are about 1 (`service.engine.nets.query_nets`), so the bounds of
-errors are absolute. Restriction takes p + q steps of means, and sums of p + q + 2 products. So the
-errors of the coordinates of A, B and the control points of the rectangle are at most 8 (p + q)
-u, with u = 2⁻⁵³. `SLACK` is this bound for p + q ≤ 64; for higher degrees it grows in proportion.
-The heights of A and B are not exactly 0, but at most this bound, and the bounds have h with the
-factors λ and μ. So `SLACK` is multiplied by 1 + |λ| + |μ|.
+Proof in docs/proofs.md: "Flat pieces of a section".
 """
 
 from dataclasses import dataclass
@@ -89,7 +78,7 @@ def bound_pieces(group: Nets, planes: LocalPlanes, pieces: Pieces) -> FloatArray
 
 
 def _bound(group: Nets, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
-    """Apply the theorem to some pieces; the result is as in `bound_pieces`."""
+    """Bound the distances of some pieces; the result is as in `bound_pieces`."""
     nets = group.nets[pieces.net - group.first]
     first, last = _evaluate(nets, pieces.begin), _evaluate(nets, pieces.end)
     normal = planes.normals[pieces.plane]

@@ -1,4 +1,4 @@
-r"""Decides which points are inside a closed surface, by winding numbers, with a proof.
+"""Decides which points are inside a closed surface, by winding numbers, with a proof.
 
 A surface is closed if its patches pass along each edge equally often in both directions
 (`service.engine.connectivity.orientation`). A point is inside if the winding number is not 0.
@@ -8,36 +8,15 @@ The winding number of a closed surface whose normals du × dv point outwards is
     w(x) = (1 / 4π) Σ Ω(cell, x),
 
 an integer for every x that is not on the surface, where Ω is the signed solid angle of a cell as
-seen from x. For a cell with corners c₀₀, c₁₀, c₁₁, c₀₁ let Ω₂ be the solid angle of the triangles
-(c₀₀, c₁₀, c₁₁) and (c₀₀, c₁₁, c₀₁).
+seen from x. The angle of two triangles over the corners of a cell differs from Ω by at most the sum
+of the areas between sides and chords (`service.engine.cells.chord_models`) divided by the squared
+distance. Cells are halved until the sum of these bounds is less than 2π; then w is the nearest
+integer. At a distance d from the surface, only cells larger than about d must be halved.
 
-**Theorem.** Let x lie outside a ball that contains the control points of the cell, at the distance
-r from the ball. For each side, with control points P_0 … P_n, let δ_i be the distance of P_i from
-the chord, ω the ratio of the greatest weight to the least, and h the longest distance from a P_i to
-the next. Then
+A point is replaced by the nearest point of a grid that is finer than its distance from the surface;
+then one grid point replaces many points. Points outside the box of all control points have w = 0.
 
-    |Ω − Ω₂| ≤ Σ A / r²,    A = ω³ n h Σ_i δ_i / (n + 1),    the sum over the four sides.
-
-*Proof.* The cell and the triangles lie in the ball, and x does not. So two surfaces within the ball
-that have the same border have the same solid angle. The borders of the cell and of the triangles
-differ by four lenses, each between a side and its chord, and |Ω(lens)| ≤ area / r². Let each P_i
-move along a straight line to the nearest point of the chord; no distance from P_i to the next
-becomes longer, and the curve sweeps the lens. Points of the curve move by at most Σ R_i δ_i, where
-the rational basis has R_i ≤ ω B_i. The derivative along the curve is at most ω² n h (Floater 1992).
-So the area is at most the integral of ω³ n h Σ B_i δ_i over the parameter of the curve, and the
-integral of each B_i is 1 / (n + 1). ∎
-
-Two sides that form one edge of the model may differ by rounding, and by the movement of points when
-borders were joined. Let g be a bound of both. To include the strips that close this gap, g is added
-to each δ_i.
-
-Cells are halved until the sum of these bounds is less than 2π. Then w is the integer nearest to the
-sum of the angles Ω₂ divided by 4π. At a distance d from the surface, only cells larger than about d
-must be halved, so that few cells are halved on each level.
-
-If a ball about x contains no point of the surface, all points of the ball have the same w. So x is
-replaced by the nearest point of a sufficiently fine grid; then one grid point replaces many points.
-Points outside the box of all control points have w = 0.
+Proof in docs/proofs.md: "Winding numbers".
 
 References
 ----------
@@ -210,7 +189,7 @@ class _Chunk(PairSearch):
         while len(point):
             self.pair_count += len(point)
             point, cell = self.step(point, cell)
-        # By the theorem, the sum of the angles is at most `bound` from 4π times an integer.
+        # The sum of the angles is at most `bound` from 4π times an integer.
         winding_number = np.rint(self.angle / (4 * pi))
         is_certain = np.abs(self.angle - 4 * pi * winding_number) <= self.bound + ROUNDING
         is_certain &= self.bound <= MAX_BOUND

@@ -1,6 +1,8 @@
 """Shapes of pieces of curves: distances of nets and curves from chords, and angles.
 
 Every number depends on its piece alone, bit for bit.
+
+Proofs in docs/proofs.md: "Curves and chords" and "Curves at equal parameters".
 """
 
 from dataclasses import dataclass
@@ -120,9 +122,8 @@ def find_tangents(nets: FloatArray, slack: FloatArray) -> tuple[FloatArray, Floa
 def bound_net_rounding(size: FloatArray, far: FloatArray, degree: int) -> FloatArray:
     """Bounds (M,) of the rounding of nets by halving and by subtracting their first points.
 
-    A net results from at most `DEPTH` halvings. Each of the n levels of a halving computes means,
-    with errors of ε/2 of the largest coordinate; 2 ε are counted, enough for all three coordinates.
-    Weights, quotients and distances add a few ε, and storing the ends of a chord adds 2 ε `far`.
+    A net results from at most `DEPTH` halvings. The errors of weights, quotients, distances and of
+    storing the ends of a chord are included.
     `size` and `far` (M,) are the largest coordinates of nets about their first points, and about
     the origin of the model.
     """
@@ -134,12 +135,7 @@ def _bound_apart(
 ) -> FloatArray:
     """Bounds (M,) of ‖C(t) − L(t)‖, where L(t) = (1 − t) a + t b is the part of the chord.
 
-    Let W(t) be the denominator of C, or 1. The product W (C − L) has one degree more than C, and
-    the net
-
-        N_k = (1 − k/(n+1)) w_k (P_k − a) + k/(n+1) w_{k−1} (P_{k−1} − b)
-
-    so the bound is max |N_k| / min w.
+    They are max_k |N_k| / min w, N_k = (1 − k/(n+1)) w_k (P_k − a) + k/(n+1) w_{k−1} (P_{k−1} − b).
     """
     degree = points.shape[1] - 1
     share = (np.arange(degree + 2) / (degree + 1))[:, None]

@@ -2,6 +2,8 @@
 
 Every decision depends on its own piece and on the goal alone. Chains of several edges are cut at
 the knot in the middle until each piece may be straight, or is a single edge.
+
+Proof in docs/proofs.md: "Curves at equal parameters".
 """
 
 from dataclasses import dataclass, replace
@@ -84,13 +86,6 @@ def decide_cuts(
     A piece is cut if it is too far from its chord (at equal parameters if the goal has two sides)
     or turns too much. After fewer than three cuts, it is also cut if its deviation is large for its
     length.
-
-    Why equal parameters are enough for two sides: let D be the vector from the chord to the curve.
-    A flat strip beside the piece has triangles (a, c, d), with a at an end of the piece (D is 0
-    there). The affine map onto such a triangle differs from the map onto the chord by the D of its
-    corners. So the net of the difference to the surface, a blossom of D less shares of D(c) and
-    D(d), is at most twice as long as the net of D. That is within the two tolerances that are
-    allowed from the mesh to the surface.
 
     Parameters
     ----------
