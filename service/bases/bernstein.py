@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from service.bases.arrays import FloatArray, RealArray
-from service.bases.cache import PLANS
+from service.bases.cache import BASES
 
 
 def bernstein(degree: int, t: ArrayLike) -> FloatArray:
@@ -71,14 +71,14 @@ def sample_basis(degree: int, divisions: int, dtype: type[np.floating] = np.floa
             middle[:] = (middle + middle[::-1]) / 2
         return round_basis(basis, dtype)
 
-    return PLANS.array(("basis", degree, divisions, dtype), build)
+    return BASES.array(("basis", degree, divisions, dtype), build)
 
 
 def sample_basis_columns(
     degree: int, divisions: int, dtype: type[np.floating] = np.float64
 ) -> RealArray:
     """Transpose of `sample_basis`, shape (n+1, R+1): the right factor of a product; cached."""
-    return PLANS.array(
+    return BASES.array(
         ("columns", degree, divisions, dtype), lambda: sample_basis(degree, divisions, dtype).T
     )
 
@@ -102,7 +102,7 @@ def sample_basis_with_slopes(degree: int, divisions: int) -> RealArray:
         slopes = lower_basis[:, :-1] - lower_basis[:, 1:]
         return np.concatenate([sample_basis(degree, divisions), slopes])
 
-    return PLANS.array(("slopes", degree, divisions), build)
+    return BASES.array(("slopes", degree, divisions), build)
 
 
 def sample_grid_basis(
@@ -118,7 +118,7 @@ def sample_grid_basis(
     -------
     ndarray, shape ((p+1)(q+1), (Ru+1)(Rv+1)); cached, read-only
     """
-    return PLANS.array(
+    return BASES.array(
         ("grid", degree, resolution, dtype), lambda: _build_grid_basis(degree, resolution, dtype)
     )
 
@@ -136,7 +136,7 @@ def sample_partials_basis(
     ndarray, shape ((p+1)(q+1) + p(q+1) + (p+1)q, (Ru+1)(Rv+1)); cached, read-only
     """
     p, q = degree
-    return PLANS.array(
+    return BASES.array(
         ("partials", degree, resolution, dtype),
         lambda: np.concatenate(
             [
@@ -167,7 +167,7 @@ def sample_interleaved_basis(
     -------
     ndarray, shape (3(n+1), 3(R+1)); cached, read-only
     """
-    return PLANS.array(
+    return BASES.array(
         ("interleaved", degree, divisions, dtype),
         lambda: round_basis(np.kron(sample_basis(degree, divisions).T, np.eye(3)), dtype),
     )
@@ -212,7 +212,7 @@ def elevation_matrix(low: int, high: int) -> FloatArray:
             matrix[j : j + high - low + 1, j] = factor * step_binomials
         return matrix / binomials(high)[:, None]
 
-    return PLANS.array(("elevation", low, high), build)
+    return BASES.array(("elevation", low, high), build)
 
 
 def multiply(first: FloatArray, second: FloatArray) -> FloatArray:
@@ -275,7 +275,7 @@ def product_coefficients(first: tuple[int, int], second: tuple[int, int]) -> Flo
         )
         return multiply(basis_1[:, np.newaxis], basis_2).reshape(len(basis_1) * len(basis_2), -1)
 
-    return PLANS.array(("products", first, second), build)
+    return BASES.array(("products", first, second), build)
 
 
 def _scale_factors(rows: int, columns: int) -> NDArray[np.float64]:

@@ -126,7 +126,7 @@ def _build_read_only(build: Callable[[], Array]) -> NDArray[Any]:
     return array
 
 
-PLANS = ArrayCache(64 << 20)
+BASES = ArrayCache(64 << 20)
 """Arrays that depend on degrees and samplings alone: bases, index patterns."""
 
 

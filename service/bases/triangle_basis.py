@@ -10,7 +10,7 @@ from service.bases.bernstein import (
     round_basis,
     sample_basis,
 )
-from service.bases.cache import PLANS
+from service.bases.cache import BASES
 from service.bases.triangle import barycentric, count_points, degree_of, row_starts
 
 MAX_CACHED_VALUES = 1 << 20
@@ -79,7 +79,7 @@ def sample_triangle_basis(
     -------
     ndarray, shape ((n+1)(n+2)/2, (R+1)(R+2)/2); cached, read-only
     """
-    return PLANS.array(
+    return BASES.array(
         ("triangle", degree, divisions, dtype),
         lambda: round_basis(triangle_bernstein(degree, barycentric(divisions)), dtype),
     )

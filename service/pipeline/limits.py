@@ -15,7 +15,7 @@ class Limits:
     max_vertices, max_bytes : int
         The most vertices, and the most bytes, of a result.
     max_points : int
-        The most points or rays of a query.
+        The most points or rays of a query; closest points and rays have a lower limit of their own.
     max_multiplications : int
         The most multiplications for the method `de_casteljau`, for points, measures or sections,
         for a curve, or for a sweep along a curve; they take some seconds. A mesh by tolerance may

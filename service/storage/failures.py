@@ -78,7 +78,7 @@ class Operations:
 
     @contextmanager
     def count(self, kind: str) -> Iterator[None]:
-        """Counts the operation in the `with` block. A missing object is not a failure."""
+        """Counts the operation in the `with` block; only failures of the store count as failed."""
         start, outcome = time.perf_counter(), "done"
         try:
             yield

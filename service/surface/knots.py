@@ -10,7 +10,7 @@ import numpy as np
 
 from service.bases import knots as knot
 from service.bases.arrays import FloatArray, Ints
-from service.bases.cache import PLANS
+from service.bases.cache import BASES
 from service.errors import MAX_ISSUES, InvalidRequest, Issue, count_nouns
 from service.surface.checks import MAX_COORDINATE, MAX_DEGREE
 
@@ -150,7 +150,7 @@ def build_knot_vector(knots: Knots, count: int, degree: int) -> FloatArray:
     if not isinstance(knots, str):
         knots = _complete(knots, count + degree + 1)
         return knot.merge_knots(knots, degree, find_least_span(*knot.domain(knots, degree)))
-    return PLANS.array(("knots", knots, count, degree), lambda: NAMED[knots](count, degree))
+    return BASES.array(("knots", knots, count, degree), lambda: NAMED[knots](count, degree))
 
 
 def count_merged(knots: Knots, count: int, degree: int) -> int:

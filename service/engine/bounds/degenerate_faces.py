@@ -14,7 +14,7 @@ import numpy as np
 
 from service.bases import triangle
 from service.bases.arrays import Bools, FloatArray, IndexArray, Ints, RealArray
-from service.bases.cache import PLANS
+from service.bases.cache import BASES
 from service.cancellation import checkpoint
 from service.engine.options import Faces, MeshOptions
 from service.engine.plans.layout import Layout
@@ -77,7 +77,7 @@ def has_missing_triangles(shape: AnyShape, kind: Faces) -> bool:
         point = merge_collapsed(shape)[np.newaxis]
         return find_missing_triangles(*build_rim_triangles(shape, point, kind))
 
-    return bool(PLANS.array(("loses", shape, kind), build).any())
+    return bool(BASES.array(("loses", shape, kind), build).any())
 
 
 def _find_pinched_points(layout: Layout) -> Ints:
@@ -183,4 +183,4 @@ def _build_rim(shape: AnyShape) -> IndexArray:
         half = np.arange(len(corners), dtype=np.uint32) < halves
         return np.column_stack([corners, half]).astype(np.uint32)[rim]
 
-    return PLANS.array(("rim", shape), build)
+    return BASES.array(("rim", shape), build)

@@ -14,7 +14,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import bernstein, elevation_matrix
-from service.bases.cache import PLANS
+from service.bases.cache import BASES
 from service.engine.nets.blossoms import apply_along, build_blossoms
 from service.engine.vectors import project
 
@@ -128,4 +128,4 @@ def _build_reduction(degree: int) -> FloatArray:
         inner = np.linalg.lstsq(coarse[:, 1:-1], target, rcond=None)[0]
         return np.concatenate([ends[:1], inner, ends[1:]])
 
-    return PLANS.array(("reduction", degree), build)
+    return BASES.array(("reduction", degree), build)

@@ -25,7 +25,7 @@ import numpy as np
 
 from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import FloatArray
-from service.bases.cache import PLANS
+from service.bases.cache import BASES
 from service.bases.polynomials import restriction_matrices
 from service.bases.row_batches import row_slices
 from service.engine.evaluation.triangle_nets import partial_nets
@@ -177,7 +177,7 @@ def build_block_shares(degree: int, divisions: int, blocks: int) -> FloatArray:
         block_ends = np.arange(blocks + 1) * divisions // blocks / divisions
         return restriction_matrices(degree, block_ends).swapaxes(0, 1).reshape(-1, degree + 1)
 
-    return PLANS.array(("blocks", degree, divisions, blocks), build)
+    return BASES.array(("blocks", degree, divisions, blocks), build)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

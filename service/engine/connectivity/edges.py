@@ -14,7 +14,7 @@ import numpy as np
 from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import sample_basis
-from service.bases.cache import PLANS
+from service.bases.cache import BASES
 from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.options import Method
 from service.engine.vectors import project
@@ -154,7 +154,7 @@ def _sample_by_matrix(points: FloatArray, weights: FloatArray | None, divisions:
     """Samples (R+1, E, 3) of edges, by operations on long contiguous rows."""
     count, terms = points.shape[:2]
     # The basis has shape (n+1, R+1, 1); the rows, (n+1, 1, 3E), have the coordinates of all edges.
-    basis = PLANS.array(
+    basis = BASES.array(
         ("edges", terms, divisions), lambda: sample_basis(terms - 1, divisions).T[:, :, np.newaxis]
     )
     rows = points.transpose(1, 0, 2).reshape(terms, 1, -1)

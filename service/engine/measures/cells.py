@@ -19,7 +19,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import binomials
-from service.bases.cache import PLANS
+from service.bases.cache import BASES
 from service.engine.nets.query_nets import QueryNets
 from service.engine.vectors import UNIT, Items
 
@@ -132,7 +132,7 @@ def _build_halving_matrix(degree: int) -> FloatArray:
             lower[j, : j + 1] = np.ldexp(binomials(j), -j)
         return np.concatenate([lower, lower[::-1, ::-1]])
 
-    return PLANS.array(("halves", degree), build)
+    return BASES.array(("halves", degree), build)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -19,7 +19,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.bases.bernstein import bernstein
-from service.bases.cache import PLANS
+from service.bases.cache import BASES
 from service.engine.measures.cells import UPWARDS, CellNets, Net, along, lengths
 from service.engine.vectors import UNIT, cross
 
@@ -115,7 +115,7 @@ def bound_rounding(nets: CellNets, integrand: Integrand, count: int) -> FloatArr
 
 def gauss(count: int) -> tuple[FloatArray, FloatArray]:
     """Nodes in [0, ½] and weights of the rule of `count` nodes over [0, 1]: ⌈count / 2⌉ each."""
-    table = PLANS.array(("Gauss-Legendre", count), lambda: np.array(_rule(count)).T)
+    table = BASES.array(("Gauss-Legendre", count), lambda: np.array(_rule(count)).T)
     return table[0], table[1]
 
 
@@ -157,4 +157,4 @@ def basis_at_nodes(degree: int, count: int) -> FloatArray:
         lower = bernstein(degree, nodes)
         return np.concatenate([lower, lower[: count // 2][::-1, ::-1]])
 
-    return PLANS.array(("basis at nodes", degree, count), build)
+    return BASES.array(("basis at nodes", degree, count), build)

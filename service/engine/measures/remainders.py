@@ -25,7 +25,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray
 from service.bases.bernstein import bernstein
-from service.bases.cache import PLANS
+from service.bases.cache import BASES
 from service.engine.measures.cells import UPWARDS, CellNets, Net, along, lengths
 from service.engine.measures.quadrature import Integrand
 from service.engine.vectors import cross
@@ -171,7 +171,7 @@ def chebyshev(degree: int) -> FloatArray:
         matrix[0] /= 2
         return matrix
 
-    return PLANS.array(("Chebyshev", degree), build)
+    return BASES.array(("Chebyshev", degree), build)
 
 
 def ellipse_bounds(degree: int) -> FloatArray:
@@ -183,4 +183,4 @@ def ellipse_bounds(degree: int) -> FloatArray:
             # The last factor is larger than the rounding of the others.
             return np.asarray((powers + 1 / powers) / 2 * (1 + 2.0**-40))
 
-    return PLANS.array(("ellipses", degree), build)
+    return BASES.array(("ellipses", degree), build)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from service.bases.arrays import IndexArray, Ints
-from service.bases.cache import PLANS
+from service.bases.cache import BASES
 from service.engine.connectivity.connect import connect
 from service.engine.connectivity.curve_patches import leave_out_curves
 from service.engine.options import Faces, MeshOptions
@@ -110,7 +110,7 @@ def _count_shape(shape: AnyShape, kind: Faces) -> tuple[int, int, bool]:
             [len(triangles) + cell_faces[0], len(quads) + cell_faces[1], not is_missing.any()]
         )
 
-    triangles, quads, is_complete = PLANS.array(("tally", shape, kind), build).tolist()
+    triangles, quads, is_complete = BASES.array(("tally", shape, kind), build).tolist()
     return triangles, quads, bool(is_complete)
 
 

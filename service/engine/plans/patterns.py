@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from service.bases import triangle
 from service.bases.arrays import IndexArray, Ints
-from service.bases.cache import PLANS
+from service.bases.cache import BASES
 from service.engine.options import Faces
 from service.engine.plans.strips import Divisions, build_strips
 from service.surface.sides import along_sides
@@ -85,16 +85,16 @@ def build_faces(shape: AnyShape, kind: Faces) -> tuple[IndexArray, IndexArray]:
     are requested. They are listed row by row; in a row, upright and reversed triangles alternate.
     """
     if isinstance(shape, TriangleShape):
-        return PLANS.array(("triangles", shape), lambda: _build_triangle_rows(shape)), NO_QUADS
-    triangles = PLANS.array(("triangles", shape, kind), lambda: _build_grid_faces(shape, kind)[0])
+        return BASES.array(("triangles", shape), lambda: _build_triangle_rows(shape)), NO_QUADS
+    triangles = BASES.array(("triangles", shape, kind), lambda: _build_grid_faces(shape, kind)[0])
     if kind == "triangles":
         return triangles, NO_QUADS
-    return triangles, PLANS.array(("quads", shape), lambda: _build_grid_faces(shape, kind)[1])
+    return triangles, BASES.array(("quads", shape), lambda: _build_grid_faces(shape, kind)[1])
 
 
 def find_used_samples(shape: AnyShape, kind: Faces) -> NDArray[np.intp]:
     """The local indices that occur in the faces of this shape, in ascending order; read-only."""
-    return PLANS.array(
+    return BASES.array(
         ("used", shape, kind), lambda: np.union1d(*build_faces(shape, kind)).astype(np.intp)
     )
 
