@@ -64,8 +64,8 @@ ROUNDING = 1e-6
 """A bound of the rounding error of a sum of solid angles; the error of one angle is about 1e-13."""
 
 MIN_CLEARANCE = 0.1
-"""A solid angle is computed only if the distance of x from the ball of the cell is more than this,
-in radii of the ball."""
+"""A solid angle is computed only if the distance of x from the ball of the cell, and from the strips
+beside it, is more than this, in radii of the ball."""
 
 CHUNK_PAIRS = 1 << 15
 """How many pairs of a point and a cell are computed at once; this limits the memory."""
@@ -224,11 +224,9 @@ class _Chunk(PairSearch):
             x, cell_numbers = self.x[:, point[rows]], number[rows]
             sphere = model[:4, cell_numbers]
             difference = x - sphere[:3]
-            clearance = (
-                length(difference) * (1 - 8 * UNIT)  # for rounding
-                - sphere[3]
-            )
-            is_near = clearance <= MIN_CLEARANCE * sphere[3] + self.gap
+            # From the ball, and from the strips that close gaps beside it; 8 u are for rounding.
+            clearance = length(difference) * (1 - 8 * UNIT) - (sphere[3] + self.gap)
+            is_near = clearance <= MIN_CLEARANCE * sphere[3]
             clearance[is_near] = 1.0
             bound[rows] = np.where(is_near, np.inf, areas[cell_numbers] / (clearance * clearance))
             angle[rows] = np.where(is_near, 0.0, _solid_angles(corners[..., cell_numbers] - x))
