@@ -64,8 +64,8 @@ ROUNDING = 1e-6
 """A bound of the rounding error of a sum of solid angles; the error of one angle is about 1e-13."""
 
 MIN_CLEARANCE = 0.1
-"""A solid angle is computed only if the distance of x from the ball of the cell, and from the strips
-beside it, is more than this, in radii of the ball."""
+"""A solid angle is computed only if the distance of x from the ball of the cell, and from the
+strips beside it, is more than this, in radii of the ball."""
 
 CHUNK_PAIRS = 1 << 15
 """How many pairs of a point and a cell are computed at once; this limits the memory."""
