@@ -8,6 +8,8 @@ from service.engine.cells.tree import CellTree, WorkLimits
 from service.engine.models import to_patches
 from service.engine.nets.partials import ORDERS, net_partials
 from service.engine.nets.query_nets import surface_nets
+from service.engine.vectors import UNIT
+from service.surface.examples.catalogue import EXAMPLES
 from tools.certify.surfaces import FAMILIES
 
 SAMPLES = 7
@@ -60,3 +62,13 @@ def test_bounds_of_cells_hold_at_all_samples(family: str) -> None:
     # above all values, the test would prove nothing.
     value, row = observed[-1]
     assert (value.reshape(-1, SAMPLES**2).max(axis=1) > models[row, :: SAMPLES**2] / 12).any()
+
+
+def test_bounds_count_the_rounding_of_nets_that_come_from_triangles() -> None:
+    """For degree n, 9 n units, twice for the weights, before a centre or a point is computed."""
+    model = to_patches(EXAMPLES["octahedral-sphere"].build().lower())
+    cells = CellTree(surface_nets(model.batches), WorkLimits(pairs=0, of_item=0))
+    n, _ = cells.nets.groups[0].degree
+    unit = UNIT * cells.largest
+    assert (cells.models[model_rows.ERROR, cells.first] >= (2 * (9 + 2) * n + 9) * unit).all()
+    assert (cells.errors >= (2 * (9 + 8) * n + 9) * unit).all()
