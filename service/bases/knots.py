@@ -69,8 +69,7 @@ def merge_knots(knots: FloatArray, degree: int, min_distance: float) -> FloatArr
         new_knot[number[end]], max_count[number[end]] = knots[end], degree + 1
     new_knot, max_count = new_knot[number], max_count[number]
     is_narrow = (knots[last] - knots[first] < min_distance)[number]
-    merged: FloatArray = np.where(is_narrow & (count[number] <= max_count), new_knot, knots)
-    return merged
+    return np.where(is_narrow & (count[number] <= max_count), new_knot, knots)
 
 
 def domain(knots: FloatArray, degree: int) -> tuple[float, float]:

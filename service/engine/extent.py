@@ -64,8 +64,7 @@ def choose_origin(low: FloatArray, high: FloatArray) -> FloatArray:
     if max(map(abs, middle)) <= MAX_DISTANCE * max(sizes):
         return AT_ZERO if len(lows) == 3 else np.zeros(len(lows))
     # The origin is a float32 number, so that viewers that compute in float32 place it exactly.
-    rounded: FloatArray = np.array(middle).astype(np.float32).astype(np.float64)
-    return rounded
+    return np.array(middle).astype(np.float32).astype(np.float64)
 
 
 def find_unit_scales(sizes: FloatArray) -> FloatArray:
@@ -74,8 +73,7 @@ def find_unit_scales(sizes: FloatArray) -> FloatArray:
     The power is at most 2^1000: sizes below 2^-1001, also 0, stay below 0.5.
     """
     _, exponents = np.frexp(sizes)
-    factors: FloatArray = np.exp2(np.minimum(-exponents.astype(np.float64), 1000.0))
-    return factors
+    return np.exp2(np.minimum(-exponents.astype(np.float64), 1000.0))
 
 
 def find_scale(extent: float) -> float:

@@ -136,5 +136,4 @@ class Storage:
         """
         if not (self.is_float32 or self.step):
             return positions
-        read: FloatArray = self.store_positions(positions, origin).astype(np.float64) + origin
-        return read
+        return self.store_positions(positions, origin).astype(np.float64) + origin

@@ -55,15 +55,13 @@ def cross(a: FloatArray, b: FloatArray, axis: int = -2) -> FloatArray:
 
 def length(a: FloatArray, axis: int = -2) -> FloatArray:
     """Lengths |a|; the result lacks the axis of coordinates."""
-    lengths: FloatArray = np.sqrt(dot(a, a, axis))
-    return lengths
+    return np.sqrt(dot(a, a, axis))
 
 
 def normalize(a: FloatArray, axis: int = -2) -> FloatArray:
     """Unit vectors a / |a|; vectors of length 0 stay 0."""
     lengths = np.expand_dims(length(a, axis), axis)
-    unit: FloatArray = a / np.where(lengths > 0, lengths, 1.0)
-    return unit
+    return a / np.where(lengths > 0, lengths, 1.0)
 
 
 def project(points: FloatArray, axis: int = -2, dimension: int = 3) -> FloatArray:
@@ -76,8 +74,7 @@ def project(points: FloatArray, axis: int = -2, dimension: int = 3) -> FloatArra
     rest: Index = (slice(None),) * (-1 - axis)
     inner: Index = (..., slice(dimension), *rest)
     weights: Index = (..., slice(dimension, dimension + 1), *rest)
-    projected: FloatArray = points[inner] / points[weights]
-    return projected
+    return points[inner] / points[weights]
 
 
 @cache

@@ -137,8 +137,7 @@ class _LocalPieces:
                 piece[slow_rows], t[slow_rows], limit[slow_rows], before
             )
             lengths[slow_rows] = length(derivative[slow_rows], -1)
-        tangent: FloatArray = derivative / lengths[:, None] + 0.0  # turns -0.0 into 0.0
-        return tangent
+        return derivative / lengths[:, None] + 0.0  # turns -0.0 into 0.0
 
     def _limits(self, piece: Ints, t: FloatArray, limit: FloatArray, before: bool) -> FloatArray:
         """Directions (N, d) at samples where C′ vanishes; NaN where all derivatives vanish."""

@@ -166,8 +166,7 @@ def choose_formulation(
 ) -> Formulation:
     """The formulation expected to be fastest."""
     if fits_cache(resolution):
-        fastest: Formulation = _choose_at_once(patches.degree, resolution, patches.count)
-        return fastest
+        return _choose_at_once(patches.degree, resolution, patches.count)
     if normals and patches.weights is None and max(patches.degree) <= 4:
         return "normal_polynomial"
     # A bilinear patch has four control points: one product with all four takes as long as each of

@@ -145,14 +145,12 @@ class Evaluation(ABC):
         points = self._planes(self.patches.points, first, last)
         if self.is_rational:
             return self.load_points(first, last, np.empty((len(points), 4, last - first)))
-        local: FloatArray = (points - self.patches.middle[:, None]) * self.scale
-        return local
+        return (points - self.patches.middle[:, None]) * self.scale
 
     @staticmethod
     def _planes(points: FloatArray, first: int, last: int) -> FloatArray:
         """The control points (P, …, 3) of patches [first, last) as planes (K, 3, r): a view."""
-        planes: FloatArray = points[first:last].reshape(last - first, -1, 3).transpose(1, 2, 0)
-        return planes
+        return points[first:last].reshape(last - first, -1, 3).transpose(1, 2, 0)
 
     def write_local(self, planes: RealArray, out: RealArray) -> None:
         """Writes S from its `planes` (d, …) at samples, evaluated from the net of `load_local`.

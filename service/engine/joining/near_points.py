@@ -80,8 +80,7 @@ def run_starts(ordered: Ints) -> Ints:
     """The positions where runs of equal numbers begin, (R,)."""
     is_first = np.ones(len(ordered), dtype=bool)
     np.not_equal(ordered[1:], ordered[:-1], out=is_first[1:])
-    starts: Ints = is_first.nonzero()[0]
-    return starts
+    return is_first.nonzero()[0]
 
 
 def _separate_by_gaps(points: FloatArray, radius: float) -> Ints:

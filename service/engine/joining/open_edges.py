@@ -212,8 +212,7 @@ def evaluate_curves(
     degree = nets.shape[1] - 1
     basis = bernstein(degree, parameters.ravel()).reshape(*parameters.shape, degree + 1)
     if weights is None:
-        value: FloatArray = basis @ nets
-        return value
+        return basis @ nets
     weighted_basis = basis * weights[:, None]
     value = weighted_basis @ nets
     value /= weighted_basis.sum(axis=2, keepdims=True)

@@ -152,5 +152,4 @@ def _is_beside_shared_piece(
     piece_number = np.empty(len(order), dtype=np.intp)
     piece_number[order] = np.arange(len(order))
     piece_after = piece_number[: len(edge)]
-    is_shared: Bools = is_shared_piece[piece_after] | is_shared_piece[piece_after - 1]
-    return is_shared
+    return is_shared_piece[piece_after] | is_shared_piece[piece_after - 1]

@@ -135,8 +135,7 @@ def _scale_values(channel: ChannelRows, values: RealArray) -> FloatArray:
     values their quotient.
     """
     if channel.unit is not None:
-        steps: FloatArray = np.arcsinh(values.astype(np.float64) * channel.unit) / SAME_VALUE
-        return steps
+        return np.arcsinh(values.astype(np.float64) * channel.unit) / SAME_VALUE
     # For each column, (d,): the largest difference that counts as zero; 0 for a column of zeros.
     low, high = (bound.astype(np.float64) for bound in find_extent(channel.values))
     largest = np.maximum(SAME_RANGE * (high - low), SAME_VALUE * np.maximum(-low, high))

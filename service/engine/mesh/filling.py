@@ -59,8 +59,7 @@ def fill_vertices(rows: SampleRows, plan: FacePlan) -> SampleRows:
 
 def _keep_rows(rows: RealArray, is_kept: Bools) -> RealArray:
     """The rows (N, d) for which `is_kept` (N,) is true."""
-    new_rows: RealArray = _view_items(rows)[is_kept].view(rows.dtype).reshape(-1, rows.shape[1])
-    return new_rows
+    return _view_items(rows)[is_kept].view(rows.dtype).reshape(-1, rows.shape[1])
 
 
 def _view_items(rows: RealArray) -> NDArray[np.void]:

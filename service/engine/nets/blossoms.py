@@ -120,8 +120,7 @@ def apply_along(nets: FloatArray, along_u: FloatArray, along_v: FloatArray) -> F
     """Nets (m, D, p+1, q+1) times matrices (m, U, p+1) and (m, V, q+1): (m, D, U, V)."""
     size, p1, q1 = nets.shape[1:]
     lines = nets.reshape(-1, size * p1, q1) @ along_v.swapaxes(1, 2)
-    products: FloatArray = along_u[:, np.newaxis] @ lines.reshape(len(lines), size, p1, -1)
-    return products
+    return along_u[:, np.newaxis] @ lines.reshape(len(lines), size, p1, -1)
 
 
 def build_triangle_nets(

@@ -50,8 +50,7 @@ def compute_frames(
     angle = -twist[:, None] * fractions
     normals, tangents = normals[:, :-1], tangents[:, :-1]
     across = cross(tangents, normals, -1)
-    rotated: FloatArray = np.cos(angle)[..., None] * normals + np.sin(angle)[..., None] * across
-    return rotated
+    return np.cos(angle)[..., None] * normals + np.sin(angle)[..., None] * across
 
 
 def fill_gaps(vectors: FloatArray, is_defined: Bools) -> FloatArray:
@@ -135,8 +134,7 @@ def _rotate(turns: FloatArray, vectors: FloatArray) -> FloatArray:
     """Vectors v after the rotations by quaternions (w, u): v + 2 u × (u × v + w v)."""
     u = turns[..., 1:]
     v = np.broadcast_to(vectors, u.shape)
-    rotated: FloatArray = v + 2 * cross(u, cross(u, v, -1) + turns[..., :1] * v, -1)
-    return rotated
+    return v + 2 * cross(u, cross(u, v, -1) + turns[..., :1] * v, -1)
 
 
 def _find_normal_parts(vectors: FloatArray, tangents: FloatArray) -> FloatArray:

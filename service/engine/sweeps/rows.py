@@ -124,10 +124,7 @@ def _faces(number: Ints, rows: Rows, faces: Faces) -> tuple[Ints, Ints]:
 
 def _repeat(pattern: Ints, first_samples: Ints) -> IndexArray:
     """The pattern of one curve, repeated for all curves."""
-    repeated: IndexArray = (
-        (first_samples[:, :, None] + pattern).reshape(-1, pattern.shape[1]).astype(np.uint32)
-    )
-    return repeated
+    return (first_samples[:, :, None] + pattern).reshape(-1, pattern.shape[1]).astype(np.uint32)
 
 
 def join_grids(grids: Sequence[SweptGrids]) -> SweptGrids:

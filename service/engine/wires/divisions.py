@@ -89,8 +89,7 @@ def find_drawn(seams: Seams, counts: tuple[int, int]) -> Bools:
     is_drawn = np.zeros(seams.edge.shape, dtype=bool)
     is_drawn[:, :2], is_drawn[:, 2:] = counts[0] > 0, counts[1] > 0
     is_drawn[seams.connectivity.is_triangle] = True
-    is_drawn_line: Bools = is_drawn & ~seams.collapsed
-    return is_drawn_line
+    return is_drawn & ~seams.collapsed
 
 
 def bound_isocurves(

@@ -163,8 +163,7 @@ def _find_continuations(number: Ints, outwards: FloatArray, angle: float) -> Int
     leaders = find_leaders(first[row_number], lines, 2.0**0.5 * angle)
     pairs = _find_pairs(leaders)
     first_tangents, second_tangents = outwards[pairs[:, 0]], outwards[pairs[:, 1]]
-    continuing_pairs: Ints = pairs[dot(first_tangents, second_tangents, -1) < 0]
-    return continuing_pairs
+    return pairs[dot(first_tangents, second_tangents, -1) < 0]
 
 
 def _find_chains(curves: Sequence[_Curve], joined_end: Ints) -> Iterator[tuple[list[_Curve], bool]]:
