@@ -8,7 +8,7 @@ from functools import lru_cache
 from math import comb
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from service.bases.arrays import FloatArray, RealArray
 from service.bases.cache import BASES
@@ -278,6 +278,6 @@ def product_coefficients(first: tuple[int, int], second: tuple[int, int]) -> Flo
     return BASES.array(("products", first, second), build)
 
 
-def _scale_factors(rows: int, columns: int) -> NDArray[np.float64]:
+def _scale_factors(rows: int, columns: int) -> FloatArray:
     """The binomials C(rows − 1, i) C(columns − 1, j), shape (rows, columns)."""
     return np.multiply.outer(binomials(rows - 1), binomials(columns - 1))

@@ -5,7 +5,7 @@ from collections.abc import Callable, Hashable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from service.bases.arrays import FloatArray, IndexArray, Ints, RealArray
+from service.bases.arrays import Bools, Bytes, FloatArray, IndexArray, Ints, RealArray
 from service.bases.cache import Result, derive_once
 from service.encoders.text import FLOAT64_CHARS, rows
 from service.engine.clustering import find_leaders
@@ -13,7 +13,7 @@ from service.engine.mesh.mesh import Mesh, MeshPart, MeshReport, Overlay
 from service.errors import Issue, UnsupportedByFormat
 
 
-def to_bytes(colors: RealArray) -> NDArray[np.uint8]:
+def to_bytes(colors: RealArray) -> Bytes:
     """Colours, with or without opacity, as bytes from 0 to 255; halves are rounded to even."""
     return np.rint(colors.astype(np.float64) * 255).astype(np.uint8)
 
@@ -115,7 +115,7 @@ def rename_vertices(faces: IndexArray, row: IndexArray | None) -> IndexArray:
     return faces if row is None else row.take(faces)
 
 
-def _is_leader(leader: Ints | IndexArray) -> NDArray[np.bool_]:
+def _is_leader(leader: Ints | IndexArray) -> Bools:
     """Whether each vertex is its own leader: the first of the vertices that are one point."""
     return np.asarray(leader == np.arange(len(leader), dtype=leader.dtype))
 

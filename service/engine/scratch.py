@@ -6,9 +6,8 @@ from threading import local
 from typing import Any, Generic, TypeAlias, TypeVar, overload
 
 import numpy as np
-from numpy.typing import NDArray
 
-from service.bases.arrays import FloatArray, RealArray
+from service.bases.arrays import Bytes, FloatArray, RealArray
 
 Real: TypeAlias = type[np.float32] | type[np.float64]
 
@@ -26,7 +25,7 @@ class _Arena(local):
     """The work memory of one thread: a block of bytes for each name, and the last array in it."""
 
     def __init__(self) -> None:
-        self.memory: dict[str, NDArray[np.uint8]] = {}
+        self.memory: dict[str, Bytes] = {}
         self.views: dict[tuple[str, Real], RealArray] = {}
 
 
@@ -80,7 +79,7 @@ class Workspaces(local, Generic[Work]):
         return work
 
 
-def _allocate_aligned(size: int) -> NDArray[np.uint8]:
+def _allocate_aligned(size: int) -> Bytes:
     """New memory that begins at a cache line."""
     padded = np.empty(size + CACHE_LINE, np.uint8)
     begin = -padded.ctypes.data % CACHE_LINE

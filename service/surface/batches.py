@@ -7,11 +7,10 @@ from math import hypot
 from typing import Literal, Self, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from service.bases import triangle
 from service.bases.affine_combination import to_homogeneous
-from service.bases.arrays import FloatArray
+from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.triangle import exchange_order, tensor_net
 from service.surface.sides import along_sides, take_side
 
@@ -88,7 +87,7 @@ class _Batch(ABC):
     def side(self, number: int) -> tuple[FloatArray, FloatArray | None]:
         """One side, of degree n, of all patches: points (P, n+1, 3), weights (P, n+1) or None."""
 
-    def take(self, index: NDArray[np.intp]) -> Self:
+    def take(self, index: Ints) -> Self:
         """A batch of the patches with these numbers."""
         weights = None if self.weights is None else self.weights[index]
         channels = tuple(replace(c, nets=c.nets[index]) for c in self.channels)
@@ -107,7 +106,7 @@ class _Batch(ABC):
 
     @property
     @abstractmethod
-    def collapsed(self) -> NDArray[np.bool_]:
+    def collapsed(self) -> Bools:
         """Which sides are one point, shape (P, 4); the last side of a triangle always is."""
 
     @cached_property
@@ -206,12 +205,12 @@ class TensorPatches(_Batch):
     def _exchange(nets: FloatArray) -> FloatArray:
         return np.ascontiguousarray(nets.swapaxes(1, 2))
 
-    def set_collapsed(self, collapsed: NDArray[np.bool_]) -> None:
+    def set_collapsed(self, collapsed: Bools) -> None:
         """Store the value of the property `collapsed`, if the caller has already computed it."""
         self.__dict__["collapsed"] = collapsed
 
     @cached_property
-    def collapsed(self) -> NDArray[np.bool_]:
+    def collapsed(self) -> Bools:
         """Which sides are one point, shape (P, 4)."""
         p, q = self.degree
         # Axes: coordinate, u = 0 or 1, v = 0 or 1, patch. Long rows of patches are compared faster.
@@ -222,7 +221,7 @@ class TensorPatches(_Batch):
         is_equal = np.empty(corners.shape, bool)
         np.equal(corners[:, :, 0], corners[:, :, 1], out=is_equal[:, 0])
         np.equal(corners[:, 0], corners[:, 1], out=is_equal[:, 1])
-        collapsed: NDArray[np.bool_] = np.logical_and.reduce(is_equal).transpose(2, 0, 1).copy()
+        collapsed: Bools = np.logical_and.reduce(is_equal).transpose(2, 0, 1).copy()
         if not np.count_nonzero(collapsed):
             return collapsed.reshape(-1, 4)
         for axis, sides in enumerate((self.points[:, ::p], self.points.swapaxes(1, 2)[:, ::q])):
@@ -268,7 +267,7 @@ class TrianglePatches(_Batch):
         return self.degree, self.degree, self.degree, 0
 
     @cached_property
-    def collapsed(self) -> NDArray[np.bool_]:
+    def collapsed(self) -> Bools:
         """Which sides are one point, shape (P, 4); the last side always is."""
         sides = (self.side(number)[0] for number in range(4))
         return np.stack([(s == s[:, :1]).all(axis=(1, 2)) for s in sides], axis=1)
@@ -281,7 +280,7 @@ class TrianglePatches(_Batch):
 
     def side(self, number: int) -> tuple[FloatArray, FloatArray | None]:
         """One side, of degree n, of all patches: points (P, n+1, 3), weights (P, n+1) or None."""
-        rows: NDArray[np.intp] | list[int] = [-1]
+        rows: Ints | list[int] = [-1]
         if number < 3:
             rows = triangle.side_rows(self.degree)[number]
         return self.points[:, rows], None if self.weights is None else self.weights[:, rows]

@@ -9,10 +9,10 @@ from math import frexp
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from service.bases import triangle
-from service.bases.arrays import FloatArray
+from service.bases.arrays import Bools, FloatArray
 from service.errors import MAX_ISSUES, InvalidRequest, Issue, count_nouns, pointer
 
 Up: TypeAlias = Literal["y", "z"]
@@ -207,7 +207,7 @@ def check_up(up: str) -> None:
 def _refuse(
     values: FloatArray,
     where: str,
-    is_wrong: NDArray[np.bool_],
+    is_wrong: Bools,
     describe: Callable[[str, float], Issue],
 ) -> None:
     """Raise one issue for each of the first `MAX_ISSUES` positions where `is_wrong` is true.

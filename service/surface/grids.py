@@ -123,9 +123,7 @@ def first_patch(part: tuple[str, tuple[int, ...]]) -> tuple[tuple[int, ...], str
     return members[:1], name
 
 
-def order_parts(
-    parts: PartMembers, count: int, name: str
-) -> tuple[NDArray[np.intp] | None, tuple[Part, ...]]:
+def order_parts(parts: PartMembers, count: int, name: str) -> tuple[Ints | None, tuple[Part, ...]]:
     """Order the patches so that the patches of each part are consecutive.
 
     Patches without a part come last, as a part with the name of the surface.

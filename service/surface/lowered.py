@@ -10,9 +10,8 @@ from math import dist
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from service.bases.arrays import FloatArray
+from service.bases.arrays import FloatArray, Ints
 from service.surface.batches import Patches
 from service.surface.checks import Up
 from service.surface.curve_model import SweepModel
@@ -95,8 +94,8 @@ class PatchModel:
     parts: tuple[Part, ...]
     up: Up = "y"
     domains: tuple[Domain, ...] = ()
-    request_numbers: NDArray[np.intp] | None = None
-    sequence: NDArray[np.intp] | None = None
+    request_numbers: Ints | None = None
+    sequence: Ints | None = None
     control_nets: tuple[Patches, ...] = ()
     stretch: FloatArray | None = None
     merged_knots: int = 0
@@ -118,7 +117,7 @@ class PatchModel:
         return sum(batch.count for batch in self.batches)
 
     @property
-    def part_numbers(self) -> NDArray[np.intp]:
+    def part_numbers(self) -> Ints:
         """The number of the part of each patch, (P,)."""
         numbers = np.repeat(np.arange(len(self.parts)), [p.last - p.first for p in self.parts])
         if self.sequence is not None:

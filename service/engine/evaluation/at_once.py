@@ -13,9 +13,8 @@ of two, which rounds nothing.
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from service.bases.arrays import FloatArray, RealArray
+from service.bases.arrays import Bools, FloatArray, Ints, RealArray
 from service.cancellation import checkpoint
 from service.engine.evaluation.chunks import (
     CHUNK_SAMPLES,
@@ -56,7 +55,7 @@ def evaluate_at_once(
     normals: RealArray | None,
     *,
     is_separable: bool,
-) -> list[NDArray[np.intp]]:
+) -> list[Ints]:
     """Writes points and unit normals; returns the numbers of the doubtful samples.
 
     A sample is doubtful if S_u × S_v is too short for its direction to be precise; its normal is
@@ -76,7 +75,7 @@ def evaluate_at_once(
     """
     dtype: Real = positions.dtype.type
     sample_count = (resolution[0] + 1) * (resolution[1] + 1)
-    doubtful: list[NDArray[np.intp]] = []
+    doubtful: list[Ints] = []
     chunk, scale = count_chunk(patches.degree, resolution), find_scale(patches.extent)
     dimension = 3 if patches.weights is None else 4
     largest_weight = 1.0 if patches.weights is None else float(patches.weights.max())
@@ -223,7 +222,7 @@ class _Workspace:
         """Divides S by its weight."""
         self.point /= self.weight
 
-    def compute_vectors(self) -> NDArray[np.bool_] | None:
+    def compute_vectors(self) -> Bools | None:
         """Computes S_u × S_v and its squared length; returns which samples are doubtful.
 
         The result is a mask (r, samples), or None if no sample is doubtful. For rational patches

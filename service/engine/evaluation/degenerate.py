@@ -7,9 +7,8 @@ is computed from the coefficients, and not estimated from neighbouring samples.
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from service.bases.arrays import Bools, FloatArray
+from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import bernstein, binomials
 from service.engine.evaluation.nets import DerivativeNets, evaluate_along, longest_vectors
 from service.engine.vectors import length
@@ -27,7 +26,7 @@ Direction: TypeAlias = Literal["v", "u", "diagonal"]
 
 
 def limit_normals(
-    nets: DerivativeNets, patch_numbers: NDArray[np.intp], u: FloatArray, v: FloatArray
+    nets: DerivativeNets, patch_numbers: Ints, u: FloatArray, v: FloatArray
 ) -> FloatArray:
     """Limit normals at parameters where N vanishes.
 
@@ -115,7 +114,7 @@ def _restrict_to_longer_part(coefficients: FloatArray, t: FloatArray, axis: int)
 
 def trace_inwards(
     coefficients: FloatArray,
-    patch_numbers: NDArray[np.intp],
+    patch_numbers: Ints,
     u: FloatArray,
     v: FloatArray,
     direction: Direction,
@@ -158,7 +157,7 @@ def _find_leading(lines: FloatArray, min_length: FloatArray) -> FloatArray:
 
 
 def _find_mean_normals(
-    nets: DerivativeNets, coefficients: FloatArray, patch_numbers: NDArray[np.intp]
+    nets: DerivativeNets, coefficients: FloatArray, patch_numbers: Ints
 ) -> FloatArray:
     """The mean normals (m, 3) of patches, weighted by area.
 

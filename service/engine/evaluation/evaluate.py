@@ -12,10 +12,9 @@ from types import MappingProxyType
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from service.bases import triangle
-from service.bases.arrays import FloatArray
+from service.bases.arrays import FloatArray, Ints
 from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.evaluation.at_once import count_chunk, evaluate_at_once, fits_cache
 from service.engine.evaluation.chunks import CHUNK_SAMPLES, count_vectors
@@ -146,7 +145,7 @@ def _evaluate_in_double(
     resolution: tuple[int, int],
     method: Method,
     formulation: Formulation | None,
-    index: NDArray[np.intp],
+    index: Ints,
 ) -> PatchSamples:
     """Evaluates the patches with the numbers `index` in float64.
 

@@ -10,9 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from service.bases.arrays import FloatArray, RealArray
+from service.bases.arrays import FloatArray, Ints, RealArray
 from service.bases.row_batches import row_runs
 from service.engine.evaluation.chunks import (
     CHUNK_SAMPLES,
@@ -72,7 +71,7 @@ class Evaluation(ABC):
         self.scale = find_scale(patches.extent)
         self.largest_weight = 1.0 if patches.weights is None else float(patches.weights.max())
         self.dimension = 4 if self.is_rational else 3
-        self.doubtful: list[NDArray[np.intp]] = []
+        self.doubtful: list[Ints] = []
 
     def load_points(self, first: int, last: int, point: FloatArray) -> FloatArray:
         """Writes the control points of patches [first, last), ready for evaluation.
@@ -216,9 +215,7 @@ class Evaluation(ABC):
         np.subtract(z, term, out=z)
         return vectors
 
-    def finish(
-        self, evaluate_in_double: Callable[[NDArray[np.intp]], PatchSamples] | None
-    ) -> PatchSamples:
+    def finish(self, evaluate_in_double: Callable[[Ints], PatchSamples] | None) -> PatchSamples:
         """The result, after the doubtful normals have been computed again.
 
         The limits at poles that have a simple formula are computed first. A patch with many other
@@ -255,9 +252,7 @@ class Evaluation(ABC):
         return PatchSamples(self.positions, self.normals, poles)
 
     @abstractmethod
-    def _compute_normals_singly(
-        self, patch: NDArray[np.intp], sample: NDArray[np.intp]
-    ) -> tuple[FloatArray, int]:
+    def _compute_normals_singly(self, patch: Ints, sample: Ints) -> tuple[FloatArray, int]:
         """Normals of samples, each computed singly; and the number of limits among them."""
 
     @abstractmethod

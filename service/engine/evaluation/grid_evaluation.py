@@ -6,7 +6,6 @@ At a pole a side of a patch is one point; normals there follow from a short form
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray, Ints, RealArray
 from service.bases.bernstein import sample_basis_with_slopes, sample_parameters
@@ -63,9 +62,7 @@ class GridEvaluation(Evaluation):
         np.subtract(net[:, 1:], net[:, :-1], out=dv)
         return ChunkNets(rows, point, du, dv, self.find_thresholds(du, dv))
 
-    def _compute_normals_singly(
-        self, patch: NDArray[np.intp], sample: NDArray[np.intp]
-    ) -> tuple[FloatArray, int]:
+    def _compute_normals_singly(self, patch: Ints, sample: Ints) -> tuple[FloatArray, int]:
         """Normals of samples, each computed singly; and the number of limits among them."""
         i, j = np.divmod(sample, self.shape[1])
         u, v = (sample_parameters(r) for r in self.resolution)

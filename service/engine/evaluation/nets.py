@@ -8,9 +8,8 @@ from functools import cached_property
 from math import perm
 
 import numpy as np
-from numpy.typing import NDArray
 
-from service.bases.arrays import FloatArray
+from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import multiply
 from service.engine.extent import find_unit_scales
 from service.engine.vectors import BEFORE, NEXT, project
@@ -47,7 +46,7 @@ class DerivativeNets:
         Which sides are one point.
     """
 
-    def __init__(self, patches: TensorPatches, used: NDArray[np.intp]) -> None:
+    def __init__(self, patches: TensorPatches, used: Ints) -> None:
         self.degree = patches.degree
         self.collapsed = patches.collapsed[used]
         points = patches.points[used]
@@ -77,7 +76,7 @@ class DerivativeNets:
 
     def partials(
         self,
-        net_numbers: NDArray[np.intp],
+        net_numbers: Ints,
         along_u: tuple[FloatArray, FloatArray],
         along_v: tuple[FloatArray, FloatArray],
     ) -> tuple[FloatArray, FloatArray]:
@@ -138,8 +137,8 @@ class DerivativeNets:
 
 
 def nets_of_samples(
-    patches: TensorPatches, index: NDArray[np.intp]
-) -> Iterator[tuple[DerivativeNets, NDArray[np.intp], NDArray[np.intp]]]:
+    patches: TensorPatches, index: Ints
+) -> Iterator[tuple[DerivativeNets, Ints, Ints]]:
     """Yields the nets of the patches of m samples, for some samples at a time.
 
     Sample k is on patch `index[k]`.
@@ -164,7 +163,7 @@ def nets_of_samples(
             yield nets, rows[part], net_numbers[part]
 
 
-def _group_samples(index: NDArray[np.intp], step: int) -> Iterator[NDArray[np.intp]]:
+def _group_samples(index: Ints, step: int) -> Iterator[Ints]:
     """Groups of samples that are computed together: all of one patch, or a few of several patches.
 
     The samples of a patch with more than `step` samples are a group, so that the nets of this patch
@@ -180,9 +179,7 @@ def _group_samples(index: NDArray[np.intp], step: int) -> Iterator[NDArray[np.in
         yield remaining[begin : begin + step]
 
 
-def evaluate_along(
-    nets: FloatArray, net_numbers: NDArray[np.intp], basis: FloatArray
-) -> FloatArray:
+def evaluate_along(nets: FloatArray, net_numbers: Ints, basis: FloatArray) -> FloatArray:
     """Nets of polynomials in v, (r, d, q+1): row k is net `net_numbers[k]` at u = u_k.
 
     `nets` has the shape (K, d, p+1, q+1). Row k of `basis` (r, p+1) is the Bernstein basis at u_k.
@@ -197,7 +194,7 @@ def evaluate_along(
 
 
 def evaluate_at(
-    nets: FloatArray, net_numbers: NDArray[np.intp], along_u: FloatArray, along_v: FloatArray
+    nets: FloatArray, net_numbers: Ints, along_u: FloatArray, along_v: FloatArray
 ) -> FloatArray:
     """Values (r, d): row k is the polynomial of net `net_numbers[k]` at (u_k, v_k).
 

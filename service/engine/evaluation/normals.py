@@ -9,7 +9,6 @@ where its own normals are too imprecise.
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from service.bases import triangle_basis
 from service.bases.affine_combination import to_homogeneous
@@ -29,7 +28,7 @@ from service.surface.batches import Patches, TensorPatches, TrianglePatches
 
 
 def unit_normals(
-    patches: TensorPatches, index: NDArray[np.intp], u: FloatArray, v: FloatArray
+    patches: TensorPatches, index: Ints, u: FloatArray, v: FloatArray
 ) -> tuple[FloatArray, int]:
     """Unit normals of patch `index[k]` at (u[k], v[k]), and how many of them are limits.
 
@@ -62,7 +61,7 @@ def unit_normals(
 
 
 def find_normals(
-    nets: DerivativeNets, net_numbers: NDArray[np.intp], u: FloatArray, v: FloatArray
+    nets: DerivativeNets, net_numbers: Ints, u: FloatArray, v: FloatArray
 ) -> tuple[FloatArray, Bools]:
     """Unit normals (m, 3) of patch `net_numbers[k]` of the nets at (u[k], v[k]).
 
@@ -88,7 +87,7 @@ def find_normals(
 
 
 def triangle_normals(
-    patches: TrianglePatches, index: NDArray[np.intp], s: FloatArray, t: FloatArray
+    patches: TrianglePatches, index: Ints, s: FloatArray, t: FloatArray
 ) -> tuple[FloatArray, int]:
     """Unit normals of patch `index[k]` at (s[k], t[k]), and how many of them are limits.
 
@@ -111,7 +110,7 @@ def triangle_normals(
 
 
 def normals_at(
-    patches: TrianglePatches, index: NDArray[np.intp], s: FloatArray, t: FloatArray
+    patches: TrianglePatches, index: Ints, s: FloatArray, t: FloatArray
 ) -> tuple[FloatArray, Bools]:
     """Unit normals (m, 3) of patch `index[k]` at (s[k], t[k]).
 
@@ -138,7 +137,7 @@ def normals_at(
 
 
 def _find_regular_normals(
-    local: TrianglePatches, patch_numbers: NDArray[np.intp], s: FloatArray, t: FloatArray
+    local: TrianglePatches, patch_numbers: Ints, s: FloatArray, t: FloatArray
 ) -> tuple[FloatArray, Bools]:
     """Unit vectors (m, 3) of S_s × S_t on patch `patch_numbers[k]` at (s[k], t[k]).
 
@@ -165,7 +164,7 @@ def _find_regular_normals(
     return vectors / lengths[:, None], vanishes
 
 
-def _combine(basis: FloatArray, nets: FloatArray, patch_numbers: NDArray[np.intp]) -> FloatArray:
+def _combine(basis: FloatArray, nets: FloatArray, patch_numbers: Ints) -> FloatArray:
     """Values (m, d) at m parameters: value k is net `patch_numbers[k]` times column k of the basis.
 
     `nets` (K, P, d) are P nets of K control points; `basis` has the shape (K, m).

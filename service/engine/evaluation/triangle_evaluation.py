@@ -17,10 +17,9 @@ from functools import partial
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from service.bases import triangle, triangle_basis
-from service.bases.arrays import FloatArray, RealArray
+from service.bases.arrays import FloatArray, Ints, RealArray
 from service.bases.row_batches import row_runs
 from service.cancellation import checkpoint
 from service.engine.evaluation.chunks import CHUNK_SAMPLES, ChunkNets
@@ -142,9 +141,7 @@ class TriangleEvaluation(Evaluation):
     def _write_poles(self, normals: RealArray) -> None:
         """Does nothing: limits at the poles of triangles are computed one by one."""
 
-    def _compute_normals_singly(
-        self, patch: NDArray[np.intp], sample: NDArray[np.intp]
-    ) -> tuple[FloatArray, int]:
+    def _compute_normals_singly(self, patch: Ints, sample: Ints) -> tuple[FloatArray, int]:
         """Normals of samples, each computed singly; and the number of limits among them."""
         s, t = triangle.locate_samples(self.divisions, sample)
         return triangle_normals(self.patches, patch, s, t)

@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from service.bases import triangle
 from service.bases.arrays import FloatArray, Ints
@@ -87,8 +86,8 @@ class LocalTriangles:
 
 
 def triangles_of_samples(
-    patches: TrianglePatches, index: NDArray[np.intp]
-) -> Iterator[tuple[LocalTriangles, NDArray[np.intp], NDArray[np.intp]]]:
+    patches: TrianglePatches, index: Ints
+) -> Iterator[tuple[LocalTriangles, Ints, Ints]]:
     """Yields the patches of m samples, for some samples at a time.
 
     Sample k is on patch `index[k]`.
@@ -118,9 +117,7 @@ def localize(patches: TrianglePatches) -> LocalTriangles:
     return LocalTriangles(local, middle[:, 0], scale[:, 0, 0])
 
 
-def tensor_u(
-    patches: TrianglePatches, patch_numbers: NDArray[np.intp], barycentric: FloatArray
-) -> FloatArray:
+def tensor_u(patches: TrianglePatches, patch_numbers: Ints, barycentric: FloatArray) -> FloatArray:
     """The parameter u = s / (r + s) of barycentric coordinates (m, 3) in the tensor-product form.
 
     At the corner t = 1, where r + s = 0, u chooses the direction from which a limit is taken. If

@@ -10,7 +10,6 @@ from itertools import pairwise
 from operator import attrgetter
 
 import numpy as np
-from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray, Ints, RealArray
 from service.bases.bernstein import bernstein, sample_basis
@@ -246,7 +245,7 @@ def find_limits(patches: Ints, domains: tuple[Domain, ...]) -> tuple[FloatArray,
     return _span_ends(u, row), _span_ends(v, column)
 
 
-def _span_ends(knots: FloatArray, span: NDArray[np.intp]) -> FloatArray:
+def _span_ends(knots: FloatArray, span: Ints) -> FloatArray:
     """The two knots at the ends of each span, (m, 2)."""
     return np.stack([knots[span], knots[span + 1]], axis=1)
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.bases import triangle
-from service.bases.arrays import IndexArray, Ints
+from service.bases.arrays import Bools, IndexArray, Ints
 from service.bases.cache import BASES
 from service.engine.options import Faces
 from service.engine.plans.strips import Divisions, build_strips
@@ -92,7 +92,7 @@ def build_faces(shape: AnyShape, kind: Faces) -> tuple[IndexArray, IndexArray]:
     return triangles, BASES.array(("quads", shape), lambda: _build_grid_faces(shape, kind)[1])
 
 
-def find_used_samples(shape: AnyShape, kind: Faces) -> NDArray[np.intp]:
+def find_used_samples(shape: AnyShape, kind: Faces) -> Ints:
     """The local indices that occur in the faces of this shape, in ascending order; read-only."""
     return BASES.array(
         ("used", shape, kind), lambda: np.union1d(*build_faces(shape, kind)).astype(np.intp)
@@ -134,9 +134,7 @@ def build_rim(shape: Shape, kind: Faces) -> tuple[IndexArray, IndexArray]:
     return _build_cells(shape, kind, cells)
 
 
-def _build_cells(
-    shape: Shape, kind: Faces, cells: NDArray[np.intp]
-) -> tuple[IndexArray, IndexArray]:
+def _build_cells(shape: Shape, kind: Faces, cells: Ints) -> tuple[IndexArray, IndexArray]:
     """Faces of these cells and of strips along the sides, without faces that repeat a vertex."""
     ru, rv = shape.resolution
     number = np.arange((ru + 1) * (rv + 1)).reshape(ru + 1, rv + 1)
@@ -209,7 +207,7 @@ def _turn_corner_cells(shape: Shape, triangles: NDArray[Index]) -> NDArray[Index
     return triangles
 
 
-def merge_collapsed(shape: AnyShape) -> NDArray[np.intp]:
+def merge_collapsed(shape: AnyShape) -> Ints:
     """All local indices, where the samples of a collapsed side have one common index."""
     if isinstance(shape, TriangleShape):
         indices = np.arange(triangle.count_points(shape.divisions))
@@ -233,8 +231,8 @@ def merge_collapsed(shape: AnyShape) -> NDArray[np.intp]:
     return indices
 
 
-def _find_proper(faces: Ints) -> NDArray[np.bool_]:
+def _find_proper(faces: Ints) -> Bools:
     """Which faces do not repeat a vertex."""
     ordered = np.sort(faces, axis=1)
-    is_proper: NDArray[np.bool_] = (ordered[:, 1:] != ordered[:, :-1]).all(axis=1)
+    is_proper: Bools = (ordered[:, 1:] != ordered[:, :-1]).all(axis=1)
     return is_proper

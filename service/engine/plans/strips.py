@@ -8,13 +8,14 @@ from itertools import pairwise
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
+
+from service.bases.arrays import Ints
 
 Divisions: TypeAlias = tuple[int, int, int, int]
 """Numbers of divisions of the four sides."""
 
 
-def build_strips(number: NDArray[np.intp], sides: Divisions) -> list[NDArray[np.intp]]:
+def build_strips(number: Ints, sides: Divisions) -> list[Ints]:
     """Triangles (T, 3) beside each of the sides u = 0, u = 1, v = 0, v = 1, as local indices.
 
     Parameters
@@ -46,9 +47,7 @@ def build_strips(number: NDArray[np.intp], sides: Divisions) -> list[NDArray[np.
     return strips
 
 
-def _build_strip(
-    outer: list[int], inner: list[int], divisions: int, is_reversed: bool
-) -> NDArray[np.intp]:
+def _build_strip(outer: list[int], inner: list[int], divisions: int, is_reversed: bool) -> Ints:
     """Triangles (T, 3) between a side, `outer`, and the shorter line of samples beside it, `inner`.
 
     The samples of `outer` are at equal distances from parameter 0 to 1, the samples of `inner` from
