@@ -38,8 +38,7 @@ class CacheMiddleware:
                         codings = value if codings is None else codings + b"," + value
                     elif name == b"if-none-match":
                         condition = value if condition is None else condition + b"," + value
-                accepted = parse_accepted_codings(codings)
-                choice = _choose_variant(entry, accepted, condition)
+                choice = _choose_variant(entry, parse_accepted_codings(codings), condition)
                 if choice is not None:
                     self.cache.hits += 1
                     record_of(scope).cache = "hit"

@@ -104,8 +104,7 @@ def json_response(
     media_type: str = "application/json",
 ) -> Response:
     """The response with a JSON document."""
-    body = orjson.dumps(content)
-    return ChunkedResponse(body, status, headers, media_type)
+    return ChunkedResponse(orjson.dumps(content), status, headers, media_type)
 
 
 def bytes_response(content: bytes, job: Job, headers: Mapping[str, str] = HEADERS) -> Response:

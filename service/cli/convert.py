@@ -133,8 +133,7 @@ def _parse_numbers(text: str, separator: str) -> list[int | float | str]:
 def _parse_pairs(flag: str, text: str) -> list[tuple[str, str]]:
     """Names and values of "u=…,v=…"; refuses a repeated name."""
     parts = [part.partition("=") for part in text.split(",")]
-    names = {key for key, _, _ in parts}
-    if len(names) < len(parts):
+    if len({key for key, _, _ in parts}) < len(parts):
         texts = "A name is repeated.", f"--{flag}", "the name again", "each name once"
         raise InvalidRequest(Issue("repeated_key", *texts))
     return [(key, value) for key, _, value in parts]

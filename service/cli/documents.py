@@ -94,10 +94,11 @@ class Query:
             check_output(arguments)
         else:
             fmt = choose_format(arguments, self.formats())
-        if self.is_curve:
-            document = read_request(arguments.source, "curve", "no such file")
-        else:
-            document = read_document(arguments)
+        document = (
+            read_request(arguments.source, "curve", "no such file")
+            if self.is_curve
+            else read_document(arguments)
+        )
         values = read_values(arguments, self.flags)
         document = self.merge(document, values) | values
         return perform_document(
@@ -171,5 +172,4 @@ def parse_request(model: type[Request], document: Mapping[str, Any]) -> "tuple[R
 
     pin_blas()
     settings = command_settings()
-    request = validate_document(model, document, document_limits(settings))
-    return request, result_limits(settings)
+    return validate_document(model, document, document_limits(settings)), result_limits(settings)

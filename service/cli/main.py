@@ -59,8 +59,7 @@ def _run(options: argparse.Namespace) -> int:
     try:
         return int(options.run(options))
     except (SurfaceError, Refused) as error:
-        lines = error.args if isinstance(error, Refused) else map(issue_line, error.issues)
-        for line in lines:
+        for line in error.args if isinstance(error, Refused) else map(issue_line, error.issues):
             print_error(line)
         return REFUSED
     except (UsageError, BadAddress, InvalidSettings, ServiceFailed) as error:

@@ -129,9 +129,7 @@ def read_request(source: str, field: str, missing_text: str) -> dict[str, Any]:
     from service.schemas.document import parse_document
 
     document = parse_document(_read(source, field, missing_text))
-    if isinstance(document, dict) and field in document:
-        return document
-    return {field: document}
+    return document if isinstance(document, dict) and field in document else {field: document}
 
 
 def _read(source: str, noun: str, missing_text: str) -> bytes:

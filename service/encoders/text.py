@@ -120,9 +120,7 @@ def json_bound(value: object) -> int:
         return 2 + sum(json_bound(key) + json_bound(item) + 2 for key, item in value.items())
     if isinstance(value, list | tuple):
         return 2 + sum(json_bound(item) + 1 for item in value)
-    if isinstance(value, str):
-        return 2 + LONGEST_ESCAPE * len(value.encode())
-    return FLOAT64_CHARS
+    return 2 + LONGEST_ESCAPE * len(value.encode()) if isinstance(value, str) else FLOAT64_CHARS
 
 
 def json_array(array: NDArray[np.generic]) -> bytes:

@@ -52,10 +52,11 @@ def _build_single(
     # Wires and faces are drawn on the same joined model; `tessellate` would join only its own.
     if options.has_wires or not options.has_faces:
         model, _ = join(model, options.weld_tolerance, allow)
-    if options.has_faces:
-        mesh = tessellate(model, options, is_float32=is_float32, allow=allow)
-    else:
-        mesh = draw_without_faces(model, options, is_float32=is_float32)
+    mesh = (
+        tessellate(model, options, is_float32=is_float32, allow=allow)
+        if options.has_faces
+        else draw_without_faces(model, options, is_float32=is_float32)
+    )
     if options.has_wires:
         curves = sample_isocurves(model, options.resolution, options.isocurves)
         mesh = add_wires(mesh, model, options, curves)

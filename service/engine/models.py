@@ -34,10 +34,11 @@ def find_largest_coordinate(model: Model, options: MeshOptions) -> float:
 
     Sweeps have no wires and do not count.
     """
-    if isinstance(model, GroupModel):
-        models = [(model.models[member.model], member.matrix) for member in model.members]
-    else:
-        models = [(model, None)]
+    models = (
+        [(model.models[member.model], member.matrix) for member in model.members]
+        if isinstance(model, GroupModel)
+        else [(model, None)]
+    )
     largest = 0.0
     for submodel, matrix in models:
         if isinstance(submodel, PatchModel):

@@ -47,8 +47,7 @@ def plan_points(
     where, count = f"/{query.field}", len(query.places)
     check_items("too_many_points", count, limits.max_points, where)
     limits.check_bytes(points_bound(count, query.order), where)
-    size = check_surface(surface.stored_size(), limits)
-    cost = points_cost(size, count, query.order)
+    cost = points_cost(check_surface(surface.stored_size(), limits), count, query.order)
     limits.check_memory(cost.memory, "The response", where, "fewer points at once")
     return Work(cost, partial(_evaluate, surface, query, limits))
 

@@ -113,8 +113,7 @@ def sections_cost(size: SurfaceSize, planes: int, pieces: int, piece_bytes: int)
     """
     memory = SECTION_BATCH_BYTES + lowering_memory(size)
     memory += searched_nets(size).number * _cell_memory(size.degree)
-    seconds = 2e-2 + 1e-4 * size.patches + 5e-3 * planes
-    return Cost(memory + pieces * piece_bytes, seconds)
+    return Cost(memory + pieces * piece_bytes, 2e-2 + 1e-4 * size.patches + 5e-3 * planes)
 
 
 def measure_effort(degree: tuple[int, int]) -> int:
@@ -138,5 +137,4 @@ def measure_cost(size: SurfaceSize, budget: int, file_bytes: int) -> Cost:
         + MEASURE_POINT_BYTES * max(3 * points, budget + points)
         + MEASURE_BATCH_BYTES
     )
-    seconds = 0.1 + 3e-9 * measure_effort(size.degree) * size.patches
-    return Cost(memory + 2 * file_bytes, seconds)
+    return Cost(memory + 2 * file_bytes, 0.1 + 3e-9 * measure_effort(size.degree) * size.patches)

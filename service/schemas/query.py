@@ -276,6 +276,4 @@ def add_fields(surface: dict[str, Any], fields: Mapping[str, object]) -> dict[st
 def _parse_value(name: str, text: str) -> object:
     if name == "degree":
         return pair_from_text(text)
-    if name == "knots" and "," in text:
-        return text.split(",")
-    return text
+    return text.split(",") if name == "knots" and "," in text else text

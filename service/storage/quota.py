@@ -110,8 +110,7 @@ class Usage:
     async def _count(self) -> None:
         self._added = 0
         start = time.monotonic()
-        listed_bytes = await self._list_bytes()
-        self._used = listed_bytes + self._added
+        self._used = await self._list_bytes() + self._added
         self._counted_at = start
 
 

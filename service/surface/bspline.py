@@ -213,8 +213,7 @@ class BsplineSurface(NetSurface):
                 None if half_weights is None else half_weights[:, block_points],
             )
             # For each control point of the patches, its position in `values` as a list of points.
-            count = values.shape[1]
-            index = extraction_v.point_numbers[:, np.newaxis] * count
+            index = extraction_v.point_numbers[:, np.newaxis] * values.shape[1]
             index = index + (point_numbers - first)[:, np.newaxis, :, np.newaxis]
             # All indices are valid; with mode="clip" NumPy writes to `out` without a copy.
             values.reshape(-1, dimension).take(index, axis=0, out=points[block], mode="clip")

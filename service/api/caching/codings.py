@@ -116,8 +116,7 @@ def _parse_codings(header: bytes) -> Codings:
     min_quality = min((quality for quality in qualities.values() if quality > 0), default=1.0)
     if accepts_plain and "identity" not in by_name:
         qualities["identity"] = min_quality
-    order = sorted((c for c in CODINGS if qualities[c] > 0), key=lambda c: -qualities[c])
-    return tuple(order)
+    return tuple(sorted((c for c in CODINGS if qualities[c] > 0), key=lambda c: -qualities[c]))
 
 
 _parse_cached = lru_cache(maxsize=256)(_parse_codings)

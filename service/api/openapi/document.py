@@ -164,8 +164,7 @@ def _error_components(operations: Sequence[Json], settings: Settings) -> Json:
 
 def _problem_schemas() -> Json:
     """The schemas of errors: no route names them as its response."""
-    template = "#/components/schemas/{model}"
-    schema = Problem.model_json_schema(ref_template=template)
+    schema = Problem.model_json_schema(ref_template="#/components/schemas/{model}")
     schemas: Json = schema.pop("$defs") | {"Problem": schema}
     for field in schemas["Issue"]["properties"].values():
         field.pop("default", None)  # pydantic's default null: these fields are never null

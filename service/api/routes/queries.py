@@ -64,8 +64,7 @@ _POINTS, _HITS, _MEASURES = (
 def _run_intersect(body: IntersectRequest) -> bytes:
     if body.planes is None:
         return plan_intersect(body.to_surface(), body.to_query()).run()
-    fmt = SECTIONS_BY_NAME["json"]
-    return plan_sections(body.to_surface(), body.to_sections(), fmt).run()
+    return plan_sections(body.to_surface(), body.to_sections(), SECTIONS_BY_NAME["json"]).run()
 
 
 show_responses(

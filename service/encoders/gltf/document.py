@@ -209,8 +209,7 @@ def _json_bound(size: MeshSize, options: EncodeOptions) -> int:
     if options.compression == "meshopt":
         # Views of indices, positions, normals and texture coordinates; then the other attributes.
         node += COMPRESSED_CHARS * (4 + len(keys))
-    names = 3 * LONGEST_ESCAPE * size.name_bytes
-    return 2660 + 13 * FLOAT64_CHARS + size.drawables * node + names
+    return 2660 + 13 * FLOAT64_CHARS + size.drawables * node + 3 * LONGEST_ESCAPE * size.name_bytes
 
 
 def _buffer_bound(size: MeshSize, options: EncodeOptions) -> int:

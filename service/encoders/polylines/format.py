@@ -64,8 +64,7 @@ def in_space(vectors: Vectors) -> Vectors:
 
 def to_polyline(curve: SampledCurve) -> Polyline:
     """The polyline through the samples of a curve, in model coordinates."""
-    points = in_space(curve.points.astype(np.float64) + curve.origin)
-    return Polyline(points, curve.report.closed)
+    return Polyline(in_space(curve.points.astype(np.float64) + curve.origin), curve.report.closed)
 
 
 def join_points(polylines: Sequence[Polyline]) -> FloatArray:

@@ -23,9 +23,7 @@ from service.encoders.gltf.document import (
     File,
     build_whole_document,
     root_placement,
-    write_gltf,
 )
-from service.encoders.gltf.glb import write_glb
 from service.encoders.gltf.primitives import LINE_MATERIAL
 from service.encoders.polylines.format import (
     PolylineSize,
@@ -50,66 +48,21 @@ POLYLINE_CHARS = 500 + 6 * FLOAT64_CHARS
 """The most characters of a primitive, its accessor and its buffer view."""
 
 
-def encode_curve_glb(curve: SampledCurve) -> bytes:
-    """The curve as a binary glTF file."""
-    return bytes(write_glb(*_build_curve(curve)))
-
-
-def encode_curve_gltf(curve: SampledCurve) -> bytes:
-    """The curve as one glTF JSON document, which contains the buffer as base64."""
-    return write_gltf(*_build_curve(curve))
-
-
-def encode_sections_glb(sections: Sections) -> bytes:
-    """The sections as a binary glTF file."""
-    return bytes(write_glb(*_build_sections(sections)))
-
-
-def encode_sections_gltf(sections: Sections) -> bytes:
-    """The sections as one glTF JSON document, which contains the buffer as base64."""
-    return write_gltf(*_build_sections(sections))
-
-
-def curve_glb_bound(size: PolylineSize) -> int:
-    """The most bytes of a binary glTF file of a curve."""
-    return _curve_text_bound(size) + size.points * CURVE_POINT_BYTES
-
-
-def curve_gltf_bound(size: PolylineSize) -> int:
-    """The most bytes of a glTF JSON document of a curve."""
-    return _curve_text_bound(size) + _base64_bound(size.points * CURVE_POINT_BYTES)
-
-
-def sections_glb_bound(size: PolylineSize) -> int:
-    """The most bytes of a binary glTF file of sections."""
-    return _sections_text_bound(size) + size.points * POSITION_BYTES
-
-
-def sections_gltf_bound(size: PolylineSize) -> int:
-    """The most bytes of a glTF JSON document of sections."""
-    return _sections_text_bound(size) + _base64_bound(size.points * POSITION_BYTES)
-
-
-def _curve_text_bound(size: PolylineSize) -> int:
+def bound_curve_text(size: PolylineSize) -> int:
     """The most bytes of headers, JSON and padding of a curve, without the buffer."""
     # float64: 8 in the report, 6 in the bounds of POSITION, 3 in the translation.
     # The name of the curve occurs 3 times: in the scene, the node and the mesh.
     return 4096 + 17 * FLOAT64_CHARS + 3 * LONGEST_ESCAPE * size.name_bytes
 
 
-def _sections_text_bound(size: PolylineSize) -> int:
+def bound_sections_text(size: PolylineSize) -> int:
     """The most bytes of headers, JSON and padding of sections, without the buffer."""
     planes = (300 + 4 * FLOAT64_CHARS) * size.planes
     name = 2 * LONGEST_ESCAPE * size.name_bytes
     return 4096 + name + planes + POLYLINE_CHARS * size.polylines
 
 
-def _base64_bound(count: int) -> int:
-    """The most characters of a number of bytes in base64, which writes 3 bytes as 4 characters."""
-    return 4 + count // 3 * 4
-
-
-def _build_curve(curve: SampledCurve) -> File:
+def build_curve(curve: SampledCurve) -> File:
     """The glTF document of a curve, and its buffer."""
     columns = {"POSITION": in_space(curve.points)}
     if curve.tangents is not None:
@@ -128,7 +81,7 @@ def _build_curve(curve: SampledCurve) -> File:
     return build_whole_document(curve.name, report, arrays, buffer, EncodeOptions())
 
 
-def _build_sections(sections: Sections) -> File:
+def build_sections(sections: Sections) -> File:
     """The glTF document of some sections, and its buffer."""
     origin, rounding = _find_origin(sections)
     buffer = BufferBuilder()

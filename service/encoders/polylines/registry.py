@@ -3,6 +3,8 @@
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
+from service.encoders.gltf.document import File, write_gltf
+from service.encoders.gltf.glb import write_glb
 from service.encoders.polylines import gltf, json, obj, oogl, svg
 from service.encoders.polylines.format import (
     CurveFormat,
@@ -30,9 +32,32 @@ def _build(
     )
 
 
+def _build_gltf(
+    build: Callable[[Lines], File], text_bound: Callable[[PolylineSize], int], point_bytes: int
+) -> tuple[PolylineFormat[Lines], PolylineFormat[Lines]]:
+    """The two forms of glTF: a binary file, and one JSON document with the buffer as base64.
+
+    `text_bound` bounds the bytes of all but the buffer, which has `point_bytes` for each point.
+    """
+
+    def encode_glb(lines: Lines) -> bytes:
+        return bytes(write_glb(*build(lines)))
+
+    def encode_gltf(lines: Lines) -> bytes:
+        return write_gltf(*build(lines))
+
+    def glb_bound(size: PolylineSize) -> int:
+        return text_bound(size) + size.points * point_bytes
+
+    def gltf_bound(size: PolylineSize) -> int:
+        # base64 writes 3 bytes as 4 characters.
+        return text_bound(size) + 4 + size.points * point_bytes // 3 * 4
+
+    return _build("glb", encode_glb, glb_bound), _build("gltf", encode_gltf, gltf_bound)
+
+
 CURVE_FORMATS: tuple[CurveFormat, ...] = (
-    _build("glb", gltf.encode_curve_glb, gltf.curve_glb_bound),
-    _build("gltf", gltf.encode_curve_gltf, gltf.curve_gltf_bound),
+    *_build_gltf(gltf.build_curve, gltf.bound_curve_text, gltf.CURVE_POINT_BYTES),
     _build("json", json.encode_curve, json.curve_bound, "Points, tangents and lengths as JSON"),
     _build("oogl", oogl.encode_curve, oogl.curve_bound),
     _build("obj", obj.encode_curve, obj.curve_bound),
@@ -43,8 +68,7 @@ CURVES_BY_NAME: Mapping[str, CurveFormat] = MappingProxyType({f.name: f for f in
 """All formats of curves by name."""
 
 SECTION_FORMATS: tuple[SectionFormat, ...] = (
-    _build("glb", gltf.encode_sections_glb, gltf.sections_glb_bound),
-    _build("gltf", gltf.encode_sections_gltf, gltf.sections_gltf_bound),
+    *_build_gltf(gltf.build_sections, gltf.bound_sections_text, gltf.POSITION_BYTES),
     # The hits of rays are in the same list of formats; they are written as JSON only.
     _build("json", json.encode_sections, json.sections_bound, "Hits, or polylines, as JSON"),
     _build("oogl", oogl.encode_sections, oogl.sections_bound),

@@ -107,14 +107,12 @@ def replace_failing(task: Task, failing: Leaves, along_v: Bools, is_plain: Bools
     rising, falling = (a + 2.0 * b + c) * 0.25, (a - 2.0 * b + c) * 0.25
     # Columns: triangles of the fan on sides along u, and on sides along v; rows: their edges.
     edges = np.array([[a, c], [rising, rising], [falling, falling]])
-    heights = maximize_heights(edges).max(axis=0)
-    to_fan = is_plain & ~failing.is_fan & (heights <= allowed)
+    to_fan = is_plain & ~failing.is_fan & (maximize_heights(edges).max(axis=0) <= allowed)
     fans, rest = failing.take(to_fan), failing.take(~to_fan)
     fans = replace(fans, is_fan=np.ones(len(fans), dtype=bool))
     if not len(rest):
         return fans
-    halves = divide_cells(task, rest.halve(along_v[~to_fan]))
-    return Leaves.join([halves, fans])
+    return Leaves.join([divide_cells(task, rest.halve(along_v[~to_fan])), fans])
 
 
 class Proofs:
@@ -213,8 +211,7 @@ def _find_failing(draft: Draft, meets_goal: Bools) -> tuple[Ints, Bools, Ints]:
     along_v = along_v[cut]
     if len(cut):
         along_v = np.where(is_free[cut], _prefer_vertices(draft, cut, along_v), along_v)
-    strips = np.unique(triangles.segment[failing & (triangles.leaf < 0)])
-    return cut, along_v, strips
+    return cut, along_v, np.unique(triangles.segment[failing & (triangles.leaf < 0)])
 
 
 def _prefer_vertices(draft: Draft, cut: Ints, along_v: Bools) -> Bools:

@@ -148,8 +148,7 @@ def _cut_at_knots(corners: Ints, counts: Ints, axis: int) -> tuple[Ints, Ints, I
     several = (end - begin > 1).nonzero()[0]
     if not len(several):
         return unsplit, corners.take(unsplit, axis=2), begin[unsplit]
-    many = (end - begin)[several]
-    run, span = expand_runs(many, begin[several])
+    run, span = expand_runs((end - begin)[several], begin[several])
     source = several[run]
     rings = _slice_triangles(corners.take(several, axis=2), run, span, axis)
     sources, pieces, spans = [unsplit], [corners.take(unsplit, axis=2)], [begin[unsplit]]

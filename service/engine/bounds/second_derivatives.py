@@ -148,9 +148,7 @@ def _build_local_nets(patches: Patches, rows: slice) -> FloatArray:
 
 def _subtract_neighbours(net: FloatArray, axis: int) -> FloatArray:
     """Differences of neighbouring points of nets along u (axis 1) or along v (axis 2)."""
-    if axis == 1:
-        return net[:, 1:] - net[:, :-1]
-    return net[:, :, 1:] - net[:, :, :-1]
+    return net[:, 1:] - net[:, :-1] if axis == 1 else net[:, :, 1:] - net[:, :, :-1]
 
 
 def _cut_into_blocks(

@@ -123,8 +123,7 @@ def cell_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
         table, (length_a, length_b), second_lengths, second_errors
     )
     for row, axis in ((SIZE_A, 0), (SIZE_B, 1)):
-        steps = np.diff(points, axis=axis)
-        table[row] = length(steps).sum(axis=axis).max(axis=0)
+        table[row] = length(np.diff(points, axis=axis)).sum(axis=axis).max(axis=0)
     if q == 0:
         # A curve does not depend on b. Add ½ b² to ½ |x − S|², so that the sum is least at b = 0.
         table[FORM_BB] = 1.0

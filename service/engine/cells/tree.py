@@ -227,8 +227,7 @@ class CellTree:
         counts = self._child_count[cells]
         parents = np.repeat(np.arange(len(cells)), counts)
         # For each child, its number among the children of its parent: 0, 1, …
-        ends = np.cumsum(counts)
-        offset = np.arange(len(parents)) - np.repeat(ends - counts, counts)
+        offset = np.arange(len(parents)) - np.repeat(np.cumsum(counts) - counts, counts)
         return self._first_child[cells][parents] + offset, parents
 
     def _find_point_sides(self, nets: FloatArray) -> Bools:

@@ -107,8 +107,7 @@ def measure_surface_points(
     )
     # The rounding errors of the position and of the distance.
     error = cells.errors[net] + 8 * UNIT * distance
-    min_distance = np.maximum(distance - error, 0.0)
-    interval = min_distance, distance + error
+    interval = np.maximum(distance - error, 0.0), distance + error
     return SurfacePoints(
         point, net, parameters, position, gradient, second_partials, distance, *interval
     )

@@ -100,8 +100,7 @@ def project_on_curve(pieces: CurvePieces, query: ProjectQuery) -> Columns:
         (m,) in the domain of the curve; unit tangents (m, d).
     """
     nets = curve_nets(pieces)
-    local_points = nets.to_near_points(to_space(query.points))
-    closest, columns = _closest(nets, local_points, query)
+    closest, columns = _closest(nets, nets.to_near_points(to_space(query.points)), query)
     columns["positions"] = columns["positions"][:, : pieces.dimension]
     samples = CurveSamples(closest.net, closest.parameters[0])
     columns["parameters"] = samples.parameters(pieces.breaks)

@@ -169,10 +169,11 @@ def _write_block(
 
     They come from formulas, and from limits where the formulas fail.
     """
-    if isinstance(batch, TrianglePatches):
-        chunks = triangle_partials(batch, block.resolution[0])
-    else:
-        chunks = grid_partials(batch, block.resolution)
+    chunks = (
+        triangle_partials(batch, block.resolution[0])
+        if isinstance(batch, TrianglePatches)
+        else grid_partials(batch, block.resolution)
+    )
     doubtful = []
     for chunk in chunks:
         curvatures, doubtful_in_chunk = _compute_chunk(chunk, batch, block)

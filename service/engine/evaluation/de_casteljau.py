@@ -88,8 +88,7 @@ def evaluate_triangles(work: TriangleEvaluation) -> None:
 
     The last three points give the partials.
     """
-    degree = work.patches.degree
-    step = _count_samples(triangle.count_points(degree))
+    step = _count_samples(triangle.count_points(work.patches.degree))
     for first, last, begin, end in split_work(work.patches.count, work.sample_count, step):
         nets = work.load_nets(first, last)  # used for the threshold of normals
         r, s, t = triangle.barycentric(work.divisions, begin, end).astype(work.dtype).T

@@ -103,8 +103,7 @@ def _iterate_patches(
     shapes = ((p + 1, q + 1), (p, q + 1), (p + 1, q))
     net_count = 1 if work.normals is None else 3
     columns_and_shapes = [*zip(work.net_rows, shapes, strict=True)][:net_count]
-    step = max(1, CHUNK_SAMPLES // ((p + 1) * (q + 1)))
-    for first, last in row_runs(work.patches.count, step):
+    for first, last in row_runs(work.patches.count, max(1, CHUNK_SAMPLES // ((p + 1) * (q + 1)))):
         nets = work.load_nets(first, last)
         threshold = nets.threshold_column(work.dtype)
         for k in range(last - first):

@@ -103,8 +103,7 @@ def _separate_by_gaps(points: FloatArray, radius: float) -> Ints:
             )
             # Single points are final, and get numbers below zero.
             set_number[remaining] = np.cumsum(is_first) - 1
-            is_last = np.append(is_first[1:], True)
-            is_single = is_first & is_last
+            is_single = is_first & np.append(is_first[1:], True)
             set_number[remaining[is_single]] = -1 - remaining[is_single]
             remaining = remaining[~is_single]
             if not len(remaining):

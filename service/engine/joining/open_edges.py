@@ -128,8 +128,7 @@ def find_corner_candidates(edges: OpenEdges, radius: float) -> tuple[Ints, Ints]
     order = np.argsort(extents[:, axis], kind="stable")
     corners, extents = corners[order], extents[order]
     begin = np.searchsorted(extents[:, axis], low[:, axis])
-    end = np.searchsorted(extents[:, axis], high[:, axis], side="right")
-    counts = end - begin
+    counts = np.searchsorted(extents[:, axis], high[:, axis], side="right") - begin
     if counts.sum() > 16 * MAX_PAIRS:
         return np.empty(0, np.intp), np.empty(0, np.intp)
     pairs = []

@@ -97,8 +97,7 @@ def _search_cuts(seams: Seams, radius: float) -> Cuts:
     edge, corner, at, slack = edge[order], corner[order], at[order], slack[order]
     is_kept = _is_beside_shared_piece(edges, edge, corner, at, radius)
     side = sides[edge[is_kept]]
-    is_reversed = seams.backward.ravel()[side]
-    at = np.where(is_reversed, 1 - at[is_kept], at[is_kept])
+    at = np.where(seams.backward.ravel()[side], 1 - at[is_kept], at[is_kept])
     return Cuts(side // 4, side % 4, at, slack[is_kept])
 
 

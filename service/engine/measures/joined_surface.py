@@ -187,8 +187,7 @@ def _join_group(group: GroupModel, tolerance: float, allow: Allow) -> JoinedSurf
         members = tuple((n, group.members[n].matrix, _find_model(group, n)) for n in numbers)
         joined_models.append(_JoinedModel(first, model, members, number in clusters))
         first += model.patch_count
-        stretch = _stretch(member)
-        moved = max(moved, model.moved * stretch)
+        moved = max(moved, model.moved * _stretch(member))
         for n in numbers:
             point_error = max(
                 point_error, _bound_placing_error(group.members[n], _find_model(group, n))

@@ -67,8 +67,7 @@ def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Me
     precision.refuse_if_too_costly()
     (volume, centroid), *solid_parts = solids
     tolerance = query.tolerance
-    faults = oriented.find_unbalanced_sides()
-    sides = np.flatnonzero(faults.ravel())
+    sides = np.flatnonzero(oriented.find_unbalanced_sides().ravel())
     is_open = oriented.is_open.ravel()[sides]
     return Measures(
         area=areas[0],
@@ -184,6 +183,5 @@ def _join_open_sides(seams: Seams, oriented: OrientedSides) -> list[tuple[list[i
             if not following:
                 break
             border.append(following.pop())
-        is_closed = bool(ends[border[-1]] == begins[start])
-        borders.append((sides[border].tolist(), is_closed))
+        borders.append((sides[border].tolist(), bool(ends[border[-1]] == begins[start])))
     return sorted(borders)

@@ -187,8 +187,7 @@ def curve_nets(pieces: CurvePieces) -> QueryNets:
     nets = to_homogeneous((points - origin) / scale, pieces.weights)
     values = nets.transpose(1, 2, 0)[:, np.newaxis]
     corners = np.broadcast_to(UNIT_CORNERS, (pieces.count, 4, 2))
-    pieces_and_nets = np.arange(pieces.count), values
-    groups = group_nets([pieces_and_nets])
+    groups = group_nets([(np.arange(pieces.count), values)])
     return QueryNets(groups, origin, scale, groups[0].patches, corners, diagonal)
 
 
@@ -222,8 +221,7 @@ def _build_quadrilateral_nets(nets: FloatArray, degree: int) -> FloatArray:
             # c_i1 for i = 1 … m + 1, and c_i0 for i = 0 … m.
             rising = np.arange(1, m + 2) / (m + 1)
             falling = rising[::-1]
-            size = (m + 2, m + 2, len(nets), len(first_points), nets.shape[-1])
-            next_g = np.zeros(size)
+            next_g = np.zeros((m + 2, m + 2, len(nets), len(first_points), nets.shape[-1]))
             for (r, s, t), (alpha, beta) in zip(corners, _CHOICES, strict=True):
                 value = r * g[:, :, :, first_points] + s * g[:, :, :, first_points + 1]
                 value += t * g[:, :, :, above]

@@ -211,8 +211,7 @@ class Layout(SampleRuns):
             # samples follow in every `count`-th row.
             row = np.cumsum(has_divisions)[edge[sides]] - 1 + first
             # The ends of a side are corners.
-            inside = np.arange(1, divisions)
-            sources.append((row[:, None] + count * inside).ravel())
+            sources.append((row[:, None] + count * np.arange(1, divisions)).ravel())
             targets.append(self.find_side_samples(sides, divisions)[:, 1:-1].ravel())
             first += count * (divisions + 1)
         collapsed_samples, corner_of_sample = self.find_collapsed_samples()

@@ -254,6 +254,4 @@ def find_shared_positions(welding: Welding | None) -> IndexArray | None:
 
 def count_positions(vertices: int, welds: IndexArray | None) -> int:
     """The number of distinct positions."""
-    if welds is None:
-        return vertices
-    return int(np.count_nonzero(welds == np.arange(vertices)))
+    return vertices if welds is None else int(np.count_nonzero(welds == np.arange(vertices)))

@@ -117,10 +117,11 @@ def _find_curvatures_near(
         rows = np.flatnonzero(is_near.any(axis=1) & (nearest == side))
         if len(rows):
             at_side = np.full(len(rows), float(side % 2))
-            if side < 2:
-                lines = _InwardLines(nets, patch_numbers[rows], at_side, v[rows], "u")
-            else:
-                lines = _InwardLines(nets, patch_numbers[rows], u[rows], at_side, "v")
+            lines = (
+                _InwardLines(nets, patch_numbers[rows], at_side, v[rows], "u")
+                if side < 2
+                else _InwardLines(nets, patch_numbers[rows], u[rows], at_side, "v")
+            )
             series = lines.series(NEAR_TERMS)
             result[:, rows] = _compute_curvatures(series, normals[rows], distances[rows, side])
     return result

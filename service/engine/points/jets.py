@@ -81,10 +81,11 @@ def evaluate_jets(patches: Patches, index: Ints, u: FloatArray, v: FloatArray, o
     m = len(index)
     partials = np.empty((COUNTS[order], m, 3))
     normals, is_degenerate, curvatures = np.empty((m, 3)), np.empty(m, bool), np.empty((4, m))
-    if isinstance(patches, TrianglePatches):
-        parts = _evaluate_triangles(patches, index, u, v, order)
-    else:
-        parts = _evaluate_tensors(patches, index, u, v, order)
+    parts = (
+        _evaluate_triangles(patches, index, u, v, order)
+        if isinstance(patches, TrianglePatches)
+        else _evaluate_tensors(patches, index, u, v, order)
+    )
     for rows, (middle, scale), local_partials, *others in parts:
         partials[:, rows] = local_partials / scale[:, np.newaxis]
         partials[0, rows] += middle

@@ -52,9 +52,7 @@ def place_points(
     positions = points.astype(np.float64)
     if is_moved(origin):
         positions += origin
-    if matrix is None:
-        return positions
-    return _multiply(positions, matrix[:3, :3]) + matrix[:3, 3]
+    return positions if matrix is None else _multiply(positions, matrix[:3, :3]) + matrix[:3, 3]
 
 
 def place_normals(normals: RealArray, matrix: FloatArray | None) -> FloatArray:
@@ -82,5 +80,4 @@ def reverse_faces(faces: IndexArray) -> IndexArray:
 def _multiply(vectors: FloatArray, linear: FloatArray) -> FloatArray:
     """L x for every vector x of (…, 3); equal vectors give equal bits, wherever they are."""
     x, y, z = vectors[..., 0], vectors[..., 1], vectors[..., 2]
-    columns = [line[0] * x + line[1] * y + line[2] * z for line in linear]
-    return np.stack(columns, axis=-1)
+    return np.stack([line[0] * x + line[1] * y + line[2] * z for line in linear], axis=-1)

@@ -254,8 +254,7 @@ def _find_free_nodes(segments: Segments, ends: Ints, cells: EndedCells, loops: I
     """
     is_free = np.zeros(len(segments.node_net), bool)
     is_free[: len(segments.value)] = segments.value == 0
-    is_repeated = np.diff(segments.root_node, prepend=-1) == 0
-    is_free[segments.root_node[is_repeated]] = True
+    is_free[segments.root_node[np.diff(segments.root_node, prepend=-1) == 0]] = True
     is_free[loops[loops >= len(segments.value)]] = True
     is_free[ends[ends < len(is_free)]] = False
     is_free[segments.corner[(cells.kind == SINGULAR) | (cells.kind == COPLANAR)]] = False

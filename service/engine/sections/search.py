@@ -117,8 +117,7 @@ class CellSearch:
         checkpoint()
         self._pieces = 0.0
         is_unclear = kind == SINGULAR
-        unclear_counts = np.bincount(cells.pair, is_unclear)[cells.pair]
-        is_crowded = unclear_counts > MAX_UNCLEAR_CELLS
+        is_crowded = np.bincount(cells.pair, is_unclear)[cells.pair] > MAX_UNCLEAR_CELLS
         min_size = np.where(is_crowded, self.tolerance * RELATIVE_SIZE, MIN_SIZE)
         is_unclear &= self._estimate_sizes(cells) > min_size
         is_halved = np.stack([is_unclear, is_unclear])

@@ -63,8 +63,7 @@ def fill_gaps(vectors: FloatArray, is_defined: Bools) -> FloatArray:
 
 def find_perpendicular(vectors: FloatArray) -> FloatArray:
     """A unit vector perpendicular to each vector (…, 3): the perpendicular part of an axis."""
-    axis = np.eye(3)[np.abs(vectors).argmin(axis=-1)]
-    return _find_normal_parts(axis, vectors)
+    return _find_normal_parts(np.eye(3)[np.abs(vectors).argmin(axis=-1)], vectors)
 
 
 def _transport(points: FloatArray, tangents: FloatArray, first: FloatArray) -> FloatArray:

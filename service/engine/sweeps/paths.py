@@ -156,8 +156,7 @@ def _count_frames_at_samples(
     counts = _count_frames(turn, crease_angle)
     has_corner = (counts > 1) & (samples.t > 0) & (samples.t < 1)
     corner_counts = np.bincount(samples.piece[has_corner], minlength=pieces.count)
-    has_too_many = corner_counts > _bound_cusps(pieces)
-    counts[has_corner & has_too_many[samples.piece]] = 1
+    counts[has_corner & (corner_counts > _bound_cusps(pieces))[samples.piece]] = 1
     return counts
 
 

@@ -104,8 +104,7 @@ def build_ribbons(
         The point that the ribbons face, instead of a direction. Without both, any direction across
         the curve is a crossbar.
     """
-    frames = paths.points.shape[1]
-    width = np.broadcast_to(np.asarray(widths, dtype=np.float64), frames)
+    width = np.broadcast_to(np.asarray(widths, dtype=np.float64), paths.points.shape[1])
     if camera is not None:
         directions = camera - paths.points
     else:

@@ -139,8 +139,7 @@ def predict_sweep(model: SweepModel, options: MeshOptions) -> tuple[int, int, in
 
 def estimate_effort(model: SweepModel, options: MeshOptions) -> int:
     """The number of multiplications for all lengths, which take most time at high degrees."""
-    frames = model.pieces.count * options.resolution[0]
-    return frames * EFFORT * (model.pieces.degree + 1) ** 2
+    return model.pieces.count * options.resolution[0] * EFFORT * (model.pieces.degree + 1) ** 2
 
 
 def _evaluate(coefficients: FloatArray, t: FloatArray) -> FloatArray:

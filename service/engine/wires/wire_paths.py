@@ -160,8 +160,7 @@ def _find_continuations(number: Ints, outwards: FloatArray, angle: float) -> Int
     lines = (outwards[:, :, None] * outwards[:, None]).reshape(-1, 9)
     _, first, row_number = np.unique(number, return_index=True, return_inverse=True)
     # Ends at one point and on nearly one line get one number, that of their leader.
-    leaders = find_leaders(first[row_number], lines, 2.0**0.5 * angle)
-    pairs = _find_pairs(leaders)
+    pairs = _find_pairs(find_leaders(first[row_number], lines, 2.0**0.5 * angle))
     first_tangents, second_tangents = outwards[pairs[:, 0]], outwards[pairs[:, 1]]
     return pairs[dot(first_tangents, second_tangents, -1) < 0]
 

@@ -49,8 +49,7 @@ def elevate_patches(surface: PatchSurface, operation: Elevate, allowed: SizeLimi
     count = len(surface.patches) * (degree[0] + 1) * (degree[1] + 1)
     count += len(surface.triangles) * triangle.count_points(degree[0])
     check_degree(max(degree), allowed, "/degree")
-    channel_numbers = sum(net.shape[-1] for *_, net in surface.channels.each())
-    check_count(count, allowed, channel_numbers)
+    check_count(count, allowed, sum(net.shape[-1] for *_, net in surface.channels.each()))
     shapes = {indices.shape[1:] for _, indices in surface.by_degree}
     if shapes <= {(degree[0] + 1, degree[1] + 1)} and (
         not has_triangles or surface.triangle_degree == degree[0]

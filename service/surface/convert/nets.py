@@ -217,8 +217,8 @@ def share_vertices(
     """
     batches = [batch for batch in (grids, triangles) if batch is not None]
     columns = [np.concatenate(arrays) for arrays in zip(*(b.columns for b in batches), strict=True)]
-    rows = np.concatenate(columns, axis=1) + 0.0  # −0 becomes 0
-    first, indices = find_first_rows(rows)
+    # Adding 0 turns −0 into 0.
+    first, indices = find_first_rows(np.concatenate(columns, axis=1) + 0.0)
     # Positions, channels and weights of the vertices: `next` takes them in the order of
     # `Batch.columns`.
     vertex_columns = iter([column[first] for column in columns])

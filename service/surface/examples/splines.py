@@ -104,8 +104,7 @@ def trefoil(points: int = 24) -> BsplineCurve:
     t = 2 * np.pi * np.arange(points) / points
     x, y = np.sin(t) + 2 * np.sin(2 * t), np.cos(t) - 2 * np.cos(2 * t)
     # Three decimals: the last digits of sines depend on the machine.
-    polygon = np.stack([x, y, -np.sin(3 * t)], axis=1).round(3)
-    return BsplineCurve(polygon, 3, "periodic")
+    return BsplineCurve(np.stack([x, y, -np.sin(3 * t)], axis=1).round(3), 3, "periodic")
 
 
 def trefoil_tube() -> TubeSurface:

@@ -87,8 +87,7 @@ def find_chains(faces: Faces, seams: Seams) -> Chains:
     groups: list[_ChainGroup] = []
     # Sides of several edges, by their numbers of edges.
     for length in (np.bincount(count)[2:].nonzero()[0] + 2).tolist():
-        sides = (count == length).nonzero()[0]
-        rows = begin[sides, None] + np.arange(length)
+        rows = begin[(count == length).nonzero()[0], None] + np.arange(length)
         forth, back = along[rows], against[rows[:, ::-1]]
         turned = _is_before(back, forth)
         codes = np.where(turned[:, None], back, forth)

@@ -161,8 +161,7 @@ def build_whole_cells(faces: Faces) -> FaceCells:
     """One cell for each face."""
     zero = np.zeros(len(faces.first), dtype=np.intp)
     high = faces.spans * SPAN
-    rectangle = np.array([zero, high[0], zero, high[1]])
-    return FaceCells(rectangle, np.arange(len(faces.first)))
+    return FaceCells(np.array([zero, high[0], zero, high[1]]), np.arange(len(faces.first)))
 
 
 def elevate_to_quadratics(nets: FloatArray) -> FloatArray:

@@ -239,8 +239,7 @@ def _include_lengths(
     heights: FloatArray, lengths: FloatArray, flat: Bools, two_sided: bool
 ) -> FloatArray:
     """The lengths where cells are `flat`; elsewhere heights, or half of the lengths if larger."""
-    share = 0.5 if two_sided else 0.0
-    return np.where(flat, lengths, np.maximum(heights, lengths * share))
+    return np.where(flat, lengths, np.maximum(heights, lengths * (0.5 if two_sided else 0.0)))
 
 
 def _subtract_biquadratic(nets: FloatArray, values: FloatArray) -> FloatArray:

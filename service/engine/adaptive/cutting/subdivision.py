@@ -97,8 +97,7 @@ def _divide_several_spans(task: Task, start: FaceCells) -> tuple[list[Leaves], l
         # turn however thin it is. That direction has several spans, and `halve` cuts at a knot.
         # In the end the spans are estimated one by one.
         thin = cut.extents <= SPAN * FINEST
-        along_v = np.where(thin[0] | thin[1], thin[0], candidates.along_v[fails])
-        halves = cut.halve(along_v)
+        halves = cut.halve(np.where(thin[0] | thin[1], thin[0], candidates.along_v[fails]))
         several = count_spans(halves) > 1
         single.append(halves.take(~several))
         if several.any():

@@ -202,8 +202,7 @@ def _lift(
         s, leaf, side = s[~collapsed], leaf[~collapsed], side[~collapsed]
     # Rows of the box: across the side, and those of both ends along it.
     across = s - s % 2
-    along = np.array([2 - across, 3 - across])
-    key = border.base[side] + box[along, leaf]
+    key = border.base[side] + box[np.array([2 - across, 3 - across]), leaf]
     entry = border.key.searchsorted(key, "right") - 1
     exact = border.key[entry] == key
     # Both ends of each side of a leaf on the border: shape (2, sides).

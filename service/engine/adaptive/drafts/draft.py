@@ -239,8 +239,7 @@ def find_crowded(task: Task, leaves: Leaves, size: Ints) -> Ints:
 def find_crowded_directions(boundaries: CellBoundaries, cells: FaceCells, crowded: Ints) -> Bools:
     """Whether to halve v, not u, of crowded leaves: whether more of their corners are along v."""
     begin = boundaries.start[crowded]
-    size = boundaries.start[crowded + 1] - begin
-    row, entry = expand_runs(size, begin)
+    row, entry = expand_runs(boundaries.start[crowded + 1] - begin, begin)
     corner = boundaries.corner[entry]
     u0, u1, v0, v1 = cells.rectangle.take(crowded[row], axis=1)
     u, v = boundaries.u[corner], boundaries.v[corner]

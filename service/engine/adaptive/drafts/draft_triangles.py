@@ -208,8 +208,7 @@ class DraftTriangles:
             self._find_references(number, has_area, edges)
         vertex, corners = self.vertices[rows], self.corners[rows]
         across, nonmanifold = find_neighbours(vertex, has_area, samples.face[corners[:, 0]])
-        changed = edges & (self.across[rows] != across)
-        self.is_changed[number[changed.any(axis=1)]] = True
+        self.is_changed[number[(edges & (self.across[rows] != across)).any(axis=1)]] = True
         self.across[rows] = np.where(edges, across, self.across[rows])
         del across
         nonmanifold = nonmanifold[edges.ravel()[nonmanifold]]
