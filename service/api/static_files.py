@@ -42,7 +42,7 @@ class StaticFiles:
     def __init__(self, files: Mapping[str, StaticFile]) -> None:
         self._files = files
 
-    async def respond(self, request: Request, name: str, status: int = 200) -> Response:
+    async def respond(self, request: Request, name: str) -> Response:
         """The response to GET or HEAD for the file of this name.
 
         Raises
@@ -67,7 +67,7 @@ class StaticFiles:
             return Response(status_code=304, headers=headers)
         if coding != "identity":
             headers["Content-Encoding"] = coding
-        return ChunkedResponse(body, status, headers, file.media_type)
+        return ChunkedResponse(body, 200, headers, file.media_type)
 
     async def _load(self, name: str) -> StaticFile:
         file = self._files.get(name)

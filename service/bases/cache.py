@@ -10,7 +10,8 @@ from typing import Any, Generic, Protocol, TypeVar, cast
 
 import numpy as np
 import orjson
-from numpy.typing import NDArray
+
+from service.bases.arrays import AnyArray
 
 
 class Sized(Protocol):
@@ -21,7 +22,7 @@ class Sized(Protocol):
 
 
 Value = TypeVar("Value", bound=Sized)
-Array = TypeVar("Array", bound=NDArray[Any])
+Array = TypeVar("Array", bound=AnyArray)
 Result = TypeVar("Result")
 
 
@@ -112,7 +113,7 @@ class Cache(Generic[Value]):
             self._bytes -= oldest_value.nbytes
 
 
-class ArrayCache(Cache[NDArray[Any]]):
+class ArrayCache(Cache[AnyArray]):
     """A cache of arrays, which it makes contiguous and read-only."""
 
     def array(self, key: Hashable, build: Callable[[], Array]) -> Array:
@@ -120,7 +121,7 @@ class ArrayCache(Cache[NDArray[Any]]):
         return cast(Array, self.get(key, partial(_build_read_only, build)))
 
 
-def _build_read_only(build: Callable[[], Array]) -> NDArray[Any]:
+def _build_read_only(build: Callable[[], Array]) -> AnyArray:
     array = np.ascontiguousarray(build())
     array.flags.writeable = False
     return array
@@ -138,7 +139,7 @@ class _DerivedValue:
     can get the same id.
     """
 
-    sources: tuple[NDArray[Any], ...]
+    sources: tuple[AnyArray, ...]
     value: Any
 
     @property
@@ -149,7 +150,7 @@ class _DerivedValue:
 
 
 def derive_once(
-    sources: tuple[NDArray[Any], ...], name: Hashable, build: Callable[[], Result]
+    sources: tuple[AnyArray, ...], name: Hashable, build: Callable[[], Result]
 ) -> Result:
     """The result of `build`, which must depend on the source arrays alone.
 

@@ -20,8 +20,8 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from service.bases.arrays import AnyArray
 from service.decoders.format import Tree, build_malformed_error, check_count, check_kind
 from service.errors import InvalidRequest, Issue
 
@@ -95,7 +95,7 @@ def decode(content: bytes, kind: str | None, max_points: int) -> Tree:
     return tree | ({"weights": points[:, 3]} if width == 4 else {})
 
 
-def read_array(content: bytes) -> NDArray[Any]:
+def read_array(content: bytes) -> AnyArray:
     """Read the array of a file, of any shape, as a view of the bytes.
 
     Raises
@@ -209,7 +209,7 @@ def _check_shape(shape: tuple[int, ...]) -> None:
         )
 
 
-def _view_array(content: bytes, header: _Header) -> NDArray[Any]:
+def _view_array(content: bytes, header: _Header) -> AnyArray:
     """The array of a file as a view of its bytes."""
     flat = np.frombuffer(content, header.dtype, offset=header.start)
     return flat.reshape(header.shape, order="F" if header.is_fortran_order else "C")

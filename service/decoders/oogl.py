@@ -158,9 +158,10 @@ class _Reader:
         elif digits[0] is None:
             degrees = _DEGREES.match(self._text, self._position)
             if degrees is None:
-                needed = f"BEZ p q d, degrees 1 to {HIGHEST_DEGREE}, d 3 or 4"
                 raise self._build_error(
-                    "The degrees of the patches are missing.", self._next_word(), needed
+                    "The degrees of the patches are missing.",
+                    self._next_word(),
+                    f"BEZ p q d, degrees 1 to {HIGHEST_DEGREE}, d 3 or 4",
                 )
             digits = list(degrees.groups())
             self._position = degrees.end()

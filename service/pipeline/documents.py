@@ -67,6 +67,5 @@ def plan_definition(surface: Surface, limits: Limits = DEFAULT_LIMITS) -> Work[b
 def _write_document(surface: Surface, limits: Limits, where: str) -> bytes:
     """The surface as a JSON document; raises `TooLarge` with the pointer `where`."""
     document = {"surface": definition(surface)}
-    message = "The surface could become too large as JSON."
-    limits.check_bytes(json_bound(document), where, message)
+    limits.check_bytes(json_bound(document), where, "The surface could become too large as JSON.")
     return json_document(document)

@@ -238,8 +238,9 @@ def _predict_by_tolerance(
     try:
         distinct_bound, all_bound = _bound_meshes(model, options, accuracy, moved)
     except InvalidRequest as error:
-        issues = (replace(issue, pointer=accuracy.pointer) for issue in error.issues)
-        raise InvalidRequest(*issues) from None
+        raise InvalidRequest(
+            *(replace(issue, pointer=accuracy.pointer) for issue in error.issues)
+        ) from None
     if not (options.has_faces or options.has_wires):
         none = Counts(0, 0, 0)
         return _Prediction(none, none, exact=True, line_points=all_bound.points)

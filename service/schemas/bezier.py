@@ -9,10 +9,9 @@ from dataclasses import replace
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
-from service.bases.arrays import FloatArray
+from service.bases.arrays import AnyArray, FloatArray
 from service.bases.triangle import degree_of, degree_or_none, row_starts
 from service.errors import InvalidRequest, Issue, pointer
 from service.schemas.arrays import NumberGrid
@@ -138,7 +137,7 @@ def _split_nets(value: Any) -> Any:
     return split_rows(value) if isinstance(value, np.ndarray) else value
 
 
-def split_rows(values: NDArray[Any]) -> list[NDArray[Any]]:
+def split_rows(values: AnyArray) -> list[AnyArray]:
     """Split an array of (n+1)(n+2)/2 entries of a triangle into rows of n+1, n, … 1 entries."""
     return np.split(values, row_starts(degree_of(len(values)))[1:-1])
 

@@ -77,8 +77,9 @@ def _parse_knot_name(name: str) -> KnotName:
     """Check the name of a knot vector."""
     if name not in NAMED:
         needed = "one of " + ", ".join(NAMED)
-        issue = Issue("wrong_value", "No knots are known by this name.", "", "a string", needed)
-        raise to_invalid(issue)
+        raise to_invalid(
+            Issue("wrong_value", "No knots are known by this name.", "", "a string", needed)
+        )
     return cast(KnotName, name)
 
 

@@ -71,6 +71,13 @@ def conflict_issue(first_name: str, second_name: str, message: str, *, is_neithe
     )
 
 
+def check_exactly_one(request: BaseModel, first_name: str, second_name: str, message: str) -> None:
+    """Refuse a request that has both, or neither, of two fields whose default is None."""
+    is_neither = getattr(request, first_name) is None
+    if is_neither == (getattr(request, second_name) is None):
+        raise to_invalid(conflict_issue(first_name, second_name, message, is_neither=is_neither))
+
+
 # A value for u and a value for v: a list of two, or one value that stands for both.
 
 

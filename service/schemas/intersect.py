@@ -15,7 +15,13 @@ from service.engine.sections.values import (
 )
 from service.errors import InvalidRequest, Issue
 from service.schemas.arrays import NumberGrid
-from service.schemas.fields import Omittable, StrictModel, conflict_issue, optional
+from service.schemas.fields import (
+    Omittable,
+    StrictModel,
+    check_exactly_one,
+    conflict_issue,
+    optional,
+)
 from service.schemas.request import SurfaceRequest
 from service.schemas.validation import to_invalid
 from service.surface.checks import check_stored, validate_points
@@ -101,10 +107,9 @@ class PlaneSet(StrictModel):
 
     @model_validator(mode="after")
     def _check_one_form(self) -> Self:
-        if (self.offsets is None) == (self.points is None):
-            message = "A plane has a normal, and an offset or a point."
-            is_neither = self.offsets is None
-            raise to_invalid(conflict_issue("offsets", "points", message, is_neither=is_neither))
+        check_exactly_one(
+            self, "offsets", "points", "A plane has a normal, and an offset or a point."
+        )
         return self
 
     def to_planes(self) -> Planes:
@@ -188,11 +193,7 @@ class IntersectRequest(SurfaceRequest):
 
     @model_validator(mode="after")
     def _check_fields(self) -> Self:
-        if (self.rays is None) == (self.planes is None):
-            message = "A request has either rays or planes."
-            raise to_invalid(
-                conflict_issue("rays", "planes", message, is_neither=self.rays is None)
-            )
+        check_exactly_one(self, "rays", "planes", "A request has either rays or planes.")
         excluded, kind = (PLANE_FIELDS, "planes") if self.planes is None else (RAY_FIELDS, "rays")
         for name in excluded:
             if name in self.model_fields_set:

@@ -19,7 +19,13 @@ from service.engine.points.places import PointsQuery
 from service.errors import InvalidRequest, Issue, count_nouns
 from service.schemas.arrays import NumberGrid
 from service.schemas.curves import CurveDefinition, build_curve
-from service.schemas.fields import Omittable, RequestModel, conflict_issue, optional
+from service.schemas.fields import (
+    Omittable,
+    RequestModel,
+    check_exactly_one,
+    conflict_issue,
+    optional,
+)
 from service.schemas.request import SurfaceRequest
 from service.schemas.surfaces import SurfaceDefinition
 from service.schemas.validation import MAX_INDEX, index_too_large, to_invalid, wrong_type
@@ -92,10 +98,8 @@ class PointsRequest(SurfaceRequest):
 
     @model_validator(mode="after")
     def _check_one_form(self) -> Self:
-        if (self.uv is None) == (self.barycentric is None):
-            message = "There must be one list of places: `uv`, or on triangles `barycentric`."
-            is_neither = self.uv is None
-            raise to_invalid(conflict_issue("uv", "barycentric", message, is_neither=is_neither))
+        message = "There must be one list of places: `uv`, or on triangles `barycentric`."
+        check_exactly_one(self, "uv", "barycentric", message)
         return self
 
     def to_query(self) -> PointsQuery:
@@ -158,10 +162,7 @@ class ProjectRequest(RequestModel):
 
     @model_validator(mode="after")
     def _check_shape(self) -> Self:
-        if (self.surface is None) == (self.curve is None):
-            message = "A request has either a surface or a curve."
-            is_neither = self.surface is None
-            raise to_invalid(conflict_issue("surface", "curve", message, is_neither=is_neither))
+        check_exactly_one(self, "surface", "curve", "A request has either a surface or a curve.")
         if self.curve is not None and self.sign:
             message = "A curve has no inside: `sign` is for surfaces."
             raise to_invalid(conflict_issue("curve", "sign", message, is_neither=False))

@@ -243,8 +243,7 @@ def document_from_query(pairs: Iterable[tuple[str, str]]) -> dict[str, Any]:
     values = option_values(pairs)
     if "surface" in values:
         message, got = "A query has fields of the surface, one by one.", "all of them as one"
-        issue = Issue("unknown_field", message, "/surface", got, ", ".join(FIELDS))
-        raise InvalidRequest(issue)
+        raise InvalidRequest(Issue("unknown_field", message, "/surface", got, ", ".join(FIELDS)))
     # These values are texts already: no option of a mesh has the name of one of these fields.
     fields = {name: str(value) for name, value in values.items() if name in FIELDS}
     options = {name: value for name, value in values.items() if name not in FIELDS}

@@ -32,8 +32,8 @@ from math import prod
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from service.bases.arrays import AnyArray
 from service.errors import DamagedObject
 from service.pipeline.cost import Work, definition_cost
 from service.schemas.document import BYTES_PER_OBJECT, BYTES_PER_VALUE, DocumentLimits
@@ -46,7 +46,7 @@ VERSION = 1
 
 _TYPES = {"float64": np.dtype("<f8"), "int64": np.dtype("<i8")}
 
-Arrays: TypeAlias = list[NDArray[Any]]
+Arrays: TypeAlias = list[AnyArray]
 
 
 def canonical_content(surface: Surface) -> bytes:
@@ -121,7 +121,7 @@ def _take_arrays(value: Any, arrays: Arrays) -> Any:
     return value
 
 
-def _insert_arrays(tree: Any, arrays: Iterator[NDArray[Any]]) -> Any:
+def _insert_arrays(tree: Any, arrays: Iterator[AnyArray]) -> Any:
     """The tree with the next array in place of each None."""
     if tree is None:
         return next(arrays)

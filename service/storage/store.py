@@ -197,7 +197,9 @@ class SurfaceStore:
                 reserve(response.meta["size"])
                 return bytes(await response.bytes_async())
             except FileNotFoundError:
-                raise _build_unknown_error() from None
+                raise UnknownSurface(
+                    Issue("unknown_surface", "No surface is stored under this id.")
+                ) from None
 
     async def _list_bytes(self) -> int:
         """Bytes of all objects, by a listing."""
@@ -212,7 +214,3 @@ async def _hash(content: bytes) -> str:
     if len(content) <= INLINE_BYTES:
         return hashlib.sha256(content).hexdigest()
     return await to_thread.run_sync(lambda: hashlib.sha256(content).hexdigest())
-
-
-def _build_unknown_error() -> UnknownSurface:
-    return UnknownSurface(Issue("unknown_surface", "No surface is stored under this id."))

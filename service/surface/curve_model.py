@@ -93,11 +93,6 @@ class CurvePieces:
         low, high = self.bounds
         return low + (high - low) / 2
 
-    @cached_property
-    def space_points(self) -> FloatArray:
-        """The Bézier points in space, shape (S, n+1, 3); points of a plane curve get z = 0."""
-        return to_space(self.points)
-
 
 def to_space(points: FloatArray) -> FloatArray:
     """Points (…, 2) or (…, 3) as points (…, 3): points with two coordinates get z = 0."""

@@ -51,10 +51,9 @@ def check_degree(degree: int, where: str) -> None:
     if not 1 <= degree <= MAX_DEGREE:
         code = "degree_too_high" if degree > MAX_DEGREE else "out_of_range"
         needed = f"1 to {MAX_DEGREE}"
-        issue = Issue(
-            code, "The degree of a B-spline is limited.", where, f"degree {degree}", needed
+        raise InvalidRequest(
+            Issue(code, "The degree of a B-spline is limited.", where, f"degree {degree}", needed)
         )
-        raise InvalidRequest(issue)
 
 
 def validate_knots(knots: Knots, count: int, degree: int, where: str, points_pointer: str) -> Knots:

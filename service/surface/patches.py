@@ -100,8 +100,7 @@ class PatchSurface(SurfaceKind):
         self.channels.check_per_vertex(len(vertices), self.index_count)
         check_parts(self.parts, len(patches) + len(triangles))
         object.__setattr__(self, "parts", tuple(sorted(self.parts, key=first_patch)))
-        names = sum(len(name.encode()) for name, _ in self.parts)
-        object.__setattr__(self, "_name_bytes", names)
+        object.__setattr__(self, "_name_bytes", sum(len(name.encode()) for name, _ in self.parts))
         check_up(self.up)
 
     @property

@@ -5,12 +5,13 @@ sides 2 and 3 in the direction of increasing u. Corners 0, 1, 2, 3 are (u, v) = 
 (1, 0), (1, 1).
 """
 
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-Grid = TypeVar("Grid", bound=NDArray[Any])
+from service.bases.arrays import AnyArray
+
+Grid = TypeVar("Grid", bound=AnyArray)
 Value = TypeVar("Value")
 
 BEGINS = np.array([0, 2, 0, 1])

@@ -112,8 +112,9 @@ class RequestCounters:
 
 def register_state(registry: CollectorRegistry, state: State) -> None:
     """Registers the metrics that are read at each scrape: the application's state, the process."""
-    build = Info("surface_build", "Version of the service and of its numbers.", registry=registry)
-    build.info({"version": __version__, "engine": str(ENGINE)})
+    Info("surface_build", "Version of the service and of its numbers.", registry=registry).info(
+        {"version": __version__, "engine": str(ENGINE)}
+    )
     registry.register(StateCollector(state))
     ProcessCollector(registry=registry)
     GCCollector(registry=registry)

@@ -151,8 +151,9 @@ def add_telemetry(app: FastAPI, inner: ASGIApp, write: Write | None) -> "Request
         tracing: Tracing = module.Tracing(inner, provider, respond_to_failure)
         state.tracing = inner = tracing
     labels = RouteLabels(route.path or "" for route in iter_route_contexts(app.routes))
-    log = AccessLog(services.settings, write)
-    return RequestMiddleware(inner, labels, state.counters, log, services.origins)
+    return RequestMiddleware(
+        inner, labels, state.counters, AccessLog(services.settings, write), services.origins
+    )
 
 
 @dataclass(eq=False, slots=True)

@@ -216,8 +216,7 @@ async def delete_surface(id: StoredId, request: Request, context: ContextDep) ->
         raise HTTPException(405, headers={"Allow": "GET, HEAD"})
     # `content_id` refuses ids that are no hashes, and returns hashes unchanged.
     if not await context.services.store.delete(content_id(id)):
-        issue = Issue("unknown_surface", "No surface is stored under this id.", "/id")
-        raise UnknownSurface(issue)
+        raise UnknownSurface(Issue("unknown_surface", "No surface is stored under this id.", "/id"))
     context.services.cache.forget(id)
     return Response(status_code=204, headers=HEADERS)
 

@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from service.bases.arrays import Bytes, IndexArray
+from service.bases.arrays import AnyArray, Bytes, IndexArray
 from service.encoders.gltf.columns import Column
 from service.engine.extent import find_extent
 
@@ -160,7 +160,7 @@ def pad(content: memoryview | bytes) -> tuple[memoryview | bytes, bytes]:
     return content, bytes(-len(content) % 4)
 
 
-def _rows(values: NDArray[Any]) -> Bytes:
+def _rows(values: AnyArray) -> Bytes:
     """The bytes of each element, padded to a multiple of 4: shape (N, stride)."""
     elements = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<"))
     size = elements.itemsize * elements.shape[1]

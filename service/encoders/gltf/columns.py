@@ -20,12 +20,12 @@ KHR_mesh_quantization.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from service.bases.arrays import FloatArray, IndexArray, Ints, RealArray
+from service.bases.arrays import AnyArray, FloatArray, IndexArray, Ints, RealArray
 from service.engine.mesh.mesh import Mesh
 from service.engine.scenes.colors import to_linear
 
@@ -44,7 +44,7 @@ class Column:
         Whether the values are unit vectors of 16-bit integers, which compression may round.
     """
 
-    values: NDArray[Any]
+    values: AnyArray
     is_normalized: bool = False
     is_unit: bool = False
 

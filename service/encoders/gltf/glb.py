@@ -17,9 +17,8 @@ from itertools import accumulate
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from service.bases.arrays import Ints
+from service.bases.arrays import AnyArray, Ints
 from service.bases.cache import derive_once
 from service.encoders.content import find_nonempty, is_translucent, report_object
 from service.encoders.format import Content, EncodeOptions, SplitContent
@@ -128,7 +127,7 @@ class Template:
         text[1::2] = map(values.__getitem__, text[1::2])
         return _assemble(b"".join(text), chunks, self.length)
 
-    def _bounds(self, mesh: Mesh, positions: NDArray[Any]) -> Iterator[tuple[Any, Any]]:
+    def _bounds(self, mesh: Mesh, positions: AnyArray) -> Iterator[tuple[Any, Any]]:
         """Least and greatest coordinates of the vertices of each primitive."""
         # One primitive with all vertices, in model coordinates: its bounds are in the report.
         if len(self.indices) == 1 and self.rows is None and not is_moved(mesh.origin):

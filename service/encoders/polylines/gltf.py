@@ -58,8 +58,7 @@ def bound_curve_text(size: PolylineSize) -> int:
 def bound_sections_text(size: PolylineSize) -> int:
     """The most bytes of headers, JSON and padding of sections, without the buffer."""
     planes = (300 + 4 * FLOAT64_CHARS) * size.planes
-    name = 2 * LONGEST_ESCAPE * size.name_bytes
-    return 4096 + name + planes + POLYLINE_CHARS * size.polylines
+    return 4096 + 2 * LONGEST_ESCAPE * size.name_bytes + planes + POLYLINE_CHARS * size.polylines
 
 
 def build_curve(curve: SampledCurve) -> File:
@@ -77,8 +76,9 @@ def build_curve(curve: SampledCurve) -> File:
         "meshes": [{"name": curve.name, "primitives": [_build_strip(columns, buffer)]}],
         "materials": [LINE_MATERIAL],
     }
-    report = report_curve(curve.report)
-    return build_whole_document(curve.name, report, arrays, buffer, EncodeOptions())
+    return build_whole_document(
+        curve.name, report_curve(curve.report), arrays, buffer, EncodeOptions()
+    )
 
 
 def build_sections(sections: Sections) -> File:
@@ -101,8 +101,9 @@ def build_sections(sections: Sections) -> File:
             meshes.append({"name": f"section {k}", "primitives": strips})
         nodes.append(node)
     arrays = {"nodes": nodes, "meshes": meshes, "materials": [LINE_MATERIAL] if meshes else []}
-    report = report_sections(sections, rounding)
-    return build_whole_document(sections.name, report, arrays, buffer, EncodeOptions())
+    return build_whole_document(
+        sections.name, report_sections(sections, rounding), arrays, buffer, EncodeOptions()
+    )
 
 
 def _build_strip(columns: dict[str, RealArray], buffer: BufferBuilder) -> JsonObject:

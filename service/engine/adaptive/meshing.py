@@ -193,8 +193,9 @@ class GroupMesher:
             mesh = mesher.build_mesh(model_goal, most // copies[number], effort, normals[number])
             most -= len(mesh.triangles) * copies[number]
             meshes.append(mesh)
-        scene = arrange(group, tuple(meshes))
-        scene = separate_members(scene, self._joined, is_welded=self._is_welded)
+        scene = separate_members(
+            arrange(group, tuple(meshes)), self._joined, is_welded=self._is_welded
+        )
         if self._has_nodes:
             return scene
         flat_mesh = flatten(scene)

@@ -142,5 +142,6 @@ def check_goal(goal: Goal, least: float, nearest: float) -> None:
     """
     allowed = float(goal.find_allowed(np.array([nearest]))[0])
     if allowed < least:
-        needed = f"at least {least:.3g} for this surface in this format"
-        raise build_tolerance_error(f"{allowed:.6g}", needed)
+        raise build_tolerance_error(
+            f"{allowed:.6g}", f"at least {least:.3g} for this surface in this format"
+        )

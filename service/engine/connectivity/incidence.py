@@ -10,12 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import blake2b
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from service.bases.arrays import Bools, Ints
+from service.bases.arrays import AnyArray, Bools, Ints
 from service.bases.row_batches import unique_rows
 from service.surface.batches import Patches, TrianglePatches
 from service.surface.sides import BEGINS, ENDS
@@ -214,7 +212,7 @@ def triangular_patches(batches: Sequence[Patches]) -> Bools:
     return np.concatenate([np.full(b.count, isinstance(b, TrianglePatches)) for b in batches])
 
 
-def hash_arrays(*arrays: NDArray[Any]) -> bytes:
+def hash_arrays(*arrays: AnyArray) -> bytes:
     """A key for arrays: their BLAKE2b hash of 32 bytes, which resists collisions like SHA-256."""
     digest = blake2b(digest_size=32)
     for array in arrays:

@@ -28,7 +28,7 @@ from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import FloatArray, Ints
 from service.engine.nets.nets import Nets, build_tensor_nets, group_nets, split_by_group
 from service.surface.batches import Patches, TrianglePatches
-from service.surface.curve_model import CurvePieces
+from service.surface.curve_model import CurvePieces, to_space
 
 _A, _B, _C = np.eye(3)
 _CENTROID = (_A + _B + _C) / 3
@@ -181,7 +181,7 @@ def surface_nets(batches: Sequence[Patches]) -> QueryNets:
 
 def curve_nets(pieces: CurvePieces) -> QueryNets:
     """The nets of the pieces of a curve, of degree (n, 0), with the parameters (t, 0)."""
-    points = pieces.space_points
+    points = to_space(pieces.points)
     flat = points.reshape(-1, 3)
     origin, scale, diagonal = frame(flat.min(axis=0), flat.max(axis=0))
     nets = to_homogeneous((points - origin) / scale, pieces.weights)

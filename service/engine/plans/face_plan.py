@@ -6,12 +6,10 @@ position, the plan also depends on which samples share vertices.
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from service.bases.arrays import Bools, IndexArray, Ints
+from service.bases.arrays import AnyArray, Bools, IndexArray, Ints
 from service.bases.cache import MESH_PLANS
 from service.cancellation import checkpoint
 from service.engine.connectivity.incidence import hash_arrays
@@ -71,9 +69,9 @@ class FacePlan:
         return sum(array.nbytes for array in self.arrays)
 
     @property
-    def arrays(self) -> list[NDArray[Any]]:
+    def arrays(self) -> list[AnyArray]:
         """All arrays of the plan."""
-        arrays: list[NDArray[Any] | None] = [self.triangles, self.quads, self.ends, *self.grids]
+        arrays: list[AnyArray | None] = [self.triangles, self.quads, self.ends, *self.grids]
         arrays += [self.is_vertex, self.welds]
         if self.means is not None:
             averages, vertices = self.means

@@ -1,17 +1,16 @@
 """Columns of responses for points on patches, which queries find: parameters, patches, normals."""
 
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from service.bases.arrays import FloatArray, Ints
+from service.bases.arrays import AnyArray, FloatArray, Ints
 from service.engine.connectivity.incidence import triangular_patches
 from service.engine.evaluation.normals import evaluate_scattered_normals
 from service.engine.vectors import cross, dot, length
 from service.surface.lowered import PatchModel
 
-Columns: TypeAlias = dict[str, NDArray[Any]]
+Columns: TypeAlias = dict[str, AnyArray]
 
 MIN_SINE = 1e-4
 """The normal is computed as a limit if the sine of the angle between S_u and S_v is at most

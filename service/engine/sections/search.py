@@ -105,8 +105,7 @@ class CellSearch:
             count += int(np.count_nonzero(is_ended))
             checkpoint()
             if is_ended.any():
-                at_end = cells.take(is_ended)
-                ended.append(at_end.end(kind[is_ended], sense[is_ended], self.width))
+                ended.append(cells.take(is_ended).end(kind[is_ended], sense[is_ended], self.width))
             if is_ended.all():
                 break
             cells = cells.halve_some(along_u, along_v)

@@ -41,8 +41,9 @@ def draw_without_faces(
     """A mesh that has the overlays of a model, and no faces."""
     origin = choose_origin(*model.bounds) if is_float32 else np.zeros(3)
     dtype: Real = np.float32 if is_float32 else np.float64
-    overlays = draw_overlays(model, options, origin, dtype)
-    return build_line_mesh(model, options, overlays, origin, dtype)
+    return build_line_mesh(
+        model, options, draw_overlays(model, options, origin, dtype), origin, dtype
+    )
 
 
 def build_line_mesh(
