@@ -75,8 +75,10 @@ async def _on_disconnect(_: Request, error: Exception) -> Response:
     return Response(status_code=400)
 
 
-async def _on_exception(request: Request, error: Exception) -> Response:
-    """The response to an unexpected error. Starlette raises the error again; the log gets it."""
-    del error  # a client must not see its text
+async def _on_exception(request: Request, _: Exception) -> Response:
+    """The response to an unexpected error, without the text of the error.
+
+    Starlette raises the error again; the log gets it.
+    """
     record_of(request.scope).code = INTERNAL_ERROR.code
     return problem_response(INTERNAL_ERROR)

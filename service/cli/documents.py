@@ -28,9 +28,8 @@ Request = TypeVar("Request", bound="BaseModel")
 Document = dict[str, Any]
 
 
-def _keep_fields(document: Document, values: Document) -> Document:
+def _keep_fields(document: Document, _: Document) -> Document:
     """The fields of a file, all of which stay beside the values of flags."""
-    del values
     return document
 
 

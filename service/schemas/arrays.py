@@ -119,9 +119,9 @@ class NumberGrid(GridRules):
         self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
         """The JSON Schema of the field: arrays of arrays of numbers."""
-        result: dict[str, Any] = {"type": "number"}
-        if self.integers:
-            result = {"type": "integer", "minimum": 0}
+        result: dict[str, Any] = (
+            {"type": "integer", "minimum": 0} if self.integers else {"type": "number"}
+        )
         if self.positive:
             result["exclusiveMinimum"] = 0
         for level in reversed(range(len(self.levels))):

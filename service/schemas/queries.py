@@ -192,9 +192,7 @@ class ProjectRequest(RequestModel):
     def to_query(self) -> ProjectQuery:
         """The points and the tolerance, for the engine; raises `InvalidRequest`."""
         shape = self.to_shape()
-        dimension = 3
-        if isinstance(shape, BezierCurve | BsplineCurve):
-            dimension = shape.lower().dimension
+        dimension = shape.lower().dimension if isinstance(shape, BezierCurve | BsplineCurve) else 3
         check_dimension(self.points, dimension)
         points = validate_points(self.points, "points", axes=2, dimensions=(dimension,))
         return ProjectQuery(points, self.relative_tolerance, self.sign)

@@ -103,8 +103,11 @@ def variable(name: str) -> str:
     return PREFIX + name.upper()
 
 
-_BYTES = "bytes, such as 1048576 or 64MiB,"
-_NUMBERS: dict[object, str] = {int: "a whole number", float: "seconds", ByteSize: _BYTES}
+_NUMBERS: dict[object, str] = {
+    int: "a whole number",
+    float: "seconds",
+    ByteSize: "bytes, such as 1048576 or 64MiB,",
+}
 
 
 def describe_values(field: FieldInfo) -> str:

@@ -280,9 +280,7 @@ class TrianglePatches(_Batch):
 
     def side(self, number: int) -> tuple[FloatArray, FloatArray | None]:
         """One side, of degree n, of all patches: points (P, n+1, 3), weights (P, n+1) or None."""
-        rows: Ints | list[int] = [-1]
-        if number < 3:
-            rows = triangle.side_rows(self.degree)[number]
+        rows: Ints | list[int] = triangle.side_rows(self.degree)[number] if number < 3 else [-1]
         return self.points[:, rows], None if self.weights is None else self.weights[:, rows]
 
     @staticmethod

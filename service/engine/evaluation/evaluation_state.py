@@ -267,7 +267,6 @@ def _take_coordinates(points: RealArray) -> RealArray:
 
 def _square_sums(nets: FloatArray) -> FloatArray:
     """Sums (r,) of the squared lengths of all vectors of each net (…, d, r), without weights."""
-    rows = nets[..., :3, :] if nets.shape[-2] > 3 else nets
-    rows = rows.reshape(-1, nets.shape[-1])
+    rows = nets[..., :3, :].reshape(-1, nets.shape[-1])
     sums: FloatArray = np.einsum("kr,kr->r", rows, rows)
     return sums
