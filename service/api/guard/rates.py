@@ -71,17 +71,17 @@ class Rates:
         full_time = max(self._full_times.get(name, now), now)
         next_full_time = full_time + self._interval
         # Rounding: the sum of n intervals may be slightly more than 60 seconds, so 1/1000 of an
-        # interval more is allowed, here and in `remaining`.
+        # interval more is allowed, here and in `remaining`; and 1e-6 s less is left for `reset`.
         excess = next_full_time - now - WINDOW - self._interval * 1e-3
         if excess > 0:
             self._full_times.move_to_end(name)
-            return RateDecision(False, 0, ceil(full_time - now), ceil(excess))
+            return RateDecision(False, 0, ceil(full_time - now - 1e-6), ceil(excess))
         self._full_times[name] = next_full_time
         self._full_times.move_to_end(name)
         if len(self._full_times) > MAX_CALLERS:
             self._full_times.popitem(last=False)
         remaining = int((WINDOW - (next_full_time - now)) / self._interval + 1e-3)
-        return RateDecision(True, remaining, ceil(next_full_time - now), 0)
+        return RateDecision(True, remaining, ceil(next_full_time - now - 1e-6), 0)
 
     def headers(self, decision: RateDecision) -> RawHeaders:
         """The headers of the result (draft-ietf-httpapi-ratelimit-headers, version 10)."""

@@ -38,6 +38,11 @@ def test_a_caller_may_send_a_minutes_requests_at_once_and_then_one_each_second(
     assert limiter.count("a").remaining == 59
 
 
+def test_rounding_of_the_clock_adds_no_second(clock: Clock) -> None:
+    clock.now = 8181.259782658885  # this number plus 15, less this number, is above 15
+    assert Rates(4).count("a").reset == 15
+
+
 @given(
     st.integers(1, 100),
     st.lists(st.sampled_from([0.0, 0.01, 0.5, 1.0, 7.0, 61.0]), min_size=1, max_size=150),
