@@ -164,3 +164,13 @@ def test_the_map_of_the_house_shows_every_room() -> None:
         if folder != ROOT:
             existing = {path for path in existing if (path / "__init__.py").exists()}
         assert existing <= rooms
+
+
+def test_files_that_pages_name_exist() -> None:
+    for page in (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").glob("*.md")):
+        # Formulas are in blocks of code, which have no links.
+        text = re.sub(r"^    .*$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE)
+        for target in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", text):
+            assert (page.parent / target).is_file(), (page.name, target)
+    for target in re.findall(r"(?:--file|--kustomize) (\S+)", TEXT):
+        assert (ROOT / target).exists(), target

@@ -222,7 +222,7 @@ async def _read_body(
     return b"".join(chunks)
 
 
-def decoder_of_body(content_type: str, decoders: Sequence[Decoder] = ()) -> Decoder | None:
+def decoder_of_body(content_type: str, decoders: Sequence[Decoder]) -> Decoder | None:
     """The decoder of a body of this Content-Type; None for JSON in UTF-8.
 
     Raises

@@ -78,15 +78,6 @@ def keep_model_channels(model: Model, kinds: frozenset[ChannelKind], *, has_node
     return replace(model, models=kept_models, members=members)
 
 
-def find_highest_degree(model: Model) -> int:
-    """The highest degree of a patch in either direction, or of a swept curve."""
-    if isinstance(model, GroupModel):
-        return max(map(find_highest_degree, model.models))
-    if isinstance(model, SweepModel):
-        return model.pieces.degree
-    return max(max(batch.side_degrees) for batch in model.batches)
-
-
 def to_patches(model: Model) -> PatchModel:
     """The model as Bézier patches in model coordinates.
 

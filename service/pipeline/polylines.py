@@ -162,7 +162,7 @@ def _cut(
     InvalidRequest
         `not_parametric`: a tube or a ribbon has no patches; `tolerance_too_small`.
     TooLarge
-        `too_many_vertices`, `too_many_bytes`.
+        `too_many_patches`, `too_many_vertices`, `too_many_bytes`.
     """
     planes, tolerance = query
 

@@ -1,23 +1,9 @@
-"""Knot vectors and their spans, and the B-spline basis compared with exact arithmetic.
-
-`*vector` passes the two fields of a `KnotVector`, the knots and the degree.
-"""
+"""Knot vectors and their spans."""
 
 import numpy as np
 import pytest
-from hypothesis import strategies as st
 
 from service.bases import knots as knot
-from tests.spline_strategies import KnotVector
-
-shares_of_the_domain = st.floats(0, 1)
-
-
-def choose_parameters(vector: KnotVector, shares: list[float]) -> np.ndarray:
-    """All breaks, and the parameters at these shares of the domain."""
-    low, high = knot.domain(*vector)
-    inner_parameters = low + (high - low) * np.array(shares)
-    return np.concatenate([knot.breaks(*vector), np.clip(inner_parameters, low, high)])
 
 
 def test_uniform_clamped_and_periodic_knots() -> None:

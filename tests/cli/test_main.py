@@ -1,5 +1,6 @@
 """The program `surface`: its arguments, the files that it reads and writes, and its exit codes."""
 
+import inspect
 import io
 import json
 import os
@@ -7,13 +8,16 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from http.server import BaseHTTPRequestHandler
+from importlib import import_module
 from pathlib import Path
 
 import httpx
 import pytest
 
 from service import __version__
-from service.cli.main import main
+from service.cli.documents import Query
+from service.cli.flags import Command
+from service.cli.main import COMMANDS, main
 from service.encoders.format import Format
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.options import MeshOptions
@@ -177,6 +181,16 @@ def test_examples_and_formats_are_listed(capsys: pytest.CaptureFixture[str]) -> 
     assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == list(EXAMPLES)
     assert main(["formats"]) == 0
     assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == list(BY_NAME)
+
+
+def test_every_command_is_listed() -> None:
+    folder = Path(inspect.getfile(main)).parent
+    modules = [import_module(f"service.cli.{file.stem}") for file in folder.glob("[a-z]*.py")]
+    values = {id(v): v for module in modules for v in vars(module).values()}.values()
+    commands = {value.name for value in values if isinstance(value, Command | Query)}
+    assert commands == {command.name for command in COMMANDS}, (
+        "list the command in COMMANDS of service/cli/main.py"
+    )
 
 
 def test_every_option_of_a_mesh_has_a_flag(capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,8 +8,10 @@ import pytest
 
 from service.encoders.registry import FORMATS
 from service.engine.accuracy import Accuracy
+from service.engine.adaptive.limits import Effort
 from service.engine.options import MeshOptions
 from service.errors import InvalidRequest
+from service.pipeline import adaptive
 from service.pipeline.limits import Limits
 from service.pipeline.mesh import MeshFile, plan_mesh
 from service.surface.bezier import BezierSurface
@@ -119,8 +121,17 @@ def test_a_budget_can_bound_the_deviation_in_both_directions(budget: Accuracy) -
     assert report.mesh_deviation_bound < 0.1
 
 
-def test_a_search_ends_when_the_work_of_a_request_is_spent() -> None:
+def test_a_search_ends_when_the_work_of_a_request_is_spent(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """With a very large budget, the result is the best mesh before the limit of work is reached."""
+    efforts: list[Effort] = []
+
+    def record_effort(limit: float) -> Effort:
+        efforts.append(Effort(limit))
+        return efforts[-1]
+
+    monkeypatch.setattr(adaptive, "Effort", record_effort)
     surface, accuracy = EXAMPLES["saddle"].surface(), Accuracy(max_triangles=1_000_000)
     limits = Limits(max_multiplications=50_000_000)
     options = MeshOptions(accuracy=accuracy)
@@ -128,3 +139,7 @@ def test_a_search_ends_when_the_work_of_a_request_is_spent() -> None:
     assert report is not None
     # This work suffices for about 4000 triangles.
     assert 300 < report.triangles < 5000
+    # A mesh may take a third of the limit. Its triangles are counted only when it is complete, so
+    # the last mesh may exceed the limit a little.
+    assert max(effort.limit for effort in efforts) == 1e8
+    assert 3e7 < max(effort.spent for effort in efforts) < 1.2e8

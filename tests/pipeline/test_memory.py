@@ -41,7 +41,7 @@ CASES: dict[str, tuple[SurfaceKind, MeshOptions, EncodeOptions, str]] = {
     **{fmt.name: (TEAPOT, FINE, EncodeOptions(), fmt.name) for fmt in FORMATS},
     "quantized": (TEAPOT, FINE, EncodeOptions(quantize=True), "glb"),
     "patches": (build_hills(40), MeshOptions(resolution=(1, 1)), EncodeOptions(), "glb"),
-    "framed": (
+    "stitched": (
         build_hills(20, is_rational=True), MeshOptions(resolution=(1, 5)), EncodeOptions(), "json",
     ),
     "group": (find("tea-service").surface(), MeshOptions((8, 8)), EncodeOptions(), "stl"),

@@ -20,7 +20,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.engine.cells.tree import CellTree
-from service.engine.vectors import UNIT
+from service.engine.vectors import UNIT, length
 
 FANOUT, MAX_ROOTS = 8, 24
 """How many members a sphere has, and the most spheres on the level of the largest."""
@@ -103,7 +103,7 @@ def _enclose(level: FloatArray) -> tuple[FloatArray, Ints]:
     middle_numbers = np.minimum(starts + FANOUT // 2, count - 1)
     larger = level[:, middle_numbers]  # a copy, whose radii are replaced below
     difference = level[:3] - np.repeat(larger[:3], FANOUT, axis=1)[:, :count]
-    distance = np.sqrt((difference * difference).sum(axis=0)) + level[3]
+    distance = length(difference) + level[3]
     larger[3] = np.maximum.reduceat(distance, starts) * (1 + 1e-12)  # for rounding
     return larger, middle_numbers
 

@@ -53,14 +53,14 @@ class PairBudget:
         self.pairs, self.max_spheres = pairs, max_spheres
         self.spent, self.spent_spheres = np.zeros(count, np.intp), 0
 
-    def allot(self, counts: Ints, is_later: Bools | None = None) -> tuple[Bools, Bools]:
+    def allot(self, counts: Ints, is_later: Bools | None) -> tuple[Bools, Bools]:
         """Decide which items continue, and which end; all other items wait.
 
         Parameters
         ----------
         counts : ndarray of int, shape (m,)
             How many pairs each item needs next.
-        is_later : ndarray of bool, shape (m,), optional
+        is_later : ndarray of bool, shape (m,), or None
             Items that will need more pairs later. Without it, an item with `counts` 0 has ended.
 
         Returns

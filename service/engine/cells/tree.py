@@ -139,7 +139,8 @@ class CellTree:
 
     def __init__(self, nets: QueryNets, limits: WorkLimits, table: Table = FULL) -> None:
         self.nets, self.limits, self._table = nets, limits, table
-        points = np.concatenate([project(g.nets, -1).reshape(-1, 3) for g in nets.groups])
+        projected = [project(group.nets, -1) for group in nets.groups]
+        points = np.concatenate([rows.reshape(-1, 3) for rows in projected])
         self.box = points.min(axis=0), points.max(axis=0)
         self.largest = float(np.abs(self.box).max()) * 3**0.5
         is_triangle = (nets.corners[:, 3] != UNIT_CORNERS[3]).any(axis=1)
@@ -150,7 +151,7 @@ class CellTree:
             [UNIT * self.largest * (sum(g.degree) + 2) for g in nets.groups],
             [len(g.patches) for g in nets.groups],
         ) * np.where(is_triangle, 20, 8)
-        self.point_sides = np.hstack([self._find_point_sides(g.nets) for g in nets.groups])
+        self.point_sides = np.hstack([self._find_point_sides(points) for points in projected])
         self.count = self.additions = 0
         self.models, self.rectangle = np.empty((table.row_count, 0)), np.empty((4, 0))
         self.net = np.empty(0, np.intp)
@@ -230,14 +231,13 @@ class CellTree:
         offset = np.arange(len(parents)) - np.repeat(np.cumsum(counts) - counts, counts)
         return self._first_child[cells][parents] + offset, parents
 
-    def _find_point_sides(self, nets: FloatArray) -> Bools:
+    def _find_point_sides(self, points: FloatArray) -> Bools:
         """Which sides of nets are one point, up to the rounding of weights: shape (4, K).
 
-        All false for the nets of curves.
+        `points` (K, p+1, q+1, 3) are the projected nets. All false for the nets of curves.
         """
-        if nets.shape[2] == 1:
-            return np.zeros((4, len(nets)), bool)
-        points = project(nets, -1)
+        if points.shape[2] == 1:
+            return np.zeros((4, len(points)), bool)
         sides = points[:, 0], points[:, -1], points[:, :, 0], points[:, :, -1]
         tolerance = 4 * UNIT * self.largest
         return np.stack([(np.abs(s - s[:, :1]) <= tolerance).all(axis=(1, 2)) for s in sides])

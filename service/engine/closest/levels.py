@@ -42,7 +42,7 @@ from service.engine.vectors import UNIT
 CHUNK_PAIRS = 1 << 13
 """How many pairs of a point and a cell are computed at once; this limits the memory."""
 
-MIN_RELATIVE_WIDTH, MIN_WIDTH = 48 * 2.0**-53, 2.0**-36
+MIN_RELATIVE_WIDTH, MIN_WIDTH = 48 * UNIT, 2.0**-36
 """Intervals at most as wide as one of these are narrow enough at any tolerance. The first is
 relative to the distance: rounding alone makes intervals 14 to 40 units of 2⁻⁵³ wide. The second is
 in the coordinates of the nets: rounding keeps some cells with narrower intervals from being

@@ -21,7 +21,7 @@ from service.bases.arrays import FloatArray
 from service.bases.bernstein import bernstein
 from service.bases.cache import BASES
 from service.engine.measures.cells import UPWARDS, CellNets, Net, along, lengths
-from service.engine.vectors import UNIT, cross
+from service.engine.vectors import UNIT, cross, dot
 
 Integrand: TypeAlias = Literal["size", "flux"]
 """Areas of surfaces and lengths of curves; or flux and its moments."""
@@ -53,7 +53,7 @@ def apply_rule(nets: CellNets, integrand: Integrand, count: int) -> tuple[FloatA
     if integrand == "size":
         return np.asarray(node_weights @ lengths(normal))[np.newaxis], errors
     position += nets.center[:, np.newaxis]  # from S − c to S: the origin o is 0
-    flux = (position * normal).sum(axis=0)
+    flux = dot(position, normal, -3)
     sums = np.empty((4, flux.shape[1]))
     sums[0] = node_weights @ flux
     sums[1:] = node_weights @ (position * flux)

@@ -40,7 +40,7 @@ _QUADRILATERALS = tuple(
 (1, 0), (0, 1) and (1, 1)."""
 
 _CHOICES = ((0, 0), (1, 0), (0, 1), (1, 1))
-"""The values (α, β) of the sum in the docstring of this module."""
+"""The values (α, β) of the sum in docs/proofs, "Quadrilaterals of a triangle"."""
 
 
 MAX_EXPONENT = 200

@@ -38,6 +38,7 @@ from service.engine.rays.bounds import Rays, local_rays
 from service.engine.rays.hits import MIN_LENGTH_ALONG, NO_HITS, Hits, Kind, merge_hits
 from service.engine.rays.levels import MAX_STRAIN, RayLevels
 from service.engine.rays.newton import begin_at_origins
+from service.engine.vectors import length
 from service.errors import Issue, TooLarge
 from service.surface.lowered import PatchModel
 
@@ -131,7 +132,7 @@ def intersect_rays(model: PatchModel, query: RayQuery, max_hits: int) -> dict[st
     hits = Hits.join(parts or [NO_HITS])
     kind = hits.label  # after merging, `label` has the `Kind` of each hit
     with np.errstate(all="ignore"):
-        lengths = np.sqrt(np.square(query.directions).sum(axis=1))[hits.ray]
+        lengths = length(query.directions, -1)[hits.ray]
         units = nets.scale / lengths
     # If a ray begins too far away for the search, its intervals are infinite. Replace their upper
     # ends: no point of the surface is farther than this from the origin of the ray.

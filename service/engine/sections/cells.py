@@ -27,7 +27,7 @@ from service.engine.nets.nets import Nets
 from service.engine.nets.query_nets import QueryNets
 from service.engine.sections.borders import ONE
 from service.engine.sections.values import Planes
-from service.engine.vectors import project
+from service.engine.vectors import dot, project
 from service.surface.sides import along_sides
 
 THICKNESS = 2.0**-40
@@ -60,9 +60,8 @@ class LocalPlanes:
     def heights(self, plane: Ints, points: FloatArray) -> FloatArray:
         """Heights (m, …) of points (m, …, 3): row k over plane `plane[k]`."""
         normals = self.normals[plane].reshape(len(plane), *(1,) * (points.ndim - 2), 3)
-        x, y, z = np.moveaxis(points * normals, -1, 0)
         offsets = self.offsets[plane].reshape(len(plane), *(1,) * (points.ndim - 2))
-        return np.asarray((x + y) + z - offsets)
+        return np.asarray(dot(points, normals, -1) - offsets)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

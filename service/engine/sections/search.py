@@ -118,7 +118,8 @@ class CellSearch:
         is_unclear = kind == SINGULAR
         is_crowded = np.bincount(cells.pair, is_unclear)[cells.pair] > MAX_UNCLEAR_CELLS
         min_size = np.where(is_crowded, self.tolerance * RELATIVE_SIZE, MIN_SIZE)
-        is_unclear &= self._estimate_sizes(cells) > min_size
+        if is_unclear.any():
+            is_unclear &= self._estimate_sizes(cells) > min_size
         is_halved = np.stack([is_unclear, is_unclear])
         # The kinds `OVER_U` and `OVER_V` are 0 and 1, the axes of these parameters.
         for axis in (OVER_U, OVER_V):

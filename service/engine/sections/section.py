@@ -26,6 +26,7 @@ from service.engine.sections.segments import Segments, find_segments
 from service.engine.sections.sides import find_sides, is_change
 from service.engine.sections.trace import join_arcs
 from service.engine.sections.values import Planes, Section, Sections
+from service.engine.vectors import dot, length
 from service.surface.lowered import PatchModel
 
 CHUNK_NUMBERS = 1 << 16
@@ -178,7 +179,7 @@ class _Search:
         checkpoint()
         points, plane = self._points(cells, segments, arcs)
         x, y = (axes[plane] for axes in self.planes.axes)
-        positions_in_plane = np.stack([(points * x).sum(axis=1), (points * y).sum(axis=1)], axis=1)
+        positions_in_plane = np.stack([dot(points, x, -1), dot(points, y, -1)], axis=1)
         model_points = self.nets.origin + points * self.nets.scale
         checkpoint()
         touching = [arcs.touching]
@@ -223,7 +224,7 @@ class _Search:
             points = np.concatenate([points, means])
             first_rows = rows[np.unique(crossing, return_index=True)[1]]
             plane = np.concatenate([plane, cells.plane[first_rows]])
-            distances = np.sqrt(((positions - means[crossing]) ** 2).sum(axis=1))
+            distances = length(positions - means[crossing], -1)
             self._note_crossings(cells, rows, distances)
         checkpoint()
         height = self.local.heights(plane, points)

@@ -18,7 +18,7 @@ from service.bases.row_batches import expand_runs
 from service.engine.curves.arc_length import Speeds, arc_lengths
 from service.engine.curves.evaluation import CurveSamples, evaluate_positions, evaluate_tangents
 from service.engine.sweeps.frames import find_perpendicular
-from service.engine.vectors import dot
+from service.engine.vectors import dot, length
 from service.surface.curve_model import CurvePieces, to_space
 
 MAX_MITRE_TURN = radians(90)
@@ -70,7 +70,7 @@ class Paths:
         Lengths are the lengths of the polylines. Points may repeat; if all steps of a curve are so
         short that their squares are 0, its frames count as evenly spaced.
         """
-        steps = np.sqrt(np.square(np.diff(points, axis=1)).sum(axis=2))
+        steps = length(np.diff(points, axis=1), -1)
         lengths = np.cumsum(np.pad(steps, ((0, 0), (1, 0))), axis=1)
         even_fractions = np.linspace(0.0, 1.0, points.shape[1])
         total_length = lengths[:, -1:]

@@ -37,7 +37,7 @@ crossbar is not defined."""
 def build_tubes(
     paths: Paths,
     radii: FloatArray | float,
-    sides: int = 16,
+    sides: int,
     *,
     slopes: FloatArray | None = None,
     caps: bool = True,

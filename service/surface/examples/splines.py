@@ -96,12 +96,12 @@ def _knots(values: tuple[int, ...]) -> FloatArray:
     return np.array(values, dtype=np.float64)
 
 
-def trefoil(points: int = 24) -> BsplineCurve:
+def trefoil() -> BsplineCurve:
     """A trefoil knot: a closed cubic B-spline whose control points lie on this smooth curve.
 
     (sin t + 2 sin 2t, cos t − 2 cos 2t, −sin 3t), t from 0 to 2π
     """
-    t = 2 * np.pi * np.arange(points) / points
+    t = 2 * np.pi * np.arange(24) / 24
     x, y = np.sin(t) + 2 * np.sin(2 * t), np.cos(t) - 2 * np.cos(2 * t)
     # Three decimals: the last digits of sines depend on the machine.
     return BsplineCurve(np.stack([x, y, -np.sin(3 * t)], axis=1).round(3), 3, "periodic")

@@ -1,4 +1,4 @@
-"""The contents of GLB files, read by the independent reader in `reader.py`."""
+"""The contents of GLB files, read by the independent reader in `oracles.gltf`."""
 
 from dataclasses import replace
 

@@ -135,7 +135,8 @@ def test_a_tolerance_below_the_least_is_refused(degree: int) -> None:
         check_goal(replace(goal, tolerance=least / 2), least, 0.0)
     assert caught.value.issues[0].code == "tolerance_too_small"
     view = View(np.zeros(3), rate=least / 2, near=1.0)
-    with pytest.raises(InvalidRequest):
+    with pytest.raises(InvalidRequest) as caught:
         check_goal(Goal(inf, view=view), least, 0.0)
+    assert caught.value.issues[0].code == "tolerance_too_small"
     # A model at the distance 1000 is allowed enough, although points beside the eye are not.
     check_goal(Goal(inf, view=view), least, nearest=1e3)

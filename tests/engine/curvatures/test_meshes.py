@@ -187,7 +187,7 @@ def test_curvatures_of_all_families_agree_with_single_parameters(name: str) -> N
 
 
 def test_samples_of_framed_sides_have_the_curvatures_of_their_patch() -> None:
-    """A curved patch and a flat patch meet; the flat patch is framed along the common edge.
+    """A curved patch and a flat patch meet; the flat patch is stitched along the common edge.
 
     The edge is along v of the curved patch, and along u of the flat patch. It has the 7 divisions
     of v, and the flat patch has only 3 divisions along u.

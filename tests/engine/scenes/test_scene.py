@@ -136,7 +136,7 @@ def test_copies_are_not_welded_to_each_other() -> None:
 
 
 def test_a_mesh_with_a_framed_member_has_no_grids() -> None:
-    """The strips of a framed patch are not a grid."""
+    """The strips of a stitched patch are not a grid."""
     square = np.array([[[0.0, 0, 0], [1, 0, 0]], [[0, 1, 0], [1, 1, 0]]])
     # The common edge of the patches of `uneven` is along v in one patch and along u in the other,
     # so it has 5 and 2 divisions.
