@@ -4189,7 +4189,7 @@ export interface components {
              * @description Stable code of the kind of problem, for programs.
              * @enum {string}
              */
-            code: "body_too_large" | "body_too_slow" | "busy" | "damaged_object" | "engine_gone" | "internal_error" | "invalid_request" | "key_needed" | "key_unknown" | "malformed_body" | "malformed_json" | "method_not_allowed" | "not_acceptable" | "not_found" | "out_of_time" | "rate_limited" | "result_too_large" | "signature_expired" | "signature_invalid" | "store_full" | "store_unavailable" | "unknown_suffix" | "unknown_surface" | "unsupported_by_format" | "unsupported_media_type";
+            code: "body_too_large" | "body_too_slow" | "busy" | "damaged_object" | "engine_gone" | "internal_error" | "invalid_request" | "key_needed" | "key_unknown" | "malformed_body" | "malformed_json" | "method_not_allowed" | "not_acceptable" | "not_found" | "out_of_time" | "rate_limited" | "result_too_large" | "scope_needed" | "signature_expired" | "signature_invalid" | "store_full" | "store_unavailable" | "unknown_suffix" | "unknown_surface" | "unsupported_by_format" | "unsupported_media_type";
             /**
              * Detail
              * @description The problem in words, for people.
@@ -4228,8 +4228,18 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description The signature does not belong to this URL. The signature of this URL has expired. */
-        SignatureInvalid: {
+        /** @description This key does not permit this call. */
+        ScopeNeeded: {
+            headers: {
+                "X-Request-Id": components["headers"]["RequestId"];
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description This key does not permit this call. The signature does not belong to this URL. The signature of this URL has expired. */
+        Forbidden: {
             headers: {
                 "X-Request-Id": components["headers"]["RequestId"];
                 [name: string]: unknown;
@@ -4538,7 +4548,8 @@ export type Issue = components['schemas']['Issue'];
 export type Problem = components['schemas']['Problem'];
 export type ResponseMalformedJson = components['responses']['MalformedJson'];
 export type ResponseKeyNeeded = components['responses']['KeyNeeded'];
-export type ResponseSignatureInvalid = components['responses']['SignatureInvalid'];
+export type ResponseScopeNeeded = components['responses']['ScopeNeeded'];
+export type ResponseForbidden = components['responses']['Forbidden'];
 export type ResponseTooManyRequests = components['responses']['TooManyRequests'];
 export type ResponseUnknownSurface = components['responses']['UnknownSurface'];
 export type ResponseMethodNotAllowed = components['responses']['MethodNotAllowed'];
@@ -4691,6 +4702,7 @@ export interface operations {
             };
             400: components["responses"]["MalformedJson"];
             401: components["responses"]["KeyNeeded"];
+            403: components["responses"]["ScopeNeeded"];
             406: components["responses"]["NotAcceptable"];
             408: components["responses"]["BodyTooSlow"];
             413: components["responses"]["BodyTooLarge"];
@@ -4801,6 +4813,7 @@ export interface operations {
             };
             400: components["responses"]["MalformedJson"];
             401: components["responses"]["KeyNeeded"];
+            403: components["responses"]["ScopeNeeded"];
             408: components["responses"]["BodyTooSlow"];
             413: components["responses"]["BodyTooLarge"];
             415: components["responses"]["UnsupportedMediaType"];
@@ -4842,6 +4855,7 @@ export interface operations {
             };
             400: components["responses"]["MalformedJson"];
             401: components["responses"]["KeyNeeded"];
+            403: components["responses"]["ScopeNeeded"];
             408: components["responses"]["BodyTooSlow"];
             413: components["responses"]["BodyTooLarge"];
             415: components["responses"]["UnsupportedMediaType"];
@@ -4883,6 +4897,7 @@ export interface operations {
             };
             400: components["responses"]["MalformedJson"];
             401: components["responses"]["KeyNeeded"];
+            403: components["responses"]["ScopeNeeded"];
             408: components["responses"]["BodyTooSlow"];
             413: components["responses"]["BodyTooLarge"];
             415: components["responses"]["UnsupportedMediaType"];
@@ -4938,6 +4953,7 @@ export interface operations {
             };
             400: components["responses"]["MalformedJson"];
             401: components["responses"]["KeyNeeded"];
+            403: components["responses"]["ScopeNeeded"];
             406: components["responses"]["NotAcceptable"];
             408: components["responses"]["BodyTooSlow"];
             413: components["responses"]["BodyTooLarge"];
@@ -4988,6 +5004,7 @@ export interface operations {
             };
             400: components["responses"]["MalformedJson"];
             401: components["responses"]["KeyNeeded"];
+            403: components["responses"]["ScopeNeeded"];
             404: components["responses"]["UnknownSurface"];
             408: components["responses"]["BodyTooSlow"];
             413: components["responses"]["BodyTooLarge"];
@@ -5056,6 +5073,7 @@ export interface operations {
             };
             400: components["responses"]["MalformedJson"];
             401: components["responses"]["KeyNeeded"];
+            403: components["responses"]["ScopeNeeded"];
             404: components["responses"]["UnknownSurface"];
             406: components["responses"]["NotAcceptable"];
             408: components["responses"]["BodyTooSlow"];
@@ -5099,6 +5117,7 @@ export interface operations {
             };
             400: components["responses"]["MalformedJson"];
             401: components["responses"]["KeyNeeded"];
+            403: components["responses"]["ScopeNeeded"];
             408: components["responses"]["BodyTooSlow"];
             413: components["responses"]["BodyTooLarge"];
             415: components["responses"]["UnsupportedMediaType"];
@@ -5207,6 +5226,7 @@ export interface operations {
             };
             400: components["responses"]["MalformedJson"];
             401: components["responses"]["KeyNeeded"];
+            403: components["responses"]["ScopeNeeded"];
             408: components["responses"]["BodyTooSlow"];
             413: components["responses"]["BodyTooLarge"];
             415: components["responses"]["UnsupportedMediaType"];
@@ -5288,7 +5308,7 @@ export interface operations {
                 content?: never;
             };
             401: components["responses"]["KeyNeeded"];
-            403: components["responses"]["SignatureInvalid"];
+            403: components["responses"]["Forbidden"];
             404: components["responses"]["UnknownSurface"];
             422: components["responses"]["InvalidQuery"];
             429: components["responses"]["Busy"];
@@ -5319,6 +5339,7 @@ export interface operations {
                 content?: never;
             };
             401: components["responses"]["KeyNeeded"];
+            403: components["responses"]["ScopeNeeded"];
             404: components["responses"]["UnknownSurface"];
             405: components["responses"]["MethodNotAllowed"];
             422: components["responses"]["InvalidQuery"];
@@ -5513,7 +5534,7 @@ export interface operations {
                 content?: never;
             };
             401: components["responses"]["KeyNeeded"];
-            403: components["responses"]["SignatureInvalid"];
+            403: components["responses"]["Forbidden"];
             404: components["responses"]["UnknownSurface"];
             406: components["responses"]["CodingNotAcceptable"];
             410: components["responses"]["EngineGone"];
@@ -5659,6 +5680,7 @@ export interface operations {
             };
             400: components["responses"]["MalformedJson"];
             401: components["responses"]["KeyNeeded"];
+            403: components["responses"]["ScopeNeeded"];
             408: components["responses"]["BodyTooSlow"];
             413: components["responses"]["BodyTooLarge"];
             415: components["responses"]["UnsupportedMediaType"];
@@ -5702,6 +5724,7 @@ export interface operations {
                 };
             };
             401: components["responses"]["KeyNeeded"];
+            403: components["responses"]["ScopeNeeded"];
             422: components["responses"]["InvalidQuery"];
             429: components["responses"]["TooManyRequests"];
             500: components["responses"]["InternalError"];

@@ -13,8 +13,8 @@ import httpx
 import pytest
 from pydantic import SecretStr
 
-from service.api.guard.keys import KEY_BYTES, PREFIX, format_entry
-from service.api.guard.policy import Policy
+from service.api.guard.keys import KEY_BYTES, PREFIX, SCOPES, format_entry
+from service.api.guard.policy import Policy, scope_of
 from service.api.guard.signatures import Signer
 from service.api.problems import PROBLEMS
 from service.settings.values import Settings
@@ -92,7 +92,7 @@ def test_the_program_signs_as_the_service_does() -> None:
 def test_the_service_has_the_codes_and_statuses_of_the_page() -> None:
     rows = re.findall(r"^\| `(\w+)` \| (\d+) \|", PAGE, re.M)
     codes = {(problem.code, str(problem.status)) for problem in PROBLEMS.values()}
-    assert len(rows) == 5
+    assert len(rows) == 6
     assert set(rows) <= codes
 
 
@@ -110,6 +110,15 @@ def test_the_table_of_calls_agrees_with_the_policy() -> None:
             assert words[policy_with_keys.need(method, path)] == need_with_keys, path
             assert words[private_policy.need(method, path)] == need_if_private, path
     assert len(rows) == 4
+
+
+def test_the_table_of_scopes_agrees_with_the_policy() -> None:
+    rows = dict(re.findall(r"^\| `(\w+)` \| ([^|\d].*?) \|$", PAGE, re.M))
+    assert tuple(rows) == SCOPES
+    for scope, calls in rows.items():
+        for method, path in re.findall(r"`(?:([A-Z]+) )?(/[^`]+)`", calls):
+            assert scope_of(method or "GET", path) == scope, path
+    assert scope_of("POST", "/v1/mesh") == scope_of("PATCH", "/v1/x") == "compute"
 
 
 def test_the_rate_limit_headers_have_the_form_that_the_page_shows(server: str) -> None:

@@ -221,10 +221,11 @@ def test_every_operation_names_the_responses_of_the_guard() -> None:
         is_signable = method == "get" and path.startswith("/v1/surfaces/")
         expected = {"429"}
         if needs_key:
-            expected |= {"401"}
-        if is_signable:
-            expected |= {"403"}
+            expected |= {"401", "403"}
         assert statuses == expected
+        if needs_key:
+            name = operation["responses"]["403"]["$ref"].rpartition("/")[2]
+            assert name == ("Forbidden" if is_signable else "ScopeNeeded")
         for response in operation["responses"].values():
             assert "$ref" in response or response["headers"].keys() >= RATE_HEADERS
         security: list[dict[str, list[str]]] = [{"key": []}]

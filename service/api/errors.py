@@ -39,6 +39,10 @@ class KeyUnknown(SurfaceError):
     """The client sent a key that the service does not know."""
 
 
+class ScopeNeeded(SurfaceError):
+    """The key has no scope that permits the call."""
+
+
 class SignatureInvalid(SurfaceError):
     """The signature does not belong to this URL."""
 

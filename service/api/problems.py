@@ -18,6 +18,7 @@ from service.api.errors import (
     KeyUnknown,
     NotAcceptable,
     RateLimited,
+    ScopeNeeded,
     SignatureExpired,
     SignatureInvalid,
     UnknownSuffix,
@@ -83,6 +84,7 @@ PROBLEMS: dict[type[SurfaceError], ProblemKind] = {
     ),
     KeyNeeded: ProblemKind(401, "key_needed", "This call needs a key.", "header"),
     KeyUnknown: ProblemKind(401, "key_unknown", "The service does not know this key.", "header"),
+    ScopeNeeded: ProblemKind(403, "scope_needed", "This key does not permit this call.", "header"),
     SignatureInvalid: ProblemKind(
         403, "signature_invalid", "The signature does not belong to this URL.", "parameter"
     ),

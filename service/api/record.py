@@ -93,7 +93,8 @@ class RequestRecord:
     """One request and its response. Unknown texts are empty.
 
     `id` is the id that the client sent, or else `trace_id`. `status` is 0 until the response has
-    begun. `key` is the name of the API key, never the key itself. `sent_bytes` counts the bytes of
+    begun. `key` is the name of the API key, never the key itself; `scopes` are what it permits.
+    `sent_bytes` counts the bytes of
     the body that were sent so far. `code` is the problem's code, if the response is a problem
     document. `client` is the address of the client. `cache` is "hit" or "miss" for URLs whose
     responses the service caches. `steps` has for each step its name, its start by
@@ -108,6 +109,7 @@ class RequestRecord:
     format: str = ""
     client: str = "-"
     key: str = ""
+    scopes: frozenset[str] = frozenset()
     status: int = 0
     sent_bytes: int = 0
     code: str = ""

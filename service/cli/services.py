@@ -126,12 +126,16 @@ def _sign(arguments: argparse.Namespace) -> int:
 
 
 def _make_key(arguments: argparse.Namespace) -> int:
-    from service.api.guard.keys import NAME_FORM, format_entry, is_key_name, make_key
+    from service.api.guard import keys
 
-    if not is_key_name(arguments.name):
-        raise UsageError(f"NAME: needed {NAME_FORM}")
-    key = make_key()
-    print_lines([f"key   {key}", f"line  {format_entry(arguments.name, key)}"])
+    if not keys.is_key_name(arguments.name):
+        raise UsageError(f"NAME: needed {keys.NAME_FORM}")
+    is_default = arguments.scope is None
+    scopes = keys.DEFAULT_SCOPES if is_default else keys.parse_scopes(arguments.scope)
+    if scopes is None:
+        raise UsageError(f"--scope: needed {keys.SCOPES_FORM}")
+    key = keys.make_key()
+    print_lines([f"key   {key}", f"line  {keys.format_entry(arguments.name, key, scopes)}"])
     return OK
 
 
@@ -188,7 +192,10 @@ KEY = Command(
     "key",
     "make an API key",
     _make_key,
-    (flag("name", "name of the client, for logs", "NAME"),),
+    (
+        flag("name", "name of the client, for logs", "NAME"),
+        flag("--scope", "what it permits (read+compute+store+delete); admin too", "SCOPES"),
+    ),
     description="Prints a new key, for the client, and the line for SURFACE_API_KEYS or for "
     "the file SURFACE_API_KEYS_FILE, with the hash of the key. The key itself is not stored: "
     "it cannot be printed again.",

@@ -209,8 +209,9 @@ class Settings(BaseModel):
     # Access
     api_keys: Texts = Field(
         default=(),
-        description="API keys, as `surface key` prints them: `name:hash`. To compute and to store, "
-        "clients then need a key. Without keys, here or in a file, every client may do both.",
+        description="API keys, as `surface key` prints them: `name:hash` or `name:hash:scopes`. To "
+        "compute and to store, clients then need a key. Without keys, here or in a file, every "
+        "client may do both.",
     )
     api_keys_file: str = Field(
         default="",

@@ -18,7 +18,7 @@ from service.api.app import create_app
 from service.api.body import decoder_of_body
 from service.api.caching.cached_response import matches_all, parse_tags
 from service.api.guard.keys import (
-    find_name,
+    find_entry,
     format_entry,
     join_entries,
     parse_bearer,
@@ -129,7 +129,7 @@ def parse_headers(content: bytes) -> None:
     matches_all(content)
     parse_tags(content)
     caller_trace_id(content)
-    if find_name(parse_bearer(content) or b"", _KEYS) and content.count(KEY.encode()) != 1:
+    if find_entry(parse_bearer(content) or b"", _KEYS) and content.count(KEY.encode()) != 1:
         raise AssertionError("another text is accepted as the key")
     scope = {"client": ("10.0.0.1", 1), "headers": [(b"x-forwarded-for", content)]}
     _PROXIES.set_client(scope)

@@ -11,7 +11,8 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.api.caching.cached_response import RawHeaders
 from service.api.cors import is_preflight
-from service.api.guard.keys import KnownKeys, find_name, parse_bearer, parse_entries
+from service.api.guard.key_file import KnownKeys
+from service.api.guard.keys import KeyEntry, find_entry, parse_bearer, parse_entries
 from service.api.guard.policy import (
     EXEMPT,
     Policy,
@@ -20,6 +21,8 @@ from service.api.guard.policy import (
     key_unknown,
     private_headers,
     rate_limited,
+    scope_needed,
+    scope_of,
 )
 from service.api.guard.proxies import Proxies
 from service.api.guard.rates import Rates, caller_name
@@ -54,9 +57,10 @@ class _GuardResult:
 class Guard:
     """Passes allowed requests on; answers all others itself.
 
-    The guard sets the name of the key in the request record, never the key itself. In the scope it
-    sets the client's address, `client`, and the query without its signature: so the application
-    sees the URL that was signed. A check that the settings do not configure is None.
+    The guard sets the name and the scopes of the key in the request record, never the key itself.
+    In the ASGI scope it sets the client's address, `client`, and the query without its signature:
+    so the application sees the URL that was signed. A check that the settings do not configure is
+    None.
     """
 
     app: ASGIApp
@@ -97,9 +101,11 @@ class Guard:
             return
         path = route_path(scope)
         need = self.policy.need(scope["method"], path)
-        has_key, name = self._find_key(scope)
-        if name is not None:
-            record_of(scope).key = name
+        has_key, entry = self._find_key(scope)
+        name = None if entry is None else entry.name
+        if entry is not None:
+            record = record_of(scope)
+            record.key, record.scopes = entry.name, entry.scopes
         # On a path for monitoring, only a request without the key that it needs counts.
         if path not in EXEMPT or (need != "nothing" and name is None):
             self._count_request(scope, name, result)
@@ -111,15 +117,18 @@ class Guard:
             query, expires = self.signer.verify(path, scope["query_string"], now)
             scope["query_string"] = query
             result.seconds_left = int(expires - now)
-        elif need != "nothing" and name is None:
-            raise key_unknown() if has_key else key_needed(or_signature=allows_signature)
+        elif need != "nothing":
+            if entry is None:
+                raise key_unknown() if has_key else key_needed(or_signature=allows_signature)
+            if (needed_scope := scope_of(scope["method"], path)) not in entry.scopes:
+                raise scope_needed(needed_scope)
 
-    def _find_key(self, scope: Scope) -> tuple[bool, str | None]:
-        """Whether the request has a key, and the name of that key if the service knows it."""
+    def _find_key(self, scope: Scope) -> tuple[bool, KeyEntry | None]:
+        """Whether the request has a key, and the entry of that key if the service knows it."""
         key = None if self.keys is None else parse_bearer(_header(scope, b"authorization"))
         if self.keys is None or key is None:
             return False, None
-        return True, find_name(key, self.keys())
+        return True, find_entry(key, self.keys())
 
     def _count_request(self, scope: Scope, name: str | None, result: _GuardResult) -> None:
         """Counts a request for its key, or without a valid key for its address.

@@ -1,4 +1,4 @@
-"""API keys: makes keys, reads the list of their hashes, and finds the name of a key.
+"""API keys: makes keys, parses the list of their hashes, and finds the entry of a key.
 
 A key is 256 random bits. The service knows only its SHA-256, so a copy of the settings or of a
 backup gives no access. Passwords need a slow hash because they can be guessed; one of 2²⁵⁶ keys
@@ -6,18 +6,14 @@ cannot be guessed, even if the hash is fast. The service accepts only texts in t
 so a password whose hash an operator puts into the settings is not accepted as a key.
 """
 
-import logging
-import os
 import re
 import secrets
-import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from hmac import compare_digest
 from itertools import chain
-from pathlib import Path
-from typing import TypeAlias
+from typing import Literal, TypeAlias, get_args
 
 from service.errors import InvalidSettings
 
@@ -37,16 +33,30 @@ _HASH = re.compile(r"[0-9a-f]{64}")
 NAME_FORM = "1 to 64 letters, digits, `.`, `_` or `-`, the first a letter or a digit"
 """Valid names of keys, in words."""
 
-ENTRY_FORM = "name:hash, as `surface key NAME` prints it"
+ENTRY_FORM = "name:hash or name:hash:scopes, as `surface key NAME` prints it"
 """Valid entries of the list of keys, in words."""
+
+KeyScope: TypeAlias = Literal["read", "compute", "store", "delete", "admin"]
+"""A kind of calls that a key may make; `service.api.guard.policy.scope_of` has the scope of each
+call."""
+
+SCOPES: tuple[KeyScope, ...] = get_args(KeyScope)
+"""All scopes, in the order in which entries list them."""
+
+DEFAULT_SCOPES: frozenset[KeyScope] = frozenset(SCOPES) - {"admin"}
+"""The scopes of an entry that names none."""
+
+SCOPES_FORM = f"one or more of {', '.join(SCOPES)}, with `+` between them"
+"""Valid lists of scopes, in words."""
 
 
 @dataclass(frozen=True, slots=True)
 class KeyEntry:
-    """The name and the SHA-256 of a key."""
+    """The name and the SHA-256 of a key, and its scopes: what the key permits."""
 
     name: str
     digest: bytes
+    scopes: frozenset[KeyScope] = DEFAULT_SCOPES
 
 
 def make_key() -> str:
@@ -59,13 +69,26 @@ def is_key_name(text: str) -> bool:
     return _NAME.fullmatch(text) is not None
 
 
-def format_entry(name: str, key: str) -> str:
-    """The line `name:hash` of a key, for the settings."""
-    return f"{name}:{sha256(key.encode()).hexdigest()}"
+def parse_scopes(text: str) -> frozenset[KeyScope] | None:
+    """The scopes in a text such as `read+compute`; None if a name is unknown or missing."""
+    names = text.split("+")
+    return frozenset(s for s in SCOPES if s in names) if set(names) <= set(SCOPES) else None
+
+
+def format_entry(name: str, key: str, scopes: frozenset[KeyScope] = DEFAULT_SCOPES) -> str:
+    """The line of a key, for the settings: `name:hash`, or `name:hash:scopes`.
+
+    The default scopes are left out, so that older versions of the service read the line too.
+    """
+    line = f"{name}:{sha256(key.encode()).hexdigest()}"
+    names = "+".join(scope for scope in SCOPES if scope in scopes)
+    return line if scopes == DEFAULT_SCOPES else f"{line}:{names}"
 
 
 def parse_entries(lines: Iterable[str]) -> tuple[KeyEntry, ...]:
-    """Parses lines `name:hash`. One name may have two keys, an old and a new one.
+    """Parses lines `name:hash` or `name:hash:scopes`.
+
+    One name may have two keys, an old and a new one.
 
     Raises
     ------
@@ -74,7 +97,8 @@ def parse_entries(lines: Iterable[str]) -> tuple[KeyEntry, ...]:
     """
     keys: list[KeyEntry] = []
     for number, line in enumerate(lines, 1):
-        name, _, digest = line.partition(":")
+        name, _, rest = line.partition(":")
+        digest, colon, scope_names = rest.partition(":")
         if not is_key_name(name):
             raise InvalidSettings(
                 f"key {number} has no valid name: {NAME_FORM}; needed {ENTRY_FORM}."
@@ -84,7 +108,13 @@ def parse_entries(lines: Iterable[str]) -> tuple[KeyEntry, ...]:
                 f"key {number} has no hash, 64 hexadecimal digits, after its name; needed "
                 f"{ENTRY_FORM}."
             )
-        keys.append(KeyEntry(name, bytes.fromhex(digest)))
+        scopes = parse_scopes(scope_names) if colon else DEFAULT_SCOPES
+        if scopes is None:
+            raise InvalidSettings(
+                f"key {number} has unknown scopes after its hash; needed {SCOPES_FORM}, or no "
+                "colon after the hash."
+            )
+        keys.append(KeyEntry(name, bytes.fromhex(digest), scopes))
     return tuple(keys)
 
 
@@ -98,19 +128,19 @@ def join_entries(*lists: tuple[KeyEntry, ...]) -> tuple[KeyEntry, ...]:
     return joined
 
 
-def find_name(key: bytes, entries: Sequence[KeyEntry]) -> str | None:
-    """The name of a key; None if the service does not know it.
+def find_entry(key: bytes, entries: Sequence[KeyEntry]) -> KeyEntry | None:
+    """The entry of a key; None if the service does not know it.
 
     Compares the key with all entries, in constant time, so that the response time reveals nothing.
     """
     if not _KEY.fullmatch(key):
         return None
     digest = sha256(key).digest()
-    matching_name = None
+    matching_entry = None
     for entry in entries:
         if compare_digest(entry.digest, digest):
-            matching_name = entry.name
-    return matching_name
+            matching_entry = entry
+    return matching_entry
 
 
 def parse_bearer(header: bytes | None) -> bytes | None:
@@ -120,78 +150,3 @@ def parse_bearer(header: bytes | None) -> bytes | None:
     """
     scheme, _, credentials = (header or b"").partition(b" ")
     return credentials.strip() if scheme.lower() == b"bearer" else None
-
-
-_log = logging.getLogger(__name__)
-
-CHECK_INTERVAL = 1.0
-"""Seconds between two checks whether the file of keys (`SURFACE_API_KEYS_FILE`) has changed;
-requests with a key start them."""
-
-MAX_BYTES = 1 << 20
-"""The most bytes of the file of keys: 1000 keys take at most 130 kB, the rest is for comments."""
-
-_FileState: TypeAlias = tuple[int, int, int]
-"""Time of the last change, size and inode of a file."""
-
-
-class KnownKeys:
-    """The keys of the settings and of the file of keys, which is read again when it changes.
-
-    If the file is invalid at the start, the service does not start. If a later version of the file
-    is invalid, the service logs an error and keeps the keys that it knew: so clients keep access
-    when an operator saves an incomplete file.
-
-    Raises
-    ------
-    InvalidSettings
-        Only the constructor raises this.
-    """
-
-    def __init__(self, setting_entries: tuple[KeyEntry, ...] = (), file: str = "") -> None:
-        self._setting_entries = setting_entries
-        self._file = Path(file) if file else None
-        self._next_check = time.monotonic() + CHECK_INTERVAL
-        self._state: _FileState | None = None
-        self._entries: tuple[KeyEntry, ...] = ()
-        if self._file is None:
-            self._entries = join_entries(self._setting_entries)
-        else:
-            self._read(self._file)
-
-    def __call__(self) -> Sequence[KeyEntry]:
-        """The present keys."""
-        if self._file is not None and (now := time.monotonic()) >= self._next_check:
-            self._next_check = now + CHECK_INTERVAL
-            try:
-                if _file_state(self._file) != self._state:
-                    self._read(self._file)
-                    _log.info("the file of keys was read again: %d keys", len(self._entries))
-            except InvalidSettings as error:
-                _log.error("the file of keys is not used, the keys known before stay: %s", error)
-        return self._entries
-
-    def _read(self, file: Path) -> None:
-        # Remember the state first: an invalid file is logged once, and read again when it changes.
-        self._state = _file_state(file)
-        try:
-            with file.open("rb") as stream:
-                content = stream.read(MAX_BYTES + 1)
-            if len(content) > MAX_BYTES:
-                raise InvalidSettings(f"it is too long; needed at most {MAX_BYTES} bytes.")
-            lines = [line.strip() for line in content.decode("utf-8-sig").splitlines()]
-        except OSError as error:
-            raise InvalidSettings(f"it cannot be read: {error.strerror}.") from None
-        except UnicodeDecodeError:
-            raise InvalidSettings("it is not a text in UTF-8.") from None
-        entry_lines = [line for line in lines if line and not line.startswith("#")]
-        self._entries = join_entries(self._setting_entries, parse_entries(entry_lines))
-
-
-def _file_state(file: Path) -> _FileState | None:
-    """The state of a file, by which a change is noticed; None if the file does not exist."""
-    try:
-        status = os.stat(file)
-    except OSError:
-        return None
-    return status.st_mtime_ns, status.st_size, status.st_ino

@@ -6,7 +6,8 @@ from typing import Literal, TypeAlias
 from starlette.responses import Response
 
 from service.api.caching.cached_response import RawHeaders
-from service.api.errors import KeyNeeded, KeyUnknown, RateLimited
+from service.api.errors import KeyNeeded, KeyUnknown, RateLimited, ScopeNeeded
+from service.api.guard.keys import KeyScope
 from service.api.problems import problem_of, problem_response
 from service.errors import Issue, SurfaceError
 from service.settings.values import Settings
@@ -23,6 +24,9 @@ EXEMPT = frozenset({"/health", "/health/live", "/health/ready", METRICS})
 """Paths for monitoring: requests for them do not count against a rate limit."""
 
 FORMATS = "/v1/formats"
+
+STORED = "/v1/stored"
+"""The list of all stored surfaces. An id is a permission to read, so the list is for operators."""
 
 _LISTS = frozenset({FORMATS, "/v1/surfaces"})
 """Lists that every client may read."""
@@ -55,9 +59,25 @@ class Policy:
         # `startswith`, because a route also matches its path with a line feed at the end.
         if path.startswith(METRICS) and self._metrics_need_key:
             return "key"
+        if path.startswith(STORED) and self.has_keys:
+            return "key"
         if self._reads_need_access and path.startswith("/v1/") and path not in _LISTS:
             return "key or signature"
         return "nothing"
+
+
+def scope_of(method: str, path: str) -> KeyScope:
+    """The scope that a key needs for a call, where the call needs a key.
+
+    Calls that are not named here need `compute`, or `read` if their method changes nothing.
+    """
+    if path.startswith(STORED):
+        return "admin"
+    if method in READING or path == "/v1/sign":  # signing shares what the key itself may read
+        return "read"
+    if path.startswith("/v1/surfaces"):
+        return "delete" if method == "DELETE" else "store"
+    return "compute"
 
 
 REALM = 'Bearer realm="surface"'
@@ -84,6 +104,19 @@ def key_unknown() -> KeyUnknown:
     return KeyUnknown(Issue("key_unknown", message, "/Authorization", "an unknown key", _NEEDED))
 
 
+def scope_needed(scope: KeyScope) -> ScopeNeeded:
+    """The error of a key that lacks the scope of the call."""
+    return ScopeNeeded(
+        Issue(
+            "scope_needed",
+            "This key does not permit this call.",
+            "/Authorization",
+            got="a key without this scope",
+            needed=f"a key with the scope {scope}",
+        )
+    )
+
+
 def rate_limited(limit: int, seconds: int) -> RateLimited:
     """The error of too many requests; the next one is allowed in `seconds` seconds."""
     return RateLimited(
@@ -99,14 +132,16 @@ def rate_limited(limit: int, seconds: int) -> RateLimited:
 def build_refusal(error: SurfaceError, retry_after: int = 0) -> Response:
     """The response to a request that the guard does not pass on.
 
-    A 401 says how to authenticate (RFC 6750), a 429 after how many seconds the client may try
-    again (`retry_after`).
+    A 401 says how to authenticate, a 403 that a scope is missing (RFC 6750, section 3), a 429 after
+    how many seconds the client may try again (`retry_after`).
     """
     headers: Mapping[str, str] = {"Retry-After": str(retry_after)} if retry_after else {}
     if isinstance(error, KeyNeeded):
         headers = {"WWW-Authenticate": REALM}
     elif isinstance(error, KeyUnknown):
         headers = {"WWW-Authenticate": f'{REALM}, error="invalid_token"'}
+    elif isinstance(error, ScopeNeeded):
+        headers = {"WWW-Authenticate": f'{REALM}, error="insufficient_scope"'}
     return problem_response(problem_of(error), error.issues, headers=dict(headers))
 
 

@@ -39,8 +39,8 @@ _SECURITY_SCHEME = {
     "scheme": "bearer",
     "bearerFormat": "sfk_ and 64 hexadecimal digits",
     "description": "A key from the operator, for calls that compute or store "
-    "(`SURFACE_API_KEYS`); with `SURFACE_PUBLIC_READS=false` also for surfaces and meshes by URL. "
-    "Never send it in a URL.",
+    "(`SURFACE_API_KEYS`), within its scopes; with `SURFACE_PUBLIC_READS=false` also for surfaces "
+    "and meshes by URL. Never send it in a URL.",
 }
 
 _RATES: Json = {
@@ -127,8 +127,9 @@ def _add_guard(operation: Json, method: str, path: str, settings: Settings) -> N
         if policy.has_keys:
             # The empty alternative: a signature in the URL replaces a key.
             operation["security"] = [{"key": []}, *([{}] if need == "key or signature" else [])]
+            responses["403"] = error("ScopeNeeded")
     if settings.signing_keys and need != "key" and path.startswith("/v1/surfaces/"):
-        responses["403"] = error("SignatureInvalid")
+        responses["403"] = error("Forbidden" if "403" in responses else "SignatureInvalid")
         operation["parameters"] = operation["parameters"] + SIGNED
     if settings.rate_limit and (need != "nothing" or path not in EXEMPT):
         responses.setdefault("429", error("TooManyRequests"))

@@ -7,7 +7,7 @@ import numpy as np
 
 from service.api import problems
 from service.api.body import body_too_large, body_too_slow, decoder_of_body
-from service.api.guard.policy import REALM, key_needed, key_unknown, rate_limited
+from service.api.guard.policy import REALM, key_needed, key_unknown, rate_limited, scope_needed
 from service.api.guard.signatures import MIN_SECRET, Signer
 from service.api.negotiation import (
     check_engine,
@@ -81,6 +81,10 @@ def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
     signer = Signer(["-" * MIN_SECRET])
     signed = signer.sign(_MESH_PATH, "", _EXPIRY).encode()
     max_json_bytes = min(settings.max_json_bytes, settings.max_body_bytes)
+    invalid_signatures: Mapping[str, Example] = {
+        "changed": lambda: signer.verify("/v1/surfaces/saddle", signed, now=0),
+        "expired": lambda: signer.verify(_MESH_PATH, signed, now=_EXPIRY),
+    }
     too_many_requests = {"rate": rate_limited(limit=60, seconds=3)}
     return {
         "MalformedJson": {
@@ -89,10 +93,9 @@ def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
             "file": lambda: teapot.decode(b"1\n1,2,3,4\n3\n", kind=None, max_points=4),
         },
         "KeyNeeded": {"none": key_needed(), "unknown": key_unknown()},
-        "SignatureInvalid": {
-            "changed": lambda: signer.verify("/v1/surfaces/saddle", signed, now=0),
-            "expired": lambda: signer.verify(_MESH_PATH, signed, now=_EXPIRY),
-        },
+        "ScopeNeeded": {"scope": scope_needed("compute")},
+        "SignatureInvalid": invalid_signatures,
+        "Forbidden": {"scope": scope_needed("read"), **invalid_signatures},
         "TooManyRequests": too_many_requests,
         "NotFound": {"no such path": problems.NOT_FOUND},
         "UnknownSurface": {

@@ -7,13 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from service.api.guard.keys import (
-    MAX_BYTES,
-    KeyEntry,
-    KnownKeys,
-    format_entry,
-    parse_entries,
-)
+from service.api.guard.key_file import MAX_BYTES, KnownKeys
+from service.api.guard.keys import KeyEntry, format_entry, parse_entries
 from service.errors import InvalidSettings
 from tests.clock import Clock
 

@@ -6,7 +6,7 @@ import pytest
 
 from service.api.guard import keys
 from service.api.guard.keys import (
-    find_name,
+    find_entry,
     format_entry,
     make_key,
     parse_bearer,
@@ -33,21 +33,22 @@ def test_the_entry_of_a_key_has_its_hash_and_not_the_key() -> None:
 
 
 def test_a_name_may_have_an_old_and_a_new_key() -> None:
-    assert find_name(OLD.encode(), ENTRIES) == find_name(NEW.encode(), ENTRIES) == "alice"
-    assert find_name(make_key().encode(), ENTRIES) is None
-    assert find_name(NEW.encode(), ()) is None
+    assert [find_entry(key.encode(), ENTRIES) for key in (OLD, NEW)] == list(ENTRIES[:2])
+    assert [entry.name for entry in ENTRIES[:2]] == ["alice", "alice"]
+    assert find_entry(make_key().encode(), ENTRIES) is None
+    assert find_entry(NEW.encode(), ()) is None
 
 
 def test_texts_that_differ_in_one_character_are_not_the_key() -> None:
     for index in range(len(NEW)):
         other_key = NEW[:index] + ("0" if NEW[index] != "0" else "1") + NEW[index + 1 :]
-        assert find_name(other_key.encode(), ENTRIES) is None
+        assert find_entry(other_key.encode(), ENTRIES) is None
     for other_key in (NEW.upper(), NEW[:-1], NEW + "0", NEW + "\n", ""):
-        assert find_name(other_key.encode(), ENTRIES) is None
+        assert find_entry(other_key.encode(), ENTRIES) is None
 
 
 def test_a_password_whose_hash_is_listed_is_not_a_key() -> None:
-    assert find_name(b"password", parse_entries([format_entry("eve", "password")])) is None
+    assert find_entry(b"password", parse_entries([format_entry("eve", "password")])) is None
 
 
 def test_a_key_is_compared_with_all_entries(
@@ -63,7 +64,7 @@ def test_a_key_is_compared_with_all_entries(
     monkeypatch.setattr(keys, "compare_digest", record_and_compare)
     for key in (OLD, NEW, make_key()):
         compared_digests.clear()
-        find_name(key.encode(), ENTRIES)
+        find_entry(key.encode(), ENTRIES)
         assert compared_digests == [entry.digest for entry in ENTRIES]
 
 
@@ -81,6 +82,25 @@ def test_a_key_in_place_of_its_hash_is_refused_and_not_repeated() -> None:
     with pytest.raises(InvalidSettings) as error:
         parse_entries([f"alice:{NEW}"])
     assert NEW not in str(error.value)
+
+
+def test_an_entry_without_scopes_permits_all_but_lists_of_stored_surfaces() -> None:
+    (entry,) = parse_entries([format_entry("alice", NEW)])
+    assert entry.scopes == {"read", "compute", "store", "delete"}
+
+
+@pytest.mark.parametrize("scopes", [frozenset({"admin"}), frozenset(keys.SCOPES)])
+def test_an_entry_lists_other_scopes(scopes: frozenset[keys.KeyScope]) -> None:
+    line = format_entry("alice", NEW, scopes)
+    assert [entry.scopes for entry in parse_entries([line])] == [scopes]
+
+
+@pytest.mark.parametrize("names", ["", "reed", "read,compute", "read+", "read+ compute", "Read"])
+def test_unknown_scopes_are_refused_with_the_names_of_all(names: str) -> None:
+    line = f"{format_entry('alice', NEW)}:{names}"
+    needed = "key 1 has unknown scopes .*read, compute, store, delete, admin"
+    with pytest.raises(InvalidSettings, match=needed):
+        parse_entries([line])
 
 
 def test_repeated_keys_and_too_many_keys_are_refused() -> None:
@@ -112,6 +132,15 @@ def test_keys_are_bearer_tokens(header: bytes | None, key: bytes | None) -> None
 def test_the_command_prints_a_key_and_its_entry() -> None:
     output = run_python("-m", "service", "key", "alice").stdout
     (_, key), (_, entry) = (line.split() for line in output.splitlines())
-    assert find_name(key.encode(), parse_entries([entry])) == "alice"
-    process = run_python("-m", "service", "key", "a b", check=False)
-    assert (process.returncode, process.stdout) == (2, "")
+    found = find_entry(key.encode(), parse_entries([entry]))
+    assert found is not None
+    assert (found.name, found.scopes) == ("alice", keys.DEFAULT_SCOPES)
+    for arguments in (["a b"], ["alice", "--scope", "reed"]):
+        process = run_python("-m", "service", "key", *arguments, check=False)
+        assert (process.returncode, process.stdout) == (2, "")
+
+
+def test_the_command_prints_an_entry_with_scopes() -> None:
+    output = run_python("-m", "service", "key", "ann", "--scope", "read+admin").stdout
+    (entry,) = parse_entries([output.splitlines()[1].split()[1]])
+    assert entry.scopes == {"read", "admin"}
