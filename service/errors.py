@@ -79,6 +79,22 @@ class DamagedObject(SurfaceError):
     """A stored object does not have the content that its id names."""
 
 
+class UnknownJob(SurfaceError):
+    """No job has this id, or its results have expired."""
+
+
+class UnknownResult(SurfaceError):
+    """A part of a job has no result: it has not ended, it failed, or there is no such part."""
+
+
+class TooManyJobs(SurfaceError):
+    """The caller has the largest number of jobs that have not ended."""
+
+
+class JobQuotaFull(SurfaceError):
+    """The store has no room for another job and its results."""
+
+
 class InvalidSettings(ValueError):
     """A variable or a flag is invalid; the service must not start."""
 

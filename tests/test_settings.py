@@ -23,6 +23,7 @@ TEXTS = {
     "trusted_proxies": "10.0.0.0/8",
     "store": "./data",
     "allow_delete": "true",
+    "jobs": "false",
     "public_reads": "0",
     "access_log": "False",
     "tracing": "1",

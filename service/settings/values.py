@@ -206,6 +206,45 @@ class Settings(BaseModel):
         default=False, description="Whether clients may delete stored surfaces over HTTP."
     )
 
+    # Jobs
+    jobs: bool = Field(default=True, description="Whether clients may ask for jobs (`/v1/jobs`).")
+    job_processes: int = Field(
+        default=0,
+        ge=0,
+        le=1024,
+        description="Processes that compute the parts of jobs; 0 means one for each processor, and "
+        "only as many as the memory allows.",
+    )
+    job_lifetime: float = Field(
+        default=7 * 86400,
+        gt=0,
+        le=366 * 86400,
+        description="Time for which the results of a job are kept after its end.",
+    )
+    job_quota: Bytes = Field(
+        default=10 << 30,
+        ge=0,
+        le=1 << 50,
+        description="Bytes of all jobs and their results together; 0 means no limit.",
+    )
+    job_part_timeout: float = Field(
+        default=3600, gt=0, le=86400, description="Time to compute one part of a job."
+    )
+    max_jobs: int = Field(
+        default=100,
+        ge=1,
+        le=100_000,
+        description="Jobs of one key or address that have not ended.",
+    )
+    max_job_parts: int = Field(default=100_000, ge=1, le=10_000_000, description="Parts of a job.")
+    max_job_bytes: Bytes = Field(
+        default=1 << 30,
+        ge=1024,
+        le=1 << 40,
+        description="Bytes of a body with one part a line (`application/x-ndjson`); "
+        "`SURFACE_MAX_JSON_BYTES` applies to each line.",
+    )
+
     # Access
     api_keys: Texts = Field(
         default=(),
