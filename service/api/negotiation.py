@@ -19,9 +19,10 @@ from service.api.caching.codings import (
 )
 from service.api.errors import EngineGone, InvalidQuery, NotAcceptable, UnknownSuffix
 from service.encoders.format import FileFormat, Format
-from service.encoders.registry import BY_NAME, BY_SUFFIX
+from service.encoders.registry import BY_SUFFIX
 from service.engine.mesh.mesh import ENGINE
 from service.errors import InvalidRequest, Issue, pointer
+from service.pipeline.calls import find_format
 from service.schemas.query import values_from_text
 from service.schemas.scan import shorten
 
@@ -38,15 +39,10 @@ def format_by_name(name: str, formats: Sequence[AnyFormat]) -> AnyFormat:
     InvalidQuery
         If no format has this name.
     """
-    for fmt in formats:
-        if fmt.name == name:
-            return fmt
-    code = "unsupported_by_format" if name in BY_NAME else "unknown_format"
-    message, got = "No format has this name.", "an unknown name"
-    if name in BY_NAME:
-        message, got = f"The format {name} cannot store this result.", "a format for surfaces"
-    needed = "one of " + ", ".join(fmt.name for fmt in formats)
-    raise InvalidQuery(Issue(code, message, "/format", got, needed))
+    try:
+        return find_format(name, formats)
+    except InvalidRequest as error:
+        raise InvalidQuery(*error.issues) from None
 
 
 def format_by_suffix(suffix: str) -> Format:

@@ -9,7 +9,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from service.cli.documents import Document, Query, parse_request
+from service.cli.documents import Document, Query
 from service.cli.flags import Flag, flag
 from service.cli.refusals import issue_line
 from service.cli.source import field_line, read_field_flags, source_flag
@@ -33,18 +33,6 @@ def _merge_operations(document: Document, values: Document) -> Document:
     if "operations" in values:
         _, values["operations"] = operations_from_text(values["operations"])
     return document
-
-
-def _compute(document: Document) -> bytes:
-    from service.pipeline.documents import plan_conversion
-    from service.schemas.convert import ConvertRequest
-    from service.settings.environment import command_settings
-    from service.surface.convert.nets import SizeLimits
-
-    request, limits = parse_request(ConvertRequest, document)
-    settings = command_settings()
-    size_limits = SizeLimits(settings.max_control_points, settings.max_degree)
-    return plan_conversion(request.to_surface(), request.to_operations(), size_limits, limits).run()
 
 
 def _operation_line(issue: Issue, arguments: argparse.Namespace) -> str:
@@ -75,7 +63,6 @@ CONVERT = Query(
         _operation_flag("triangle", "lower|upper", "make a triangular patch of half a patch"),
         _operation_flag("operations", "JSON", "a list of operations, as in a request"),
     ),
-    _compute,
     _merge_operations,
     line=_operation_line,
 )

@@ -1,9 +1,8 @@
 """Commands that make one file from one document: in this process, or at a service (`--url`)."""
 
 import argparse
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
-from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
 
     from service.encoders.format import FileFormat
-    from service.pipeline.limits import Limits
+    from service.pipeline.calls import CallLimits
 
 Request = TypeVar("Request", bound="BaseModel")
 Document = dict[str, Any]
@@ -42,21 +41,19 @@ class Query:
     name, text : str
         The name of the command, and its line in the list of commands.
     path : str
-        The path of the URL to which the document is posted.
+        The path of the URL to which the document is posted; also the name of the call that computes
+        the file in this process.
     source : Flag
         The file or the example.
     title : str
         The heading of the flags.
     flags : tuple of Flag
         Each overrides the field of the file.
-    compute : callable
-        Computes the bytes of the file in this process, from the document; and from the argument
-        `fmt`, if there are several formats.
     merge : callable
         Returns the fields of the file's document that stay beside the values of the flags; it may
         change these values to those that the request needs.
-    formats : callable or None
-        Returns the formats of the file; None if the file is JSON.
+    has_formats : bool
+        Whether the file has one of several formats; otherwise it is JSON.
     line : callable or None
         Returns the line of an issue; by default, a line that names the flag which set the field.
     is_curve : bool
@@ -69,9 +66,8 @@ class Query:
     source: Flag
     title: str
     flags: Flags
-    compute: Callable[..., bytes]
     merge: Callable[[Document, Document], Document] = _keep_fields
-    formats: "Callable[[], Sequence[FileFormat]] | None" = None
+    has_formats: bool = False
     line: Callable[[Issue, argparse.Namespace], str] | None = None
     is_curve: bool = False
 
@@ -81,18 +77,15 @@ class Query:
             self.name,
             self.text,
             self._run,
-            (self.source, *output_flags(formats=self.formats is not None)),
+            (self.source, *output_flags(formats=self.has_formats)),
             groups=((self.title, self.flags), *(() if self.is_curve else (NET_FILES,))),
             has_exit_codes=True,
         )
         command.add_to(commands)
 
     def _run(self, arguments: argparse.Namespace) -> int:
-        fmt = None
-        if self.formats is None:
-            check_output(arguments)
-        else:
-            fmt = choose_format(arguments, self.formats())
+        fmt = _choose_format(arguments, self.path) if self.has_formats else None
+        check_output(arguments)
         document = (
             read_request(arguments.source, "curve", "no such file")
             if self.is_curve
@@ -104,11 +97,25 @@ class Query:
             arguments,
             self.path,
             document,
-            self.compute if fmt is None else partial(self.compute, fmt=fmt),
+            lambda document: _compute(self.path, document, fmt),
             flags=values,
             fmt=fmt,
             line=self.line,
         )
+
+
+def _choose_format(arguments: argparse.Namespace, path: str) -> "FileFormat":
+    from service.pipeline.calls import CALLS
+
+    return choose_format(arguments, CALLS[path].formats)
+
+
+def _compute(path: str, document: Document, fmt: "FileFormat | None") -> bytes:
+    """Computes the file of a call in this process."""
+    from service.pipeline.calls import CALLS, JSON
+
+    request, limits = parse_request(CALLS[path].model, document)
+    return bytes(CALLS[path].plan(request, fmt or JSON, limits).run().content)
 
 
 def perform_document(
@@ -155,7 +162,9 @@ def _post(
     return post(url, path, document, fmt, query)
 
 
-def parse_request(model: type[Request], document: Mapping[str, Any]) -> "tuple[Request, Limits]":
+def parse_request(
+    model: type[Request], document: Mapping[str, Any]
+) -> "tuple[Request, CallLimits]":
     """The request in a document, and the limits of this command; limits NumPy to one thread.
 
     Raises
@@ -165,10 +174,23 @@ def parse_request(model: type[Request], document: Mapping[str, Any]) -> "tuple[R
     InvalidSettings
     """
     from service.schemas.validation import validate_document
+
+    limits = command_limits()
+    return validate_document(model, document, limits.document), limits
+
+
+def command_limits() -> "CallLimits":
+    """The limits of a command that computes in this process; limits NumPy to one thread.
+
+    Raises
+    ------
+    InvalidSettings
+    """
+    from service.pipeline.calls import CallLimits
     from service.settings.environment import command_settings
     from service.settings.runtime import pin_blas
     from service.settings.values import document_limits, result_limits
 
     pin_blas()
     settings = command_settings()
-    return validate_document(model, document, document_limits(settings)), result_limits(settings)
+    return CallLimits(document_limits(settings), result_limits(settings))

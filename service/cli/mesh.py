@@ -9,7 +9,7 @@ from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from service.cli.documents import parse_request, perform_document
+from service.cli.documents import command_limits, parse_request, perform_document
 from service.cli.flags import Command, Flag, flag, option_texts, read_values
 from service.cli.output import check_output, choose_format, find_format, output_flags, perform
 from service.cli.source import (
@@ -105,25 +105,21 @@ def _request_mesh(url: str, source: Source, flag_values: Mapping[str, str], fmt:
 
 def _compute_mesh(source: Source, flag_values: Mapping[str, str], fmt: "Format") -> bytes:
     """Computes the file in this process. A `source` that is a text is the id of an example."""
-    from service.pipeline.mesh import render, select_encode_options
+    from service.pipeline.calls import plan_mesh_file
     from service.schemas.query import options_from_text, values_from_text
     from service.schemas.request import MeshRequest
-    from service.settings.environment import command_settings
-    from service.settings.runtime import pin_blas
-    from service.settings.values import result_limits
     from service.surface.examples.catalogue import find
     from service.surface.kinds import Surface
 
     if isinstance(source, str):
-        pin_blas()
-        limits = result_limits(command_settings())
+        limits = command_limits()
         surface: Surface = find(source).surface()
         options = options_from_text(flag_values.items())
     else:
         source = source.document() if isinstance(source, NetFile) else source
         request, limits = parse_request(MeshRequest, source | values_from_text(flag_values.items()))
         surface, options = request.to_surface(), request
-    return render(surface, options.mesh_options(), fmt, select_encode_options(options), limits)
+    return bytes(plan_mesh_file(surface, options, fmt, limits).run().content)
 
 
 def _run_estimate(arguments: argparse.Namespace) -> int:
@@ -156,7 +152,7 @@ def _compute_estimate(formats: "Sequence[Format]", document: Mapping[str, Any]) 
 
     request, limits = parse_request(MeshRequest, document)
     options, encode = request.mesh_options(), select_encode_options(request)
-    return plan_estimate(request.to_surface(), options, encode, limits, formats).run()
+    return plan_estimate(request.to_surface(), options, encode, limits.result, formats).run()
 
 
 MESH = Command(

@@ -1,18 +1,15 @@
 """The commands `points`, `project`, `intersect`, `section`, `measure` and `curve` as a table."""
 
 from argparse import BooleanOptionalAction
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from service.cli.documents import Document, Query, parse_request
+from service.cli.documents import Document, Query
 from service.cli.flags import flag, option_texts, parse_number, parse_numbers
 from service.cli.refusals import Refused
 from service.cli.source import source_flag
 from service.errors import SurfaceError
-
-if TYPE_CHECKING:
-    from service.encoders.format import FileFormat
 
 PLACES = ("uv", "barycentric", "patch")
 """The fields that name the places of a query of points."""
@@ -37,14 +34,6 @@ def _merge_places(document: Document, values: Document) -> Document:
     return _drop(document, PLACES) if {"uv", "barycentric"} & values.keys() else document
 
 
-def _compute_points(document: Document) -> bytes:
-    from service.pipeline.queries import plan_points
-    from service.schemas.queries import PointsRequest
-
-    request, limits = parse_request(PointsRequest, document)
-    return plan_points(request.to_surface(), request.to_query(), limits).run()
-
-
 def _merge_points(document: Document, values: Document) -> Document:
     """Reads the points of `--points`, unless there are points on the command line."""
     file, source = values.pop("file", None), document["surface"]
@@ -66,14 +55,6 @@ def _read_npy(name: str, flag_name: str) -> Any:
         raise Refused(*(f"{flag_name}: {issue.message}" for issue in error.issues)) from None
 
 
-def _compute_project(document: Document) -> bytes:
-    from service.pipeline.queries import plan_project
-    from service.schemas.queries import ProjectRequest
-
-    request, limits = parse_request(ProjectRequest, document)
-    return plan_project(request.to_shape(), request.to_query(), limits).run()
-
-
 def _merge_rays(document: Document, values: Document) -> Document:
     """Reads rays as origins and directions. The file may also have a request with planes."""
     file, rows = values.pop("file", None), values.get("rays")
@@ -85,14 +66,6 @@ def _merge_rays(document: Document, values: Document) -> Document:
         origins, directions = [row[:3] for row in rows], [row[3:] for row in rows]
         values["rays"] = {"origins": origins, "directions": directions}
     return {key: value for key, value in document.items() if key in RAY_FIELDS}
-
-
-def _compute_hits(document: Document) -> bytes:
-    from service.pipeline.queries import plan_intersect
-    from service.schemas.intersect import IntersectRequest
-
-    request, limits = parse_request(IntersectRequest, document)
-    return plan_intersect(request.to_surface(), request.to_query(), limits).run()
 
 
 def _merge_planes(document: Document, values: Document) -> Document:
@@ -118,28 +91,6 @@ def _merge_planes(document: Document, values: Document) -> Document:
     return _drop(kept, TOLERANCES) if any(name in values for name in TOLERANCES) else kept
 
 
-def _section_formats() -> "Sequence[FileFormat]":
-    from service.encoders.polylines.registry import SECTION_FORMATS
-
-    return SECTION_FORMATS
-
-
-def _compute_sections(document: Document, fmt: Any) -> bytes:
-    from service.pipeline.polylines import plan_sections
-    from service.schemas.intersect import IntersectRequest
-
-    request, limits = parse_request(IntersectRequest, document)
-    return plan_sections(request.to_surface(), request.to_sections(), fmt, limits).run()
-
-
-def _compute_measures(document: Document) -> bytes:
-    from service.pipeline.measure import plan_measure
-    from service.schemas.queries import MeasureRequest
-
-    request, limits = parse_request(MeasureRequest, document)
-    return plan_measure(request.to_surface(), request.to_query(), limits).run()
-
-
 def _merge_curve_options(document: Document, values: Document) -> Document:
     """Reads the texts of options as those of a query; a new accuracy replaces the old one."""
     from service.schemas.query import values_from_text
@@ -147,20 +98,6 @@ def _merge_curve_options(document: Document, values: Document) -> Document:
     values.update(values_from_text(option_texts(values).items()))
     is_new = any(name in values for name in CURVE_ACCURACY)
     return _drop(document, CURVE_ACCURACY) if is_new else document
-
-
-def _curve_formats() -> "Sequence[FileFormat]":
-    from service.encoders.polylines.registry import CURVE_FORMATS
-
-    return CURVE_FORMATS
-
-
-def _compute_curve(document: Document, fmt: Any) -> bytes:
-    from service.pipeline.polylines import plan_curve
-    from service.schemas.curves import CurveRequest
-
-    request, limits = parse_request(CurveRequest, document)
-    return plan_curve(request.to_curve(), request.curve_options(), fmt, limits).run()
 
 
 POINTS = Query(
@@ -177,7 +114,6 @@ POINTS = Query(
         flag("--patch", "index of the patch, if there are several", "K", type=parse_number),
         flag("--derivatives", "0, 1 (default) or 2", "N", type=parse_number),
     ),
-    _compute_points,
     _merge_places,
 )
 
@@ -211,7 +147,6 @@ PROJECT = Query(
             const=True,
         ),
     ),
-    _compute_project,
     _merge_points,
 )
 
@@ -245,7 +180,6 @@ INTERSECT = Query(
             type=parse_number,
         ),
     ),
-    _compute_hits,
     _merge_rays,
 )
 
@@ -275,9 +209,8 @@ SECTION = Query(
             "--relative-tolerance", "largest deviation, in diagonals (1e-3)", "X", type=parse_number
         ),
     ),
-    _compute_sections,
     _merge_planes,
-    _section_formats,
+    has_formats=True,
 )
 
 MEASURE = Query(
@@ -295,7 +228,6 @@ MEASURE = Query(
             type=parse_number,
         ),
     ),
-    _compute_measures,
 )
 
 CURVE = Query(
@@ -314,8 +246,7 @@ CURVE = Query(
         flag("--tangents", "unit tangents (yes)", action=BooleanOptionalAction),
         flag("--arc-lengths", "arc length up to each point (yes)", action=BooleanOptionalAction),
     ),
-    _compute_curve,
     _merge_curve_options,
-    _curve_formats,
+    has_formats=True,
     is_curve=True,
 )

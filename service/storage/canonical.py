@@ -32,15 +32,18 @@ from math import prod
 from typing import Any, TypeAlias
 
 import numpy as np
+from pydantic import BaseModel
 
 from service.bases.arrays import AnyArray
 from service.errors import DamagedObject
 from service.pipeline.cost import Work, definition_cost
 from service.schemas.document import BYTES_PER_OBJECT, BYTES_PER_VALUE, DocumentLimits
+from service.schemas.fields import RequestModel
 from service.schemas.request import SurfaceRequest
 from service.schemas.surfaces import definition
 from service.schemas.validation import validate_document
 from service.surface.kinds import Surface
+from service.surface.sizes import SurfaceKind
 
 VERSION = 1
 
@@ -51,11 +54,41 @@ Arrays: TypeAlias = list[AnyArray]
 
 def canonical_content(surface: Surface) -> bytes:
     """The canonical content of a surface; `restore_surface` reads it."""
+    return _write_content("surface", definition(surface, flat=True))
+
+
+def canonical_request(request: RequestModel) -> bytes:
+    """The canonical content of a whole request: the surface in this form, and every other field.
+
+    It has the values after their checks, so two requests with equal contents have equal results.
+    """
+    shape = request.build()
+    tree = {name: _tree_of(getattr(request, name)) for name in type(request).model_fields}
+    if isinstance(shape, SurfaceKind):
+        tree["surface"] = definition(shape, flat=True)
+    return _write_content("request", tree)
+
+
+def _tree_of(value: Any) -> Any:
+    """A value of a model as numbers, texts, lists, dicts and arrays; −0 becomes 0."""
+    if isinstance(value, BaseModel):
+        return {name: _tree_of(getattr(value, name)) for name in type(value).model_fields}
+    if isinstance(value, Mapping):
+        return {key: _tree_of(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_tree_of(item) for item in value]
+    if isinstance(value, np.ndarray | float):
+        return value + 0.0
+    return value
+
+
+def _write_content(name: str, tree: Any) -> bytes:
+    """A tree in the canonical form; in its header it has this name."""
     arrays: Arrays = []
-    tree = _take_arrays(definition(surface, flat=True), arrays)
+    tree = _take_arrays(tree, arrays)
     types_and_shapes = [[array.dtype.name, array.shape] for array in arrays]
     header = json.dumps(
-        {"arrays": types_and_shapes, "canonical": VERSION, "surface": tree},
+        {"arrays": types_and_shapes, "canonical": VERSION, name: tree},
         sort_keys=True,
         separators=(",", ":"),
         allow_nan=False,

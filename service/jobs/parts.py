@@ -1,0 +1,192 @@
+"""The parts of a job: reads and checks them as the requests that they are, and names them by ids.
+
+    id of a part = SHA-256 of the engine's number, the method, the canonical path and the request
+
+Equal requests have equal ids, however they are spelled: a mesh by URL has the id of its canonical
+URL, and a body that of its values. So a part that any job has computed is never computed again.
+"""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from hashlib import sha256
+from typing import Any
+from urllib.parse import parse_qsl
+
+import orjson
+
+from service.encoders.format import FileFormat
+from service.encoders.registry import BY_SUFFIX
+from service.engine.mesh.mesh import ENGINE
+from service.errors import InvalidRequest, Issue, SurfaceError
+from service.pipeline.calls import CALLS, JSON, Call, CallLimits, File, find_format, plan_mesh_file
+from service.pipeline.cost import Work
+from service.schemas.fields import RequestModel
+from service.schemas.jobs import PartDefinition
+from service.schemas.query import canonical_query, parse_mesh_query, values_from_text
+from service.schemas.validation import validate_document
+from service.storage.canonical import canonical_request
+from service.storage.keys import is_id
+from service.surface.examples.catalogue import EXAMPLES, find
+from service.surface.kinds import Surface
+
+MAX_GUESS = 0.5
+"""The most seconds that a part counts when batches are formed. The time of a mesh by tolerance is
+not known before: its estimate is for the largest mesh that is allowed."""
+
+_MESH_PATH = re.compile(r"/v1/surfaces/([^/?]+)/mesh\.([^/?]+)")
+
+FindSurface = Callable[[str], Surface]
+"""Returns the stored surface with an id; raises `UnknownSurface`."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Part:
+    """A part that was read: its id, its format, and its plan.
+
+    Attributes
+    ----------
+    id : str
+    stored : str
+        The id of the stored surface that the part reads; empty if it reads none.
+    fmt : FileFormat
+    plan : callable
+        Plans the work; the argument finds the stored surface. Raises the errors of `read_part`.
+    """
+
+    id: str
+    stored: str
+    fmt: FileFormat
+    plan: Callable[[FindSurface], Work[File]]
+
+
+@dataclass(frozen=True, slots=True)
+class CheckedPart:
+    """A part of a job that was accepted.
+
+    Attributes
+    ----------
+    id : str
+    line : bytes
+        The part as a line of JSON, with its id, without the line feed.
+    seconds : float
+        Its time as batches count it.
+    memory : int
+        The most bytes that its work takes.
+    """
+
+    id: str
+    line: bytes
+    seconds: float
+    memory: int
+
+
+def check_part(document: object, limits: CallLimits, find_surface: FindSurface) -> CheckedPart:
+    """Check a part as far as its shapes show, without computing it.
+
+    Parameters
+    ----------
+    document : dict
+        The part as in the list of a job.
+
+    Raises
+    ------
+    InvalidRequest, TooLarge, UnsupportedByFormat, UnknownSurface
+        Pointers are relative to the part: `/path` for its path and query, `/body/…` for its body.
+    """
+    definition = validate_document(PartDefinition, document, limits.document)
+    part = read_part(definition.path, definition.body, limits)
+    cost = part.plan(find_surface).cost
+    line = orjson.dumps({"id": part.id, **definition.model_dump(exclude_none=True)})
+    return CheckedPart(part.id, line, min(cost.seconds, MAX_GUESS), cost.memory)
+
+
+def read_part(path: str, body: dict[str, Any] | None, limits: CallLimits) -> Part:
+    """Read the request of a part, and build its surface; does not plan it.
+
+    Raises
+    ------
+    InvalidRequest, TooLarge
+        With the pointers of `check_part`.
+    """
+    locate = partial(_locate, prefix="/path" if body is None else "/body")
+    try:
+        part = _read_get(path, limits) if body is None else _read_post(path, body, limits)
+    except SurfaceError as error:
+        raise locate(error) from None
+
+    def plan(find_surface: FindSurface) -> Work[File]:
+        try:
+            return part.plan(find_surface)
+        except SurfaceError as error:
+            raise locate(error) from None
+
+    return replace(part, plan=plan)
+
+
+def _read_get(path: str, limits: CallLimits) -> Part:
+    """A mesh by URL."""
+    route, _, query = path.partition("?")
+    match = _MESH_PATH.fullmatch(route)
+    if match is None or match[2] not in BY_SUFFIX:
+        raise _unknown_path("a part without a body is /v1/surfaces/{id}/mesh.{suffix}")
+    name, fmt = match[1], BY_SUFFIX[match[2]]
+    if not (name in EXAMPLES or is_id(name)):
+        raise _unknown_path("the name of a built-in surface, or the id of a stored one")
+    options = parse_mesh_query(parse_qsl(query, keep_blank_values=True))
+    if options.engine not in (None, ENGINE):
+        message = "This service does not have this version of the engine."
+        got, needed = "another version of the engine", f"engine={ENGINE}, or no engine"
+        raise InvalidRequest(Issue("engine_gone", message, "/engine", got, needed))
+    target = f"GET /v1/surfaces/{name}/mesh.{fmt.suffix}?{canonical_query(options, fmt.ignored)}"
+
+    def plan(find_surface: FindSurface) -> Work[File]:
+        surface = find(name).surface() if name in EXAMPLES else find_surface(name)
+        return plan_mesh_file(surface, options, fmt, limits)
+
+    stored = "" if name in EXAMPLES else name
+    return Part(sha256(target.encode()).hexdigest(), stored, fmt, plan)
+
+
+def _read_post(path: str, body: dict[str, Any], limits: CallLimits) -> Part:
+    """A call with a body."""
+    route, _, query = path.partition("?")
+    call = CALLS.get(route)
+    if call is None:
+        raise _unknown_path("one of " + ", ".join(CALLS))
+    fmt = _choose_format(call, query)
+    request = validate_document(call.model, body, limits.document)
+    request.build()
+    return Part(_post_id(call, fmt, request), "", fmt, lambda _: call.plan(request, fmt, limits))
+
+
+def _post_id(call: Call, fmt: FileFormat, request: RequestModel) -> str:
+    target = f"POST {call.path}?format={fmt.name}&engine={ENGINE}"
+    return sha256(target.encode() + b"\n" + canonical_request(request)).hexdigest()
+
+
+def _choose_format(call: Call, query: str) -> FileFormat:
+    """The format that the query names, or JSON."""
+    values = values_from_text(parse_qsl(query, keep_blank_values=True))
+    name = values.pop("format", JSON.name)
+    if values or (query and len(call.formats) == 1):
+        message, got = "This call has no parameter of this name.", "an unknown parameter"
+        needed = "no parameters" if len(call.formats) == 1 else "only `format`"
+        raise InvalidRequest(Issue("unknown_field", message, "/path", got, needed))
+    return find_format(str(name), call.formats)
+
+
+def _unknown_path(needed: str) -> InvalidRequest:
+    message = "No call that a job can make has this path."
+    return InvalidRequest(Issue("unknown_path", message, "/path", "another path", needed))
+
+
+def _locate(error: SurfaceError, prefix: str) -> SurfaceError:
+    """The error with pointers relative to the part: `prefix` is `/body`, or else `/path`."""
+
+    def place(pointer: str) -> str:
+        is_path = prefix == "/path" or pointer in ("/path", "/format")
+        return "/path" if is_path else prefix + pointer
+
+    return type(error)(*(replace(issue, pointer=place(issue.pointer)) for issue in error.issues))

@@ -1,0 +1,180 @@
+"""The calls that make one file from one document, as a table: the model, the formats, the plan.
+
+The command line and jobs compute with this table; each route of HTTP calls the same plan.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from types import MappingProxyType
+from typing import Any, TypeVar
+
+from service.encoders.format import Content, FileFormat
+from service.encoders.polylines.registry import CURVE_FORMATS, SECTION_FORMATS
+from service.encoders.registry import BY_NAME, FORMATS
+from service.engine.mesh.mesh import MeshReport
+from service.errors import InvalidRequest, Issue
+from service.pipeline.cost import Work
+from service.pipeline.documents import plan_conversion
+from service.pipeline.limits import DEFAULT_LIMITS, Limits
+from service.pipeline.measure import plan_measure
+from service.pipeline.mesh import MeshFile, plan_mesh, select_encode_options
+from service.pipeline.polylines import plan_curve, plan_sections
+from service.pipeline.queries import plan_intersect, plan_points, plan_project
+from service.schemas.convert import ConvertRequest
+from service.schemas.curves import CurveRequest
+from service.schemas.document import DEFAULT_LIMITS as DEFAULT_DOCUMENT_LIMITS
+from service.schemas.document import DocumentLimits
+from service.schemas.fields import RequestModel
+from service.schemas.intersect import IntersectRequest
+from service.schemas.options import MeshOptionFields
+from service.schemas.queries import MeasureRequest, PointsRequest, ProjectRequest
+from service.schemas.request import MeshRequest
+from service.surface.convert.nets import SizeLimits
+from service.surface.sizes import SurfaceKind
+
+JSON: FileFormat = BY_NAME["json"]
+"""The format of calls that have no other, and the default of those that have."""
+
+AnyFormat = TypeVar("AnyFormat", bound=FileFormat)
+
+
+@dataclass(frozen=True, slots=True)
+class CallLimits:
+    """The limits of a request's document, and of its result."""
+
+    document: DocumentLimits = DEFAULT_DOCUMENT_LIMITS
+    result: Limits = DEFAULT_LIMITS
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class File:
+    """The result of a call.
+
+    Attributes
+    ----------
+    content : Content
+    name : str
+        The name of the surface; empty if the result has none.
+    report : MeshReport or None
+        The report on a mesh; None for other results.
+    """
+
+    content: Content
+    name: str = ""
+    report: MeshReport | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """A call that makes a file from a document.
+
+    Attributes
+    ----------
+    path : str
+        The path of the URL to which the document is posted.
+    model : type
+        The model of the document.
+    formats : sequence of FileFormat
+        The formats of the file.
+    plan : callable
+        Plans the work, from a request of the model, a format of `formats` and the limits.
+    """
+
+    path: str
+    model: type[RequestModel]
+    plan: Callable[[Any, Any, CallLimits], Work[File]]
+    formats: Sequence[FileFormat] = (JSON,)
+
+
+def find_format(name: str, formats: Sequence[AnyFormat]) -> AnyFormat:
+    """The format of `formats` with this name.
+
+    Raises
+    ------
+    InvalidRequest
+        No format has this name; the pointer is `/format`.
+    """
+    for fmt in formats:
+        if fmt.name == name:
+            return fmt
+    code, message, got = "unknown_format", "No format has this name.", "an unknown name"
+    if name in BY_NAME:
+        code, got = "unsupported_by_format", "a format for surfaces"
+        message = f"The format {name} cannot store this result."
+    needed = "one of " + ", ".join(fmt.name for fmt in formats)
+    raise InvalidRequest(Issue(code, message, "/format", got, needed))
+
+
+def plan_mesh_file(
+    surface: SurfaceKind, options: MeshOptionFields, fmt: Any, limits: CallLimits
+) -> Work[File]:
+    """Plan the mesh of a surface with the options of a body or a query."""
+    encode = select_encode_options(options)
+    work = plan_mesh(surface, options.mesh_options(), fmt, encode, limits.result)
+    return _convert(work, _take_mesh_file)
+
+
+def _plan_mesh(request: MeshRequest, fmt: Any, limits: CallLimits) -> Work[File]:
+    return plan_mesh_file(request.to_surface(), request, fmt, limits)
+
+
+def _plan_points(request: PointsRequest, _: Any, limits: CallLimits) -> Work[File]:
+    return _convert(plan_points(request.to_surface(), request.to_query(), limits.result), File)
+
+
+def _plan_curve(request: CurveRequest, fmt: Any, limits: CallLimits) -> Work[File]:
+    curve = request.to_curve()
+    work = plan_curve(curve, request.curve_options(), fmt, limits.result)
+    return _convert(work, partial(File, name=curve.name))
+
+
+def _plan_project(request: ProjectRequest, _: Any, limits: CallLimits) -> Work[File]:
+    return _convert(plan_project(request.to_shape(), request.to_query(), limits.result), File)
+
+
+def _plan_intersect(request: IntersectRequest, fmt: Any, limits: CallLimits) -> Work[File]:
+    surface = request.to_surface()
+    if request.planes is not None:
+        work = plan_sections(surface, request.to_sections(), fmt, limits.result)
+        return _convert(work, partial(File, name=surface.name))
+    if fmt.name != JSON.name:
+        message, got = "Hits of rays are written as JSON.", "a format of sections"
+        raise InvalidRequest(Issue("unsupported_by_format", message, "/format", got, "json"))
+    return _convert(plan_intersect(surface, request.to_query(), limits.result), File)
+
+
+def _plan_measure(request: MeasureRequest, _: Any, limits: CallLimits) -> Work[File]:
+    return _convert(plan_measure(request.to_surface(), request.to_query(), limits.result), File)
+
+
+def _plan_conversion(request: ConvertRequest, _: Any, limits: CallLimits) -> Work[File]:
+    allowed = SizeLimits(limits.document.max_control_points, limits.document.max_degree)
+    operations = request.to_operations()
+    return _convert(plan_conversion(request.to_surface(), operations, allowed, limits.result), File)
+
+
+def _take_mesh_file(file: MeshFile) -> File:
+    return File(file.content, file.name, file.report)
+
+
+def _convert(work: Work[Any], to_file: Callable[[Any], File]) -> Work[File]:
+    """The work whose result is the file that `to_file` makes of the result of `work`."""
+    return Work(work.cost, lambda: to_file(work.run()))
+
+
+CALLS: Mapping[str, Call] = MappingProxyType(
+    {
+        call.path: call
+        for call in (
+            Call("/v1/mesh", MeshRequest, _plan_mesh, FORMATS),
+            Call("/v1/points", PointsRequest, _plan_points),
+            Call("/v1/curve", CurveRequest, _plan_curve, CURVE_FORMATS),
+            Call("/v1/project", ProjectRequest, _plan_project),
+            Call("/v1/intersect", IntersectRequest, _plan_intersect, SECTION_FORMATS),
+            Call("/v1/measure", MeasureRequest, _plan_measure),
+            Call("/v1/convert", ConvertRequest, _plan_conversion),
+        )
+    }
+)
+"""All calls, by path."""

@@ -1,0 +1,1 @@
+"""Tests of `service.jobs`: parts, batches, engines, and jobs in the store."""
