@@ -157,6 +157,12 @@ class Job:
             with self.timing.step(name):
                 return await self._in_thread(work.run, lambda: threads.release_thread(start))
 
+    def drop_work(self) -> None:
+        """Gives the memory of work back that has ended without a result, before other work runs."""
+        self._peak = max(self._peak, self._body + self._memory)
+        dropped, self._memory = self._memory, 0
+        self.threads.hold(-dropped)
+
     def finish_work(self, size: int) -> None:
         """Gives all memory back except the `size` bytes of the response, which is ready.
 

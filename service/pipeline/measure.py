@@ -1,5 +1,6 @@
 """The measures of a surface as JSON: area, volume, centroid and borders, all with intervals."""
 
+from collections.abc import Iterator
 from dataclasses import fields, replace
 from functools import partial
 from typing import Any
@@ -12,15 +13,49 @@ from service.measuring import Measured
 from service.pipeline.checks import check_surface
 from service.pipeline.cost import Work
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
-from service.pipeline.query_costs import measure_cost, measure_effort
+from service.pipeline.query_costs import (
+    measure_budget,
+    measure_cost,
+    measure_effort,
+    measured_points,
+)
 from service.surface.lowered import PatchModel
-from service.surface.sizes import SurfaceKind
+from service.surface.sizes import SurfaceKind, SurfaceSize
 
 PART_BYTES, SIDE_BYTES = 800, 600
 """The most bytes of a response for each part, without its name; and for each side or border."""
 
 POINT_EFFORT = 5000
 """The approximate number of multiplications for each control point of a cell."""
+
+FIRST_POINTS, FIRST_GROWTH, TRIAL_GROWTH = 1024, 32, 16
+"""The budget of the first trial is `FIRST_POINTS` control points, and `FIRST_GROWTH` for each
+control point of the surface; every further trial has `TRIAL_GROWTH` times as many. So the trials
+that fail together take about 1/15 of the time of the one that succeeds."""
+
+
+def plan_trials(
+    surface: SurfaceKind, query: MeasureQuery, limits: Limits = DEFAULT_LIMITS
+) -> Iterator[Work[bytes]]:
+    """Plan the measures several times, each time with more memory: the last is `plan_measure`.
+
+    How many cells a measure needs is known only afterwards: most surfaces need few, and their
+    measures then take some megabytes in place of 200. A trial with too little memory raises
+    `BudgetEnded`; one that succeeds has the same result as `plan_measure`.
+
+    Raises
+    ------
+    TooLarge
+        The surface exceeds a limit.
+    """
+    last = plan_measure(surface, query, limits)
+    size = surface.size()
+    budget = FIRST_POINTS + FIRST_GROWTH * measured_points(size)
+    while budget < _max_budget(size, limits):
+        trial = replace(query, budget=budget, is_trial=True)
+        yield _plan(surface, trial, limits)
+        budget *= TRIAL_GROWTH
+    yield last
 
 
 def plan_measure(
@@ -33,6 +68,17 @@ def plan_measure(
     TooLarge
         The surface exceeds a limit.
     """
+    return _plan(surface, replace(query, budget=_max_budget(surface.size(), limits)), limits)
+
+
+def _max_budget(size: SurfaceSize, limits: Limits) -> int:
+    """The most control points of cells: by the time and half the memory that a request may take."""
+    by_memory = measure_budget(size, limits.max_memory // 2)
+    return min(BUDGET, limits.max_multiplications // POINT_EFFORT, by_memory)
+
+
+def _plan(surface: SurfaceKind, query: MeasureQuery, limits: Limits) -> Work[bytes]:
+    """Plan measures with the budget of the query."""
     size = check_surface(surface.size(), limits)
     _check_effort(size.patches, size.degree, limits)
     file_bytes = (
@@ -42,8 +88,6 @@ def plan_measure(
         + 2 * SIDE_BYTES * MAX_LISTED
     )
     limits.check_bytes(file_bytes, "/surface")
-    # The budget is a number of control points.
-    query = replace(query, budget=min(BUDGET, limits.max_multiplications // POINT_EFFORT))
     cost = measure_cost(size, query.budget, file_bytes)
     limits.check_memory(cost.memory, "The response", "/surface", "a smaller surface")
     return Work(cost, partial(_measure, surface, query, limits))
@@ -59,6 +103,8 @@ def _measure(surface: SurfaceKind, query: MeasureQuery, limits: Limits) -> bytes
     TooLarge
         `too_costly`: too many patches after a split that joins borders; or the tolerance needs too
         many cells.
+    BudgetEnded
+        The query is a trial, and needs more cells.
     """
 
     def check_split(model: PatchModel) -> None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from service.encoders.json_mesh import points_bound
-from service.engine.measures.integrals import NODES
+from service.engine.measures.integrals import CHUNK, NODES
 from service.pipeline.cost import MIN_SCRATCH_BYTES, Cost, lowering_memory, with_scratch
 from service.surface.sizes import SurfaceSize
 
@@ -17,8 +17,10 @@ ITEM_BYTES = 400
 SIGN_BYTES = 64 << 20
 """Bytes of the array of pairs (point, cell) while signs are computed."""
 
-MEASURE_POINT_BYTES, MEASURE_BATCH_BYTES = 128, 64 << 20
-"""Bytes for each control point of the cells of a measure, and of the work arrays of a batch."""
+MEASURE_POINT_BYTES, MEASURE_CELL_BYTES, MEASURE_ARRAYS = 192, 400, 12
+"""Bytes for each control point of the cells of a measure while the cells are halved, and for each
+cell in addition; and the number of work arrays of a batch of cells, each of which has at most
+`CHUNK` numbers, or those of one cell if these are more."""
 
 CELL_BYTES, MAX_CELL_BYTES = 1000, 384 << 20
 """Bytes for each cell of a search, in addition to its net; and the most bytes of all cells, and of
@@ -129,12 +131,29 @@ def measure_cost(size: SurfaceSize, budget: int, file_bytes: int) -> Cost:
     All cells together have at most 3 times as many control points as the patches, or `budget` more
     than the patches, whichever is more. `file_bytes` is the number of bytes of the response.
     """
-    # A triangle becomes three nets.
-    (p, q), nets = size.degree, size.grids + 3 * size.triangles
-    points = nets * (p + 1) * (q + 1)
+    (p, q), points = size.degree, measured_points(size)
+    max_points = max(3 * points, budget + points)
+    cells = max_points // ((p + 1) * (q + 1)) + 1
+    # A rule has NODES nodes in each direction, or 2 p where it is exact; at each, 3 coordinates.
+    numbers = 3 * max(NODES, 2 * max(p, q)) ** 2
+    batch = max(numbers, min(CHUNK, numbers * cells))
     memory = (
         2 * lowering_memory(size)
-        + MEASURE_POINT_BYTES * max(3 * points, budget + points)
-        + MEASURE_BATCH_BYTES
+        + MEASURE_POINT_BYTES * max_points
+        + MEASURE_CELL_BYTES * cells
+        + MEASURE_ARRAYS * 8 * batch
     )
     return Cost(memory + 2 * file_bytes, 0.1 + 3e-9 * measure_effort(size.degree) * size.patches)
+
+
+def measure_budget(size: SurfaceSize, memory: int) -> int:
+    """The budget with which a measure takes about `memory` bytes; 0 if it always takes more."""
+    p, q = size.degree
+    room = memory - measure_cost(size, 0, 0).memory
+    return max(0, int(room / (MEASURE_POINT_BYTES + MEASURE_CELL_BYTES / ((p + 1) * (q + 1)))))
+
+
+def measured_points(size: SurfaceSize) -> int:
+    """The most control points of the nets that are measured; a triangle becomes three nets."""
+    p, q = size.degree
+    return (size.grids + 3 * size.triangles) * (p + 1) * (q + 1)

@@ -7,15 +7,17 @@ import numpy as np
 import orjson
 import pytest
 
+from service.api.app import create_app
 from service.api.models.queries import SurfaceMeasures
 from service.engine.measures.values import MeasureQuery
 from service.errors import TooLarge
 from service.pipeline.limits import Limits
 from service.pipeline.measure import plan_measure
+from service.settings.values import Settings
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.examples.catalogue import EXAMPLES
-from tools.client import Client
+from tools.client import Client, start_client
 
 NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]
 CORNERS = [[x, 2 * y, 3 * z] for z in (0, 1) for y in (0, 1) for x in (0, 1)]
@@ -108,6 +110,38 @@ def test_invalid_requests_are_refused(client: Client, fields: Any, code: str, po
 
 
 FOLDED = [[[0, 0, 0], [1, 0, 0]], [[1, 0.1, 0], [2, 1.1, 0]]]
+
+
+def test_measures_work_with_the_memory_of_a_small_container() -> None:
+    """Half of 512 MiB: the memory of the service in the container of docs/runbook.md."""
+    app = create_app(Settings(memory_bytes=256 << 20))
+    with start_client(app) as client:
+        assert is_about(measure(client, surface={"control_net": NET})["area"], 1)
+        for name in ("cone", "utah-teapot"):  # these need several trials
+            surface = client.get(f"/v1/surfaces/{name}").json()["surface"]
+            assert measure(client, surface=surface)["reached"]
+        # This one needs more cells than half of the memory can hold.
+        fields = {"surface": {"control_net": FOLDED}, "tolerance": 1e-9}
+        response = client.post("/v1/measure", fields)
+        assert response.json()["errors"][0]["code"] == "too_costly"
+        assert app.state.services.threads.used_bytes == 0
+
+
+def test_a_trial_gives_its_memory_back_before_the_next_one() -> None:
+    """Otherwise requests that wait for more memory would hold what each of them waits for."""
+    app = create_app(Settings(memory_bytes=256 << 20))
+    threads, amounts = app.state.services.threads, list[tuple[int, int]]()
+    acquire = threads.acquire
+
+    async def record_and_acquire(amount: int) -> float:
+        amounts.append((amount, threads.used_bytes))
+        return float(await acquire(amount))
+
+    threads.acquire = record_and_acquire
+    with start_client(app) as client:
+        measure(client, surface=client.get("/v1/surfaces/cone").json()["surface"])
+    assert len(amounts) > 1
+    assert all(used < 1e6 for _, used in amounts)  # the body alone
 
 
 def test_the_refusal_of_a_small_tolerance_names_one_that_can_be_reached(client: Client) -> None:

@@ -1,6 +1,9 @@
 """The predicted memory is at least the memory that NumPy and Python use; for meshes of some
 megabytes, at most three times that."""
 
+from contextlib import suppress
+from itertools import islice
+
 import numpy as np
 import pytest
 
@@ -8,15 +11,17 @@ from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.accuracy import Accuracy
 from service.engine.connectivity.connect import connect
+from service.engine.measures.values import BudgetEnded, MeasureQuery
 from service.engine.options import MeshOptions
 from service.engine.plans.layout import Layout
 from service.errors import TooLarge
-from service.pipeline.cost import MEMORY_SHARE, lowering_memory
+from service.pipeline.cost import MEMORY_SHARE, Work, lowering_memory
 from service.pipeline.documents import plan_definition
 from service.pipeline.limits import Limits
+from service.pipeline.measure import plan_measure, plan_trials
 from service.pipeline.mesh import plan_mesh
 from service.storage.canonical import plan_content
-from service.surface.bezier import BezierSurface
+from service.surface.bezier import BezierSurface, TriangleSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.examples.catalogue import find
 from service.surface.group import GroupSurface, Member
@@ -81,6 +86,42 @@ def test_lowering_uses_no_more_memory_than_predicted(surface: BsplineSurface) ->
     """The prediction includes the search for shared edges, and a layout of few divisions."""
     memory = measure_memory(lambda: Layout.plan(connect(surface.lower()).connectivity, (1, 2)))
     assert memory <= lowering_memory(surface.size()) <= MAX_RATIO * memory
+
+
+FOLDED = np.array([[[0, 0, 0], [1, 0, 0]], [[1, 0.1, 0], [2, 1.1, 0]]])
+"""A net whose area needs very many cells: the length of du × dv has a kink."""
+MEASURED: dict[str, SurfaceKind] = {
+    "folded": BezierSurface(FOLDED, np.array([[1, 2], [1.5, 3]])),
+    "goblet": find("nurbs-goblet").surface(),
+    "triangle": TriangleSurface(np.random.default_rng(4).normal(size=(10, 3))),
+}
+
+
+@pytest.mark.parametrize("name", MEASURED)
+def test_measures_use_no_more_memory_than_predicted_in_every_trial(name: str) -> None:
+    """The first trials measure with few cells; most of them end without a result."""
+    for plan in islice(plan_trials(MEASURED[name], MeasureQuery(1e-6)), 3):
+
+        def run(plan: Work[bytes] = plan) -> None:
+            with suppress(BudgetEnded):
+                plan.run()
+
+        assert measure_memory(run) <= plan.cost.memory
+
+
+@pytest.mark.parametrize("name", ["saddle", "cone", "ship-hull"])
+def test_a_trial_that_ends_with_a_result_has_the_result_of_the_whole_budget(name: str) -> None:
+    surface = find(name).surface()
+    for plan in plan_trials(surface, MeasureQuery(1e-6)):
+        try:
+            result = plan.run()
+        except BudgetEnded:
+            continue
+        assert result == plan_measure(surface, MeasureQuery(1e-6)).run()
+        break
+    # The saddle, one patch, is measured in the first trial, which takes little memory.
+    if name == "saddle":
+        assert plan.cost.memory < 16e6
 
 
 def test_documents_of_copies_use_no_more_memory_than_predicted() -> None:

@@ -1,5 +1,6 @@
 """Routes of queries: closest points, hits of rays, sections by planes, and measures."""
 
+from contextlib import suppress
 from typing import Any
 
 from fastapi import APIRouter, Response
@@ -21,8 +22,9 @@ from service.api.responses import bytes_response, file_response
 from service.api.services import ContextDep
 from service.decoders.npy import read_array
 from service.encoders.polylines.registry import SECTION_FORMATS, SECTIONS_BY_NAME
+from service.engine.measures.values import BudgetEnded
 from service.errors import InvalidRequest, Issue
-from service.pipeline.measure import plan_measure
+from service.pipeline.measure import plan_measure, plan_trials
 from service.pipeline.polylines import plan_sections
 from service.pipeline.queries import plan_intersect, plan_project
 from service.schemas.intersect import IntersectRequest
@@ -175,5 +177,8 @@ async def measure_surface(body: MeasureRequest, context: ContextDep) -> Response
     quantity. Tubes and ribbons are not measured (`not_parametric`).
     """
     services, job, *_ = context
-    work = plan_measure(body.to_surface(), body.to_query(), services.limits)
-    return bytes_response(await job.run(work, "measure"), job)
+    for work in plan_trials(body.to_surface(), body.to_query(), services.limits):
+        with suppress(BudgetEnded):
+            return bytes_response(await job.run(work, "measure"), job)
+        job.drop_work()
+    raise AssertionError("the last trial has a result or another error")

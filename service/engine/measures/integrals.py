@@ -93,12 +93,15 @@ class Refinement:
         Other cells, for which rules of `NODES` nodes have remainders.
     excess : float
         Sum of the remainders, in units of the allowed errors: above 1 if the budget ended first.
+    used_budget : bool
+        Whether the budget ended before the cells that it leaves are as they would be without one.
     """
 
     integrand: Integrand
     exact: list[MeasuredCells]
     bounded: list[BoundedCells]
     excess: float
+    used_budget: bool
 
     def integrate(self) -> Integrals:
         """The integrals over all cells."""
@@ -158,6 +161,7 @@ def refine(
     size = sum(bounded.size for bounded in open_cells)
     # `share` of the allowed errors is still allowed; accepted cells have used the rest.
     remaining_points, share, excess = max(budget - size, 2 * size), 1.0, 0.0
+    used_budget = False
     for _ in range(MAX_ROUNDS):
         checkpoint()
         errors = np.concatenate(
@@ -174,10 +178,9 @@ def refine(
         accepted_count = int(np.searchsorted(summed_errors, share / 2, side="right"))
         # If the budget does not suffice for all cells, the cells with the largest errors are
         # halved. Halving a cell adds as many control points as the cell has.
-        accepted_count = max(
-            accepted_count,
-            len(order) - int((np.cumsum(points_of_cells[order[::-1]]) <= remaining_points).sum()),
-        )
+        affordable_count = int((np.cumsum(points_of_cells[order[::-1]]) <= remaining_points).sum())
+        if accepted_count + affordable_count < len(order):
+            accepted_count, used_budget = len(order) - affordable_count, True
         if accepted_count == len(order):
             break
         share -= summed_errors[accepted_count - 1] if accepted_count else 0.0
@@ -190,7 +193,7 @@ def refine(
         open_cells = [
             half for cells, rows in divided for half in _halve(cells.take(rows), integrand)
         ]
-    return Refinement(integrand, exact, [*accepted, *open_cells], excess)
+    return Refinement(integrand, exact, [*accepted, *open_cells], excess, used_budget)
 
 
 def _halve(cells: BoundedCells, integrand: Integrand) -> list[BoundedCells]:

@@ -49,6 +49,8 @@ def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Me
     TooLarge
         `too_costly`: the budget of the query does not suffice for its tolerance, but would suffice
         for a larger one.
+    BudgetEnded
+        The query is a trial, and a larger budget would change the result.
     """
     # Areas are measured on the patches of the request; borders and volumes on joined patches, which
     # are in `joined`.

@@ -15,7 +15,7 @@ from service.bases.arrays import FloatArray
 from service.engine.measures.cells import MeasuredCells
 from service.engine.measures.integrals import Integrals, refine
 from service.engine.measures.quadrature import Integrand
-from service.engine.measures.values import MAX_TOLERANCE, MeasureQuery
+from service.engine.measures.values import MAX_TOLERANCE, BudgetEnded, MeasureQuery
 from service.errors import Issue, TooLarge
 
 REMAINDER_SHARE = 0.43
@@ -62,9 +62,16 @@ class Precision:
         scales, min_errors : ndarray of float64, shape (1,) or (2,)
             The allowed errors are max(tolerance · scales, min_errors); `min_errors` are rounding
             errors.
+
+        Raises
+        ------
+        BudgetEnded
+            The query is a trial, and a larger budget would change the result.
         """
         allowed = np.maximum(self.query.tolerance * scales, min_errors)
         refinement = refine(groups, integrand, allowed, self.query.budget)
+        if refinement.used_budget and self.query.is_trial:
+            raise BudgetEnded
         # The width that the remainders alone give to the interval, in units of the allowed width.
         width = 2 * REMAINDER_SHARE * refinement.excess
         if width > 1 and not self.has_wider_intervals:

@@ -41,11 +41,18 @@ class MeasureQuery:
     budget : int
         The most control points of the cells of one integral; but at least three times those of the
         patches.
+    is_trial : bool
+        Whether to end with `BudgetEnded` as soon as a larger budget would change the result.
     """
 
     tolerance: float = TOLERANCE
     weld_tolerance: float = WELD_TOLERANCE
     budget: int = BUDGET
+    is_trial: bool = False
+
+
+class BudgetEnded(Exception):
+    """A trial ended: its budget is too small for this surface and this tolerance."""
 
 
 @dataclass(frozen=True, slots=True)
