@@ -368,7 +368,7 @@ export interface paths {
          * @description Whether the service is ready for new requests.
          *
          *     The service is ready if a self-test (a tiny mesh, at most once in 5 s) gave the right numbers,
-         *     the store has responded in the last seconds, and the service is not about to stop.
+         *     stored surfaces can be read (also if none can be stored), and the service is not about to stop.
          */
         get: operations["getReadiness"];
         put?: never;
@@ -1788,10 +1788,17 @@ export interface components {
             computing?: "ready" | "unavailable";
             /**
              * Store
-             * @description Whether the store works.
+             * @description Whether stored surfaces can be read.
              * @enum {string}
              */
             store?: "ready" | "unavailable";
+            /**
+             * Writes
+             * @description Whether surfaces can be stored, by the last write or by a test of writing each minute. If
+             *     not, the service still serves stored surfaces, and is ready.
+             * @enum {string}
+             */
+            writes?: "ready" | "read_only" | "full" | "unavailable";
             /**
              * Version
              * @description Version of the service.
@@ -4410,6 +4417,11 @@ export interface components {
         /** @description The store does not work at the moment. The service has logged the error. */
         StoreFailed: {
             headers: {
+                /**
+                 * @description Seconds after which to try again.
+                 * @example 3
+                 */
+                "Retry-After": number;
                 "X-Request-Id": components["headers"]["RequestId"];
                 [name: string]: unknown;
             };
@@ -4424,7 +4436,7 @@ export interface components {
                  * @description Seconds after which to try again.
                  * @example 3
                  */
-                "Retry-After"?: number;
+                "Retry-After": number;
                 "X-Request-Id": components["headers"]["RequestId"];
                 [name: string]: unknown;
             };
@@ -5634,7 +5646,8 @@ export interface operations {
                      * @example {
                      *       "status": "ready",
                      *       "computing": "ready",
-                     *       "store": "ready"
+                     *       "store": "ready",
+                     *       "writes": "ready"
                      *     }
                      */
                     "application/json": components["schemas"]["Health"];

@@ -22,6 +22,7 @@ TEXTS = {
     "cors_origins": "https://a, https://b",
     "trusted_proxies": "10.0.0.0/8",
     "store": "./data",
+    "store_create": "no",
     "allow_delete": "true",
     "jobs": "false",
     "public_reads": "0",

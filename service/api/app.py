@@ -19,6 +19,7 @@ from service.api.caching.cache import ResponseCache
 from service.api.cors import Origins
 from service.api.guard.guard import build_guard, build_signer
 from service.api.guard.policy import needs_keys
+from service.api.observing.health import is_ready
 from service.api.observing.middleware import Write, add_telemetry
 from service.api.openapi.document import describe
 from service.api.routes import (
@@ -38,6 +39,7 @@ from service.settings.environment import read_environment
 from service.settings.runtime import collect_rarely, limit_plans, pin_blas, share_heap
 from service.settings.values import Settings, document_limits, result_limits
 from service.storage.address import open_store
+from service.storage.store import SurfaceStore
 
 
 def create_app(settings: Settings | None = None, log: Write | None = None) -> "Application":
@@ -75,6 +77,7 @@ def create_app(settings: Settings | None = None, log: Write | None = None) -> "A
     services = app.state.services = _build_services(app, settings)
     problem_handlers.add_error_handlers(app)
     app.state.ready = True
+    app.state.is_ready = partial(is_ready, app.state)
     inner = JobMiddleware(partial(FastAPI.__call__, app), services.threads)
     guard = build_guard(CacheMiddleware(inner, services.cache, services.origins), settings)
     app.outermost = add_telemetry(app, guard, log)
@@ -113,7 +116,7 @@ def _build_services(app: FastAPI, settings: Settings) -> Services:
         settings=settings,
         document_limits=document_limits(settings),
         limits=result_limits(settings),
-        store=open_store(settings.store, settings.store_quota),
+        store=open_store(settings.store, settings.store_quota, settings.store_create),
         threads=threads,
         cache=cache,
         flights=SingleFlight(threads),
@@ -152,10 +155,12 @@ def _select_routers(settings: Settings) -> list[APIRouter]:
 
 @asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
-    """Maintains the store while the service runs; at the end marks the service as not ready."""
-    maintenance = asyncio.create_task(app.state.services.store.maintain())
+    """Watches and maintains the store while the service runs; at the end it is not ready."""
+    store: SurfaceStore = app.state.services.store
+    tasks = [asyncio.create_task(task) for task in (store.watch(), store.maintain())]
     yield
     app.state.ready = False
-    maintenance.cancel()
+    for task in tasks:
+        task.cancel()
     if app.state.tracing is not None:  # `add_telemetry` has set it
         await app.state.tracing.close()

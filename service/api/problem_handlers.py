@@ -18,7 +18,8 @@ from service.api.problems import (
 )
 from service.api.record import record_of, route_path
 from service.cancellation import OutOfTime
-from service.errors import Busy, SurfaceError
+from service.errors import Busy, StoreFailed, SurfaceError
+from service.storage.watch import CHECK_INTERVAL
 
 
 def add_error_handlers(app: FastAPI) -> None:
@@ -66,6 +67,8 @@ async def _on_surface_error(request: Request, error: Exception) -> Response:
     headers = {}
     if isinstance(error, Busy | OutOfTime):
         headers["Retry-After"] = str(request.app.state.services.threads.retry_after())
+    elif isinstance(error, StoreFailed):
+        headers["Retry-After"] = f"{CHECK_INTERVAL:.0f}"
     return problem_response(problem, error.issues, location, headers)
 
 

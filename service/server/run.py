@@ -16,6 +16,7 @@ import signal
 import socket
 import sys
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from contextvars import Context
 from functools import partial
@@ -42,6 +43,8 @@ class Server(uvicorn.Server):
         super().__init__(config)
         self._settings, self._state = settings, state
         self._stop_time = 0.0
+        self._is_ready: Callable[[], bool] = getattr(state, "is_ready", lambda: True)
+        self._was_ready = False
 
     def handle_exit(self, sig: int, _: FrameType | None) -> None:
         """Handles a signal. Without this method uvicorn would raise the signal again at the end."""
@@ -55,13 +58,15 @@ class Server(uvicorn.Server):
         Context().run(_log.info, text)  # in a new context: without a request's id
         notify("STOPPING=1")
 
-    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Starts the application and accepts connections."""
-        await super().startup(sockets)
+    def on_ready(self) -> None:
+        """Called once, when the application is ready for requests: its store has answered."""
         notify("READY=1")
 
     async def on_tick(self, counter: int) -> bool:
-        """Checks deadlines 10 times a second; returns whether to stop."""
+        """Checks deadlines and readiness 10 times a second; returns whether to stop."""
+        if not self._was_ready and self._is_ready():
+            self._was_ready = True
+            self.on_ready()
         now = asyncio.get_running_loop().time()
         for connection in list(self.server_state.connections):
             if isinstance(connection, BoundedProtocol):

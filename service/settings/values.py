@@ -196,6 +196,12 @@ class Settings(BaseModel):
         description="Where surfaces are stored: a folder, `memory://`, or a bucket, `s3://…`. "
         "The default is the user's data folder.",
     )
+    store_create: bool = Field(
+        default=True,
+        description="Whether to make a new store at the start if the folder of `SURFACE_STORE` is "
+        "empty or missing. If false, the service then refuses to start: set this once the store "
+        "exists, so that a disk that is not mounted is not taken for a new store.",
+    )
     store_quota: Bytes = Field(
         default=10 << 30,
         ge=0,

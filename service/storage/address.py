@@ -1,20 +1,22 @@
 """Opens the store that the setting SURFACE_STORE names."""
 
+import logging
 import re
-import tempfile
 from datetime import timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import unquote, urlsplit
 
-from anyio import CapacityLimiter
 from obstore.exceptions import BaseError
-from obstore.store import LocalStore, MemoryStore, from_url
+from obstore.store import MemoryStore, from_url
 
 from service.errors import InvalidSettings
-from service.storage.backends import STAGING, Bucket, Folder, make_folder
-from service.storage.failures import DISK_FULL, reason_of
+from service.storage.backends import Bucket
+from service.storage.failures import DISK_FULL, READ_ONLY, reason_of
+from service.storage.files import has_folder, make_folder, open_folder
+from service.storage.folder import STAGING, Folder
 from service.storage.keys import SURFACES
+from service.storage.marker import read_marker, write_marker
 from service.storage.store import SurfaceStore
 
 if TYPE_CHECKING:
@@ -23,6 +25,8 @@ if TYPE_CHECKING:
 BUCKETS = ("s3", "gs", "az")
 """Schemes of buckets: Amazon S3 and compatible services, Google, Azure."""
 
+_log = logging.getLogger(__name__)
+
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*):")
 
 # A client waits for the response, so retries end early. (The connection options of obstore stay
@@ -30,29 +34,31 @@ _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*):")
 _RETRIES: "RetryConfig" = {"max_retries": 3, "retry_timeout": timedelta(seconds=30)}
 
 
-def open_store(address: str, quota: int) -> SurfaceStore:
+def open_store(address: str, quota: int, create: bool = True) -> SurfaceStore:
     """Opens the store at an address.
 
     Parameters
     ----------
     address : str
-        A folder, or `file:///folder`, which is made if it does not exist; `memory://`, whose
+        A folder, or `file:///folder`; `memory://`, whose
         content is lost at the end of the process; or a bucket, `s3://bucket/prefix`, whose region,
         keys and endpoint are in the environment (AWS_REGION, AWS_ACCESS_KEY_ID, …).
     quota : int
         Bytes that all objects may take together; 0 sets no limit.
+    create : bool
+        Whether to make a store in a folder that is none, or does not exist.
 
     Raises
     ------
     InvalidSettings
-        The address names no store, or the service cannot write to the store.
+        The address names no store, or a new store cannot be made.
     """
     scheme = _SCHEME.match(address)
     if scheme is None:
-        return SurfaceStore(_open_folder(Path(address)), quota)
+        return SurfaceStore(_open_folder(Path(address), create), quota)
     name = scheme[1].lower()
     if name == "file":
-        return SurfaceStore(_open_folder(_path_of(address)), quota)
+        return SurfaceStore(_open_folder(_path_of(address), create), quota)
     if name == "memory":
         if urlsplit(address)[1:] != ("", "", "", ""):
             raise InvalidSettings(f"SURFACE_STORE: got {address!r}, needed memory:// alone.")
@@ -75,26 +81,64 @@ def _path_of(address: str) -> Path:
     return Path(path)
 
 
-def _open_folder(path: Path) -> Folder:
-    """The backend of a folder; first makes a file in it, as a test."""
+def _open_folder(path: Path, create: bool) -> Folder:
+    """The backend of a folder; makes and marks a new store, and marks one without a marker."""
+    root = _absolute_path(path)
     try:
-        root = path.expanduser().absolute()
-        for name in (SURFACES, STAGING):
-            make_folder(root / name)
-        with tempfile.TemporaryFile(dir=root / STAGING):
-            pass
+        if root.exists():
+            with open_folder(root) as folder:
+                if id := read_marker(folder):
+                    return Folder(root, id)
+                if has_folder(folder, SURFACES):
+                    return Folder(root, _mark_older_store(folder, root))
+        if create:
+            return Folder(root, _make_store(root))
     except OSError as error:
-        # If only the disk is full, the service still serves the stored surfaces.
-        if error.errno not in DISK_FULL or not (root / STAGING).is_dir():
-            raise InvalidSettings(
-                f"SURFACE_STORE: surfaces cannot be kept in the folder {str(path)!r}: "
-                f"{reason_of(error)}."
-            ) from None
-    except (RuntimeError, ValueError) as error:  # no home folder, or a null character in the path
+        raise InvalidSettings(
+            f"SURFACE_STORE: surfaces cannot be kept in the folder {str(root)!r}: "
+            f"{reason_of(error)}."
+        ) from None
+    raise InvalidSettings(
+        f"SURFACE_STORE: there is no store in {str(root)!r}, and SURFACE_STORE_CREATE is false. "
+        "Perhaps its disk is not mounted."
+    )
+
+
+def _absolute_path(path: Path) -> Path:
+    """The absolute path of a folder, which may begin with `~`."""
+    try:
+        if "\0" in str(path):
+            raise ValueError("a path has no null characters")
+        return path.expanduser().absolute()
+    except (RuntimeError, ValueError) as error:  # RuntimeError: there is no such home folder
         raise InvalidSettings(
             f"SURFACE_STORE: got {str(path)!r}, needed a folder: {error}."
         ) from None
-    return Folder(LocalStore(root), root, CapacityLimiter(1))
+
+
+def _make_store(root: Path) -> str:
+    """Makes a store in a folder that may not exist yet; returns its id."""
+    for name in (SURFACES, STAGING):
+        make_folder(root / name)
+    with open_folder(root) as folder:
+        id = write_marker(folder)
+    _log.info("made a new store in %s", root)
+    return id
+
+
+def _mark_older_store(folder: int, root: Path) -> str | None:
+    """The id of a store of version 0.1.0, which gets its marker; None if it cannot be written."""
+    try:
+        return write_marker(folder)
+    except OSError as error:
+        if error.errno not in READ_ONLY | DISK_FULL:
+            raise
+        _log.warning(
+            "the store in %s has no marker yet and gets none (%s); it is served as it is",
+            root,
+            reason_of(error),
+        )
+        return None
 
 
 def _open_bucket(address: str) -> Bucket:

@@ -1,118 +1,143 @@
-"""Two backends: a bucket (in memory or remote), and a folder of this machine."""
+"""Where objects are kept under keys: a bucket or memory, by obstore; `folder.py` has the folder.
 
-import errno
-import os
-import time
-import uuid
-from contextlib import suppress
+The store of surfaces and the jobs share one backend: each uses keys with prefixes of its own.
+"""
+
+from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import obstore
-from anyio import CapacityLimiter, to_thread
 
 from service.storage.keys import SURFACES
 
 if TYPE_CHECKING:
     from obstore.store import ObjectStore
 
-STAGING = "staging"
-"""Name of the folder of files that are being written."""
+PAGE = 1000
+"""Most entries of a listing in one list."""
 
-ABANDONED_AFTER = 3600.0
-"""Seconds after which a file in `staging/` counts as unfinished, of a process that was killed."""
+
+class Entry(NamedTuple):
+    """One object in a listing."""
+
+    key: str
+    size: int
+    """Bytes of the content."""
+    modified: float
+    """When it was written last, in seconds since 1970 (UTC)."""
+
+
+def reserve_nothing(_size: int) -> None:
+    """Reserves no memory: the default of `Backend.read`."""
+
+
+class Backend(Protocol):
+    """Keeps contents under keys, names joined by `/`; an object is there as a whole or not at all.
+
+    All methods raise errors of obstore or of the system; `translate_errors` makes them errors of
+    the service. A failure of the backend itself is never a `FileNotFoundError`: that means that the
+    backend works, and has no object under this key.
+    """
+
+    async def write(self, key: str, content: bytes, *, durable: bool = True) -> None:
+        """Stores an object, or replaces it.
+
+        Parameters
+        ----------
+        durable : bool
+            If True, a crash of the machine loses nothing once this returns. If False, it may lose
+            the object; a crash of this process alone does not.
+        """
+
+    async def read(self, key: str, reserve: Callable[[int], None] = reserve_nothing) -> bytes:
+        """The content of an object.
+
+        Parameters
+        ----------
+        reserve : callable
+            Called with the number of bytes before they are read. If it raises, nothing is read.
+
+        Raises
+        ------
+        FileNotFoundError
+        """
+
+    async def head(self, key: str) -> Entry:
+        """The entry of an object; does not read it.
+
+        Raises
+        ------
+        FileNotFoundError
+        """
+
+    async def delete(self, key: str) -> None:
+        """Removes an object.
+
+        Raises
+        ------
+        FileNotFoundError
+            There is none; a bucket may also report success.
+        """
+
+    def list(self, prefix: str, after: str = "") -> AsyncIterator[list[Entry]]:
+        """All objects whose keys begin with `prefix/`, in the order of their keys.
+
+        Parameters
+        ----------
+        after : str
+            Only keys greater than this one.
+
+        Returns
+        -------
+        AsyncIterator
+            Lists of at most `PAGE` entries.
+        """
+
+    async def check(self) -> None:
+        """Raises an error if the backend does not respond, or is not the one that was opened."""
+
+    async def sweep(self) -> None:
+        """Removes unfinished files of killed processes."""
 
 
 @dataclass(frozen=True)
 class Bucket:
-    """A backend that stores an object as a whole or not at all."""
+    """A bucket, or the memory of this process."""
 
     objects: "ObjectStore"
 
-    async def write(self, key: str, content: bytes) -> None:
-        """Stores an object or replaces it; once this returns, a crash does not lose it."""
+    async def write(self, key: str, content: bytes, *, durable: bool = True) -> None:  # noqa: ARG002
+        """Stores an object, or replaces it; a bucket confirms only what is durable."""
         await obstore.put_async(self.objects, key, content, use_multipart=False)
 
-    async def sweep(self) -> None:
-        """Removes unfinished files of killed processes; a bucket has none."""
+    async def read(self, key: str, reserve: Callable[[int], None] = reserve_nothing) -> bytes:
+        """The content of an object."""
+        response = await obstore.get_async(self.objects, key)
+        reserve(response.meta["size"])
+        return bytes(await response.bytes_async())
 
-    async def touch(self) -> None:
-        """Lists at most the prefixes `surfaces/00` to `surfaces/ff`.
+    async def head(self, key: str) -> Entry:
+        """The entry of an object; does not read it."""
+        return _entry(await obstore.head_async(self.objects, key))
 
-        Raises an error if the bucket does not respond.
-        """
+    async def delete(self, key: str) -> None:
+        """Removes an object."""
+        await obstore.delete_async(self.objects, key)
+
+    async def list(self, prefix: str, after: str = "") -> AsyncIterator[list[Entry]]:
+        """All objects whose keys begin with `prefix/`, in the order of their keys."""
+        listing = obstore.list(self.objects, prefix, offset=after or None, chunk_size=PAGE)
+        async for batch in listing:
+            yield [_entry(meta) for meta in batch]
+
+    async def check(self) -> None:
+        """Lists at most the prefixes `surfaces/00` to `surfaces/ff`."""
         await obstore.list_with_delimiter_async(self.objects, SURFACES)
 
-
-@dataclass(frozen=True)
-class Folder(Bucket):
-    """A folder. Every file in its folder `surfaces/` is complete and on the disk.
-
-    To store an object, the service writes a file in `staging/`, forces it to the disk (fsync),
-    renames it, and forces the folders above it, which hold its name, to the disk. If the process is
-    killed or the power fails at any moment, the object is complete or does not exist. (obstore
-    alone does not call fsync: the system would decide when bytes reach the disk.)
-    """
-
-    root: Path
-    touch_limiter: CapacityLimiter
-    """Lets one thread at a time look at the folder: if the file system blocks, one thread hangs."""
-
-    async def write(self, key: str, content: bytes) -> None:
-        """Stores an object or replaces it; once this returns, a crash does not lose it."""
-        name = f"{STAGING}/{uuid.uuid4().hex}"
-        staged_path, final_path = self.root / name, self.root / key
-        try:
-            await obstore.put_async(self.objects, name, content, use_multipart=False)
-            await to_thread.run_sync(_sync, staged_path)
-            await obstore.rename_async(self.objects, name, key)
-        except Exception:
-            with suppress(OSError):
-                await to_thread.run_sync(os.unlink, staged_path)
-            raise
-        await to_thread.run_sync(_sync, final_path.parent, final_path.parent.parent)
-
     async def sweep(self) -> None:
-        """Removes unfinished files of killed processes.
-
-        Other processes may be writing to the folder: files younger than an hour stay.
-        """
-        await to_thread.run_sync(_sweep, self.root / STAGING)
-
-    async def touch(self) -> None:
-        """Looks at the folder; raises `OSError` if it does not exist."""
-        await to_thread.run_sync(
-            os.stat, self.root / SURFACES, abandon_on_cancel=True, limiter=self.touch_limiter
-        )
+        """Does nothing: a bucket has no unfinished files."""
 
 
-def make_folder(path: Path) -> None:
-    """Makes a folder and its missing parents, and forces them to the disk."""
-    if not path.is_dir():
-        make_folder(path.parent)
-        path.mkdir(exist_ok=True)
-        _sync(path.parent)
-
-
-def _sync(*paths: Path) -> None:
-    """Forces the content of files, and the names in folders, to the disk."""
-    for path in paths:
-        file = os.open(path, os.O_RDONLY)
-        try:
-            os.fsync(file)
-        except OSError as error:
-            # Some network file systems do not support this for folders, and do not need it.
-            if not path.is_dir() or error.errno not in (errno.EINVAL, errno.ENOTSUP):
-                raise
-        finally:
-            os.close(file)
-
-
-def _sweep(staging: Path) -> None:
-    oldest_kept = time.time() - ABANDONED_AFTER
-    with os.scandir(staging) as entries:
-        for entry in entries:
-            with suppress(FileNotFoundError):  # another process sweeps too
-                if entry.stat().st_mtime < oldest_kept:
-                    os.unlink(entry)
+def _entry(meta: "obstore.ObjectMeta") -> Entry:
+    return Entry(meta["path"], meta["size"], meta["last_modified"].timestamp())

@@ -11,12 +11,15 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from obstore.exceptions import BaseError
+from obstore.exceptions import BaseError, PermissionDeniedError, UnauthenticatedError
 
 from service.errors import DamagedObject, Issue, StoreFailed, StoreFull
 
 DISK_FULL = frozenset({errno.ENOSPC, errno.EDQUOT})
 """Error numbers of a full disk, and of an exceeded disk quota of the user."""
+
+READ_ONLY = frozenset({errno.EROFS, errno.EACCES, errno.EPERM})
+"""Error numbers of a read-only file system, and of files that this user may not write."""
 
 _log = logging.getLogger(__name__)
 
@@ -55,6 +58,13 @@ def is_disk_full(error: Exception) -> bool:
         return error.errno in DISK_FULL
     text = str(error)
     return any(f"(os error {number})" in text for number in DISK_FULL)
+
+
+def is_read_only(error: Exception) -> bool:
+    """Whether the error of a write says that this process may not write to the store."""
+    if isinstance(error, OSError):
+        return error.errno in READ_ONLY
+    return isinstance(error, PermissionDeniedError | UnauthenticatedError)
 
 
 def reason_of(error: OSError) -> str:

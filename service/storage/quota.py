@@ -50,6 +50,10 @@ class Usage:
         """Bytes in use, as last counted; None before the first count, or without a quota."""
         return None if self._counted_at is None else self._used
 
+    def is_within(self, bytes: int) -> bool:
+        """Whether fewer than `bytes` bytes of the quota are free, as last counted."""
+        return self._counted_at is not None and self._free_bytes < bytes
+
     async def recount(self) -> None:
         """Counts again, or waits for the running count; does nothing without a quota."""
         if self.quota:

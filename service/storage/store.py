@@ -3,20 +3,20 @@
 import asyncio
 import hashlib
 import logging
-import math
-import time
 from collections.abc import Callable
 from contextlib import suppress
+from typing import NoReturn
 from weakref import WeakValueDictionary
 
-import obstore
-from anyio import CapacityLimiter, Lock, to_thread
+from anyio import Lock, to_thread
 
-from service.errors import DamagedObject, Issue, StoreFailed, SurfaceError, UnknownSurface
-from service.storage.backends import Bucket
+from service.errors import DamagedObject, Issue, SurfaceError, UnknownSurface
+from service.storage.backends import Backend, reserve_nothing
 from service.storage.failures import Operations, translate_errors
 from service.storage.keys import SURFACES, key_of
 from service.storage.quota import Usage
+from service.storage.slots import Slots
+from service.storage.watch import Watch, Writes
 
 MAX_CONCURRENT = 8
 """Most objects that are hashed, read or written at once: each takes memory and up to 2 threads."""
@@ -24,20 +24,20 @@ MAX_CONCURRENT = 8
 INLINE_BYTES = 1 << 18
 """Most bytes of a content that the event loop hashes itself; a thread hashes larger contents."""
 
-DEADLINE = 1.0
-"""Seconds after which a readiness check counts as failed."""
+PATIENCE = 1.0
+"""Seconds after which an operation counts as long, and no longer as one of `MAX_CONCURRENT`: files
+and connections that hang must not block the others."""
 
-CHECK_INTERVAL = 5.0
-"""Seconds for which the result of a readiness check stays valid."""
+MAX_LONG = 48
+"""Most long operations; fewer than the threads for files, so that the others have some."""
+
+FULL_BYTES = 1 << 12
+"""A store with less room in its quota counts as full: small surfaces have up to 4 kB."""
 
 MAINTENANCE_INTERVAL = 3600.0
 """Seconds between two runs of `maintain`."""
 
 _log = logging.getLogger(__name__)
-
-
-def _reserve_nothing(_size: int) -> None:
-    """Reserves no memory: the default of `SurfaceStore.get`."""
 
 
 class SurfaceStore:
@@ -48,16 +48,14 @@ class SurfaceStore:
     (`key_of`).
     """
 
-    def __init__(self, backend: Bucket, quota: int) -> None:
+    def __init__(self, backend: Backend, quota: int) -> None:
         self.operations = Operations()
-        self._backend = backend
+        self.backend = backend
         self.usage = Usage(quota, self._list_bytes)
-        self._limiter = CapacityLimiter(MAX_CONCURRENT)
+        self._watch = Watch(backend, self.operations)
+        self._slots = Slots(MAX_CONCURRENT, PATIENCE, MAX_LONG)
         # For each id that is being stored or deleted, its lock.
         self._writing: WeakValueDictionary[str, Lock] = WeakValueDictionary()
-        self._ready_lock = Lock()
-        self._last_check = -math.inf
-        self._failing_since: float | None = None
 
     async def put(self, id: str, content: bytes) -> bool:
         """Stores a content; returns False if it was stored already.
@@ -77,25 +75,25 @@ class SurfaceStore:
             return await self._put(id, key_of(id), content)
 
     async def _put(self, id: str, key: str, content: bytes) -> bool:
-        async with self._limiter:
+        async with self._slots.hold():
             if await _hash(content) != id:
                 raise ValueError("the id is not the hash of the content")
         async with self._lock(id):
             old_size = await self._size(key)
             if old_size == len(content):
                 with suppress(DamagedObject, UnknownSurface):  # another process may delete it
-                    await self._get(id, _reserve_nothing)
+                    await self._get(id, reserve_nothing)
                     return False
             elif old_size is not None:
                 _log.warning("%s is damaged, %d bytes instead of %d", key, old_size, len(content))
             # The repair of a damaged object takes no bytes of the quota, so it is never refused.
             growth = len(content) if old_size is None else 0
-            async with self.usage.reserve(growth), self._limiter:
-                with translate_errors(f"storing {key}"):
-                    await self._backend.write(key, content)
+            async with self.usage.reserve(growth), self._slots.hold():
+                with translate_errors(f"storing {key}"), self._watch.note_write():
+                    await self.backend.write(key, content)
         return True
 
-    async def get(self, id: str, reserve: Callable[[int], None] = _reserve_nothing) -> bytes:
+    async def get(self, id: str, reserve: Callable[[int], None] = reserve_nothing) -> bytes:
         """The content with this id; checks its hash.
 
         Parameters
@@ -115,7 +113,7 @@ class SurfaceStore:
 
     async def _get(self, id: str, reserve: Callable[[int], None]) -> bytes:
         key = key_of(id)
-        async with self._limiter:
+        async with self._slots.hold():
             content = await self._read(key, reserve)
             hash = await _hash(content)
         if hash != id:
@@ -138,8 +136,8 @@ class SurfaceStore:
                     return False
                 with translate_errors(f"deleting {key}"):
                     try:
-                        async with self._limiter:
-                            await obstore.delete_async(self._backend.objects, key)
+                        async with self._slots.hold():
+                            await self.backend.delete(key)
                     except FileNotFoundError:
                         return False
                 self.usage.add(-size)
@@ -147,25 +145,32 @@ class SurfaceStore:
 
     async def is_ready(self) -> bool:
         """Whether the store answers: a short check with a deadline, at most once in 5 s."""
-        async with self._ready_lock:
-            now = time.monotonic()
-            if now - self._last_check > CHECK_INTERVAL:
-                self._last_check = now
-                try:
-                    action = "checking that the store is ready"
-                    with self.operations.count("ask"), translate_errors(action):
-                        await asyncio.wait_for(self._backend.touch(), DEADLINE)
-                    self._failing_since = None
-                except StoreFailed:
-                    self._failing_since = self._failing_since or now
-            return self._failing_since is None
+        return await self._watch.check()
 
     @property
-    def seconds_failing(self) -> float:
-        """Seconds for which every readiness check has failed; 0 if the last one succeeded."""
-        return 0.0 if self._failing_since is None else time.monotonic() - self._failing_since
+    def is_answering(self) -> bool:
+        """Whether the store answered the last check."""
+        return not self._watch.failures
 
-    async def maintain(self) -> None:
+    @property
+    def has_failed(self) -> bool:
+        """Whether the store has never answered, or two checks in a row have failed."""
+        return self._watch.has_failed
+
+    @property
+    def writes(self) -> Writes:
+        """Whether surfaces can be stored, and if not, why."""
+        writes = self._watch.writes
+        return "full" if writes == "ready" and self.usage.is_within(FULL_BYTES) else writes
+
+    async def watch(self) -> NoReturn:
+        """Checks every 5 s whether the store answers, and every minute whether it can be written.
+
+        It runs until cancelled.
+        """
+        await self._watch.run()
+
+    async def maintain(self) -> NoReturn:
         """Removes unfinished files and counts bytes, now and every hour, until cancelled.
 
         It logs errors, and continues.
@@ -173,7 +178,7 @@ class SurfaceStore:
         while True:
             with suppress(SurfaceError):
                 with translate_errors("sweeping"):
-                    await self._backend.sweep()
+                    await self.backend.sweep()
                 await self.usage.recount()
             await asyncio.sleep(MAINTENANCE_INTERVAL)
 
@@ -183,19 +188,17 @@ class SurfaceStore:
 
     async def _size(self, key: str) -> int | None:
         """Bytes of an object; None if it does not exist."""
-        async with self._limiter:
+        async with self._slots.hold():
             with translate_errors(f"looking for {key}"):
                 try:
-                    return (await obstore.head_async(self._backend.objects, key))["size"]
+                    return (await self.backend.head(key)).size
                 except FileNotFoundError:
                     return None
 
     async def _read(self, key: str, reserve: Callable[[int], None]) -> bytes:
         with translate_errors(f"reading {key}"):
             try:
-                response = await obstore.get_async(self._backend.objects, key)
-                reserve(response.meta["size"])
-                return bytes(await response.bytes_async())
+                return await self.backend.read(key, reserve)
             except FileNotFoundError:
                 raise UnknownSurface(
                     Issue("unknown_surface", "No surface is stored under this id.")
@@ -205,8 +208,8 @@ class SurfaceStore:
         """Bytes of all objects, by a listing."""
         total = 0
         with translate_errors("counting surfaces"):
-            async for batch in obstore.list(self._backend.objects, SURFACES, chunk_size=1000):
-                total += sum(item["size"] for item in batch)
+            async for entries in self.backend.list(SURFACES):
+                total += sum(entry.size for entry in entries)
         return total
 
 

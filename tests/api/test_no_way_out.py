@@ -52,25 +52,32 @@ def test_hostile_requests_get_statuses_of_success_or_refusal(audit: Mapping[str,
 
 
 def test_the_service_opens_no_connections_and_starts_no_programs(audit: Mapping[str, Any]) -> None:
-    assert [event for event, _ in audit["events"] if event != "open"] == []
+    events = {event for event, _ in audit["events"]}
+    assert events <= {"open", "os.rename", "os.mkdir"}
 
 
 def test_the_service_opens_only_its_own_files_and_those_of_the_store(
     audit: Mapping[str, Any], folder: Path
 ) -> None:
-    in_store = re.compile(re.escape(str(folder / "store")) + r"(/(staging|surfaces|[0-9a-f]+))*")
-    for event, (path, mode, *_) in audit["events"]:
-        assert event == "open"
-        if not in_store.fullmatch(path):
-            assert str(Path(path).resolve()).startswith(ALLOWED), path
-            assert mode in ("r", "rb"), (path, mode)
+    for event, arguments in audit["events"]:
+        # The store names most of its files relative to its open folder.
+        paths = [argument.removeprefix(f"{folder}/store/") for argument in arguments[:2]]
+        if event == "os.rename":
+            assert re.fullmatch("staging/[0-9a-f]{32}", paths[0])
+            assert re.fullmatch("surfaces/[0-9a-f]{2}/[0-9a-f]{64}", paths[1])
+        elif not (
+            paths[0] == str(folder / "store")
+            or re.fullmatch(r"\.surface-store|(staging|surfaces)(/[0-9a-f]+)*", paths[0])
+        ):
+            assert str(Path(paths[0]).resolve()).startswith(ALLOWED), paths
+            assert (event, arguments[1]) in (("open", "r"), ("open", "rb")), paths
 
 
 def test_files_in_the_store_have_hashes_as_names(audit: Mapping[str, Any], folder: Path) -> None:
     assert audit["statuses"].count(201) > 1
-    files = [path.relative_to(folder) for path in folder.rglob("*") if path.is_file()]
-    assert Path("secret") in files
-    for file in files:
-        if file != Path("secret"):
-            assert file.parts[0] == "store"
-            assert re.fullmatch("[0-9a-f]{64}", file.name)
+    files = {path.relative_to(folder) for path in folder.rglob("*") if path.is_file()}
+    own_files = {Path("secret"), Path("store/.surface-store")}
+    assert own_files <= files
+    for file in files - own_files:
+        assert file.parts[0] == "store"
+        assert re.fullmatch("[0-9a-f]{64}", file.name)

@@ -32,6 +32,7 @@ SERVICE = 'job="surface-service",instance="a"'
 """Labels of all samples of an instance."""
 
 DURATION = "surface_http_request_duration_seconds"
+OPERATIONS = "surface_store_operation_seconds_count"
 MEMORY_LIMIT = f'surface_memory_limit_bytes{{{SERVICE},pool="work"}}'
 SERIES_OF_ALERTS: dict[str, dict[str, str]] = {
     # An instance of another job is no instance of the service.
@@ -58,6 +59,14 @@ SERIES_OF_ALERTS: dict[str, dict[str, str]] = {
         f"surface_plan_bytes{{{SERVICE}}}": "10e6x200",
     },
     "SurfaceStoreFailing": {f"surface_store_answering{{{SERVICE}}}": "0x200"},
+    "SurfaceStoreNotWritable": {
+        f'surface_store_writes{{{SERVICE},state="read_only"}}': "1x200",
+        f'surface_store_writes{{{SERVICE},state="ready"}}': "0x200",
+        f"surface_store_answering{{{SERVICE}}}": "1x200",
+    },
+    "SurfaceStoreFull": {
+        f'{OPERATIONS}{{{SERVICE},operation="put",outcome="refused"}}': "0+1x200",
+    },
     "SurfaceStoreNearlyFull": {
         f"surface_store_bytes{{{SERVICE}}}": "86x200",
         f"surface_store_quota_bytes{{{SERVICE}}}": "100x200",
@@ -93,6 +102,11 @@ SERIES_WITHOUT_ALERT: dict[str, dict[str, str]] = {
         f"process_start_time_seconds{{{SERVICE}}}": "0x50 1x150",
         f"surface_ready{{{SERVICE}}}": "1x200",
         f"surface_store_answering{{{SERVICE}}}": "1x200",
+        # One failed test of writing is not enough.
+        f'surface_store_writes{{{SERVICE},state="ready"}}': "1x40 0x2 1x200",
+        f'surface_store_writes{{{SERVICE},state="full"}}': "0x40 1x2 0x200",
+        f'{OPERATIONS}{{{SERVICE},operation="put",outcome="refused"}}': "3x200",
+        f'{OPERATIONS}{{{SERVICE},operation="put",outcome="done"}}': "0+9x200",
         f"surface_store_bytes{{{SERVICE}}}": "80x200",
         f"surface_store_quota_bytes{{{SERVICE}}}": "100x200",
         f"surface_connections{{{SERVICE}}}": "10x200",

@@ -9,7 +9,9 @@ import pytest
 
 from service.storage.address import open_store
 from service.storage.keys import key_of
+from service.storage.marker import MARKER
 from service.storage.store import SurfaceStore
+from service.storage.watch import PROBE_KEY
 
 KINDS = ("memory", "folder")
 
@@ -30,8 +32,9 @@ def compute_path(folder: Path, content: bytes) -> Path:
 
 
 def list_files(folder: Path) -> list[Path]:
-    """All files in a folder and in its subfolders."""
-    return [path for path in folder.rglob("*") if path.is_file()]
+    """All files of objects, complete or not, in a folder and in its subfolders."""
+    own_files = {MARKER, PROBE_KEY}
+    return [path for path in folder.rglob("*") if path.is_file() and path.name not in own_files]
 
 
 @contextmanager

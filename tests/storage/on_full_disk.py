@@ -13,7 +13,7 @@ from typing import Any
 import httpx
 import pytest
 
-from service.storage.backends import STAGING
+from service.storage.folder import STAGING
 from tests.storage.backends import compute_path, list_files
 from tools.processes import service_server
 

@@ -54,7 +54,7 @@ async def test_addresses_of_folders_may_be_relative_absolute_or_urls(
         ("az://container", "needed the address of a bucket"),
         ("fol\0der", "needed a folder"),
         ("/proc/folder", "cannot be kept"),
-        (str(Path(__file__)), "File exists"),
+        (str(Path(__file__)), "Not a directory"),
         ("~nobody-of-this-name/data", "needed a folder"),
     ],
 )

@@ -5,7 +5,6 @@ import logging
 from collections.abc import Callable
 from pathlib import Path
 
-import obstore
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -28,7 +27,7 @@ DAMAGES: dict[str, Callable[[bytes], bytes]] = {
 
 async def replace_object(store: SurfaceStore, content: bytes, new_content: bytes) -> None:
     """Writes other bytes to the object that a store keeps for a content."""
-    await obstore.put_async(store._backend.objects, key_of(compute_id(content)), new_content)
+    await store.backend.write(key_of(compute_id(content)), new_content)
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from service.errors import StoreFailed, StoreFull
-from service.storage.backends import STAGING
+from service.storage.folder import STAGING
 from service.storage.keys import key_of
 from service.storage.store import SurfaceStore
 from tests.storage.backends import compute_id, compute_path, list_files, open_test_store
@@ -36,7 +36,7 @@ async def test_an_object_is_on_the_disk_before_its_file_has_its_name(
         assert threading.get_ident() != event_loop_thread, "the event loop must not wait for a disk"
         synced_files.append((os.fstat(file).st_ino, final_path.exists()))
         if stat.S_ISREG(os.fstat(file).st_mode):
-            assert os.pread(file, 10, 0) == FIRST
+            assert Path(f"/proc/self/fd/{file}").read_bytes() == FIRST
         fsync(file)
 
     monkeypatch.setattr(os, "fsync", record_and_sync)
@@ -45,6 +45,7 @@ async def test_an_object_is_on_the_disk_before_its_file_has_its_name(
         (final_path.stat().st_ino, False),
         (final_path.parent.stat().st_ino, True),
         (final_path.parent.parent.stat().st_ino, True),
+        (tmp_path.stat().st_ino, True),
     ]
 
 
@@ -61,8 +62,8 @@ def test_new_folders_of_a_store_are_synced_only_when_it_is_first_opened(
     monkeypatch.setattr(os, "fsync", record_and_sync)
     open_test_store("folder", tmp_path / "a" / "b")
     assert {tmp_path.stat().st_ino, (tmp_path / "a").stat().st_ino} <= set(synced_files)
-    # It has two new folders, `surfaces` and `staging`, and is synced after each of them.
-    assert synced_files.count((tmp_path / "a" / "b").stat().st_ino) == 2
+    # It has two new folders, `surfaces` and `staging`, and a marker; it is synced after each.
+    assert synced_files.count((tmp_path / "a" / "b").stat().st_ino) == 3
     synced_files.clear()
     open_test_store("folder", tmp_path / "a" / "b")
     assert synced_files == []

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from service.storage.backends import ABANDONED_AFTER, STAGING
+from service.storage.folder import ABANDONED_AFTER, STAGING
 from tests.storage.backends import compute_id, compute_path, list_files, open_test_store
 from tests.storage.storing import CONTENT_COUNT, generate_contents
 
@@ -80,10 +80,10 @@ async def test_files_of_killed_processes_are_not_objects_and_are_removed_after_a
     staged_file = tmp_path / STAGING / name
     staged_file.write_bytes(b"half of a conte")
 
-    await store._backend.sweep()
+    await store.backend.sweep()
     assert staged_file.exists(), "another process may be writing it"
     old_time = time.time() - ABANDONED_AFTER - 1
     os.utime(staged_file, (old_time, old_time))
     assert read_stored_ids(tmp_path) == set()
-    await store._backend.sweep()
+    await store.backend.sweep()
     assert not staged_file.exists()

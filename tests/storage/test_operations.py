@@ -38,6 +38,7 @@ async def test_operations_are_counted_by_kind_and_outcome(tmp_path: Path) -> Non
         ("has", "done"): 1,
         ("delete", "done"): 1,
         ("ask", "done"): 1,  # by `is_ready`
+        ("probe", "done"): 1,
     }
     assert all(total.seconds > 0 for total in totals.values())
     assert store.usage.used == 0

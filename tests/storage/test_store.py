@@ -77,9 +77,7 @@ def test_a_store_works_like_a_dictionary(
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("name", INVALID_NAMES)
-async def test_names_that_are_not_ids_reach_no_backend(
-    kind: str, name: str, tmp_path: Path
-) -> None:
+async def test_names_that_are_not_ids_reach_nobackend(kind: str, name: str, tmp_path: Path) -> None:
     store = open_test_store(kind, tmp_path / "store")
     for call in (store.has(name), store.delete(name), store.get(name), store.put(name, b"content")):
         with pytest.raises(ValueError, match="64 hexadecimal digits"):

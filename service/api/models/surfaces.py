@@ -179,7 +179,10 @@ class Health(ResponseModel):
     computing: State | Missing = None
     """Whether the self-test computed the right mesh."""
     store: State | Missing = None
-    """Whether the store works."""
+    """Whether stored surfaces can be read."""
+    writes: Literal["ready", "read_only", "full", "unavailable"] | Missing = None
+    """Whether surfaces can be stored, by the last write or by a test of writing each minute. If
+    not, the service still serves stored surfaces, and is ready."""
     version: str | Missing = None
     """Version of the service."""
     engine: int | Missing = None

@@ -1,8 +1,9 @@
 """Health checks: whether the process runs, and whether it is ready for requests.
 
-The service is ready if the engine computes a tiny mesh correctly, the store responds, and the
-service is not about to stop. If a store fails, all instances that share it become unready:
-`docs/observability.md` says what operators do then.
+The service is ready if the engine computes a tiny mesh correctly, stored surfaces can be read, and
+the service is not about to stop. It is not ready before its store has answered once. If a store
+fails, all instances that share it become unready: `docs/observability.md` says what operators do
+then.
 """
 
 import asyncio
@@ -23,10 +24,6 @@ from service.surface.bezier import BezierSurface
 
 TEST_INTERVAL = 5.0
 """Seconds for which the result of a self-test stays valid."""
-
-STORE_GRACE = 5.0
-"""Seconds for which a store may fail while the service stays ready. Checks are at least 5 s apart,
-so `/health/ready` fails only if two of them in a row have failed: one slow check is not enough."""
 
 DEADLINE = 2.0
 """Seconds that a caller waits for a self-test."""
@@ -101,5 +98,5 @@ class SelfTest:
 
 def is_ready(state: State) -> bool:
     """Whether the service is ready, by the last results of its checks."""
-    has_store = state.services.store.seconds_failing <= STORE_GRACE
+    has_store = not state.services.store.has_failed
     return bool(state.ready and state.self_test.has_passed and has_store)

@@ -6,6 +6,7 @@ when Prometheus asks (at each scrape).
 
 from collections.abc import Callable, Mapping
 from functools import cache, partial
+from typing import get_args
 
 from prometheus_client import (
     CollectorRegistry,
@@ -40,6 +41,7 @@ from service.api.threads import Threads
 from service.bases.cache import MESH_PLANS
 from service.engine.mesh.mesh import ENGINE, MeshReport
 from service.storage.store import SurfaceStore
+from service.storage.watch import Writes
 
 TEXT, OPENMETRICS = exposition.CONTENT_TYPE_PLAIN_0_0_4, openmetrics.CONTENT_TYPE_LATEST
 """Media types: Prometheus's text format, and OpenMetrics."""
@@ -213,7 +215,13 @@ def _collect_store(store: SurfaceStore) -> list[Metric]:
         _gauge(
             "store_answering",
             "Whether the store answered the last check.",
-            not store.seconds_failing,
+            store.is_answering,
+        ),
+        _gauge(
+            "store_writes",
+            "1 for the state of writes to the store, 0 for the others.",
+            {state: state == store.writes for state in get_args(Writes)},
+            "state",
         ),
         operations,
         _gauge("store_bytes", "Bytes of stored surfaces at the last count.", usage.used),

@@ -173,10 +173,10 @@ def _error_response(name: str, examples: Mapping[str, Example]) -> Json:
     return {"description": about, "content": {MEDIA_TYPE: content}}
 
 
-def _retry_after(*, is_required: bool = True) -> Json:
+def _retry_after() -> Json:
     text = "Seconds after which to try again."
-    schema = {"type": "integer", "minimum": 1, "maximum": MAX_RETRY_AFTER}
-    return {"Retry-After": header(text, 3, is_required=is_required, **schema)}
+    schema: Json = {"type": "integer", "minimum": 1, "maximum": MAX_RETRY_AFTER}
+    return {"Retry-After": header(text, 3, **schema)}
 
 
 _HEADERS: Mapping[str, Json] = {
@@ -184,5 +184,6 @@ _HEADERS: Mapping[str, Json] = {
     "TooManyRequests": _retry_after(),
     "Busy": _retry_after(),
     "OutOfTime": _retry_after(),
-    "Unavailable": _retry_after(is_required=False),
+    "StoreFailed": _retry_after(),
+    "Unavailable": _retry_after(),
 }

@@ -59,10 +59,22 @@ def formats() -> list[dict[str, Any]]:
 
 _READY: Json = {
     "content": {
-        "application/json": {"example": {"status": "ready", "computing": "ready", "store": "ready"}}
+        "application/json": {
+            "example": {
+                "status": "ready",
+                "computing": "ready",
+                "store": "ready",
+                "writes": "ready",
+            }
+        }
     }
 }
-_FAILING = {"status": "unready", "computing": "ready", "store": "unavailable"}
+_FAILING = {
+    "status": "unready",
+    "computing": "ready",
+    "store": "unavailable",
+    "writes": "unavailable",
+}
 _UNREADY: Json = {
     "description": "Send no new requests here: a part does not work, or the service is about to "
     "stop.",
@@ -123,19 +135,20 @@ async def get_readiness(request: Request) -> Response:
     """Whether the service is ready for new requests.
 
     The service is ready if a self-test (a tiny mesh, at most once in 5 s) gave the right numbers,
-    the store has responded in the last seconds, and the service is not about to stop.
+    stored surfaces can be read (also if none can be stored), and the service is not about to stop.
     """
     state = request.app.state
     if not state.ready:
         return json_response({"status": "draining"}, 503, _HEADERS)
     store = state.services.store
     computes, has_store = await asyncio.gather(state.self_test.passes(), store.is_ready())
-    # The store may fail for some seconds before the service stops being ready.
+    # A single failure of the store does not make the service unready.
     is_service_ready = is_ready(state)
     content = {
         "status": "ready" if is_service_ready else "unready",
         "computing": "ready" if computes else "unavailable",
         "store": "ready" if has_store else "unavailable",
+        "writes": store.writes,
     }
     return json_response(content, 200 if is_service_ready else 503, _HEADERS)
 

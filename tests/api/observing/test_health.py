@@ -1,7 +1,6 @@
 """Health and readiness: the responses, and what makes a service not ready."""
 
 import asyncio
-import shutil
 import threading
 from dataclasses import replace
 from pathlib import Path
@@ -29,7 +28,8 @@ def test_a_ready_service_reports_its_version_its_engine_and_each_check(client: C
     assert client.get("/health").json() == expected
     assert client.get("/health/live").json() == {"status": "live"}
     response = client.get("/health/ready")
-    assert response.json() == {"status": "ready", "computing": "ready", "store": "ready"}
+    expected = {"status": "ready", "computing": "ready", "store": "ready", "writes": "ready"}
+    assert response.json() == expected
     assert response.headers["cache-control"] == "no-store"
 
 
@@ -49,19 +49,37 @@ def test_a_store_that_fails_for_long_makes_the_service_unready(
     root = tmp_path / "store"
     with start_client(create_app(Settings(store=str(root)))) as client:
         assert client.get("/health/ready").status_code == 200
-        shutil.rmtree(root)
+        root.rename(tmp_path / "elsewhere")
         clock.now += PAUSE
         response = client.get("/health/ready")
         assert (response.status_code, response.json()["store"]) == (200, "unavailable")
         clock.now += PAUSE
         response = client.get("/health/ready")
         assert response.status_code == 503
-        expected = {"status": "unready", "computing": "ready", "store": "unavailable"}
-        assert response.json() == expected
+        assert response.json() == {
+            "status": "unready",
+            "computing": "ready",
+            "store": "unavailable",
+            "writes": "unavailable",
+        }
         assert client.get("/health/live").status_code == 200
-        (root / "surfaces").mkdir(parents=True)
+        (tmp_path / "elsewhere").rename(root)
         clock.now += PAUSE
         assert client.get("/health/ready").status_code == 200
+
+
+def test_the_service_is_not_ready_before_its_store_has_answered(
+    tmp_path: Path, clock: Clock
+) -> None:
+    root = tmp_path / "store"
+    app = create_app(Settings(store=str(root)))
+    root.rename(tmp_path / "elsewhere")
+    with start_client(app) as client:
+        response = client.get("/health/ready")
+        assert (response.status_code, response.json()["store"]) == (503, "unavailable")
+        (tmp_path / "elsewhere").rename(root)
+        clock.now += PAUSE
+        assert client.get("/health/ready").json()["status"] == "ready"
 
 
 def test_a_wrong_number_makes_the_service_unready(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -172,4 +172,8 @@ def test_metrics_report_the_store_and_queues_and_threads_and_memory(fresh_client
     assert sum(limits) == Settings().memory_bytes
     assert all(read_sample(fresh_client, "surface_memory_bytes", pool=pool) == 0 for pool in pools)
     assert read_sample(fresh_client, "surface_connections_limit") == Settings().max_connections
+    assert read_sample(fresh_client, "surface_ready") == 0, "the store has not answered yet"
+    assert fresh_client.get("/health/ready").status_code == 200
     assert read_sample(fresh_client, "surface_ready") == 1
+    assert read_sample(fresh_client, "surface_store_writes", state="ready") == 1
+    assert read_sample(fresh_client, "surface_store_writes", state="full") == 0
