@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from urllib.parse import unquote, urlsplit
 
 from obstore.exceptions import BaseError
-from obstore.store import MemoryStore, from_url
+from obstore.store import LocalStore, MemoryStore, from_url
 
 from service.errors import InvalidSettings
 from service.storage.backends import Bucket
@@ -139,6 +139,27 @@ def _mark_older_store(folder: int, root: Path) -> str | None:
             reason_of(error),
         )
         return None
+
+
+def open_output(address: str) -> Bucket:
+    """The folder or the bucket for files of a user; the folder is made if it does not exist.
+
+    It gets no marker, because it is no store; and its files are not forced to the disk.
+
+    Raises
+    ------
+    InvalidSettings
+        The address names neither.
+    """
+    scheme = _SCHEME.match(address)
+    name = "" if scheme is None else scheme[1].lower()
+    if name in BUCKETS:
+        return _open_bucket(address)
+    path = _path_of(address) if name == "file" else Path(address)
+    try:
+        return Bucket(LocalStore(_absolute_path(path), mkdir=True))
+    except (BaseError, OSError) as error:
+        raise InvalidSettings(f"{address!r} is no folder for files: {error}.") from None
 
 
 def _open_bucket(address: str) -> Bucket:

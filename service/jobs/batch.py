@@ -1,0 +1,356 @@
+"""Computes a batch of parts, in a job process or in a worker of Dask.
+
+A task and its result are bytes, so no object of this service travels between processes, and any
+process that reaches the store can compute any batch. All that a task does can be done again: a part
+whose file is there is not computed a second time.
+"""
+
+import asyncio
+import logging
+import time
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager, suppress
+from dataclasses import asdict, dataclass
+from hashlib import sha256
+from math import inf
+from threading import Event, Thread
+from typing import Any, NoReturn, Protocol
+
+import orjson
+
+from service.cancellation import Cancellation, Cancelled, cancelled_by
+from service.engine.mesh.mesh import ENGINE
+from service.errors import (
+    DamagedObject,
+    Issue,
+    StoreFailed,
+    StoreFull,
+    SurfaceError,
+    TooLarge,
+    UnknownSurface,
+)
+from service.jobs.keys import cancelled_key, part_key
+from service.jobs.parts import FindSurface, Part, read_part
+from service.jobs.results import Result, describe_file, read_object, write_error, write_object
+from service.pipeline.calls import CallLimits
+from service.pipeline.limits import Limits
+from service.schemas.document import DocumentLimits
+from service.storage.address import open_output, open_store
+from service.storage.backends import Backend
+from service.storage.canonical import restore_surface
+from service.storage.failures import translate_errors
+
+MAX_WRITING = 8
+"""Files that are being written while the next part is computed."""
+
+LOOK_INTERVAL = 1.0
+"""Seconds between two looks whether the job is withdrawn."""
+
+DONE, CANCELLED, WRONG_ENGINE, STORE_FAILED = "done", "cancelled", "wrong_engine", "store_failed"
+"""Ends of a batch; others are the codes of `StoreFull` and `StoreFailed`."""
+
+SUCCEEDED, FAILED = "succeeded", "failed"
+"""States of a part that has ended."""
+
+Line = dict[str, Any]
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """A batch of parts, and all that a process must know to compute it.
+
+    Attributes
+    ----------
+    lines : tuple of dict
+        The parts in the form of `check_part`, each with its index `part`. If a line has no `id`,
+        the process finds the id.
+    store : str
+        The address of the store that has the surfaces and the job; if empty, parts can read no
+        stored surfaces.
+    limits : CallLimits
+    timeout : float
+        The most seconds of each part.
+    job : str
+        The id of the job; empty for a batch that nobody can withdraw.
+    output : str
+        The folder or the bucket for files that have the names of the parts. If empty, results are
+        kept in the store, under the ids of the parts.
+    lifetime : float
+        Seconds for which results are kept. A result that is found, and is older than half of that,
+        is written again.
+    engine : int
+    """
+
+    lines: tuple[Line, ...]
+    store: str
+    limits: CallLimits
+    timeout: float
+    job: str = ""
+    output: str = ""
+    lifetime: float = inf
+    engine: int = ENGINE
+
+    def write(self) -> bytes:
+        """The task as JSON, which has null in place of infinity."""
+        return orjson.dumps(self)
+
+
+def read_task(text: bytes) -> Task:
+    """The task that `Task.write` wrote."""
+    fields = orjson.loads(text)
+    limits = fields["limits"]
+    return Task(
+        **fields
+        | {
+            "lines": tuple(fields["lines"]),
+            "limits": CallLimits(DocumentLimits(**limits["document"]), Limits(**limits["result"])),
+            "lifetime": inf if fields["lifetime"] is None else fields["lifetime"],
+        }
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class BatchResult:
+    """The records of the parts that have ended, by index, and how the batch ended.
+
+    A record has the index `part`, the `id`, the `state`, the `seconds` of the processor, and the
+    fields of `Result`; or, of a part that failed, the `error` (`service.jobs.results`).
+    """
+
+    records: tuple[dict[str, Any], ...]
+    end: str = DONE
+
+    def write(self) -> bytes:
+        """The records and the end as lines of JSON."""
+        return b"\n".join(map(orjson.dumps, (*self.records, {"end": self.end})))
+
+
+def read_result(text: bytes) -> BatchResult:
+    """The result that `BatchResult.write` wrote."""
+    *records, last = map(orjson.loads, text.split(b"\n"))
+    return BatchResult(tuple(records), last["end"])
+
+
+def run_batch(text: bytes) -> bytes:
+    """Computes the parts of a task one after the other, and writes their files.
+
+    A part that fails has a record with its error, and the others go on. The batch ends early if the
+    job is withdrawn, and if the store is full or fails; run again, it finds the files that are
+    there.
+    """
+    task = read_task(text)
+    if task.engine != ENGINE:
+        return BatchResult((), WRONG_ENGINE).write()
+    return asyncio.run(_Batch(task).run()).write()
+
+
+class _Output(Protocol):
+    """Where the files of a batch are written."""
+
+    async def find(self, line: Line) -> Result | None:
+        """The result of a part whose file is there; None if it must be computed."""
+
+    async def write(self, line: Line, result: Result, content: bytes) -> None:
+        """Writes the file of a part."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Parts:
+    """Files in the store, under the ids of the parts, for all jobs."""
+
+    backend: Backend
+    lifetime: float
+
+    async def find(self, line: Line) -> Result | None:
+        key = part_key(line["id"])
+        try:
+            entry = await self.backend.head(key)
+            stored = await self.backend.read(key)
+            result, _ = read_object(stored)
+        except (FileNotFoundError, DamagedObject):
+            return None
+        if time.time() - entry.modified > self.lifetime / 2:
+            await self.backend.write(key, stored, durable=False)
+        return result
+
+    async def write(self, line: Line, result: Result, content: bytes) -> None:
+        await self.backend.write(part_key(line["id"]), write_object(result, content), durable=False)
+
+
+@dataclass(frozen=True, slots=True)
+class _NamedFiles:
+    """Files with the names of the parts, in a folder or a bucket.
+
+    A line has in `known` the record of an earlier run, if there is one.
+    """
+
+    backend: Backend
+
+    async def find(self, line: Line) -> Result | None:
+        known = line.get("known")
+        if known is None or known["id"] != line["id"]:
+            return None
+        result = Result(**known["result"])
+        with suppress(FileNotFoundError):
+            content = await self.backend.read(_file_key(line, result))
+            if sha256(content).hexdigest() == result.sha256:
+                return result
+        return None
+
+    async def write(self, line: Line, result: Result, content: bytes) -> None:
+        await self.backend.write(_file_key(line, result), content, durable=False)
+
+
+def _file_key(line: Line, result: Result) -> str:
+    return f"{line['name']}.{result.suffix}"
+
+
+class _Batch:
+    """The parts of one task, and the files that are being written."""
+
+    def __init__(self, task: Task) -> None:
+        self._task = task
+        self._store = open_store(task.store, quota=0, create=False) if task.store else None
+        self._output = self._open_output()
+        self._records: list[dict[str, Any]] = []
+        self._is_withdrawn = False
+        self._running = Cancellation()
+        self._writing: set[asyncio.Task[None]] = set()
+        self._write_slots = asyncio.Semaphore(MAX_WRITING)
+
+    def _open_output(self) -> _Output:
+        if self._task.output:
+            return _NamedFiles(open_output(self._task.output))
+        if self._store is None:
+            raise ValueError("a task without an output needs a store")
+        return _Parts(self._store.backend, self._task.lifetime)
+
+    async def run(self) -> BatchResult:
+        """Computes all parts; returns early if the job is withdrawn, or the store fails."""
+        end = DONE
+        try:
+            async with self._watch():
+                for line in self._task.lines:
+                    await self._compute(line)
+        except Cancelled:
+            end = CANCELLED
+        except (StoreFull, StoreFailed) as error:
+            end = _end_of(error)
+        for failure in await asyncio.gather(*self._writing, return_exceptions=True):
+            if isinstance(failure, StoreFull | StoreFailed):
+                end = _end_of(failure)
+            elif failure is not None:
+                raise failure
+        self._records.sort(key=lambda record: int(record["part"]))
+        return BatchResult(tuple(self._records), end)
+
+    async def _compute(self, line: Line) -> None:
+        """Computes one part, and begins to write its file.
+
+        Raises
+        ------
+        Cancelled, StoreFull, StoreFailed
+        """
+        start = time.process_time()
+        try:
+            await self._make(line, start)
+        except (Cancelled, StoreFull, StoreFailed):
+            raise
+        except Exception as error:
+            fields = {"error": write_error(_to_part_error(error))}
+            self._record(line, start, fields, FAILED)
+
+    async def _make(self, line: Line, start: float) -> None:
+        """Makes the file of one part; raises the errors of the part and of `_compute`."""
+        self._running = Cancellation(time.monotonic() + self._task.timeout)
+        if self._is_withdrawn:
+            raise Cancelled
+        with cancelled_by(self._running):
+            part: Part | None = None
+            if "id" not in line:
+                part = read_part(line["path"], line.get("body"), self._task.limits)
+                line["id"] = part.id
+            with translate_errors("looking for the file of a part"):
+                found = await self._output.find(line)
+            if found is not None:
+                self._record(line, start, asdict(found))
+                return
+            part = part or read_part(line["path"], line.get("body"), self._task.limits)
+            file = part.plan(await self._build_finder(part)).run()
+        content = bytes(file.content)
+        result = describe_file(file, content, part.fmt)
+        await self._write_slots.acquire()  # so that few files wait in memory
+        self._writing.add(asyncio.create_task(self._write(line, start, result, content)))
+        await asyncio.sleep(0)  # lets the writing begin
+
+    async def _build_finder(self, part: Part) -> FindSurface:
+        """The function that finds the stored surface of a part, which is read now."""
+        if not part.stored or self._store is None:
+            return _find_none
+        content = await self._store.get(part.stored)
+        surface = restore_surface(content, self._task.limits.document)
+        return lambda _: surface
+
+    async def _write(self, line: Line, start: float, result: Result, content: bytes) -> None:
+        """Writes the file of a part, and then its record."""
+        try:
+            with translate_errors("writing the file of a part"):
+                await self._output.write(line, result, content)
+            self._record(line, start, asdict(result))
+        finally:
+            self._write_slots.release()
+
+    def _record(
+        self, line: Line, start: float, fields: dict[str, Any], state: str = SUCCEEDED
+    ) -> None:
+        """Adds the record of a part that has ended."""
+        seconds = round(time.process_time() - start, 6)
+        about = {"part": line["part"], "id": line.get("id", ""), "state": state}
+        self._records.append({**about, "seconds": seconds, **fields})
+
+    @asynccontextmanager
+    async def _watch(self) -> AsyncIterator[None]:
+        """Looks once a second, in a thread, whether the job is withdrawn, during the block."""
+        is_over = Event()
+        if self._task.job:
+            look = (self._task, is_over, self._withdraw)
+            Thread(target=_look, args=look, name="withdrawal", daemon=True).start()
+        try:
+            yield
+        finally:
+            is_over.set()
+
+    def _withdraw(self) -> None:
+        """Stops the running part at its next checkpoint, and all parts after it."""
+        self._is_withdrawn = True
+        self._running.cancel()
+
+
+def _look(task: Task, is_over: Event, withdraw: Callable[[], None]) -> None:
+    """Calls `withdraw` when the job is withdrawn. A store that fails for a moment says nothing."""
+    while not is_over.wait(LOOK_INTERVAL):
+        with suppress(Exception):
+            store = open_store(task.store, quota=0, create=False)
+            asyncio.run(store.backend.head(cancelled_key(task.job)))
+            withdraw()
+            return
+
+
+def _find_none(_: str) -> NoReturn:
+    raise UnknownSurface(Issue("unknown_surface", "No surface is stored under this id."))
+
+
+def _end_of(error: SurfaceError) -> str:
+    return error.issues[0].code if error.issues else STORE_FAILED
+
+
+def _to_part_error(error: Exception) -> SurfaceError:
+    """The error of a part as the client sees it; an unexpected error only in the log."""
+    if isinstance(error, SurfaceError):
+        return error
+    if isinstance(error, MemoryError):
+        return TooLarge(Issue("too_much_memory", "The part took more memory than its process has."))
+    _log.error("a part failed with an error", exc_info=error)
+    return SurfaceError(Issue("internal_error", "The part failed; the log says why."))
