@@ -62,11 +62,11 @@ def canonical_request(request: RequestModel) -> bytes:
 
     It has the values after their checks, so two requests with equal contents have equal results.
     """
-    shape = request.build()
-    tree = {name: _tree_of(getattr(request, name)) for name in type(request).model_fields}
-    if isinstance(shape, SurfaceKind):
-        tree["surface"] = definition(shape, flat=True)
-    return _write_content("request", tree)
+    shape, names = request.build(), type(request).model_fields
+    if not isinstance(shape, SurfaceKind):
+        return _write_content("request", {name: _tree_of(getattr(request, name)) for name in names})
+    others = {name: _tree_of(getattr(request, name)) for name in names if name != "surface"}
+    return _write_content("request", {"surface": definition(shape, flat=True), **others})
 
 
 def _tree_of(value: Any) -> Any:
