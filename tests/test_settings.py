@@ -117,6 +117,7 @@ def test_an_empty_list_of_origins_is_valid(monkeypatch: pytest.MonkeyPatch) -> N
         ("max_degree", "65", "needed a whole number from 1 to 64."),
         ("max_body_bytes", "64 MiBs", "needed bytes, such as"),
         ("max_body_bytes", "nan", "needed bytes"),
+        ("memory_bytes", "1KB", "got '1KB', needed bytes, such as 1048576 or 64MiB, from 16777216"),
         ("body_timeout", "0", "needed seconds above 0, to 3600."),
         ("body_timeout", "inf", "needed seconds above 0, to 3600."),
         ("store", "", "got nothing"),
@@ -130,6 +131,22 @@ def test_an_invalid_value_is_refused_with_the_name_of_its_variable(
     name = f"SURFACE_{variable.upper()}"
     with pytest.raises(InvalidSettings, match=f"^{name}: .*{re.escape(message)}"):
         read_settings(monkeypatch, **{variable: text})
+
+
+@pytest.mark.parametrize("name", [
+    name for name, field in Settings.model_fields.items() if describe_values(field)[:5] == "bytes"
+])  # fmt: skip
+def test_every_setting_of_bytes_has_a_range(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    bounds = re.search(r"from (\d+) to (\d+)$", describe_values(Settings.model_fields[name]))
+    assert bounds is not None
+    low, high = map(int, bounds.groups())
+    for text in ({str(low - 1)} if low else set()) | {f"{high + 1}", "999 EB"}:
+        with pytest.raises(
+            InvalidSettings, match=f"^SURFACE_{name.upper()}: .*from {low} to {high}"
+        ):
+            read_settings(monkeypatch, **{name: text})
+    for value in (low, high):
+        assert getattr(read_settings(monkeypatch, **{name: str(value)}), name) == value
 
 
 def test_the_error_names_all_invalid_variables(monkeypatch: pytest.MonkeyPatch) -> None:

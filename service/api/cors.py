@@ -8,6 +8,7 @@ script may then read a file that the browser has cached from an ordinary visit. 
 may read responses, `Vary: Origin` tells caches to keep the responses to each origin apart.
 """
 
+import re
 from collections.abc import Sequence
 
 from starlette.types import Message, Scope
@@ -15,6 +16,7 @@ from starlette.types import Message, Scope
 from service.api.caching.cached_response import RawHeaders
 from service.api.record import ID_HEADER
 from service.api.responses import BOUND_HEADER, TRIANGLES_HEADER, VERTICES_HEADER
+from service.errors import InvalidSettings
 
 EXPOSED = (
     "Content-Disposition",
@@ -41,10 +43,28 @@ _PREFLIGHT: RawHeaders = (
 )
 
 
+_ORIGIN = re.compile(
+    r"(?P<scheme>[a-z][a-z0-9+.-]*)://(?:[a-z0-9_-]+(?:\.[a-z0-9_-]+)*|\[[0-9a-f:.]+\])"
+    r"(?P<port>:[1-9][0-9]{0,4})?"
+)
+"""An origin as browsers send it (Fetch standard, "Origin header"): lower case, without a path."""
+
+_DEFAULT_PORTS = {("http", ":80"), ("https", ":443")}
+
+
 class Origins:
-    """The origins whose pages may read responses."""
+    """The origins whose pages may read responses.
+
+    Raises
+    ------
+    InvalidSettings
+        A text is neither `*` nor an origin in the form in which browsers send it, so that no
+        request could ever have it.
+    """
 
     def __init__(self, origins: Sequence[str]) -> None:
+        for origin in origins:
+            _check_origin(origin)
         allows_all = "*" in origins
         self._listed_origins = frozenset(() if allows_all else (o.encode() for o in origins))
         timing = "*" if allows_all else ", ".join(origins)
@@ -80,6 +100,17 @@ class Origins:
     def preflight(self, scope: Scope) -> Message | None:
         """The head of the response to a preflight request; None for all other requests."""
         return self._preflight if is_preflight(scope) else None
+
+
+def _check_origin(text: str) -> None:
+    match = _ORIGIN.fullmatch(text)
+    # `null` is the origin of every page in a sandbox and of every file: whoever wants it wants `*`.
+    if text != "*" and (match is None or (match["scheme"], match["port"]) in _DEFAULT_PORTS):
+        raise InvalidSettings(
+            f"SURFACE_CORS_ORIGINS: got {text!r}, needed * or an origin such as "
+            "https://example.com or http://localhost:8080: in lower case, without a path, and "
+            "without a port that is the default."
+        )
 
 
 def is_preflight(scope: Scope) -> bool:

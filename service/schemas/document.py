@@ -39,10 +39,13 @@ _UTF_16_OR_32 = re.compile(rb"\xff\xfe|\xfe\xff|[^\0]\0|\0{1,3}[^\0]")
 """The beginning of UTF-16 and UTF-32: a byte order mark, or a zero byte before or after the first
 letter."""
 
+_BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+"""The character U+FEFF in UTF-8: some editors and PowerShell write it before a text, and parsers
+may skip it (RFC 8259, section 8.1). Lines and columns in errors do not count it."""
+
 _NEEDED = "one JSON document in UTF-8 (RFC 8259)"
 
 _PARSER_ERRORS = (
-    ("byte order mark", "a byte order mark"),
     ("surrogate", "half of a surrogate pair"),
     ("control character", "a control character in a string"),
     ("escape", "an escape that JSON does not have"),
@@ -138,7 +141,8 @@ class DocumentBudget:
 def parse_document(body: bytes, max_depth: int = MAX_DEPTH) -> object:
     """Parse a JSON text to a value of dict, list, str, int, float, bool and None.
 
-    `max_depth` limits the nesting of brackets, which RFC 8259, section 9, allows.
+    A byte order mark before the text is skipped. `max_depth` limits the nesting of brackets, which
+    RFC 8259, section 9, allows.
 
     Raises
     ------
@@ -147,13 +151,14 @@ def parse_document(body: bytes, max_depth: int = MAX_DEPTH) -> object:
     InvalidRequest
         `not_finite` for NaN, Infinity and numbers beyond float64; `repeated_key`; `too_deep`.
     """
+    received, body = body, body.removeprefix(_BYTE_ORDER_MARK)
     try:
         value = _parse(body)
     except orjson.JSONDecodeError as error:
         # `from None`: the exception of the parser contains the whole text, and must not go further.
         if "depth" in error.msg:
             raise _too_deep(max_depth) from None
-        raise _refusal(error, body) from None
+        raise _refusal(error, body, len(received) - len(body)) from None
     if body.count(b"[") + body.count(b"{") > max_depth and is_deeper(body, max_depth):
         raise _too_deep(max_depth)
     # Usually the text has exactly one colon for each key that is counted. If not, a key is
@@ -230,9 +235,9 @@ def _refuse_repeated_key(body: bytes) -> None:
     )
 
 
-def _refusal(error: orjson.JSONDecodeError, body: bytes) -> Exception:
-    """The error for a text that the parser refused."""
-    if issue := _not_utf8(body):
+def _refusal(error: orjson.JSONDecodeError, body: bytes, skipped: int) -> Exception:
+    """The error for a text that the parser refused, of which `skipped` bytes were not parsed."""
+    if issue := _not_utf8(body, skipped):
         return MalformedJson(issue)
     # `error.pos` counts characters; `find_pointer` needs a number of bytes.
     where = ""
@@ -264,7 +269,7 @@ def _refusal(error: orjson.JSONDecodeError, body: bytes) -> Exception:
     )
 
 
-def _not_utf8(body: bytes) -> Issue | None:
+def _not_utf8(body: bytes, skipped: int) -> Issue | None:
     """The issue for a text that is not in UTF-8, or looks like UTF-16 or UTF-32; else None."""
     if _UTF_16_OR_32.match(body):
         return Issue("malformed_json", "The text is not in UTF-8.", "", "UTF-16 or UTF-32", _NEEDED)
@@ -273,7 +278,7 @@ def _not_utf8(body: bytes) -> Issue | None:
     except UnicodeDecodeError as error:
         return Issue(
             "malformed_json",
-            f"The text is not in UTF-8 (byte {error.start + 1}).",
+            f"The text is not in UTF-8 (byte {skipped + error.start + 1}).",
             "",
             "bytes that are not UTF-8",
             _NEEDED,

@@ -11,13 +11,13 @@ from difflib import get_close_matches
 from typing import Any
 
 from platformdirs import user_data_path
-from pydantic import ByteSize, ValidationError
+from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from service.errors import InvalidSettings
 from service.settings.listening import PREFIX
-from service.settings.values import Settings
+from service.settings.values import PARSE_BYTES, Settings
 
 ALL_MEMORY = 1 << 45
 """A limit of memory that has no effect: more bytes than any machine has."""
@@ -106,7 +106,7 @@ def variable(name: str) -> str:
 _NUMBERS: dict[object, str] = {
     int: "a whole number",
     float: "seconds",
-    ByteSize: "bytes, such as 1048576 or 64MiB,",
+    PARSE_BYTES: "bytes, such as 1048576 or 64MiB,",
 }
 
 
@@ -114,7 +114,7 @@ def describe_values(field: FieldInfo) -> str:
     """The valid values of a setting, in words."""
     if field.annotation is bool:
         return "true or false"
-    if kind := _NUMBERS.get(ByteSize if ByteSize in field.metadata else field.annotation):
+    if kind := _NUMBERS.get(PARSE_BYTES if PARSE_BYTES in field.metadata else field.annotation):
         minimum, maximum = _bound(field, "ge"), _bound(field, "le")
         # A field without a minimum is a time: it may be as short as you like, but not 0.
         begin = "above 0," if minimum is None else f"from {minimum}"

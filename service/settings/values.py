@@ -6,7 +6,15 @@
 import os
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import BaseModel, BeforeValidator, ByteSize, ConfigDict, Field, SecretStr
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ByteSize,
+    ConfigDict,
+    Field,
+    SecretStr,
+    TypeAdapter,
+)
 from pydantic_settings import NoDecode
 
 from service.pipeline.limits import Limits
@@ -27,7 +35,12 @@ def _split_list(value: object) -> object:
     return tuple(item.strip() for item in value.split(",") if item.strip())
 
 
-Bytes: TypeAlias = Annotated[int, ByteSize]
+PARSE_BYTES = BeforeValidator(TypeAdapter(ByteSize).validate_python)
+"""Parses a number of bytes with a unit, such as `64MiB`; it marks the settings that are bytes.
+
+With `ByteSize` itself as the type, pydantic would not check the range of the setting."""
+
+Bytes: TypeAlias = Annotated[int, PARSE_BYTES]
 Texts: TypeAlias = Annotated[tuple[str, ...], NoDecode, BeforeValidator(_split_list)]
 Secrets: TypeAlias = Annotated[tuple[SecretStr, ...], NoDecode, BeforeValidator(_split_list)]
 
@@ -55,7 +68,8 @@ class Settings(BaseModel):
     )
     cors_origins: Texts = Field(
         default=("*",),
-        description="Origins whose pages may read responses; an empty list switches CORS off.",
+        description="Origins whose pages may read responses, such as `https://example.com`; `*` "
+        "means all. An empty list switches CORS off.",
     )
 
     # Sizes

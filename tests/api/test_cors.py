@@ -7,6 +7,7 @@ import pytest
 
 from service.api.app import create_app
 from service.api.cors import EXPOSED
+from service.errors import InvalidSettings
 from service.settings.values import Settings
 from tools.client import Client, start_client
 
@@ -131,3 +132,35 @@ def test_an_ordinary_options_request_reaches_the_router(client: Client) -> None:
     response = client.request("OPTIONS", "/v1/mesh", headers=build_origin_header(ALLOWED))
     assert response.status_code == 405
     assert response.headers["access-control-allow-origin"] == "*"
+
+
+@pytest.mark.parametrize(
+    "origin",
+    [
+        *("https://example.com", "http://localhost:8080", "http://[::1]:8000", "http://127.0.0.1"),
+        *(
+            "tauri://localhost",
+            "chrome-extension://abcdefghijklmnop",
+            "https://xn--bcher-kva.example",
+        ),
+    ],
+)
+def test_origins_in_the_form_of_browsers_are_accepted(origin: str) -> None:
+    with start_client(create_app(Settings(cors_origins=(origin,)))) as client:
+        headers = client.get("/health", build_origin_header(origin)).headers
+        assert headers["access-control-allow-origin"] == origin
+
+
+@pytest.mark.parametrize(
+    "origin",
+    [
+        *("example.com", "https://example.com/", "https://example.com/page", "https://Example.com"),
+        *("HTTPS://example.com", "https://example.com:443", "http://example.com:80", "https://"),
+        *("https://*.example.com", "https://user@example.com", "https://a b", "https://bücher.de"),
+        *("null", "", "**", "https://example.com:", "https://example.com:0", "https://a.com?x"),
+    ],
+)
+def test_other_texts_are_refused_at_the_start(origin: str) -> None:
+    """No browser sends them as an origin, so no page could read responses."""
+    with pytest.raises(InvalidSettings, match="^SURFACE_CORS_ORIGINS: got "):
+        create_app(Settings(cors_origins=("https://a.example", origin)))

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.errors import InvalidRequest, MalformedJson
+from service.errors import InvalidRequest, MalformedJson, SurfaceError
 from service.schemas.document import DocumentBudget, DocumentLimits, parse_document
 from service.schemas.request import MeshRequest
 from service.schemas.scan import MAX_PREFIX, find_pointer, find_repeated_key, is_deeper
@@ -100,6 +100,33 @@ def test_malformed_text_is_located_by_line_and_column() -> None:
     assert "line 2, column 12" in issue.message
 
 
+MARK = b"\xef\xbb\xbf"
+"""A byte order mark in UTF-8."""
+
+
+def test_a_byte_order_mark_before_the_text_is_skipped() -> None:
+    assert parse_document(MARK + b'{"a": [1]}') == {"a": [1]}
+
+
+@pytest.mark.parametrize(
+    "body",
+    [b'{"a": 1,\n "b": [1, 2;]}', b'{"a": {"b": 1, "b": 2}}', b'{"a": [1, NaN]}', b"[" * 40],
+)
+def test_errors_have_the_same_position_after_a_byte_order_mark(body: bytes) -> None:
+    issues = []
+    for text in (body, MARK + body):
+        with pytest.raises(SurfaceError) as refusal:
+            parse_document(text)
+        issues.append(refusal.value.issues)
+    assert issues[0] == issues[1]
+
+
+def test_bytes_that_are_not_utf8_are_counted_with_the_byte_order_mark() -> None:
+    with pytest.raises(MalformedJson) as refusal:
+        parse_document(MARK + b'["\xff"]')
+    assert refusal.value.issues[0].message == "The text is not in UTF-8 (byte 6)."
+
+
 @pytest.mark.parametrize(
     ("body", "got"),
     [
@@ -110,7 +137,8 @@ def test_malformed_text_is_located_by_line_and_column() -> None:
         ("[1]".encode("utf-16-be"), "UTF-16 or UTF-32"),
         ("[1]".encode("utf-32"), "UTF-16 or UTF-32"),
         ("[1]".encode("utf-32-be"), "UTF-16 or UTF-32"),
-        ("[1]".encode("utf-8-sig"), "a byte order mark"),
+        (b"\xef\xbb\xbf", "an empty text"),
+        (b"\xef\xbb\xbf\xef\xbb\xbf[1]", "a character that cannot stand here"),
         (b"", "an empty text"),
         (b" ", "an empty text"),
         (b"[1", "the end of the text"),

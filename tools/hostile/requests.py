@@ -145,7 +145,7 @@ def build_text_cases() -> Iterator[HostileBody]:
     for name, body, pointer in (
         ("empty body", "", ""),
         ("blanks", " \n\t ", ""),
-        ("byte order mark", b"\xef\xbb\xbf{}", ""),
+        ("two byte order marks", 2 * b"\xef\xbb\xbf" + b"{}", ""),
         ("UTF-16", write_options('"resolution":1').encode("utf-16"), ""),
         ("UTF-32", write_options('"resolution":1').encode("utf-32"), ""),
         ("Latin-1", b'{"name":"\xe9"}', ""),

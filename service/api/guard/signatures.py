@@ -80,6 +80,8 @@ class Signer:
         """The query without the parameters that signing added, and its expiry in Unix time.
 
         Tries all secrets, each in constant time, so that the time reveals nothing of the signature.
+        A signature that expires in more than seven days is refused too: a program with the secret
+        could otherwise make URLs that no one can withdraw without a new secret.
 
         Raises
         ------
@@ -107,6 +109,16 @@ class Signer:
                     f"/{EXPIRES}",
                     got="a time in the past",
                     needed="a URL that is signed again",
+                )
+            )
+        if int(expires) > now + MAX_SECONDS:
+            raise SignatureInvalid(
+                Issue(
+                    "out_of_range",
+                    "A URL can be signed for at most seven days.",
+                    f"/{EXPIRES}",
+                    got="a time too far in the future",
+                    needed=f"at most {MAX_SECONDS} seconds from now",
                 )
             )
         other_parts = (

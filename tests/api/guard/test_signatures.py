@@ -13,6 +13,7 @@ from service.api.errors import SignatureExpired, SignatureInvalid
 from service.api.guard import signatures
 from service.api.guard.signatures import Signer, is_signed
 from service.errors import InvalidSettings
+from service.schemas.request import MAX_SECONDS
 
 OLD, NEW = "old secret of thirty-two letters", "new secret of thirty-two letters"
 SIGNER = Signer([NEW])
@@ -115,6 +116,16 @@ def test_a_signature_is_valid_until_it_expires() -> None:
         with pytest.raises(SignatureExpired):
             SIGNER.verify(PATH, query.encode(), now)
     assert_refused(query.replace(str(END), str(END + 1)))
+
+
+def test_a_signature_is_refused_while_it_expires_in_more_than_seven_days() -> None:
+    query = SIGNER.sign(PATH, "", END)
+    assert verify(query, now=END - MAX_SECONDS) == b""
+    with pytest.raises(SignatureInvalid) as refusal:
+        SIGNER.verify(PATH, query.encode(), END - MAX_SECONDS - 1)
+    (issue,) = refusal.value.issues
+    assert (issue.code, issue.pointer) == ("out_of_range", "/expires")
+    assert issue.needed == "at most 604800 seconds from now"
 
 
 CHANGES: dict[str, Callable[[str], str]] = {
