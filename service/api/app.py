@@ -79,7 +79,9 @@ def create_app(settings: Settings | None = None, log: Write | None = None) -> "A
     app.state.ready = True
     app.state.is_ready = partial(is_ready, app.state)
     inner = JobMiddleware(partial(FastAPI.__call__, app), services.threads)
-    guard = build_guard(CacheMiddleware(inner, services.cache, services.origins), settings)
+    guard = build_guard(
+        CacheMiddleware(inner, services.cache, services.store, services.origins), settings
+    )
     app.outermost = add_telemetry(app, guard, log)
     return app
 

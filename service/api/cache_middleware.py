@@ -1,5 +1,6 @@
 """Middleware that sends cached responses, and answers preflight requests."""
 
+import time
 from dataclasses import dataclass
 from operator import attrgetter
 
@@ -10,7 +11,9 @@ from service.api.caching.cached_response import CachedResponse, Variant, find_ma
 from service.api.caching.codings import Codings, parse_accepted_codings
 from service.api.cors import Origins
 from service.api.record import record_of
+from service.api.removals import is_removed
 from service.api.responses import CHUNK, MAX_BUFFERED, send_in_chunks
+from service.storage.store import SurfaceStore
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -23,6 +26,7 @@ class CacheMiddleware:
 
     app: ASGIApp
     cache: ResponseCache
+    store: SurfaceStore
     origins: Origins
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -30,7 +34,10 @@ class CacheMiddleware:
         method = scope["method"]
         if method in _METHODS:
             cached = self.cache.find(scope["path"], scope["query_string"])
-            if cached is not None:
+            if cached is not None and not (
+                cached[0].check_time <= time.monotonic()
+                and await is_removed(self.store, self.cache, cached[0])
+            ):
                 entry, has_engine = cached
                 codings = condition = None
                 for name, value in scope["headers"]:

@@ -12,6 +12,7 @@ from service.api.caching.cached_response import CachedResponse, Subject
 from service.api.cors import Origins
 from service.api.record import NO_ROUTE, SCOPE_ITEM, RequestRecord
 from service.api.responses import CHUNK, MAX_BUFFERED
+from service.storage.address import open_store
 
 PATH, QUERY = "/v1/surfaces/saddle/mesh.glb", b"engine=4"
 
@@ -51,7 +52,9 @@ def send_request(
         raise AssertionError("a body was read")
 
     async def call_middleware() -> None:
-        middleware = CacheMiddleware(record_scope, cache, Origins(["*"]))
+        middleware = CacheMiddleware(
+            record_scope, cache, open_store("memory://", 0), Origins(["*"])
+        )
         await middleware({**request, "headers": list(headers), **(scope or {})}, receive, send)
 
     asyncio.run(call_middleware())

@@ -162,5 +162,5 @@ def test_origins_in_the_form_of_browsers_are_accepted(origin: str) -> None:
 )
 def test_other_texts_are_refused_at_the_start(origin: str) -> None:
     """No browser sends them as an origin, so no page could read responses."""
-    with pytest.raises(InvalidSettings, match="^SURFACE_CORS_ORIGINS: got "):
+    with pytest.raises(InvalidSettings, match=r"^SURFACE_CORS_ORIGINS: got "):
         create_app(Settings(cors_origins=("https://a.example", origin)))

@@ -4,6 +4,7 @@ The service knows the entity tag (RFC 9110, section 8.8.3) of a file before it c
 makes the heads once, and sends them many times.
 """
 
+import math
 import re
 from base64 import urlsafe_b64encode
 from collections.abc import Callable, Iterable
@@ -79,6 +80,10 @@ FOR_AN_HOUR = "public, max-age=3600, must-revalidate"
 HIT = b"cache;desc=hit"
 """`Server-Timing` of a cached response."""
 
+CHECK_INTERVAL = 30.0
+"""Seconds after which a cached response is checked again: its surface may have been removed by
+another process that shares the store."""
+
 ENTRY_BYTES, VARIANT_BYTES = 3000, 4500
 """Bytes of memory that Python needs for an entry and for each coding, beside the file."""
 
@@ -144,12 +149,24 @@ class CachedResponse:
     ----------
     common_headers : RawHeaders
         Headers that all codings of the file have.
+    read_time : float
+        When the surface was read from the store, by `time.monotonic`.
+
+    Attributes
+    ----------
+    check_time : float
+        When to ask the store whether the surface still exists; never for an example.
     """
 
-    __slots__ = ("_common_headers", "aliases", "plain", "size", "subject", "variants")
+    __slots__ = (
+        *("_common_headers", "aliases", "check_time", "plain", "size", "subject", "variants"),
+    )
 
-    def __init__(self, subject: Subject, plain: bytes, common_headers: RawHeaders) -> None:
+    def __init__(
+        self, subject: Subject, plain: bytes, common_headers: RawHeaders, read_time: float = 0.0
+    ) -> None:
         self.subject = subject
+        self.check_time = read_time + CHECK_INTERVAL if subject.is_permanent else math.inf
         self.plain = plain
         link = (b"link", f'<{subject.url}>; rel="canonical"'.encode())
         self._common_headers = (*common_headers, link)

@@ -1,5 +1,6 @@
 """Route for meshes by URL, which browsers, and caches between them and the service, may keep."""
 
+import time
 from functools import partial
 from urllib.parse import parse_qsl
 
@@ -26,6 +27,7 @@ from service.api.openapi.parameters import (
 )
 from service.api.openapi.responses import UNCHANGED_MESH, URL_HEADERS, error, success
 from service.api.record import Timing, record_of
+from service.api.removals import is_removed
 from service.api.responses import FileResponse, disposition, report_headers
 from service.api.services import ContextDep, Services
 from service.api.stored import content_id, exists, mesh_url, surface_of
@@ -95,6 +97,8 @@ async def get_surface_mesh(
     entry = cache.get(subject.url)
     unchanged_coding = find_match(condition, accepted, subject.tag)
     async with job.until_deadline():
+        if entry is not None and await is_removed(services.store, cache, entry):
+            entry = None
         if unchanged_coding is not None and (entry is not None or await exists(services.store, id)):
             return FileResponse(
                 b"", subject.build_304_headers(unchanged_coding, has_engine=has_engine), 304
@@ -143,7 +147,7 @@ async def _compute(
     Returns the response and the times of its steps.
     """
     cache = services.cache
-    generation = cache.generation
+    generation, start = cache.generation, time.monotonic()
     with job.timing.step("surface"):
         surface = await surface_of(services, job, subject.surface)
     options = parse_mesh_query(parse_qsl(query))
@@ -160,7 +164,7 @@ async def _compute(
         (b"content-disposition", file_name.encode()),
         *report_headers(mesh_file.report),
     )
-    entry = CachedResponse(subject, bytes(mesh_file.content), headers)
+    entry = CachedResponse(subject, bytes(mesh_file.content), headers, start)
     cache.put(entry, generation)
     return entry, job.timing
 
