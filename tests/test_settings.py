@@ -6,6 +6,7 @@ import os
 import platform
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 from platformdirs import user_data_path
@@ -13,8 +14,15 @@ from threadpoolctl import threadpool_info
 
 from service.errors import InvalidSettings
 from service.settings.environment import apply_flags, describe_values, read_environment
-from service.settings.runtime import collect_rarely, half_of_memory, pause_collection, pin_blas
+from service.settings.runtime import (
+    collect_rarely,
+    count_processors,
+    half_of_memory,
+    pause_collection,
+    pin_blas,
+)
 from service.settings.values import Settings
+from service.settings.workers import count_workers, share_settings
 from tools.programs import run_python
 
 TEXTS = {
@@ -36,6 +44,7 @@ TEXTS = {
     "log_level": "error",
     "max_degree": "5",
     "memory_bytes": "1 GB",
+    "workers": "2",
 }
 """Texts of settings that differ from the defaults. Of all other settings the text "1024", or for
 seconds "99", is valid and differs."""
@@ -257,15 +266,111 @@ def test_half_of_the_memory_of_the_control_group_is_used(
     In a container the path of the group may be that of the host; the limit is then in the top
     folder.
     """
-    process = tmp_path / "proc" / "self"
-    process.mkdir(parents=True)
-    (process / "cgroup").write_text(f"9:pids:/\n{group}\n", encoding="ascii")
-    for name, text in files.items():
-        file = tmp_path / "sys" / "fs" / "cgroup" / name
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(text, encoding="ascii")
+    write_control_group(tmp_path, group, files)
     assert half_of_memory(tmp_path) == 1 << 28
     # Without a control group it is half of the memory of the machine, which has more than 512 MiB.
-    (process / "cgroup").unlink()
+    (tmp_path / "proc" / "self" / "cgroup").unlink()
     assert half_of_memory(tmp_path) > 1 << 28
     assert Settings().memory_bytes == half_of_memory()
+
+
+@pytest.mark.parametrize(
+    ("group", "files"),
+    [
+        ("0::/a/b", {"a/cpu.max": "250000 100000\n", "a/b/cpu.max": "max 100000\n"}),
+        ("0::/of/the/host", {"cpu.max": "300000 100000\n"}),
+        (
+            "5:cpu,cpuacct:/a\n0::/",
+            {"cpu/a/cpu.cfs_quota_us": "300000\n", "cpu/a/cpu.cfs_period_us": "100000\n"},
+        ),
+    ],
+    ids=["parent", "path-of-the-host", "version-1"],
+)
+def test_processors_are_those_of_the_affinity_and_of_the_control_group(
+    group: str, files: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: set(range(8)))
+    write_control_group(tmp_path, group, files)
+    assert count_processors(tmp_path) == 3  # part of a processor counts as one
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {5})
+    assert count_processors(tmp_path) == 1
+
+
+def test_a_control_group_without_a_quota_limits_no_processors(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: set(range(8)))
+    without_quota = {"b/cpu.max": "max 100000\n", "cpu/b/cpu.cfs_quota_us": "-1\n"}
+    write_control_group(tmp_path, "0::/b\n1:cpu:/b", without_quota)
+    assert count_processors(tmp_path) == 8
+
+
+def write_control_group(root: Path, groups: str, files: dict[str, str]) -> None:
+    """Writes the files by which a process finds the limits of its control groups."""
+    process = root / "proc" / "self"
+    process.mkdir(parents=True, exist_ok=True)
+    (process / "cgroup").write_text(f"9:pids:/\n{groups}\n", encoding="ascii")
+    for name, text in files.items():
+        file = root / "sys" / "fs" / "cgroup" / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="ascii")
+
+
+@pytest.mark.parametrize(
+    ("processors", "gibibytes", "store", "expected"),
+    [
+        (3, 64, "/data", 3),
+        (16, 64, "/data", 4),
+        (16, 2.5, "/data", 2),
+        (16, 0.5, "/data", 1),
+        (16, 64, "memory://", 1),
+    ],
+)
+def test_automatic_workers_fit_the_machine(
+    processors: int,
+    gibibytes: float,
+    store: str,
+    expected: int,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("service.settings.workers.count_processors", lambda: processors)
+    memory = int(gibibytes * 2**30) // 2
+    assert count_workers(Settings(workers=0, memory_bytes=memory, store=store)) == expected
+
+
+@pytest.mark.parametrize(
+    ("settings", "needed"),
+    [
+        ({"store": "memory://"}, "1 with SURFACE_STORE=memory://"),
+        ({"memory_bytes": 128 << 20}, "at most 1 with SURFACE_MEMORY_BYTES=134217728"),
+        ({"metrics_port": 65534}, "fewer with SURFACE_METRICS_PORT=65534"),
+    ],
+)
+def test_workers_that_cannot_run_are_refused(settings: dict[str, Any], needed: str) -> None:
+    chosen: dict[str, Any] = {"workers": 3, "store": "/data", "memory_bytes": 1 << 30, **settings}
+    with pytest.raises(
+        InvalidSettings, match=f"SURFACE_WORKERS: got 3, needed {re.escape(needed)}"
+    ):
+        count_workers(Settings(**chosen))
+
+
+def test_several_workers_need_linux(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.platform", "win32")
+    with pytest.raises(
+        InvalidSettings, match="needed 1 on this system: several workers need Linux"
+    ):
+        count_workers(Settings(workers=2, store="/data"))
+    assert count_workers(Settings(workers=1)) == 1
+    assert count_workers(Settings(workers=0, store="/data")) == 1
+
+
+def test_workers_share_the_memory_and_the_processors(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("service.settings.workers.count_processors", lambda: 5)
+    machine = 4 << 30
+    settings = Settings(memory_bytes=machine // 2, store="/data")
+    assert share_settings(settings, 1) == settings
+    part = share_settings(settings, 2)
+    assert part.memory_bytes == (machine - 2 * 150_000_000) // 2 // 2
+    assert part.threads == 2
+    assert share_settings(settings, 8).threads == 1
+    assert share_settings(Settings(threads=3), 2).threads == 3  # as the operator chose

@@ -179,6 +179,18 @@ class Server:
         self.process.kill()
         return self.process.wait(PATIENCE)
 
+    def worker_pids(self) -> list[int]:
+        """The processes that the program has started, without multiprocessing's helper."""
+        pids = []
+        for file in Path("/proc").glob("[0-9]*/stat"):
+            with suppress(OSError):  # a process that has just ended
+                # The second field, the name in parentheses, may contain spaces.
+                parent = file.read_text(encoding="utf-8").rpartition(")")[2].split()[1]
+                command = file.with_name("cmdline").read_bytes()
+                if int(parent) == self.pid and b"resource_tracker" not in command:
+                    pids.append(int(file.parent.name))
+        return sorted(pids)
+
     def open_files(self) -> int:
         """The number of file descriptors that the process has open."""
         return len(os.listdir(f"/proc/{self.pid}/fd"))

@@ -24,12 +24,11 @@ if TYPE_CHECKING:
 
 
 def _serve(arguments: argparse.Namespace) -> int:
-    from service.api.app import create_app
     from service.server.logs import start_logs
-    from service.server.run import serve
     from service.settings.environment import apply_flags, read_environment
+    from service.settings.workers import count_workers
 
-    texts = {"host": arguments.host, "port": arguments.port}
+    texts = {"host": arguments.host, "port": arguments.port, "workers": arguments.workers}
     flags = {name: text for name, text in texts.items() if text is not None}
     # Keep log records in memory, whatever their level, until the settings say how to write them, or
     # until there are 1,000.
@@ -39,22 +38,34 @@ def _serve(arguments: argparse.Namespace) -> int:
     logging.getLogger().addHandler(memory_handler)
     try:
         settings = apply_flags(read_environment(), flags)
-        access_log, error_log = start_logs(settings)
-        memory_handler.setTarget(error_log)
+        logs = start_logs(settings)
+        memory_handler.setTarget(logs.errors)
     finally:
         logging.getLogger().removeHandler(memory_handler)
         memory_handler.close()
-    error_log.flush()
-    app = create_app(settings, access_log.write)
-    app.state.counters.count_dropped_lines = lambda: access_log.dropped + error_log.dropped
+    logs.errors.flush()
+    count = count_workers(settings)
     _warn_if_open(settings)
-    try:
-        serve(app, settings, app.state)  # ends the process, so that this function does not return
-    except SystemExit:
-        error_log.flush()
-        # uvicorn has logged the reason. Its exit code has another meaning in this program.
+    has_served = False
+    # The process of the server ends itself. uvicorn's `SystemExit` comes after a line in the log;
+    # its exit code has another meaning in this program.
+    with suppress(SystemExit):
+        if count > 1:
+            from service.server.supervisor import serve_with_workers
+
+            has_served = serve_with_workers(settings, count)
+        else:
+            from service.api.app import create_app
+            from service.server.run import serve
+
+            app = create_app(settings, logs.access.write)
+            app.state.counters.count_dropped_lines = logs.count_dropped
+            serve(app, settings, app.state)
+    logs.errors.flush()
+    if not has_served:
         address = f"{settings.host}, port {settings.port}"
-        raise Refused(f"cannot serve at {address}; the lines above say why") from None
+        raise Refused(f"cannot serve at {address}; the lines above say why")
+    return OK
 
 
 def _warn_if_open(settings: Settings) -> None:
@@ -146,6 +157,7 @@ SERVE = Command(
     (
         flag("--host", "address to listen at (SURFACE_HOST, 127.0.0.1)"),
         flag("--port", "port to listen at (SURFACE_PORT, 8000)"),
+        flag("--workers", "processes that serve; 0: one for each processor (SURFACE_WORKERS, 1)"),
     ),
 )
 

@@ -14,11 +14,12 @@ import os
 import re
 import sys
 import time
+from collections.abc import Iterable, Iterator
 from logging.handlers import QueueHandler
 from queue import SimpleQueue
 from threading import Event, Thread
 from traceback import TracebackException
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import orjson
 
@@ -30,6 +31,10 @@ MAX_LINES, GATHER_SECONDS, FLUSH_SECONDS = 10_000, 0.05, 1.0
 """Most lines in the queue; seconds for which the thread collects lines before it writes them; most
 seconds to write the last lines."""
 
+MAX_BLOCK = 4096
+"""Most bytes of one write. A pipe takes so many at once, so that lines of workers that write to one
+pipe do not mix: PIPE_BUF of Linux, pipe(7)."""
+
 MAX_MESSAGE, MAX_TEXT, MAX_FRAMES = 4000, 200, 50
 """Most characters of a message or of a frame's line, and of an exception's text; most frames of a
 traceback."""
@@ -40,7 +45,18 @@ _UNSAFE = re.compile(
 """Control characters, ends of lines, and characters that change the direction of a text."""
 
 
-def start_logs(settings: Settings) -> tuple["LogLines", "LogLines"]:
+class Logs(NamedTuple):
+    """The log of requests, and that of everything else."""
+
+    access: "LogLines"
+    errors: "LogLines"
+
+    def count_dropped(self) -> int:
+        """The number of lines that could not be written."""
+        return self.access.dropped + self.errors.dropped
+
+
+def start_logs(settings: Settings) -> Logs:
     """Sends `logging` and warnings to standard error; returns the access log and the error log."""
     # A process without standard output or error gets the descriptor −1: every write to it fails, so
     # the lines are dropped.
@@ -50,7 +66,7 @@ def start_logs(settings: Settings) -> tuple["LogLines", "LogLines"]:
     root.handlers[:] = [error_log]
     root.setLevel(settings.log_level.upper())
     logging.captureWarnings(capture=True)
-    return access_log, error_log
+    return Logs(access_log, error_log)
 
 
 class LogLines(QueueHandler):
@@ -88,16 +104,31 @@ class LogLines(QueueHandler):
             time.sleep(GATHER_SECONDS)  # fewer writes leave more time to requests
             while not self.lines.empty():
                 batch.append(self.lines.get())
-            text = "".join(line for line in batch if isinstance(line, str))
-            unwritten = text.encode("utf-8", "backslashreplace")
-            try:
-                while unwritten:
-                    unwritten = unwritten[os.write(self._descriptor, unwritten) :]
-            except OSError:
-                self.dropped += unwritten.count(b"\n")
+            for block in join_lines(line for line in batch if isinstance(line, str)):
+                self._write(block)
             for event in batch:
                 if isinstance(event, Event):
                     event.set()
+
+    def _write(self, block: bytes) -> None:
+        try:
+            while block:
+                block = block[os.write(self._descriptor, block) :]
+        except OSError:
+            self.dropped += block.count(b"\n")
+
+
+def join_lines(lines: Iterable[str]) -> Iterator[bytes]:
+    """The lines, encoded, in blocks of at most `MAX_BLOCK` bytes; a longer line is a block."""
+    block = b""
+    for text in lines:
+        line = text.encode("utf-8", "backslashreplace")
+        if block and len(block) + len(line) > MAX_BLOCK:
+            yield block
+            block = b""
+        block += line
+    if block:
+        yield block
 
 
 class RecordFormatter(logging.Formatter):

@@ -125,7 +125,8 @@ class BoundedProtocol(HttpToolsProtocol):
             super().on_headers_complete()
             self.headers = []  # uvicorn adds trailers to this list; the request keeps the old list
             self.cycle.transport = self  # type: ignore[assignment]  # so that it calls `close` below
-            self.cycle.keep_alive = self.cycle.keep_alive and self._state.ready
+            stays = self._state.ready and not self._state.is_retiring
+            self.cycle.keep_alive = self.cycle.keep_alive and stays
             self._in_body, self._unread, self._head_due = True, 0, inf
 
     def _start_asgi_task(self, cycle: RequestResponseCycle, app: Any) -> None:

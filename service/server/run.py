@@ -5,6 +5,8 @@ After a SIGTERM the service is not ready any more, but still serves requests for
 connections, and waits at most `SURFACE_DRAIN_TIMEOUT` for the running requests. After a SIGINT
 (Ctrl-C) it does not wait for the delay. In both cases the exit code is 0. A second signal ends the
 process at once; the exit code is then 128 plus the number of the signal.
+
+`service.server.supervisor` runs several such servers, each in a process.
 """
 
 import asyncio
@@ -28,23 +30,24 @@ from starlette.types import ASGIApp
 
 from service.api.observing.metrics import RequestCounters
 from service.server.protocol import BoundedProtocol, add_failure_response
+from service.server.sockets import bind_sockets, raise_file_limit
 from service.settings.values import Settings
-
-if sys.platform != "win32":  # Windows has no such limit of open files
-    import resource
 
 _log = logging.getLogger(__name__)
 
 
 class Server(uvicorn.Server):
-    """uvicorn's server; sets `ready` of the application's `state` to false before it stops."""
+    """uvicorn's server; sets `ready` of the application's `state` to false before it stops.
+
+    `was_ready` becomes true when the application is ready for requests for the first time.
+    """
 
     def __init__(self, config: uvicorn.Config, settings: Settings, state: Any) -> None:
         super().__init__(config)
         self._settings, self._state = settings, state
         self._stop_time = 0.0
         self._is_ready: Callable[[], bool] = getattr(state, "is_ready", lambda: True)
-        self._was_ready = False
+        self.was_ready = False
 
     def handle_exit(self, sig: int, _: FrameType | None) -> None:
         """Handles a signal. Without this method uvicorn would raise the signal again at the end."""
@@ -64,8 +67,8 @@ class Server(uvicorn.Server):
 
     async def on_tick(self, counter: int) -> bool:
         """Checks deadlines and readiness 10 times a second; returns whether to stop."""
-        if not self._was_ready and self._is_ready():
-            self._was_ready = True
+        if not self.was_ready and self._is_ready():
+            self.was_ready = True
             self.on_ready()
         now = asyncio.get_running_loop().time()
         for connection in list(self.server_state.connections):
@@ -75,7 +78,7 @@ class Server(uvicorn.Server):
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Waits for the running requests; requests that uvicorn cancels still get a response."""
-        self._state.ready = False
+        self._state.ready = self._state.is_retiring
         await super().shutdown(sockets)
         if self.server_state.tasks:
             await asyncio.wait(self.server_state.tasks, timeout=1.0)
@@ -90,10 +93,15 @@ def notify(state: str) -> None:
 
 
 def make_server(
-    app: ASGIApp, settings: Settings, state: Any = None, **uvicorn_options: Any
+    app: ASGIApp,
+    settings: Settings,
+    state: Any = None,
+    kind: type[Server] = Server,
+    **uvicorn_options: Any,
 ) -> Server:
     """The server of an application with this state; `uvicorn_options` replace or add options."""
     state = SimpleNamespace(ready=True) if state is None else state
+    state.is_retiring = False
     counters: RequestCounters | None = getattr(state, "counters", None)
     state.count_refusal = counters.count_refusal if counters else lambda _: None
     options: dict[str, Any] = {
@@ -112,15 +120,13 @@ def make_server(
         "proxy_headers": False,
     }
     app = add_failure_response(app, settings, state)
-    server = Server(uvicorn.Config(app, **options | uvicorn_options), settings, state)
+    server = kind(uvicorn.Config(app, **options | uvicorn_options), settings, state)
     state.connections = server.server_state.connections
     return server
 
 
 def serve(app: ASGIApp, settings: Settings, state: Any) -> NoReturn:
-    """Serves requests until a signal, then ends the process with exit code 0.
-
-    It does not return, because Python would then wait for threads that still compute.
+    """Serves requests in this process until a signal, then ends it with exit code 0.
 
     Raises
     ------
@@ -128,29 +134,34 @@ def serve(app: ASGIApp, settings: Settings, state: Any) -> NoReturn:
         The application does not start, or the system refuses the address.
     """
     server = make_server(app, settings, state)
-    sock = server.config.bind_socket()
-    # Accepted connections inherit these options: the system closes a connection whose client has
-    # vanished or does not read (Linux; tcp(7)).
-    sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
-    if sys.platform == "linux":
-        milliseconds = max(1, round(settings.send_timeout * 1000))
-        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, milliseconds)
-        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPIDLE, 15)  # seconds
+    (sockets,) = bind_sockets(settings, 1)
+    ignore_hangup()
+    run_server(server, sockets, settings)
+
+
+def run_server(server: Server, sockets: list[socket.socket], settings: Settings) -> NoReturn:
+    """Serves requests at these sockets until a signal, then ends the process with exit code 0.
+
+    It does not return, because Python would then wait for threads that still compute.
+
+    Raises
+    ------
+    SystemExit
+        The application does not start.
+    """
     raise_file_limit(settings.max_connections + 128)  # 128 for the log, the store, libraries
     gc.collect()
     gc.freeze()  # objects made at the start live as long as the process
     with asyncio.Runner(loop_factory=server.config.get_loop_factory()) as runner:
-        runner.run(server.serve([sock]))
+        runner.run(server.serve(sockets))
         logging.shutdown()  # writes the last lines
         os._exit(0)
 
 
-def raise_file_limit(needed: int) -> None:
-    """Raises the limit of open files; warns if the system does not allow it."""
-    if sys.platform != "win32":
-        soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-        limit = needed if hard == resource.RLIM_INFINITY else min(needed, hard)
-        if soft != resource.RLIM_INFINITY and soft < limit:
-            resource.setrlimit(resource.RLIMIT_NOFILE, (limit, hard))
-        if limit < needed:
-            _log.warning("the service needs %d open files, and the system allows %d", needed, limit)
+def ignore_hangup() -> None:
+    """Makes SIGHUP have no effect: it replaces workers, and this process has none.
+
+    Without a handler the signal would end the process.
+    """
+    if sys.platform != "win32":  # Windows has no such signal
+        signal.signal(signal.SIGHUP, lambda *_: None)

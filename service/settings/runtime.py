@@ -2,6 +2,7 @@
 
 import ctypes
 import gc
+import math
 import os
 import platform
 from collections.abc import Iterator
@@ -109,31 +110,60 @@ def half_of_memory(root: Path = Path("/")) -> int:
     cgroups(7); Linux, Documentation/admin-guide/cgroup-v2.rst, memory.max; cgroup-v1/memory.rst,
     memory.limit_in_bytes.
     """
-    machine = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    return max(MIN_MEMORY, min([machine, *_limits(root)]) // 2)
+    limits = [os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")]
+    for version, group in _groups("memory", root):
+        text = _read(group / ("memory.max" if version == 2 else "memory.limit_in_bytes"))
+        if text.isdigit():  # a group without a limit has "max"
+            limits.append(int(text))
+    return max(MIN_MEMORY, min(limits) // 2)
 
 
-def _limits(root: Path) -> Iterator[int]:
-    """Memory limits, in bytes, of the control groups of this process and of their parents."""
-    try:
-        lines = (root / "proc/self/cgroup").read_text(encoding="ascii").splitlines()
-    except (OSError, UnicodeError):
-        return  # not Linux
-    groups = root / "sys/fs/cgroup"
-    for line in lines:
-        _, controllers, path = line.split(":", 2)
-        if not controllers:  # version 2 of control groups
-            folder, name = groups, "memory.max"
-        elif "memory" in controllers.split(","):
-            folder, name = groups / "memory", "memory.limit_in_bytes"
+def count_processors(root: Path = Path("/")) -> int:
+    """The number of processors that this process may use.
+
+    These are the processors of its affinity mask, within the quotas of its control groups; part of
+    a processor counts as one. `root` is another folder only in tests.
+
+    References
+    ----------
+    sched_setaffinity(2); Linux, Documentation/admin-guide/cgroup-v2.rst, cpu.max;
+    Documentation/scheduler/sched-bwc.rst, cpu.cfs_quota_us.
+    """
+    if hasattr(os, "sched_getaffinity"):
+        count = len(os.sched_getaffinity(0))
+    else:
+        count = os.cpu_count() or 1
+    for version, group in _groups("cpu", root):
+        # Both are in microseconds: the group may compute for `quota` in each `period`.
+        if version == 2:
+            quota, _, period = _read(group / "cpu.max").partition(" ")
         else:
+            quota, period = (_read(group / f"cpu.cfs_{name}_us") for name in ("quota", "period"))
+        if quota.isdigit() and period.isdigit():  # a group without a quota has "max" or -1
+            count = min(count, max(1, math.ceil(int(quota) / int(period))))
+    return count
+
+
+def _groups(controller: str, root: Path) -> Iterator[tuple[int, Path]]:
+    """The folders of the control groups of this process and of their parents, for a controller.
+
+    Each comes with the version of control groups, 1 or 2.
+    """
+    for line in _read(root / "proc/self/cgroup").splitlines():  # empty if this is not Linux
+        _, controllers, path = line.split(":", 2)
+        folder = root / "sys/fs/cgroup"
+        if controllers and controller not in controllers.split(","):
             continue
+        version = 1 if controllers else 2
         # In a container the path may exist only on the host; the limit is then in the top folder.
         group_path = PurePosixPath(path.lstrip("/"))
         for group in (group_path, *group_path.parents):
-            try:
-                text = (folder / group / name).read_text(encoding="ascii")
-            except (OSError, UnicodeError):
-                continue
-            if text.strip().isdigit():  # a group without a limit has "max"
-                yield int(text)
+            yield version, (folder / controller if controllers else folder) / group
+
+
+def _read(file: Path) -> str:
+    """The text of a file of the system; empty if it cannot be read."""
+    try:
+        return file.read_text(encoding="ascii").strip()
+    except (OSError, UnicodeError):
+        return ""

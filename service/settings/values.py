@@ -3,7 +3,6 @@
 `make generated` writes the table in `docs/settings.md` from these fields.
 """
 
-import os
 from typing import Annotated, Literal, TypeAlias
 
 from pydantic import (
@@ -20,7 +19,7 @@ from pydantic_settings import NoDecode
 from service.pipeline.limits import Limits
 from service.schemas.document import DEFAULT_LIMITS, MAX_BYTES, PARSED_DEPTH, DocumentLimits
 from service.settings.listening import HOST, PORT
-from service.settings.runtime import MIN_MEMORY, half_of_memory
+from service.settings.runtime import MIN_MEMORY, count_processors, half_of_memory
 from service.surface.checks import MAX_DEGREE
 
 REQUEST_SHARE = 11 / 16
@@ -59,6 +58,22 @@ class Settings(BaseModel):
     host: str = Field(default=HOST, min_length=1, description="Address to listen at.")
     port: int = Field(
         default=PORT, ge=0, le=65535, description="Port to listen at; 0 means any free port."
+    )
+    workers: int = Field(
+        default=1,
+        ge=0,
+        le=64,
+        description="Processes that serve at this port (Linux). 0 means one for each processor, at "
+        "most 4, and only so many that each has 1 GiB of the memory of the machine or container. "
+        "Each worker has threads, a queue, connections and a cache of its own, and counts rates by "
+        "itself.",
+    )
+    metrics_port: int = Field(
+        default=0,
+        ge=0,
+        le=65535,
+        description="Each worker also serves at 127.0.0.1, at this port plus its number, from 0: "
+        "there Prometheus finds its metrics. 0 means no such ports.",
     )
     trusted_proxies: Texts = Field(
         default=(),
@@ -135,7 +150,8 @@ class Settings(BaseModel):
         description="Memory for all requests together: bodies, surfaces, meshes, responses not yet "
         "sent, and the cache. A request that would need more is refused before any work. The "
         "process itself takes some 120 MB more, and plans of meshes up to 1/16 of this value, but "
-        "at most 256 MiB. The default is half of the memory of the machine or container.",
+        "at most 256 MiB. The default is half of the memory of the machine or container. Each of "
+        "several workers has an equal part of this value, less 75 MB.",
     )
     cache_bytes: Bytes = Field(
         default=128 << 20,
@@ -151,7 +167,8 @@ class Settings(BaseModel):
         default=0,
         ge=0,
         le=1024,
-        description="Threads that compute surfaces; 0 means one for each processor.",
+        description="Threads that compute surfaces, in each worker; 0 means that the workers share "
+        "the processors, one for each thread.",
     )
     max_queue: int = Field(
         default=64,
@@ -290,7 +307,7 @@ class Settings(BaseModel):
         default=0,
         ge=0,
         le=1_000_000,
-        description="Requests a minute for each key or address; 0 means no limit.",
+        description="Requests a minute for each key or address, in each worker; 0 means no limit.",
     )
 
     # Observability
@@ -312,7 +329,7 @@ class Settings(BaseModel):
     @property
     def thread_count(self) -> int:
         """The setting `threads`; if it is 0, the number of processors."""
-        return self.threads or os.cpu_count() or 1
+        return self.threads or count_processors()
 
 
 def document_limits(settings: Settings) -> DocumentLimits:

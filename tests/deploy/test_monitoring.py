@@ -120,6 +120,21 @@ SERIES_WITHOUT_ALERT: dict[str, dict[str, str]] = {
         f"surface_store_bytes{{{SERVICE}}}": "86x200",
         f"surface_store_quota_bytes{{{SERVICE}}}": "0x200",
     },
+    # Two workers of one instance: sums are compared with sums, so that no label is missing.
+    "two workers": {
+        f'{name}{{{SERVICE},worker="{worker}"{labels}}}': values
+        for worker in (0, 1)
+        for name, labels, values in (
+            ("process_resident_memory_bytes", "", "690e6x200"),
+            ("surface_memory_limit_bytes", ',pool="work"', "400e6x200"),
+            ("surface_plan_bytes", "", "100e6x200"),
+            ("surface_ready", "", "1x200"),
+            ("surface_store_answering", "", "1x200"),
+            ("surface_store_bytes", "", "80x200"),
+            ("surface_store_quota_bytes", "", "100x200"),
+            ("surface_log_lines_dropped_total", "", "5x200"),
+        )
+    },
     # During a rolling update, instances restart and refuse readiness probes for a short time.
     "rolling update": {
         f"surface_ready{{{SERVICE}}}": "1x50 0 0 1x150",

@@ -189,8 +189,9 @@ def test_work_without_end_is_cancelled_and_the_exit_code_is_0() -> None:
     assert "Exception" not in log
 
 
-def test_a_second_signal_ends_the_process_at_once() -> None:
+def test_a_second_signal_ends_the_process_at_once_but_hangup_does_nothing() -> None:
     with start_process(600) as (process, port):
+        process.send_signal(signal.SIGHUP)
         process.send_signal(signal.SIGTERM)
         # `verify=False` saves the time of reading certificates. The first response that closes its
         # connection shows that the process has received the signal.

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from service.cli.services import _warn_if_open
-from service.server.run import notify, raise_file_limit
+from service.server.run import notify
+from service.server.sockets import raise_file_limit
 from service.settings.values import Settings
 
 

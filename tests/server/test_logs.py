@@ -3,6 +3,7 @@
 import json
 import logging
 import os
+import select
 import socket
 import subprocess
 import sys
@@ -11,7 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
 from service.api.record import NO_ROUTE, RequestRecord, current_record
-from service.server.logs import MAX_MESSAGE, MAX_TEXT, LogLines, RecordFormatter
+from service.server.logs import MAX_MESSAGE, MAX_TEXT, LogLines, RecordFormatter, join_lines
 from tools.programs import run_python
 
 HOSTILE = "a\nERROR:    forged\r\x1b[31m\x9b31m\u2028\u202e\x00\ud800"
@@ -156,6 +157,16 @@ def test_lines_are_complete_and_in_order() -> None:
             actual += os.read(read_end, 1 << 16)
     assert actual.decode().split() == [str(number) for number in range(1000)]
     assert log.dropped == 0
+
+
+def test_lines_of_several_processes_do_not_mix() -> None:
+    """A pipe takes blocks of up to PIPE_BUF bytes at once, whatever other processes write."""
+    lines = [f"{number} {'ä' * (number % 700)}\n" for number in range(1000)]
+    blocks = list(join_lines([*lines, "x" * 10_000 + "\n"]))
+    assert b"".join(blocks[:-1]).decode() == "".join(lines)
+    assert all(block.endswith(b"\n") for block in blocks)
+    assert max(map(len, blocks[:-1])) <= select.PIPE_BUF
+    assert len(blocks) < 300
 
 
 def test_a_full_pipe_blocks_no_writer() -> None:

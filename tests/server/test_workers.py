@@ -1,0 +1,303 @@
+"""Several workers at one port: start, faults, replacement, end; `make test-rolling` adds load."""
+
+import os
+import re
+import signal
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import httpx
+import pytest
+
+from service.server.run import make_server
+from service.server.worker import WorkerServer
+from service.settings.values import Settings
+from tests.server.test_draining import SlowApp, is_refused
+from tools.processes import PATIENCE, Server, free_port, service_server
+from tools.programs import run_python
+
+COUNT = 2
+
+
+class Notified:
+    """A socket that stands in for systemd."""
+
+    def __init__(self, folder: Path) -> None:
+        self.path = folder / "notify"
+        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        self._socket.bind(str(self.path))
+        self._socket.settimeout(PATIENCE)
+
+    def close(self) -> None:
+        self._socket.close()
+
+    def read(self) -> str:
+        """The next state that the service sends."""
+        return self._socket.recv(100).decode()
+
+    def has_more(self) -> bool:
+        """Whether the service has sent a state that was not read."""
+        self._socket.settimeout(0)
+        try:
+            return bool(self._socket.recv(100))
+        except BlockingIOError:
+            return False
+        finally:
+            self._socket.settimeout(PATIENCE)
+
+
+class Workers:
+    """A service with two workers, and what a test sees of it."""
+
+    def __init__(self, folder: Path, **settings: str) -> None:
+        folder.mkdir(exist_ok=True)
+        self.systemd = Notified(folder)
+        self.metrics_port = free_port()
+        self.server: Server = service_server(
+            folder,
+            {
+                "NOTIFY_SOCKET": str(self.systemd.path),
+                "SURFACE_STORE": str(folder / "store"),
+                "SURFACE_WORKERS": str(COUNT),
+                "SURFACE_METRICS_PORT": str(self.metrics_port),
+                "SURFACE_ACCESS_LOG": "false",
+                **settings,
+            },
+        )
+
+    @property
+    def log(self) -> str:
+        return self.server.log.read_text(encoding="utf-8")
+
+    def ask_worker(self, number: int, path: str) -> httpx.Response:
+        """The response of one worker, at its port for metrics."""
+        return httpx.get(f"http://127.0.0.1:{self.metrics_port + number}{path}", timeout=PATIENCE)
+
+
+def wait_until(condition: Callable[[], object]) -> None:
+    """Waits until a condition is true; fails after `PATIENCE` seconds."""
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+@contextmanager
+def start_workers(folder: Path, **settings: str) -> Iterator[Workers]:
+    """Two workers that serve; they are killed after the block."""
+    workers = Workers(folder, **settings)
+    workers.server.start()
+    pids: list[int] = []
+    try:
+        assert workers.systemd.read() == "READY=1", workers.log
+        pids = workers.server.worker_pids()
+        yield workers
+    finally:
+        if workers.server.is_alive:
+            pids = workers.server.worker_pids()
+            workers.server.kill()
+        for pid in filter(is_running, pids):
+            os.kill(pid, signal.SIGKILL)
+        workers.systemd.close()
+
+
+def is_running(pid: int) -> bool:
+    """Whether a process runs that is not a zombie."""
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()[0]
+    except OSError:
+        return False
+    return state != "Z"
+
+
+@pytest.fixture(scope="module")
+def workers(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Workers]:
+    with start_workers(tmp_path_factory.mktemp("workers")) as workers:
+        yield workers
+
+
+def test_systemd_is_notified_once_when_all_workers_serve(workers: Workers) -> None:
+    assert len(workers.server.worker_pids()) == COUNT
+    for number in range(COUNT):
+        assert workers.ask_worker(number, "/health/ready").status_code == 200
+    assert not workers.systemd.has_more()
+    assert workers.log.count("Uvicorn running on") == 1
+
+
+def test_each_worker_has_metrics_and_a_part_of_the_memory(workers: Workers) -> None:
+    for number in range(COUNT):
+        client_count = 3 + number
+        for _ in range(client_count):
+            workers.ask_worker(number, "/v1/formats")
+        text = workers.ask_worker(number, "/metrics").text
+        (count,) = re.findall(r'_seconds_count\{.*route="/v1/formats".*\} (\S+)', text)
+        assert float(count) == client_count
+        limits = re.findall(r"^surface_memory_limit_bytes\S+ (\S+)", text, re.MULTILINE)
+        part = Settings().memory_bytes // COUNT - 75_000_000
+        assert sum(map(float, limits)) == pytest.approx(part, rel=1e-6)
+
+
+def test_every_worker_gets_connections(workers: Workers) -> None:
+    def count_connections(number: int) -> float:
+        text = workers.ask_worker(number, "/metrics").text
+        (count,) = re.findall(r"^surface_connections (\S+)", text, re.MULTILINE)
+        return float(count) - 1  # without this one
+
+    clients = [socket.create_connection(("127.0.0.1", workers.server.port)) for _ in range(64)]
+    try:
+        wait_until(lambda: sum(map(count_connections, range(COUNT))) == len(clients))
+        # Each connection goes to either worker with probability 1/2: to one of them fewer than 8 of
+        # 64 in one of 10^10 runs.
+        assert min(map(count_connections, range(COUNT))) >= 8
+    finally:
+        for client in clients:
+            client.close()
+
+
+def test_a_second_service_cannot_join_the_port(workers: Workers, tmp_path: Path) -> None:
+    port = str(workers.server.port)
+    command = ("-m", "service", "serve", "--port", port, "--workers", str(COUNT))
+    environment = os.environ | {"SURFACE_STORE": str(tmp_path)}
+    process = run_python(*command, env=environment, check=False)
+    assert process.returncode == 1
+    assert "Address already in use" in process.stderr
+    assert process.stderr.splitlines()[-1].startswith("surface: cannot serve at 127.0.0.1")
+
+
+def test_a_killed_worker_is_replaced_and_waiting_connections_are_kept(workers: Workers) -> None:
+    victim, other = workers.server.worker_pids()
+    os.kill(victim, signal.SIGSTOP)  # its connections wait from now on
+    clients = [httpx.Client(base_url=workers.server.url, timeout=PATIENCE) for _ in range(16)]
+    statuses: list[int] = []
+    threads = [
+        threading.Thread(
+            target=lambda client=client: statuses.append(client.get("/v1/formats").status_code)
+        )
+        for client in clients
+    ]
+    try:
+        for thread in threads:
+            thread.start()
+        # Those of the other worker get their responses.
+        wait_until(lambda: statuses)
+        os.kill(victim, signal.SIGKILL)
+        for thread in threads:
+            thread.join(PATIENCE)
+    finally:
+        for client in clients:
+            client.close()
+    assert statuses == [200] * len(clients)
+    new_pids = workers.server.worker_pids()
+    assert len(new_pids) == COUNT
+    assert other in new_pids
+    assert victim not in new_pids
+    assert re.search(rf"worker \d \(process {victim}\) ended with -9", workers.log)
+
+
+def test_hangup_replaces_the_workers_one_by_one(workers: Workers) -> None:
+    old_pids = workers.server.worker_pids()
+    fewest = COUNT
+    with httpx.Client(base_url=workers.server.url, timeout=PATIENCE) as client:
+        client.get("/v1/formats")
+        workers.server.process.send_signal(signal.SIGHUP)
+
+        def are_replaced() -> bool:
+            nonlocal fewest
+            pids = workers.server.worker_pids()
+            fewest = min(fewest, len(pids))
+            # The instance is ready all the time, at new connections and at an old one.
+            assert httpx.get(f"{workers.server.url}/health/ready").status_code == 200
+            assert client.get("/health/ready").status_code == 200
+            return len(pids) == COUNT and not set(pids) & set(old_pids)
+
+        wait_until(are_replaced)
+    assert fewest == COUNT
+    wait_until(lambda: "All workers are replaced" in workers.log)
+    assert not workers.systemd.has_more()
+
+
+def test_workers_end_with_their_parent(workers: Workers) -> None:
+    """The last test of the service that the tests above share."""
+    pids = workers.server.worker_pids()
+    assert len(pids) == COUNT
+    workers.server.kill()
+    wait_until(lambda: not any(map(is_running, pids)))
+    assert is_refused(workers.server.url)
+
+
+def test_a_stop_ends_all_workers_with_exit_code_0(tmp_path: Path) -> None:
+    with start_workers(tmp_path) as workers:
+        pids = workers.server.worker_pids()
+        # Ctrl-C reaches the workers, too, so that each gets the signal twice.
+        for pid in pids:
+            os.kill(pid, signal.SIGINT)
+        workers.server.process.send_signal(signal.SIGINT)
+        assert workers.server.process.wait(PATIENCE) == 0
+        assert workers.systemd.read() == "STOPPING=1"
+        assert not workers.systemd.has_more()
+        assert not any(map(is_running, pids))
+        assert "Traceback" not in workers.log
+
+
+def test_a_second_signal_ends_all_workers_at_once(tmp_path: Path) -> None:
+    with start_workers(tmp_path, SURFACE_DRAIN_DELAY="600") as workers:
+        pids = workers.server.worker_pids()
+        workers.server.process.send_signal(signal.SIGTERM)
+        assert workers.systemd.read() == "STOPPING=1"
+        assert httpx.get(f"{workers.server.url}/v1/formats").status_code == 200
+        workers.server.process.send_signal(signal.SIGINT)
+        assert workers.server.process.wait(PATIENCE) == 128 + signal.SIGINT
+        wait_until(lambda: not any(map(is_running, pids)))
+
+
+def test_a_service_whose_workers_do_not_start_ends(tmp_path: Path) -> None:
+    file = tmp_path / "file"
+    file.touch()
+    workers = Workers(tmp_path, SURFACE_STORE=str(file))
+    workers.server.start()
+    workers.systemd.close()
+    assert workers.server.process.wait(PATIENCE) == 1
+    lines = workers.log.splitlines()
+    assert lines[-1].startswith("surface: cannot serve at 127.0.0.1")
+    assert "does not start" in workers.log
+    assert "Traceback" not in workers.log
+
+
+def test_a_retiring_worker_closes_its_listener_first_and_its_connections_after_a_response() -> None:
+    slow_app, state = SlowApp(), SimpleNamespace(ready=True)
+    server = make_server(slow_app.app, Settings(), state, WorkerServer)
+    assert isinstance(server, WorkerServer)
+    # Another process, here the test, has this socket too: it stays open.
+    listener = socket.create_server(("127.0.0.1", 0))
+    url = f"http://127.0.0.1:{listener.getsockname()[1]}"
+    thread = threading.Thread(target=server.run, args=([listener.dup()],))
+    thread.start()
+    responses: list[Any] = []
+    with httpx.Client(base_url=url, timeout=PATIENCE) as client:
+        assert "connection" not in client.get("/").headers
+        slow = threading.Thread(
+            target=lambda: responses.append(httpx.get(f"{url}/slow", timeout=PATIENCE))
+        )
+        slow.start()
+        assert slow_app.has_begun.wait(PATIENCE)
+        server.retire()
+        wait_until(lambda: server.should_exit)
+        server._stop_time = time.monotonic() + PATIENCE  # the test needs more time
+        waiting_client = socket.create_connection(("127.0.0.1", listener.getsockname()[1]))
+        assert state.ready, "it still answers for the instance, which is ready"
+        assert client.get("/").headers["connection"] == "close"
+    slow_app.may_end.set()
+    slow.join(PATIENCE)
+    assert [response.text for response in responses] == ["slow"]
+    thread.join(PATIENCE)
+    assert not thread.is_alive(), "it ends as soon as it has no connections"
+    # The new connection waits for the process that takes over.
+    connection, _ = listener.accept()
+    with connection, waiting_client, listener:
+        assert connection.getpeername() == waiting_client.getsockname()
