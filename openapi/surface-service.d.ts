@@ -256,7 +256,8 @@ export interface paths {
          * Removes a stored surface
          * @description Removes a stored surface, if the service allows it (`SURFACE_ALLOW_DELETE`).
          *
-         *     Built-in surfaces cannot be removed (405). Caches that may keep a mesh of the surface for ever
+         *     Built-in surfaces cannot be removed (405). Other instances with the same store may serve cached
+         *     meshes of the surface for half a minute. Caches that may keep a mesh of the surface for ever
          *     still have it: the service cannot delete it there. A surface that is stored again has the same
          *     id.
          */

@@ -10,10 +10,16 @@ from typing import Any
 
 import pytest
 from platformdirs import user_data_path
+from pydantic import SecretStr
 from threadpoolctl import threadpool_info
 
 from service.errors import InvalidSettings
-from service.settings.environment import apply_flags, describe_values, read_environment
+from service.settings.environment import (
+    apply_flags,
+    describe_values,
+    read_environment,
+    summarize,
+)
 from service.settings.runtime import (
     collect_rarely,
     count_processors,
@@ -169,6 +175,26 @@ def test_flags_override_the_environment(monkeypatch: pytest.MonkeyPatch) -> None
     settings = read_settings(monkeypatch, port="81", host="::1")
     assert apply_flags(settings, {"port": "82"}) == settings.model_copy(update={"port": 82})
     assert apply_flags(settings, {}) == settings
+
+
+def test_the_summary_has_every_setting_in_one_line_and_no_secret() -> None:
+    settings = Settings(
+        api_keys=("alice:0123", "bob:4567"),
+        signing_keys=(SecretStr("s" * 32),),
+        store="s3://user:password@bucket/prefix",
+        cors_origins=("https://a", "https://b"),
+        max_body_bytes=1 << 20,
+        allow_delete=True,
+    )
+    line = summarize(settings)
+    assert line.isprintable()
+    values = dict(pair.split("=", 1) for pair in line.split(" "))
+    assert list(values) == [f"SURFACE_{name.upper()}" for name in Settings.model_fields]
+    shown = ("API_KEYS", "SIGNING_KEYS", "STORE", "CORS_ORIGINS", "MAX_BODY_BYTES", "ALLOW_DELETE")
+    assert [values[f"SURFACE_{name}"] for name in shown] == [
+        *("(2)", "(1)", "s3://bucket/prefix", "https://a,https://b", "1048576", "true"),
+    ]
+    assert values["SURFACE_KEEP_ALIVE"] == "75"
 
 
 def test_unknown_variable_is_reported(

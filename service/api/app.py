@@ -17,7 +17,7 @@ from service.api import problem_handlers
 from service.api.cache_middleware import CacheMiddleware
 from service.api.caching.cache import ResponseCache
 from service.api.cors import Origins
-from service.api.guard.guard import build_guard, build_signer
+from service.api.guard.guard import build_guard, build_keys, build_signer
 from service.api.guard.policy import needs_keys
 from service.api.observing.health import is_ready
 from service.api.observing.middleware import Write, add_telemetry
@@ -80,7 +80,10 @@ def create_app(settings: Settings | None = None, log: Write | None = None) -> "A
     app.state.is_ready = partial(is_ready, app.state)
     inner = JobMiddleware(partial(FastAPI.__call__, app), services.threads)
     guard = build_guard(
-        CacheMiddleware(inner, services.cache, services.store, services.origins), settings
+        CacheMiddleware(inner, services.cache, services.store, services.origins),
+        settings,
+        services.keys,
+        services.signer,
     )
     app.outermost = add_telemetry(app, guard, log)
     return app
@@ -123,6 +126,7 @@ def _build_services(app: FastAPI, settings: Settings) -> Services:
         cache=cache,
         flights=SingleFlight(threads),
         origins=Origins(settings.cors_origins),
+        keys=build_keys(settings),
         signer=build_signer(settings),
         static_files=StaticFiles(pages.files(app.openapi)),
     )

@@ -9,6 +9,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.api.caching.cache import ResponseCache
 from service.api.cors import Origins
+from service.api.guard.key_file import KnownKeys
 from service.api.guard.signatures import Signer
 from service.api.job import Job
 from service.api.single_flight import SingleFlight
@@ -32,6 +33,7 @@ class Services:
     cache: ResponseCache
     flights: SingleFlight
     origins: Origins
+    keys: KnownKeys | None
     signer: Signer | None
     static_files: StaticFiles
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 def _serve(arguments: argparse.Namespace) -> int:
     from service.server.logs import start_logs
-    from service.settings.environment import apply_flags, read_environment
+    from service.settings.environment import apply_flags, read_environment, summarize
     from service.settings.workers import count_workers
 
     texts = {"host": arguments.host, "port": arguments.port, "workers": arguments.workers}
@@ -43,6 +43,7 @@ def _serve(arguments: argparse.Namespace) -> int:
     finally:
         logging.getLogger().removeHandler(memory_handler)
         memory_handler.close()
+    logging.getLogger(__name__).info("Settings: %s", summarize(settings))
     logs.errors.flush()
     count = count_workers(settings)
     _warn_if_open(settings)

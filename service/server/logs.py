@@ -132,7 +132,7 @@ def join_lines(lines: Iterable[str]) -> Iterator[bytes]:
 
 
 class RecordFormatter(logging.Formatter):
-    """Formats a record and its exception's traceback, as JSON or as text in the form of uvicorn."""
+    """Formats a record and its exception's traceback: as JSON, or as text with a time stamp."""
 
     def __init__(self, form: Literal["text", "json"]) -> None:
         super().__init__()
@@ -144,7 +144,8 @@ class RecordFormatter(logging.Formatter):
         request, lines = current_record.get(), format_trace(record)
         if not self._is_json:
             id = "" if request is None else f" (id {request.id})"
-            return "\n    ".join((f"{record.levelname + ':':9} {message}{id}", *lines))
+            head = f"{timestamp(record.created)} {record.levelname + ':':9} {message}{id}"
+            return "\n    ".join((head, *lines))
         line: dict[str, Any] = {
             "time": timestamp(record.created),
             "level": record.levelname.lower(),

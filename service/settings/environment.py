@@ -103,6 +103,30 @@ def variable(name: str) -> str:
     return PREFIX + name.upper()
 
 
+def summarize(settings: Settings) -> str:
+    """All settings in one line, for the log: `SURFACE_HOST=127.0.0.1 SURFACE_PORT=8000 …`.
+
+    Of keys and secrets it has only the number, and of the store's URL no user and no password.
+    """
+    return " ".join(
+        f"{variable(name)}={_shown(name, field, getattr(settings, name))}"
+        for name, field in Settings.model_fields.items()
+    )
+
+
+def _shown(name: str, field: FieldInfo, value: object) -> str:
+    """The text of a setting's value, as an operator would write it."""
+    if isinstance(value, tuple):
+        return f"({len(value)})" if name == "api_keys" or _is_secret(field) else ",".join(value)
+    if isinstance(value, bool):
+        return str(value).lower()
+    return re.sub(r"(?<=://)[^/?#]*@", "", f"{value:g}" if isinstance(value, float) else str(value))
+
+
+def _is_secret(field: FieldInfo) -> bool:
+    return "SecretStr" in str(field.annotation)
+
+
 _NUMBERS: dict[object, str] = {
     int: "a whole number",
     float: "seconds",
@@ -140,7 +164,12 @@ def _settings_error(
     lines = []
     for name in dict.fromkeys(str(details["loc"][0]) for details in error.errors()):
         field = Settings.model_fields[name]
-        is_secret = "SecretStr" in str(field.annotation)
-        got = "something else" if is_secret else repr(texts[name]) if texts[name] else "nothing"
+        got = (
+            "something else"
+            if _is_secret(field)
+            else repr(texts[name])
+            if texts[name]
+            else "nothing"
+        )
         lines.append(f"{shown_names[name]}: got {got}, needed {describe_values(field)}.")
     return InvalidSettings("\n".join(lines))

@@ -44,8 +44,25 @@ SERIES_OF_ALERTS: dict[str, dict[str, str]] = {
         f'{DURATION}_count{{{SERVICE},route="/v1/mesh",status="2xx"}}': "0+98x200",
     },
     "SurfaceSlow": {
+        f'{DURATION}_bucket{{{SERVICE},route="/v1/mesh",status="2xx",le="2.5"}}': "0+90x200",
         f'{DURATION}_bucket{{{SERVICE},route="/v1/mesh",status="2xx",le="10.0"}}': "0+90x200",
         f'{DURATION}_bucket{{{SERVICE},route="/v1/mesh",status="2xx",le="30.0"}}': "0+100x200",
+        f'{DURATION}_bucket{{{SERVICE},route="/v1/mesh",status="2xx",le="+Inf"}}': "0+100x200",
+    },
+    "SurfaceErrorBudget": {
+        f'{DURATION}_count{{{SERVICE},route="/v1/mesh",status="5xx"}}': "0+8x200",
+        f'{DURATION}_count{{{SERVICE},route="/v1/mesh",status="2xx"}}': "0+992x200",
+    },
+    "SurfaceErrorBudgetSlowly": {
+        f'{DURATION}_count{{{SERVICE},route="/v1/mesh",status="5xx"}}': "0+2x200",
+        f'{DURATION}_count{{{SERVICE},route="/v1/mesh",status="2xx"}}': "0+998x200",
+    },
+    "SurfaceLatencyBudget": {
+        f'{DURATION}_bucket{{{SERVICE},route="/v1/mesh",status="2xx",le="2.5"}}': "0+92x200",
+        f'{DURATION}_bucket{{{SERVICE},route="/v1/mesh",status="2xx",le="+Inf"}}': "0+100x200",
+    },
+    "SurfaceLatencyBudgetSlowly": {
+        f'{DURATION}_bucket{{{SERVICE},route="/v1/mesh",status="2xx",le="2.5"}}': "0+98x200",
         f'{DURATION}_bucket{{{SERVICE},route="/v1/mesh",status="2xx",le="+Inf"}}': "0+100x200",
     },
     "SurfaceBusy": {f'surface_refused_total{{{SERVICE},code="busy"}}': "0+12x200"},
@@ -76,6 +93,7 @@ SERIES_OF_ALERTS: dict[str, dict[str, str]] = {
         f"surface_connections_limit{{{SERVICE}}}": "100x200",
     },
     "SurfaceLogLost": {f"surface_log_lines_dropped_total{{{SERVICE}}}": "0+1x200"},
+    "SurfaceKeysFile": {f"surface_keys_file_valid{{{SERVICE}}}": "0x200"},
     "SurfaceCacheMisses": {
         f"surface_cache_hits_total{{{SERVICE}}}": "0+10x200",
         f"surface_cache_misses_total{{{SERVICE}}}": "0+90x200",
@@ -89,8 +107,9 @@ The values are in the notation of `promtool test rules`: `0+2x200` is 0, and the
 
 SERIES_WITHOUT_ALERT: dict[str, dict[str, str]] = {
     "normal load": {
-        f'{DURATION}_count{{{SERVICE},route="/v1/mesh",status="5xx"}}': "0+0x200",
-        f'{DURATION}_count{{{SERVICE},route="/v1/mesh",status="2xx"}}': "0+100x200",
+        f'{DURATION}_count{{{SERVICE},route="/v1/mesh",status="5xx"}}': "0+5x200",
+        f'{DURATION}_count{{{SERVICE},route="/v1/mesh",status="2xx"}}': "0+9995x200",
+        f'{DURATION}_bucket{{{SERVICE},route="/v1/mesh",status="2xx",le="2.5"}}': "0+99.5x200",
         f'{DURATION}_bucket{{{SERVICE},route="/v1/mesh",status="2xx",le="10.0"}}': "0+100x200",
         f'{DURATION}_bucket{{{SERVICE},route="/v1/mesh",status="2xx",le="+Inf"}}': "0+100x200",
         f'surface_refused_total{{{SERVICE},code="busy"}}': "0+1x200",
@@ -112,6 +131,7 @@ SERIES_WITHOUT_ALERT: dict[str, dict[str, str]] = {
         f"surface_connections{{{SERVICE}}}": "10x200",
         f"surface_connections_limit{{{SERVICE}}}": "100x200",
         f"surface_log_lines_dropped_total{{{SERVICE}}}": "5x200",
+        f"surface_keys_file_valid{{{SERVICE}}}": "1x200",
         f"surface_cache_hits_total{{{SERVICE}}}": "0+90x200",
         f"surface_cache_misses_total{{{SERVICE}}}": "0+90x200",
     },
@@ -134,6 +154,11 @@ SERIES_WITHOUT_ALERT: dict[str, dict[str, str]] = {
             ("surface_store_quota_bytes", "", "100x200"),
             ("surface_log_lines_dropped_total", "", "5x200"),
         )
+    },
+    # A minute with 10 % of errors, two minutes ago, uses up little of the budget.
+    "short fault": {
+        f'{DURATION}_count{{{SERVICE},route="/v1/mesh",status="5xx"}}': "0x38 100 100x161",
+        f'{DURATION}_count{{{SERVICE},route="/v1/mesh",status="2xx"}}': "0+1000x200",
     },
     # During a rolling update, instances restart and refuse readiness probes for a short time.
     "rolling update": {
@@ -218,6 +243,9 @@ def test_the_series_of_each_alert_make_it_fire_and_no_other_alert(
     # If all instances are absent, each of them is also down.
     alerts_of = {alert: [alert] for alert in SERIES_OF_ALERTS}
     alerts_of["SurfaceAbsent"].append("SurfaceDown")
+    # Many errors, or many slow responses, use up their budget as well.
+    alerts_of["SurfaceErrors"].append("SurfaceErrorBudget")
+    alerts_of["SurfaceSlow"].append("SurfaceLatencyBudget")
     assert set(chain(*alerts_of.values())) == {rule["alert"] for rule in RULES}
     tests = [
         _build_test(series_of_up | series, alerts_of[alert])
@@ -235,7 +263,8 @@ def _build_test(series: dict[str, str], alerts: list[str]) -> dict[str, Any]:
     # SurfaceRestarts fires for 15 minutes after the restarts at 30 to 34 minutes, and
     # SurfaceCacheMisses after 2 hours. 52 minutes are the end of the rolling update.
     if alerts:
-        times = ["150m" if alerts == ["SurfaceCacheMisses"] else "40m"]
+        is_slow = alerts[0] == "SurfaceCacheMisses" or alerts[0].endswith("Slowly")
+        times = ["150m" if is_slow else "40m"]
     else:
         times = ["40m", "52m", "150m"]
     return {

@@ -3,6 +3,7 @@
 import json
 import logging
 import os
+import re
 import select
 import socket
 import subprocess
@@ -14,6 +15,9 @@ from contextlib import contextmanager, suppress
 from service.api.record import NO_ROUTE, RequestRecord, current_record
 from service.server.logs import MAX_MESSAGE, MAX_TEXT, LogLines, RecordFormatter, join_lines
 from tools.programs import run_python
+
+TIME = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}Z")
+"""A time as RFC 3339 writes it, in UTC."""
 
 HOSTILE = "a\nERROR:    forged\r\x1b[31m\x9b31m\u2028\u202e\x00\ud800"
 
@@ -55,7 +59,9 @@ def test_a_json_record_is_one_line_with_the_traceback() -> None:
 def test_texts_of_clients_cannot_break_lines_of_the_log() -> None:
     record = logging.LogRecord("x", logging.WARNING, "x.py", 1, "%s", (HOSTILE * 1000,), None)
     text = RecordFormatter("text").format(record)
-    assert text.startswith("WARNING:  a\\nERROR:")
+    time, level = text.split(" ", 1)
+    assert TIME.fullmatch(time)
+    assert level.startswith("WARNING:  a\\nERROR:")
     assert text.isprintable()
     assert len(text) < 8 * MAX_MESSAGE  # escaped characters, such as \u2028, are longer
     _, *traceback = RecordFormatter("text").format(build_error_record()).split("\n")
@@ -69,7 +75,9 @@ def test_records_have_the_ids_of_the_running_request() -> None:
     token = current_record.set(RequestRecord("GET", NO_ROUTE, "mine", "1" * 32, "2" * 16))
     try:
         fields = json.loads(RecordFormatter("json").format(record))
-        assert RecordFormatter("text").format(record) == "WARNING:  it (id mine)"
+        record.created = 0.0625
+        line = RecordFormatter("text").format(record)
+        assert line == "1970-01-01T00:00:00.062Z WARNING:  it (id mine)"
     finally:
         current_record.reset(token)
     ids = fields["request_id"], fields["trace_id"], fields["span_id"]
@@ -111,6 +119,7 @@ def test_messages_before_the_log_is_set_up_have_its_format() -> None:
     *lines, error = process.stderr.splitlines()
     messages = [json.loads(line)["message"] for line in lines]
     assert messages[0].startswith("SURFACE_NOTHING is not a setting of")
+    assert messages[1].startswith("Settings: SURFACE_HOST=127.0.0.1 SURFACE_PORT=")
     assert "Address already in use" in messages[-1]
     assert error.startswith(f"surface: cannot serve at 127.0.0.1, port {port}")
 

@@ -19,6 +19,7 @@ from service.api.guard.policy import (
     build_refusal,
     key_needed,
     key_unknown,
+    needs_keys,
     private_headers,
     rate_limited,
     scope_needed,
@@ -153,17 +154,17 @@ def _header(scope: Scope, name: bytes) -> bytes | None:
     return values[0] if len(values) == 1 else None
 
 
-def build_guard(app: ASGIApp, settings: Settings) -> ASGIApp:
+def build_guard(
+    app: ASGIApp, settings: Settings, keys: KnownKeys | None, signer: Signer | None
+) -> ASGIApp:
     """The application behind a guard, or unchanged if there is nothing to check.
 
     Raises
     ------
     InvalidSettings
-        The settings of keys, secrets, rates and proxies are invalid, or contradict each other.
+        The settings of rates and proxies are invalid, or those of access contradict each other.
     """
     policy = Policy(settings)
-    keys = _build_keys(settings) if policy.has_keys else None
-    signer = build_signer(settings)
     rates = Rates(settings.rate_limit) if settings.rate_limit else None
     proxies = Proxies(settings.trusted_proxies) if settings.trusted_proxies else None
     if settings.metrics == "key" and keys is None:
@@ -192,7 +193,16 @@ def build_signer(settings: Settings) -> Signer | None:
     return Signer(secrets) if secrets else None
 
 
-def _build_keys(settings: Settings) -> KnownKeys:
+def build_keys(settings: Settings) -> KnownKeys | None:
+    """The keys that the service knows; None if the settings have none.
+
+    Raises
+    ------
+    InvalidSettings
+        An entry, or the file of keys, is invalid.
+    """
+    if not needs_keys(settings):
+        return None
     name = "SURFACE_API_KEYS"
     try:
         entries = parse_entries(settings.api_keys)

@@ -30,6 +30,11 @@ class KnownKeys:
     is invalid, the service logs an error and keeps the keys that it knew: so clients keep access
     when an operator saves an incomplete file.
 
+    Attributes
+    ----------
+    is_file_valid : bool or None
+        Whether the last version of the file that was read is valid; None without a file.
+
     Raises
     ------
     InvalidSettings
@@ -42,6 +47,7 @@ class KnownKeys:
         self._next_check = time.monotonic() + CHECK_INTERVAL
         self._state: _FileState | None = None
         self._entries: tuple[KeyEntry, ...] = ()
+        self.is_file_valid: bool | None = None
         if self._file is None:
             self._entries = join_entries(self._setting_entries)
         else:
@@ -56,6 +62,7 @@ class KnownKeys:
                     self._read(self._file)
                     _log.info("the file of keys was read again: %d keys", len(self._entries))
             except InvalidSettings as error:
+                self.is_file_valid = False
                 _log.error("the file of keys is not used, the keys known before stay: %s", error)
         return self._entries
 
@@ -74,6 +81,7 @@ class KnownKeys:
             raise InvalidSettings("it is not a text in UTF-8.") from None
         entry_lines = [line for line in lines if line and not line.startswith("#")]
         self._entries = join_entries(self._setting_entries, parse_entries(entry_lines))
+        self.is_file_valid = True
 
 
 def _file_state(file: Path) -> _FileState | None:

@@ -32,6 +32,8 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from service import __version__
+from service.api.guard.key_file import KnownKeys
+from service.api.guard.keys import MAX_KEYS
 from service.api.negotiation import refuse_parameters
 from service.api.observing.health import is_ready
 from service.api.record import RequestRecord
@@ -52,6 +54,9 @@ BUCKETS = (
 )
 """Upper ends of the histogram's buckets, in seconds."""
 
+OTHER_KEYS = "(others)"
+"""The label of keys beyond the most that are counted by their names; no key has this name."""
+
 # Otherwise each counter has a second series, `…_created`, which no panel and no alert reads.
 disable_created_metrics()  # type: ignore[no-untyped-call]
 
@@ -61,8 +66,9 @@ class RequestCounters:
 
     `count_dropped_lines` returns the number of log lines that could not be written: 0, until
     `surface serve`, which writes the log, sets another function.
-    `sent_bytes` are bytes by format, `refusals` errors by code: only the event loop changes these
-    numbers, so they need no lock.
+    `sent_bytes` are bytes by format, `refusals` errors by code, `by_key` requests by the name of
+    their key: only the event loop changes these numbers, so they need no lock. `by_key` has at most
+    `MAX_KEYS` names; while the service runs, an operator may replace its keys by others.
     """
 
     def __init__(self) -> None:
@@ -81,6 +87,7 @@ class RequestCounters:
         gauge.set_function(lambda: self.in_flight)
         self.sent_bytes: dict[str, int] = {}
         self.refusals: dict[str, int] = {}
+        self.by_key: dict[str, int] = {}
         self.vertices = self.triangles = 0
         about = "Computing time, by formulation (`kronecker`, …) or work (`points`, …)."
         seconds = Counter("surface_engine_seconds", about, ("formulation",), registry=registry)
@@ -96,6 +103,11 @@ class RequestCounters:
             )
         if record.code:
             self.count_refusal(record.code)
+        if record.key:
+            name = record.key
+            if name not in self.by_key and len(self.by_key) >= MAX_KEYS:
+                name = OTHER_KEYS
+            self.by_key[name] = self.by_key.get(name, 0) + 1
 
     def count_refusal(self, code: str) -> None:
         """Counts an error response; the server calls it for requests that it refuses itself."""
@@ -181,9 +193,25 @@ class StateCollector(Collector):
             _counter("plan_hits", "Mesh plans found in the cache.", MESH_PLANS.hits),
             _counter("plan_misses", "Mesh plans that were not in the cache.", MESH_PLANS.misses),
             _gauge("plan_bytes", "Memory of mesh plans.", MESH_PLANS.nbytes),
+            _counter(
+                "key_requests", "Requests with a valid key, by its name.", requests.by_key, "key"
+            ),
+            _gauge(
+                "keys_file_valid",
+                "Whether the file of keys is valid; otherwise the keys known before stay.",
+                _is_keys_file_valid(services.keys),
+            ),
             *_collect_threads(services.threads),
             *_collect_store(services.store),
         ]
+
+
+def _is_keys_file_valid(keys: KnownKeys | None) -> bool | None:
+    """Whether the file of keys is valid now; None without a file."""
+    if keys is None:
+        return None
+    keys()  # reads a changed file again, also if no request has a key
+    return keys.is_file_valid
 
 
 def _collect_threads(threads: Threads) -> list[Metric]:

@@ -80,18 +80,19 @@ class AccessLog:
             self._write(self._line(record, end, seconds))
 
 
-def text_line(record: RequestRecord, _end: float, seconds: float) -> str:
-    """The line in uvicorn's form, with bytes and time; in brackets what else is known.
+def text_line(record: RequestRecord, end: float, seconds: float) -> str:
+    """The line: when the request ended, then uvicorn's form with bytes and time.
 
-    These are the cache (hit or miss), the name of the key, and for an error its code and the
-    request id. A text line has no time of day, so `_end` is not used.
+    In brackets follows what else is known: the cache (hit or miss), the name of the key, and for an
+    error its code and the request id.
     """
     level = "ERROR:   " if record.status >= SERVER_ERROR else "INFO:    "
     request = f'{record.client} - "{record.method} {record.label.path}" {record.status}'
     key_text, id_text = record.key and f"key {record.key}", record.code and f"id {record.id}"
     details = ", ".join(filter(None, (record.cache, record.code, key_text, id_text)))
     suffix = f" ({details})" if details else ""
-    return f"{level} {request}, {record.sent_bytes} bytes, {seconds * 1e3:.1f} ms{suffix}\n"
+    times = f"{record.sent_bytes} bytes, {seconds * 1e3:.1f} ms"
+    return f"{timestamp(end)} {level} {request}, {times}{suffix}\n"
 
 
 def json_line(record: RequestRecord, end: float, seconds: float) -> str:

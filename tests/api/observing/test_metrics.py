@@ -1,6 +1,7 @@
 """GET /metrics: its numbers, both text formats, and the limited number of time series."""
 
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import pytest
 from prometheus_client import Metric
@@ -8,7 +9,10 @@ from prometheus_client.openmetrics import parser as openmetrics_parser
 from prometheus_client.parser import text_string_to_metric_families as families
 
 from service.api.app import create_app
+from service.api.guard.keys import format_entry, make_key
+from service.api.observing import metrics as service_metrics
 from service.settings.values import Settings
+from tests.clock import Clock
 from tools.client import Client, start_client
 
 NET = [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]]
@@ -78,6 +82,39 @@ def test_two_applications_have_separate_counters() -> None:
         first.get(MESH)
         assert read_sample(first, "surface_cache_misses_total") == 1
         assert read_sample(second, "surface_cache_misses_total") == 0
+
+
+def test_requests_are_counted_by_the_name_of_their_key(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At most `MAX_KEYS` names, although an operator may replace keys while the service runs."""
+    monkeypatch.setattr(service_metrics, "MAX_KEYS", 2)
+    keys = {name: make_key() for name in ("alice", "bob", "carol", "dave")}
+    settings = Settings(api_keys=tuple(format_entry(name, key) for name, key in keys.items()))
+    with start_client(create_app(settings)) as client:
+        for name in ("alice", "bob", "alice", "carol", "dave"):
+            client.get(MESH, {"Authorization": f"Bearer {keys[name]}"})
+        client.get(MESH)
+        counts = {
+            name: read_sample(client, "surface_key_requests_total", key=name)
+            for name in ("alice", "bob", "carol", "dave", "(others)", "")
+        }
+    assert counts == {"alice": 2, "bob": 1, "carol": 0, "dave": 0, "(others)": 2, "": 0}
+
+
+def test_a_broken_file_of_keys_is_a_metric(tmp_path: Path, clock: Clock) -> None:
+    """Also if no request has a key: a scrape reads a changed file again."""
+    file, name = tmp_path / "keys", "surface_keys_file_valid"
+    line = format_entry("alice", make_key())
+    file.write_text(line, encoding="utf-8")
+    with start_client(create_app(Settings(api_keys_file=str(file)))) as client:
+        assert f"{name} 1.0\n" in client.get("/metrics").text
+        for content, value in ((line[:-1], "0.0"), (line + "\n", "1.0")):
+            file.write_text(content, encoding="utf-8")
+            clock.now += 2
+            assert f"{name} {value}\n" in client.get("/metrics").text
+    with start_client(create_app(Settings(api_keys=(line,)))) as client:
+        assert f"{name} " not in client.get("/metrics").text.replace(f"# HELP {name} ", "").replace(
+            f"# TYPE {name} ", ""
+        )
 
 
 def test_requests_with_many_paths_have_few_series(fresh_client: Client) -> None:

@@ -14,6 +14,7 @@ from service.api.observing.metrics import RequestCounters
 from service.api.observing.middleware import AccessLog, RequestMiddleware
 from service.api.record import RouteLabels, record_of
 from service.settings.values import Settings
+from tests.server.test_logs import TIME
 from tools.client import Client, start_client
 
 TRACE, SPAN = "0af7651916cd43dd8448eb211c80319c", "b7ad6b7169203331"
@@ -161,6 +162,8 @@ def test_log_lines_have_the_key_and_the_address_that_the_guard_recorded() -> Non
 def test_text_lines_have_the_code_the_key_and_the_request_id_in_brackets() -> None:
     _, (line,), _ = send_request([(b"x-request-id", b"mine")], path="/refused")
     head, _, tail = line.partition(" ms")
+    time, head = head.split(" ", 1)
+    assert TIME.fullmatch(time)
     assert head.startswith('INFO:     2001:db8::1 - "GET (no such path)" 204, 0 bytes, ')
     assert tail == " (a_code, key alice, id mine)\n"
 
@@ -203,7 +206,7 @@ def test_an_internal_error_gives_a_problem_and_a_traceback_in_the_log(
     content = b"".join(message.get("body", b"") for message in body)
     assert b"internal_error" in content
     assert b"hush" not in content
-    assert line.startswith("ERROR:    ")
+    assert line.split(" ", 1)[1].startswith("ERROR:    ")
     assert counters.refusals == {"internal_error": 1}
     (record,) = caplog.records
     assert record.exc_info is not None
