@@ -104,7 +104,7 @@ class Origins:
 
 def _check_origin(text: str) -> None:
     match = _ORIGIN.fullmatch(text)
-    # `null` is the origin of every page in a sandbox and of every file: whoever wants it wants `*`.
+    # `null` is the origin of every page in a sandbox and of every file: `*` allows them too.
     if text != "*" and (match is None or (match["scheme"], match["port"]) in _DEFAULT_PORTS):
         raise InvalidSettings(
             f"SURFACE_CORS_ORIGINS: got {text!r}, needed * or an origin such as "
