@@ -15,7 +15,7 @@ RUN --mount=type=secret,id=npmrc,target=/root/.npmrc \
 
 # The service and the packages that it imports are in /app. pip is in /tools, which is not copied.
 FROM ${PYTHON_IMAGE} AS build
-ARG EXTRAS=meshopt
+ARG EXTRAS=cluster,meshopt
 ARG SOURCE_DATE_EPOCH=0
 RUN python3 -m venv /tools && python3 -m venv --without-pip /app
 WORKDIR /source
@@ -42,7 +42,7 @@ RUN --mount=type=secret,id=pip.conf,target=/etc/pip.conf \
 RUN find /app -depth \( \
         -type d \( -name tests -o -name include \) \
         -o -name '*.pyi' -o -name '*.pyx' -o -name '*.pxd' -o -name '*.h' -o -name '*.a' \
-        -o -path '/app/bin/*' ! -name 'python*' ! -name surface \
+        -o -path '/app/bin/*' ! -name 'python*' ! -name surface ! -name dask \
         -o -name direct_url.json -o -name REQUESTED \
     \) -exec rm -rf {} + \
     && /app/bin/python -m compileall -q --invalidation-mode unchecked-hash /app/lib

@@ -26,7 +26,7 @@ LONGEST ?= 180
 # The linter of `make lint-deploy`.
 CHECKOV := checkov==3.3.30
 # The extras of the image, for `make sbom`; and the programs of `make sbom` and `make audit`.
-EXTRAS  := meshopt
+EXTRAS  := cluster,meshopt
 CYCLONE := cyclonedx-bom==7.5.0
 AUDIT   := pip-audit==2.10.1
 # Vulnerabilities that `make audit` ignores for now, with reasons: --ignore-vuln GHSA-…

@@ -95,6 +95,10 @@ class JobQuotaFull(SurfaceError):
     """The store has no room for another job and its results."""
 
 
+class PartCrashed(SurfaceError):
+    """The process that computed a part of a job has died, each time that it was tried."""
+
+
 class InvalidSettings(ValueError):
     """A variable or a flag is invalid; the service must not start."""
 

@@ -282,6 +282,13 @@ class Settings(BaseModel):
         "`SURFACE_MAX_JSON_BYTES` applies to each line.",
     )
 
+    dask: str = Field(
+        default="",
+        description="Address of a Dask scheduler, `tls://host:port`, whose workers compute the "
+        "parts of jobs, in place of processes of this machine. Dask's own settings name the "
+        "certificates. Needs the extra `cluster`, and a store that all workers reach.",
+    )
+
     # Access
     api_keys: Texts = Field(
         default=(),

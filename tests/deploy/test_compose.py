@@ -22,6 +22,7 @@ from tools.programs import find_program
 FILE = DEPLOY / "compose.yaml"
 SERVICES: dict[str, dict[str, Any]] = load_yaml(FILE)["services"]
 INSTANCES = ("surface", "surface-2")
+CLUSTER = ("scheduler", "worker")
 every_service = pytest.mark.parametrize("name", SERVICES)
 instances = pytest.mark.parametrize("name", INSTANCES)
 
@@ -59,7 +60,7 @@ def test_containers_are_limited_and_cannot_write_to_their_image_or_gain_privileg
 def test_images_are_pinned_to_a_version(name: str) -> None:
     image, _, tag = SERVICES[name]["image"].partition(":")
     assert tag not in ("", "latest")
-    if name in INSTANCES:
+    if name in (*INSTANCES, *CLUSTER):
         assert (image, tag) == ("surface-service", __version__)
 
 
@@ -118,3 +119,49 @@ def test_both_instances_use_the_store_in_surface_env() -> None:
 @pytest.mark.parametrize("name", ["store", "prometheus", "grafana"])
 def test_the_store_and_the_monitoring_have_health_checks(name: str) -> None:
     assert SERVICES[name]["healthcheck"]["test"][0] == "CMD"
+
+
+@pytest.mark.parametrize("name", CLUSTER)
+def test_the_dask_cluster_is_a_profile_and_starts_again(name: str) -> None:
+    service = SERVICES[name]
+    assert service["profiles"] == ["cluster"]
+    assert service["restart"] == "always"  # workers end with code 0 when the scheduler is lost
+    assert service["entrypoint"] == ["/app/bin/dask"]
+    assert "ports" not in service, "programs that reach the scheduler can run code"
+    assert "127.0.0.1:8787" in service["command"], "Dask's web pages have no password"
+    assert service["healthcheck"]["test"][0] == "CMD"
+
+
+def test_all_members_of_the_cluster_have_its_certificate_and_demand_tls() -> None:
+    folder = "/etc/surface-service/cluster"
+    for name in (*INSTANCES, *CLUSTER):
+        variables = {
+            key.removeprefix("DASK_DISTRIBUTED__COMM__"): value
+            for key, value in SERVICES[name]["environment"].items()
+            if key.startswith("DASK_")
+        }
+        assert variables.pop("REQUIRE_ENCRYPTION") == "true"
+        assert variables.pop("DEFAULT_SCHEME") == "tls"
+        assert variables == {"TLS__CA_FILE": f"{folder}/tls.crt"} | {
+            f"TLS__{role}__{kind}": f"{folder}/tls.{suffix}"
+            for role in ("CLIENT", "SCHEDULER", "WORKER")
+            for kind, suffix in (("CERT", "crt"), ("KEY", "key"))
+        }
+        assert f"./cluster:{folder}:ro" in SERVICES[name]["volumes"]
+        assert "cluster" in SERVICES[name]["networks"]
+    ignored = (DEPLOY / "cluster" / ".gitignore").read_text(encoding="utf-8").splitlines()
+    assert "*" in ignored
+
+
+def test_only_members_of_the_cluster_reach_its_scheduler() -> None:
+    assert SERVICES["scheduler"]["networks"] == ["cluster"]
+    members = {name for name, each in SERVICES.items() if "cluster" in each["networks"]}
+    assert members == {*INSTANCES, *CLUSTER}
+    assert load_yaml(FILE)["networks"]["cluster"] == {"internal": True}
+
+
+def test_workers_get_the_keys_of_the_bucket_and_no_other_secret() -> None:
+    assert SERVICES["worker"]["env_file"] == ["cluster.env"]
+    variables = read_variables(DEPLOY / "cluster.env.example")
+    own = read_variables(DEPLOY / "surface.env.example")
+    assert variables == {key: value for key, value in own.items() if key.startswith("AWS_")}

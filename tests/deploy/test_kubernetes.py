@@ -2,6 +2,7 @@
 
 from functools import cache
 from typing import Any
+from urllib.parse import urlsplit
 
 import kubernetes_validate
 import pytest
@@ -32,6 +33,18 @@ OVERLAYS = sorted(path.name for path in (FOLDER / "overlays").iterdir())
 OPERATOR_KINDS = {"ServiceMonitor", "PrometheusRule"}
 """Kinds of the Prometheus Operator, which Kubernetes itself does not define."""
 
+SERVICE = "surface-service"
+CLUSTER = ("surface-scheduler", "surface-worker")
+"""Names of deployments: that of the service, and those of a Dask cluster."""
+
+CERTIFICATES = "/etc/surface-service/cluster"
+"""The folder of the certificate of the Dask cluster."""
+
+ROLES = ("CLIENT", "SCHEDULER", "WORKER")
+
+NAME = "app.kubernetes.io/name"
+"""The label that selects pods."""
+
 Manifest = dict[str, Any]
 overlays = pytest.mark.parametrize("overlay", OVERLAYS)
 
@@ -55,28 +68,44 @@ def select_kind(overlay: str, kind: str) -> list[Manifest]:
 
 
 def find_only(overlay: str, kind: str) -> Manifest:
-    """The only manifest of this kind."""
-    (manifest,) = select_kind(overlay, kind)
+    """The only manifest of this kind; of deployments and services, that of the service itself."""
+    manifests = select_kind(overlay, kind)
+    if kind in ("Deployment", "Service"):
+        return find_named(manifests, SERVICE)
+    (manifest,) = manifests
     return manifest
 
 
-def find_pod(overlay: str) -> Any:
-    """The specification of the pods of the only deployment."""
-    return find_only(overlay, "Deployment")["spec"]["template"]["spec"]
+def find_named(manifests: list[Manifest], name: str) -> Manifest:
+    """The manifest of this name."""
+    (manifest,) = (each for each in manifests if each["metadata"]["name"] == name)
+    return manifest
 
 
-def find_container(overlay: str) -> Any:
-    """The specification of the only container in the pod."""
-    (container,) = find_pod(overlay)["containers"]
+def find_pod(overlay: str, name: str = SERVICE) -> Any:
+    """The specification of the pods of a deployment."""
+    deployment = find_named(select_kind(overlay, "Deployment"), name)
+    return deployment["spec"]["template"]["spec"]
+
+
+def find_container(overlay: str, name: str = SERVICE) -> Any:
+    """The specification of the only container in the pods of a deployment."""
+    (container,) = find_pod(overlay, name)["containers"]
     return container
+
+
+def read_variables(overlay: str, config_map: str, name: str = SERVICE) -> dict[str, str]:
+    """The variables that the container of a deployment gets from a map of configuration."""
+    names = [each["configMapRef"]["name"] for each in find_container(overlay, name)["envFrom"]
+             if "configMapRef" in each]  # fmt: skip
+    (full_name,) = (each for each in names if each.startswith(f"{config_map}-"))
+    variables: dict[str, str] = find_named(select_kind(overlay, "ConfigMap"), full_name)["data"]
+    return variables
 
 
 def read_settings(overlay: str) -> Settings:
     """The settings of the service from the environment variables of its container."""
-    config = find_only(overlay, "ConfigMap")
-    reference = {"configMapRef": {"name": config["metadata"]["name"]}}
-    assert reference in find_container(overlay)["envFrom"]
-    return build_settings(config["data"])
+    return build_settings(read_variables(overlay, "surface-settings"))
 
 
 @overlays
@@ -160,19 +189,20 @@ def test_network_policies_allow_only_needed_traffic(overlay: str) -> None:
     default_policy = policies.pop("nothing")
     assert default_policy == {"podSelector": {}, "policyTypes": ["Ingress", "Egress"]}
     labels = find_only(overlay, "Service")["spec"]["selector"]
-    for spec in policies.values():
-        assert spec["podSelector"]["matchLabels"] == labels
+    own = [each for each in policies.values() if each["podSelector"]["matchLabels"] == labels]
+    for spec in own:
         for rule in spec.get("ingress", []):
             assert rule["from"], "a rule without `from` allows all addresses"
             assert rule["ports"] == [{"port": "http", "protocol": "TCP"}]
     egress_ports = {
-        port["port"]
-        for spec in policies.values()
-        for rule in spec.get("egress", [])
-        for port in rule["ports"]
+        port["port"] for spec in own for rule in spec.get("egress", []) for port in rule["ports"]
     }
-    uses_bucket = read_settings(overlay).store.startswith("s3://")
-    assert egress_ports == ({53, 443} if uses_bucket else set())
+    settings = read_settings(overlay)
+    uses_bucket = settings.store.startswith("s3://")
+    scheduler = {urlsplit(settings.dask).port} if settings.dask else set()
+    assert egress_ports == ({53, 443} if uses_bucket else set()) | scheduler
+    others = {each["podSelector"]["matchLabels"][NAME] for each in policies.values()} - {SERVICE}
+    assert others == (set(CLUSTER) if settings.dask else set())
 
 
 def test_with_a_volume_one_replica_runs() -> None:
@@ -259,3 +289,86 @@ def test_prometheus_gives_the_service_the_job_name_that_alerts_use() -> None:
 def test_the_alerts_equal_those_in_the_folder_of_prometheus() -> None:
     alerts = load_yaml(DEPLOY / "prometheus" / "alerts.yaml")
     assert find_only("monitored", "PrometheusRule")["spec"] == alerts
+
+
+def list_allowed(direction: str, name: str) -> set[tuple[str, int]]:
+    """Names of pods and ports that policies of the cluster allow to pods of this name, or from."""
+    peer = "from" if direction == "ingress" else "to"
+    return {
+        (selector["podSelector"]["matchLabels"][NAME], port["port"])
+        for policy in select_kind("cluster", "NetworkPolicy")
+        if policy["spec"]["podSelector"].get("matchLabels") == {NAME: name}
+        for rule in policy["spec"].get(direction, [])
+        for selector in rule[peer]
+        if NAME in selector.get("podSelector", {}).get("matchLabels", {})
+        and "namespaceSelector" not in selector
+        for port in rule["ports"]
+    }
+
+
+def test_only_the_service_and_workers_reach_the_scheduler() -> None:
+    """Programs that reach it can run code."""
+    service, scheduler, worker = SERVICE, *CLUSTER
+    assert list_allowed("ingress", scheduler) == {(service, 8786), (worker, 8786)}
+    assert list_allowed("egress", service) == {(scheduler, 8786)}
+    assert list_allowed("ingress", worker) == {(scheduler, 8788), (scheduler, 8789)}
+    assert list_allowed("egress", scheduler) == {(worker, 8788), (worker, 8789)}
+    arguments = find_container("cluster", worker)["args"]
+    for option, port in (("--worker-port", "8788"), ("--nanny-port", "8789")):
+        assert arguments[arguments.index(option) + 1] == port
+    # Dask's web pages have no password.
+    for name in CLUSTER:
+        arguments = find_container("cluster", name)["args"]
+        assert arguments[arguments.index("--dashboard-address") + 1] == "127.0.0.1:8787"
+
+
+def test_all_members_of_the_cluster_have_its_certificate_and_demand_tls() -> None:
+    expected = {
+        f"DASK_DISTRIBUTED__COMM__{name}": value
+        for name, value in {
+            "REQUIRE_ENCRYPTION": "true",
+            "DEFAULT_SCHEME": "tls",
+            "TLS__CA_FILE": f"{CERTIFICATES}/ca.crt",
+            **{f"TLS__{role}__CERT": f"{CERTIFICATES}/tls.crt" for role in ROLES},
+            **{f"TLS__{role}__KEY": f"{CERTIFICATES}/tls.key" for role in ROLES},
+        }.items()
+    }
+    for name in (SERVICE, *CLUSTER):
+        assert read_variables("cluster", "surface-cluster", name) == expected
+        mounts = {
+            each["mountPath"]: each for each in find_container("cluster", name)["volumeMounts"]
+        }
+        assert mounts[CERTIFICATES]["readOnly"]
+        (volume,) = (
+            each
+            for each in find_pod("cluster", name)["volumes"]
+            if each["name"] == mounts[CERTIFICATES]["name"]
+        )
+        assert volume["secret"]["secretName"] == "surface-cluster"
+        assert not volume["secret"].get("optional")
+    address = urlsplit(read_settings("cluster").dask)
+    (port,) = find_named(select_kind("cluster", "Service"), address.hostname or "")["spec"]["ports"]
+    assert (address.scheme, address.port) == ("tls", port["port"])
+    assert find_container("cluster", "surface-worker")["args"][1] == address.geturl()
+
+
+@pytest.mark.parametrize("name", CLUSTER)
+def test_pods_of_the_cluster_are_confined_as_those_of_the_service(name: str) -> None:
+    pod, own = find_pod("cluster", name), find_pod("cluster")
+    container, own_container = find_container("cluster", name), find_container("cluster")
+    for field in ("serviceAccountName", "automountServiceAccountToken", "securityContext"):
+        assert pod[field] == own[field]
+    for field in ("image", "securityContext"):
+        assert container[field] == own_container[field]
+    assert {"cpu", "memory"} <= container["resources"]["requests"].keys()
+    assert "memory" in container["resources"]["limits"]
+    assert {"startupProbe", "livenessProbe", "readinessProbe"} <= container.keys()
+
+
+def test_workers_get_the_keys_of_the_bucket_and_no_other_secret() -> None:
+    """Code that runs on workers must not sign URLs."""
+    container = find_container("cluster", "surface-worker")
+    names = {each["valueFrom"]["secretKeyRef"]["key"] for each in container["env"]}
+    assert names >= {"AWS_REGION", "AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY"}
+    assert all(name.startswith("AWS_") for name in names)
+    assert not any("secretRef" in each for each in container["envFrom"])

@@ -24,9 +24,13 @@ files are published."""
 
 READ_LICENCES = {
     "httpcore": ("BSD License", "BSD-3-Clause"),
+    "jinja2": ("BSD License", "BSD-3-Clause"),
     "obstore": ("MIT License", "MIT"),
+    "partd": ("BSD", "BSD-3-Clause"),
     "protobuf": ("3-Clause BSD License", "BSD-3-Clause"),
+    "sortedcontainers": ("Apache 2.0; Apache Software License", "Apache-2.0"),
     "uvloop": ("MIT License; Apache Software License; MIT License", "MIT OR Apache-2.0"),
+    "zict": ("BSD; BSD License", "BSD-3-Clause"),
 }
 """Packages without an SPDX expression: the statement in their metadata, and the licence that a
 person read in their licence files (obstore has no licence file). If a statement changes, a person
@@ -36,9 +40,10 @@ INTRODUCTION = """\
 # Licences
 
 This page lists the packages of other projects in an installation of the service with all its
-extras. The image has only the extra `meshopt`. `make licences` writes this page; a test compares
-it with the installed packages, and fails for a licence that `tools/supply/licences.py` does not
-allow. The texts of the licences are beside the packages, in `*.dist-info`, and beside the scripts.
+extras. The image has only the extras `cluster` and `meshopt`. `make licences` writes this page; a
+test compares it with the installed packages, and fails for a licence that
+`tools/supply/licences.py` does not allow. The texts of the licences are beside the packages, in
+`*.dist-info`, and beside the scripts.
 
 Compiled packages contain libraries that this list does not name. NumPy contains OpenBLAS and
 LAPACK (BSD) and the run-time libraries of GCC (GPL-3.0 with GCC's exception, and LGPL-2.1 for
