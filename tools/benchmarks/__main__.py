@@ -13,7 +13,7 @@ from importlib import import_module
 
 from service.settings.runtime import pin_blas
 
-SECTIONS = ("evaluation", "methods", "encoders", "queries", "requests", "hostile")
+SECTIONS = ("evaluation", "methods", "encoders", "queries", "requests", "operation", "hostile")
 
 
 def main(sections: Sequence[str]) -> int:
