@@ -4,7 +4,7 @@
 """
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Coroutine
 from contextlib import asynccontextmanager
 from functools import partial
 from typing import Any
@@ -19,6 +19,7 @@ from service.api.caching.cache import ResponseCache
 from service.api.cors import Origins
 from service.api.guard.guard import build_guard, build_keys, build_signer
 from service.api.guard.policy import needs_keys
+from service.api.job_engine import build_jobs
 from service.api.observing.health import is_ready
 from service.api.observing.middleware import Write, add_telemetry
 from service.api.openapi.document import describe
@@ -39,7 +40,6 @@ from service.settings.environment import read_environment
 from service.settings.runtime import collect_rarely, limit_plans, pin_blas, share_heap
 from service.settings.values import Settings, document_limits, result_limits
 from service.storage.address import open_store
-from service.storage.store import SurfaceStore
 
 
 def create_app(settings: Settings | None = None, log: Write | None = None) -> "Application":
@@ -117,11 +117,12 @@ class Application(FastAPI):
 def _build_services(app: FastAPI, settings: Settings) -> Services:
     cache = ResponseCache(settings.cache_bytes)
     threads = Threads(settings, cache)
+    store = open_store(settings.store, settings.store_quota, settings.store_create)
     return Services(
         settings=settings,
         document_limits=document_limits(settings),
         limits=result_limits(settings),
-        store=open_store(settings.store, settings.store_quota, settings.store_create),
+        store=store,
         threads=threads,
         cache=cache,
         flights=SingleFlight(threads),
@@ -129,6 +130,7 @@ def _build_services(app: FastAPI, settings: Settings) -> Services:
         keys=build_keys(settings),
         signer=build_signer(settings),
         static_files=StaticFiles(pages.files(app.openapi)),
+        jobs=build_jobs(settings, store, threads),
     )
 
 
@@ -161,12 +163,17 @@ def _select_routers(settings: Settings) -> list[APIRouter]:
 
 @asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
-    """Watches and maintains the store while the service runs; at the end it is not ready."""
-    store: SurfaceStore = app.state.services.store
-    tasks = [asyncio.create_task(task) for task in (store.watch(), store.maintain())]
+    """Works on jobs and maintains the store while the service runs; at the end it is not ready."""
+    services: Services = app.state.services
+    store = services.store
+    work: list[Coroutine[Any, Any, None]] = [store.watch(), store.maintain()]
+    if services.jobs is not None:
+        work.append(services.jobs.run())
+    tasks = [asyncio.create_task(each) for each in work]
     yield
     app.state.ready = False
     for task in tasks:
         task.cancel()
+    await asyncio.wait(tasks)  # job processes end, and jobs are left to other instances
     if app.state.tracing is not None:  # `add_telemetry` has set it
         await app.state.tracing.close()

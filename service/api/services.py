@@ -15,6 +15,7 @@ from service.api.job import Job
 from service.api.single_flight import SingleFlight
 from service.api.static_files import StaticFiles
 from service.api.threads import Threads
+from service.jobs.manager import Jobs
 from service.pipeline.limits import Limits
 from service.schemas.document import DocumentLimits
 from service.settings.values import Settings
@@ -23,7 +24,10 @@ from service.storage.store import SurfaceStore
 
 @dataclass(frozen=True, slots=True)
 class Services:
-    """The parts of one application; `limits` are those of results."""
+    """The parts of one application.
+
+    `limits` are those of results; `jobs` is None if the settings switch jobs off.
+    """
 
     settings: Settings
     document_limits: DocumentLimits
@@ -36,6 +40,7 @@ class Services:
     keys: KnownKeys | None
     signer: Signer | None
     static_files: StaticFiles
+    jobs: Jobs | None
 
 
 class Context(NamedTuple):

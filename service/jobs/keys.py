@@ -8,6 +8,7 @@
     jobs/<id>/results/<batch>       records of the results of a batch
     intake/<folder>/<batch>         lines of the parts of a batch, as they were accepted
     owners/<id>                     which process works on it
+    instances/<instance>            that a serving process is alive, written anew every 10 s
     callers/<caller>/<id>           index of the jobs of a caller
 
 Ids are SHA-256 in hexadecimal; names that a client chose are in no key.
@@ -17,7 +18,8 @@ from hashlib import sha256
 
 from service.storage.keys import is_id
 
-PARTS, JOBS, INTAKE, OWNERS, CALLERS = "parts", "jobs", "intake", "owners", "callers"
+PARTS, JOBS, INTAKE, CALLERS = "parts", "jobs", "intake", "callers"
+OWNERS, INSTANCES = "owners", "instances"
 """Prefixes of the keys."""
 
 
@@ -70,6 +72,11 @@ def intake_key(folder: str, batch: int) -> str:
 def owner_key(id: str) -> str:
     """The key of the process that works on a job; raises the error of `part_key`."""
     return f"{OWNERS}/{_check(id)}"
+
+
+def instance_key(instance: str) -> str:
+    """The key of the sign of life of a serving process."""
+    return f"{INSTANCES}/{instance}"
 
 
 def caller_key(caller: str, id: str) -> str:

@@ -5,6 +5,7 @@ the content: results are written without fsync, so after a power failure a file 
 the part is then computed again.
 """
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from hashlib import sha256
 from typing import Any
@@ -82,6 +83,6 @@ def write_error(error: SurfaceError) -> dict[str, Any]:
     return {"class": type(error).__name__, "issues": [asdict(issue) for issue in error.issues]}
 
 
-def read_issues(error: dict[str, Any]) -> tuple[Issue, ...]:
+def read_issues(error: Mapping[str, Any]) -> tuple[Issue, ...]:
     """The issues of an error as JSON."""
     return tuple(Issue(**issue) for issue in error["issues"])

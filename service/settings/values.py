@@ -27,6 +27,11 @@ REQUEST_SHARE = 11 / 16
 the event loop has 1/16 (`service.api.threads`)."""
 
 
+JOB_PROCESS_MEMORY = 256 << 20
+"""Bytes of the memory of requests for each job process: as many as half of the memory of a
+container of 512 MiB, which has room for one (some 100 MB, beside its batch)."""
+
+
 def _split_list(value: object) -> object:
     """The items of a comma-separated list; a value that is not a string is returned unchanged."""
     if not isinstance(value, str):
@@ -337,6 +342,12 @@ class Settings(BaseModel):
     def thread_count(self) -> int:
         """The setting `threads`; if it is 0, the number of processors."""
         return self.threads or count_processors()
+
+    @property
+    def job_process_count(self) -> int:
+        """The setting `job_processes`; if it is 0, as many as processors and memory allow."""
+        fitting = min(count_processors(), self.memory_bytes // JOB_PROCESS_MEMORY)
+        return self.job_processes or max(1, fitting)
 
 
 def document_limits(settings: Settings) -> DocumentLimits:

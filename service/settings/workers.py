@@ -60,5 +60,6 @@ def share_settings(settings: Settings, count: int) -> Settings:
         update={
             "memory_bytes": settings.memory_bytes // count - PROCESS_BYTES // 2,
             "threads": settings.threads or max(1, count_processors() // count),
+            "job_processes": max(1, settings.job_process_count // count),
         }
     )

@@ -68,7 +68,7 @@ class Usage:
         StoreFull
             The quota has too few free bytes; the block does not begin.
         """
-        await self._check_room(growth)
+        await self.check_room(growth)
         self._reserved += growth  # since the check for room, no other task has run
         try:
             yield
@@ -85,7 +85,8 @@ class Usage:
         self._used = max(0, self._used + growth)
         self._added += max(0, growth)
 
-    async def _check_room(self, growth: int) -> None:
+    async def check_room(self, growth: int) -> None:
+        """Raises `StoreFull` if the quota has less than `growth` bytes left."""
         if not self.quota or not growth:
             return
         if self._counted_at is None:

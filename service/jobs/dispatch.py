@@ -1,0 +1,231 @@
+"""Gives batches of jobs to the engine, in turn between callers.
+
+The caller that has used the fewest seconds is served first (`service.fair`); requests in threads
+are charged to the same accounts. If a batch cannot run, because the disk is full, say, all batches
+wait for 10 s, and then the work goes on with one after another; the states of all jobs name the
+reason.
+"""
+
+import asyncio
+import logging
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractAsyncContextManager
+from dataclasses import replace
+from typing import Any
+
+from service.errors import DamagedObject, JobQuotaFull, StoreFailed, StoreFull
+from service.fair.accounts import Accounts
+from service.fair.queue import FairQueue
+from service.jobs.attempts import run_task
+from service.jobs.batch import CANCELLED, DONE, STORE_FAILED, SUCCEEDED, Task
+from service.jobs.engine import Engine, EngineUnavailable
+from service.jobs.files import JobFiles
+from service.jobs.keys import intake_key, results_key
+from service.jobs.open_job import OpenJob
+from service.jobs.records import read_lines, write_records
+from service.jobs.usage import JobUsage
+
+RETRY_SECONDS = 10.0
+"""Time after which work that could not be done is tried again."""
+
+KILL_SECONDS = 1.0
+"""Time after a cancellation after which a batch that still runs is ended with its process. Batches
+end by themselves, at their next checkpoint, when they see that nobody waits for the job."""
+
+Reserve = Callable[[int], AbstractAsyncContextManager[None]]
+"""Reserves memory for a `with` block; waits until it is free."""
+
+_log = logging.getLogger(__name__)
+
+
+class Dispatcher:
+    """Runs the batches of open jobs.
+
+    Parameters
+    ----------
+    task : Task
+        What all tasks have in common.
+
+    Attributes
+    ----------
+    on_change : callable
+        Called when a batch of the job has ended, or has stopped.
+    waiting_for : str
+        Why no batch can run at the moment, as a code; empty if batches can run.
+    parts : dict
+        Parts that have ended since the start, by their outcome.
+    seconds : float
+        Seconds of a process that batches have taken since the start.
+    """
+
+    def __init__(
+        self,
+        files: JobFiles,
+        engine: Engine,
+        usage: JobUsage,
+        task: Task,
+        *,
+        accounts: Accounts,
+        reserve: Reserve,
+    ) -> None:
+        self.on_change: Callable[[OpenJob], None] = lambda _: None
+        self.waiting_for = ""
+        self.parts = {"succeeded": 0, "failed": 0}
+        self.seconds = 0.0
+        self._files = files
+        self._engine = engine
+        self._accounts = accounts
+        self._reserve = reserve
+        self._usage = usage
+        self._task = task
+        self._queue: FairQueue[tuple[OpenJob, int]] = FairQueue(accounts)
+        self._tasks: dict[tuple[OpenJob, int], asyncio.Task[None]] = {}
+        self._is_paused = False
+        self._is_closed = False
+
+    @property
+    def busy_count(self) -> int:
+        """The number of batches that run."""
+        return self._queue.busy_count
+
+    def add(self, job: OpenJob) -> None:
+        """Lets the missing batches of a job wait for their turn, unless it is cancelled."""
+        for number in () if job.is_cancelled else job.missing():
+            job.waiting.add(number)
+            self._queue.add(job.caller, (job, number))
+        self.start_queued()
+
+    def take_out(self, job: OpenJob) -> None:
+        """Lets no batch of a job wait any more; those that run, run on."""
+        for number in job.waiting:
+            self._queue.remove(job.caller, (job, number))
+        job.waiting.clear()
+
+    def cancel(self, job: OpenJob) -> None:
+        """Ends the batches of a cancelled job, by force those that do not end themselves."""
+        self.take_out(job)
+        for number in job.running:
+            task = self._tasks[job, number]
+            asyncio.get_running_loop().call_later(KILL_SECONDS, _cancel_if_cancelled, job, task)
+
+    def start_queued(self) -> None:
+        """Starts batches, in turn, while the engine has free slots."""
+        while not (self._is_paused or self._is_closed) and self._start_next():
+            pass
+
+    async def close(self) -> None:
+        """Ends all batches; their parts run again when another instance takes the jobs over."""
+        self._is_closed = True
+        for task in self._tasks.values():
+            task.cancel()
+        await asyncio.gather(*self._tasks.values(), return_exceptions=True)
+        await self._engine.close()
+
+    def _start_next(self) -> bool:
+        if self.busy_count >= self._engine.slots:
+            return False
+        for caller in self._queue.in_turn():
+            if not self._may_compute(caller):
+                continue
+            entry = self._queue.first(caller)
+            self._queue.remove(caller, entry)
+            self._queue.take_thread(caller)
+            job, number = entry
+            job.waiting.discard(number)
+            job.begin(number)
+            task = asyncio.get_running_loop().create_task(self._run(job, number, caller))
+            self._tasks[entry] = task
+            return True
+        return False
+
+    def _may_compute(self, caller: str) -> bool:
+        """Whether the caller's compute limit leaves anything; `start_queued` asks again."""
+        limit = self._accounts.limit
+        return limit is None or not limit.state(caller).retry_after
+
+    async def _run(self, job: OpenJob, number: int, caller: str) -> None:
+        start = asyncio.get_running_loop().time()
+        try:
+            end = await self._run_batch(job, number)
+            if end in (DONE, CANCELLED):
+                self.waiting_for = ""
+            else:
+                self._pause(end)
+        except asyncio.CancelledError:
+            if not job.is_cancelled:
+                raise
+        except Exception as error:
+            self._pause(_reason_of(error))
+        finally:
+            self.seconds += asyncio.get_running_loop().time() - start
+            del self._tasks[job, number]
+            job.running.discard(number)
+            self._queue.return_thread(caller)
+            if not self._is_closed:
+                self.add(job)  # the batch itself, if it has not ended
+                self.on_change(job)
+                self.start_queued()
+
+    async def _run_batch(self, job: OpenJob, number: int) -> str:
+        """Runs a batch, and keeps its records; returns how it ended (`service.jobs.batch`)."""
+        batch, folder = job.manifest.batches[number], job.manifest.folder
+        await self._usage.check_room(1)
+        content = await self._files.read(intake_key(folder, number))
+        if content is None:
+            _log.error("the parts of the batch %d of the job %s are gone", number, job.id)
+            raise DamagedObject
+        lines = await asyncio.to_thread(read_lines, content)
+        async with self._reserve(batch.memory):
+            task = replace(self._task, job=job.id, lines=tuple(lines))
+            result = await run_task(self._engine, task)
+        if result.end == DONE:
+            names = {line["part"]: line["name"] for line in lines if "name" in line}
+            content = write_records(result.records, names)
+            await self._files.write(results_key(job.id, number), content)
+            self._count(job, number, result.records, len(content))
+        return result.end
+
+    def _count(
+        self, job: OpenJob, number: int, records: Sequence[Mapping[str, Any]], size: int
+    ) -> None:
+        """Counts a batch whose `size` bytes of records are kept."""
+        succeeded = [record for record in records if record["state"] == SUCCEEDED]
+        self._usage.add(size + sum(record["bytes"] for record in succeeded))
+        counts = len(succeeded), len(records) - len(succeeded)
+        for outcome, count in zip(self.parts, counts, strict=True):
+            self.parts[outcome] += count
+        job.end(number, *counts)
+
+    def _pause(self, reason: str) -> None:
+        """Starts no batch for a while."""
+        self.waiting_for = reason
+        if not self._is_paused:
+            _log.warning("jobs wait: %s", reason)
+            self._is_paused = True
+            asyncio.get_running_loop().call_later(RETRY_SECONDS, self._resume)
+
+    def _resume(self) -> None:
+        self._is_paused = False
+        self.start_queued()
+
+
+def _cancel_if_cancelled(job: OpenJob, task: asyncio.Task[None]) -> None:
+    if job.is_cancelled:  # nobody has asked for it again
+        task.cancel()
+
+
+_REASONS: dict[type[Exception], str] = {
+    StoreFull: "disk_full",
+    StoreFailed: STORE_FAILED,
+    DamagedObject: "damaged_object",
+    JobQuotaFull: "job_quota_full",
+}
+
+
+def _reason_of(error: Exception) -> str:
+    """The code of what a batch waits for after an error."""
+    if isinstance(error, EngineUnavailable):
+        return error.reason
+    if type(error) not in _REASONS:
+        _log.error("a batch of a job could not be run", exc_info=error)
+    return _REASONS.get(type(error), "internal_error")

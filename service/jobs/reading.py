@@ -1,0 +1,156 @@
+"""Reads jobs from the store, whichever instance works on them."""
+
+import asyncio
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import timedelta
+from typing import Any
+
+from service.errors import DamagedObject, Issue, UnknownJob, UnknownResult
+from service.jobs.files import JobFiles
+from service.jobs.keys import (
+    cancelled_key,
+    intake_key,
+    manifest_key,
+    part_key,
+    results_key,
+    state_key,
+)
+from service.jobs.manifest import Manifest, decode_manifest
+from service.jobs.records import read_lines, read_record
+from service.jobs.results import Result, read_object
+from service.jobs.state import JobState, PartResult, StateName, decode_state
+from service.storage.keys import is_id
+
+
+class JobReader:
+    """Reads manifests, states and results.
+
+    Parameters
+    ----------
+    lifetime : float
+        Seconds for which the results of a job are kept after its end.
+    """
+
+    def __init__(self, files: JobFiles, lifetime: float) -> None:
+        self._files = files
+        self.lifetime = lifetime
+
+    async def manifest(self, id: str) -> Manifest | None:
+        """The manifest of a job; None if there is none, or the results have expired."""
+        content = await self._files.read(manifest_key(id))
+        return None if content is None else decode_manifest(content)
+
+    async def state(self, id: str) -> JobState:
+        """The state of a job, as its owner last stored it.
+
+        Raises
+        ------
+        UnknownJob
+        """
+        content = await self._files.read(state_key(id)) if is_id(id) else None
+        if content is not None:
+            state = decode_state(content)
+        else:
+            manifest = await self.manifest(id) if is_id(id) else None
+            if manifest is None:
+                raise unknown_job()
+            state = queued_state(manifest, self.lifetime)
+        if not state.has_ended and await self._files.has(cancelled_key(id)):
+            return replace(state, state="cancelled", seconds_left=None)
+        return state
+
+    async def results(
+        self, manifest: Manifest, state: JobState, running: set[int], first: int, limit: int
+    ) -> list[PartResult]:
+        """The parts from `first`, at most `limit`; `running` are the batches that run."""
+        results: list[PartResult] = []
+        if first >= manifest.total:
+            return results
+        begin, end = manifest.batch_of(first), manifest.batch_of(first + limit - 1)
+        for number in range(begin, end + 1):
+            pending: StateName = "running" if number in running else "queued"
+            if state.state == "cancelled":
+                pending = "cancelled"
+            results += await self._batch(manifest, number, pending)
+        offset = first - manifest.batches[begin].first
+        return results[offset : offset + limit]
+
+    async def result(
+        self, manifest: Manifest, part: int, reserve: Callable[[int], None]
+    ) -> tuple[Result, memoryview]:
+        """The result of a part, and its bytes; `reserve` as in `Backend.read`.
+
+        Raises
+        ------
+        UnknownResult
+            The part has not succeeded.
+        DamagedObject
+            Its bytes are damaged or gone, and it is computed again when the job is asked for again.
+        """
+        if not 0 <= part < manifest.total:
+            raise unknown_result("The job has no part of this index.")
+        number = manifest.batch_of(part)
+        records = await self.records(manifest.id, number) or []
+        record = next((record for record in records if record["part"] == part), None)
+        if record is None:
+            raise unknown_result("This part has no result yet.")
+        if record["state"] != "succeeded":
+            raise unknown_result("This part has failed; the list of results says why.")
+        stored = await self._files.read(part_key(record["id"]), reserve)
+        try:
+            if stored is None:
+                raise DamagedObject
+            return read_object(stored)
+        except DamagedObject:
+            await self._files.delete(part_key(record["id"]))
+            await self._files.delete(results_key(manifest.id, number))
+            raise
+
+    async def records(self, id: str, batch: int) -> list[dict[str, Any]] | None:
+        """The records of a batch, in the order of the parts; None if it has not ended."""
+        content = await self._files.read(results_key(id, batch))
+        if content is None:
+            return None
+        return sorted(read_lines(content), key=lambda record: int(record["part"]))
+
+    async def _batch(self, manifest: Manifest, number: int, pending: StateName) -> list[PartResult]:
+        """The parts of a batch; `pending` is their state if it has not ended."""
+        records = await self.records(manifest.id, number)
+        if records is not None:
+            return [read_record(record) for record in records]
+        content = await self._files.read(intake_key(manifest.folder, number)) or b""
+        parts = await asyncio.to_thread(read_lines, content)
+        return [
+            PartResult(part["part"], part["id"], part.get("name", ""), pending) for part in parts
+        ]
+
+
+def unknown_job() -> UnknownJob:
+    """The error for an id that no job has."""
+    return UnknownJob(
+        Issue("unknown_job", "No job has this id, or its results have expired.", "/id")
+    )
+
+
+def unknown_result(message: str) -> UnknownResult:
+    """The error for a part without a result."""
+    return UnknownResult(Issue("unknown_result", message, "/part"))
+
+
+def queued_state(manifest: Manifest, lifetime: float) -> JobState:
+    """The state of a job that no instance has begun."""
+    return JobState(
+        id=manifest.id,
+        state="queued",
+        engine=manifest.engine,
+        total=manifest.total,
+        queued=manifest.total,
+        running=0,
+        succeeded=0,
+        failed=0,
+        created=manifest.created,
+        started=None,
+        ended=None,
+        expires=manifest.created + timedelta(seconds=lifetime),
+    )
