@@ -94,7 +94,7 @@ test-s3: $(VENV)/.dev build/s3/.ready ## Test the store on an S3 server
 
 test-rolling: $(VENV)/.dev ## Restart and kill instances behind HAProxy under load (LONGEST=180 s): no request may fail
 	@command -v haproxy >/dev/null || { echo 'haproxy is needed: apt-get install haproxy'; exit 1; }
-	LONGEST=$(LONGEST) $(BIN)/python -m pytest tools/deploy/rolling.py
+	LONGEST=$(LONGEST) $(BIN)/python -m pytest tools/deploy/rolling.py tools/deploy/faults.py
 
 # The linter opens no connections. Exceptions are in the manifests, with their reasons. The rule
 # CKV_DOCKER_7 is skipped: it does not understand that the tags of the base images are in arguments.

@@ -116,12 +116,19 @@ class Server:
         if has_ended and error is None:
             raise RuntimeError(f"the program ended by itself; its log is {self.log}")
 
-    def start(self) -> None:
-        """Starts the program; `wait_until_ready` waits until it responds."""
+    def start(self, changes: Mapping[str, str] | None = None) -> None:
+        """Starts the program; `wait_until_ready` waits until it responds.
+
+        `changes` replace environment variables for this start.
+        """
         self.log.parent.mkdir(parents=True, exist_ok=True)
         with self.log.open("ab") as log:
             self._process = subprocess.Popen(
-                self._command, cwd=self._folder, env=self._environment, stdout=log, stderr=log
+                self._command,
+                cwd=self._folder,
+                env={**self._environment, **(changes or {})},
+                stdout=log,
+                stderr=log,
             )
 
     @property
@@ -148,14 +155,15 @@ class Server:
             The program has ended, or takes too long. The message is the end of its log.
         """
         end = time.monotonic() + PATIENCE
-        while not self._is_ready():
+        while not self.is_ready():
             if not self.is_alive or time.monotonic() > end:
                 lines = self.log.read_text(encoding="utf-8").splitlines()[-20:]
                 code = self.process.poll()
                 raise RuntimeError("\n".join([f"not ready, exit code {code}", *lines]))
             time.sleep(0.05)
 
-    def _is_ready(self) -> bool:
+    def is_ready(self) -> bool:
+        """Whether the program responds to the probe with 200, or accepts a connection."""
         # httpx would read all certificates of the system each time, which takes as long as a mesh.
         connection = HTTPConnection(HOST, self.port, 5)
         with suppress(OSError, HTTPException), closing(connection):

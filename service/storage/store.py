@@ -28,7 +28,7 @@ PATIENCE = 1.0
 """Seconds after which an operation counts as long, and no longer as one of `MAX_CONCURRENT`: files
 and connections that hang must not block the others."""
 
-MAX_LONG = 48
+MAX_LONG = 24
 """Most long operations; fewer than the threads for files, so that the others have some."""
 
 FULL_BYTES = 1 << 12

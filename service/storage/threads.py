@@ -9,7 +9,7 @@ from contextlib import suppress
 from functools import partial
 from typing import TypeVar
 
-MAX_THREADS = 64
+MAX_THREADS = 40
 """Most files that are opened, read or written at once."""
 
 Result = TypeVar("Result")

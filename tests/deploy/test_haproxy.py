@@ -60,6 +60,13 @@ def test_the_proxy_notices_a_draining_instance_before_its_listener_closes() -> N
     assert "uri /health/ready " in TEXT
 
 
+def test_an_instance_that_fails_at_once_gets_no_more_requests_than_others() -> None:
+    """`leastconn` would prefer it, because its connections are short."""
+    assert "balance leastconn" in TEXT
+    options = re.findall(r"default-server (observe .*)", TEXT)
+    assert options == ["observe layer7 error-limit 10 on-error mark-down slowstart 10s"]
+
+
 def test_hosts_are_services_of_the_compose_file() -> None:
     addresses = re.findall(r'server (\S+) "\$\{\w+-(\S+):(\d+)\}"', TEXT)
     assert {host for _, host, _ in addresses} == {"surface", "surface-2"} <= SERVICES.keys()

@@ -14,6 +14,8 @@ from service.api.app import create_app
 from service.api.observing.health import DEADLINE
 from service.settings.values import Settings
 from service.storage.address import open_store
+from service.storage.watch import CHECK_INTERVAL, MAX_FAILURES
+from service.storage.watch import DEADLINE as CHECK_DEADLINE
 from tests.deploy.files import (
     DEPLOY,
     MEMORY_LIMIT,
@@ -173,11 +175,22 @@ def test_probes_request_routes_of_the_service(overlay: str) -> None:
     probes = ("startupProbe", "livenessProbe", "readinessProbe")
     for probe in probes:
         assert container[probe]["httpGet"]["port"] == "http"
-    assert container["readinessProbe"]["timeoutSeconds"] > DEADLINE
+    assert container["readinessProbe"]["timeoutSeconds"] > DEADLINE + CHECK_DEADLINE
+    assert container["readinessProbe"]["failureThreshold"] == 2
     paths = [container[probe]["httpGet"]["path"] for probe in probes]
     assert paths == ["/health/live", "/health/live", "/health/ready"]
     routes = {route.path for route in iter_route_contexts(create_app(Settings()).routes)}
     assert set(paths) <= routes
+
+
+@overlays
+def test_an_update_goes_on_only_after_the_store_could_have_failed(overlay: str) -> None:
+    spec = find_only(overlay, "Deployment")["spec"]
+    # Until readiness shows it: the checks of the store, and the failed probes.
+    probe = find_container(overlay)["readinessProbe"]
+    detection_time = (MAX_FAILURES - 1) * CHECK_INTERVAL + CHECK_DEADLINE
+    detection_time += probe["failureThreshold"] * probe["periodSeconds"]
+    assert detection_time < spec["minReadySeconds"] < spec["progressDeadlineSeconds"]
 
 
 @overlays

@@ -6,10 +6,16 @@ from pathlib import Path
 
 import pytest
 
+from service.api.app import create_app
 from service.cli.services import _warn_if_open
-from service.server.run import notify
+from service.server import run
+from service.server.run import make_server, notify
 from service.server.sockets import raise_file_limit
 from service.settings.values import Settings
+from service.storage.watch import CHECK_INTERVAL
+from tests.clock import Clock
+
+pytestmark = pytest.mark.anyio
 
 
 def test_systemd_is_notified(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -19,6 +25,29 @@ def test_systemd_is_notified(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
         monkeypatch.setenv("NOTIFY_SOCKET", path)
         notify("READY=1")
         assert sock.recv(100) == b"READY=1"
+
+
+async def test_systemd_is_notified_once_when_the_store_has_answered(
+    tmp_path: Path, clock: Clock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "store").mkdir()
+    settings = Settings(store=str(tmp_path / "store"))
+    app = create_app(settings)
+    (tmp_path / "store").rename(tmp_path / "elsewhere")
+    store = app.state.services.store
+    server = make_server(app, settings, app.state)
+    states: list[str] = []
+    monkeypatch.setattr(run, "notify", states.append)
+    await server.on_tick(1)
+    assert not await store.is_ready()
+    await server.on_tick(2)
+    assert states == []
+    (tmp_path / "elsewhere").rename(tmp_path / "store")
+    clock.now += CHECK_INTERVAL
+    assert await store.is_ready()
+    for counter in range(3, 6):
+        await server.on_tick(counter)
+    assert states == ["READY=1"]
 
 
 def test_a_supervisor_that_does_not_listen_is_ignored(monkeypatch: pytest.MonkeyPatch) -> None:

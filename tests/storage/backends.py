@@ -1,9 +1,12 @@
 """Opens stores for tests, and gives the paths of the files in which they keep their contents."""
 
+import errno
 import hashlib
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -35,6 +38,18 @@ def list_files(folder: Path) -> list[Path]:
     """All files of objects, complete or not, in a folder and in its subfolders."""
     own_files = {MARKER, PROBE_KEY}
     return [path for path in folder.rglob("*") if path.is_file() and path.name not in own_files]
+
+
+def make_read_only(patch: pytest.MonkeyPatch) -> None:
+    """Makes all file systems read-only for new files, in this process."""
+    original = os.open
+
+    def open_existing(path: str, flags: int, *arguments: Any, **options: Any) -> int:
+        if flags & os.O_CREAT:
+            raise OSError(errno.EROFS, os.strerror(errno.EROFS), path)
+        return original(path, flags, *arguments, **options)
+
+    patch.setattr(os, "open", open_existing)
 
 
 @contextmanager

@@ -11,7 +11,7 @@ import signal
 import socket
 import time
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -29,6 +29,9 @@ REQUESTS, ROUNDS = 20_000, 4
 
 KILLS = 10
 """How often an instance is killed, the two in turn."""
+
+NOTICE_SECONDS = 2.5
+"""Seconds within which HAProxy notices that an instance is ready: three checks."""
 
 MAX_SECONDS = float(os.environ.get("LONGEST", "180"))
 """Seconds after which no further round of restarts begins; a busy machine needs more."""
@@ -58,10 +61,17 @@ CLIENTS = (
 
 
 @contextmanager
-def start_two_behind_haproxy(folder: Path) -> Iterator[tuple[Proxy, tuple[Server, Server]]]:
-    """Starts HAProxy and two instances that store in one folder; stops them after the block."""
-    settings = SETTINGS | {"SURFACE_STORE": str(folder / "store")}
-    first, second = (service_server(folder, settings, probe="/health/ready") for _ in range(2))
+def start_two_behind_haproxy(
+    folder: Path, *stores: Mapping[str, str]
+) -> Iterator[tuple[Proxy, tuple[Server, Server]]]:
+    """Starts HAProxy and two instances; stops them after the block.
+
+    `stores` are the settings of the store for each instance; by default both store in one folder.
+    """
+    stores = stores or ({"SURFACE_STORE": str(folder / "store")},) * 2
+    first, second = (
+        service_server(folder, {**SETTINGS, **store}, probe="/health/ready") for store in stores
+    )
     try:
         first.start()
         second.start()
@@ -120,8 +130,7 @@ def test_no_request_fails_while_instances_are_restarted(
                     seconds.append(time.monotonic() - start)
                     each.start()
                     each.wait_until_ready()
-                    # HAProxy needs some time until it notices that the instance is ready.
-                    time.sleep(1.5)
+                    time.sleep(NOTICE_SECONDS)
                 rounds += 1
 
         tally = run_under_load(proxy.port, traffic, CLIENTS, restart)
@@ -170,7 +179,7 @@ def test_killed_instances_lose_no_stored_surface_and_break_few_responses(
                 assert tally.count > count_before, "the other instance does not respond"
                 each.start()
                 each.wait_until_ready()
-                time.sleep(1.5)
+                time.sleep(NOTICE_SECONDS)
 
         tally = run_under_load(proxy.port, traffic, clients, kill)
         retries = proxy.metric("haproxy_backend_retry_warnings_total")
