@@ -41,6 +41,9 @@ from service.settings.runtime import collect_rarely, limit_plans, pin_blas, shar
 from service.settings.values import Settings, document_limits, result_limits
 from service.storage.address import open_store
 
+CLOSING_SECONDS = 5.0
+"""The most seconds that the end of the service waits for that of the work in the background."""
+
 
 def create_app(settings: Settings | None = None, log: Write | None = None) -> "Application":
     """The service as an ASGI application.
@@ -174,6 +177,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     app.state.ready = False
     for task in tasks:
         task.cancel()
-    await asyncio.wait(tasks)  # job processes end, and jobs are left to other instances
+    # Job processes end, and jobs are left to other instances; a store that hangs delays no end.
+    await asyncio.wait(tasks, timeout=CLOSING_SECONDS)
     if app.state.tracing is not None:  # `add_telemetry` has set it
         await app.state.tracing.close()

@@ -13,6 +13,7 @@ from service.jobs.files import JobFiles
 from service.jobs.keys import INTAKE, intake_key
 from service.jobs.manifest import Batch
 from service.jobs.parts import CheckedPart
+from service.jobs.usage import JobUsage
 
 BATCH_SECONDS, BATCH_PARTS, BATCH_BYTES = 1.0, 400, 4 << 20
 """What a batch has at most: estimated seconds of work, parts, and bytes of their lines. A part that
@@ -28,16 +29,15 @@ class PartWriter:
         The batches that were written.
     parts : int
         The number of parts so far.
-    bytes : int
-        The bytes that were written.
     folder : str
         The folder in `intake/` that has them.
     """
 
-    def __init__(self, files: JobFiles, max_parts: int) -> None:
+    def __init__(self, files: JobFiles, usage: JobUsage, max_parts: int) -> None:
         self.batches: list[Batch] = []
-        self.parts = self.bytes = 0
+        self.parts = 0
         self._files = files
+        self._usage = usage
         self.folder = uuid.uuid4().hex
         self._max_parts = max_parts
         self._open: list[CheckedPart] = []
@@ -51,7 +51,7 @@ class PartWriter:
         ------
         TooLarge
             The job has too many parts.
-        StoreFull, StoreFailed
+        JobQuotaFull, StoreFull, StoreFailed
         """
         if self.parts + len(checked) > self._max_parts:
             message = "The job has too many parts."
@@ -89,9 +89,10 @@ class PartWriter:
         content = b"\n".join(_number_lines(first, self._open))
         memory = max(part.memory for part in self._open)
         key = intake_key(self.folder, len(self.batches))
+        await self._usage.check_room(len(content))
         await self._files.write(key, content, durable=True)
         self.batches.append(Batch(first, len(self._open), memory))
-        self.bytes += len(content)
+        self._usage.add(len(content))
         self._open.clear()
         self._open_seconds = self._open_bytes = 0.0
 

@@ -93,8 +93,8 @@ class Jobs:
             accounts=accounts,
             reserve=reserve,
         )
-        owners = Owners(files)
-        self._work = Work(files, self._reader, self._askers, owners, self.dispatcher)
+        self._owners = Owners(files)
+        self._work = Work(files, self._reader, self._askers, self._owners, self.dispatcher)
 
     @property
     def open_jobs(self) -> Sequence[OpenJob]:
@@ -105,6 +105,7 @@ class Jobs:
         """Works on jobs until cancelled; then ends all batches and leaves its jobs to others."""
         try:
             await asyncio.gather(
+                _repeat(self._owners.beat, BEAT_SECONDS),
                 _repeat(self._work.look, BEAT_SECONDS),
                 _repeat(self._work.save, SAVE_SECONDS),
                 _repeat(self._maintain, MAINTENANCE_SECONDS),
@@ -115,7 +116,7 @@ class Jobs:
 
     def start_intake(self, caller: str) -> "Intake":
         """Takes the parts of a job of this caller, in an `async with` block."""
-        parts = PartWriter(self._files, self._settings.max_job_parts)
+        parts = PartWriter(self._files, self.usage, self._settings.max_job_parts)
         return Intake(self._check_caller(caller), caller, parts, self._work)
 
     async def state(self, id: str) -> JobState:
@@ -247,7 +248,7 @@ class Intake:
 
         Raises
         ------
-        TooLarge, StoreFull, StoreFailed
+        TooLarge, JobQuotaFull, StoreFull, StoreFailed
         """
         await self._parts.add(checked)
 

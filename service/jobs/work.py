@@ -83,8 +83,7 @@ class Work:
             await self._update_askers(id)
 
     async def look(self) -> None:
-        """Gives a sign of life; takes over the jobs of instances that are gone."""
-        await self._owners.beat()
+        """Takes over jobs of instances that are gone; drops those that others have taken over."""
         mine = set(self.open)
         owners: dict[str, str | None] = dict(await self._owners.look())
         for id in mine:

@@ -42,6 +42,7 @@ from service.api.services import Services
 from service.api.threads import Threads
 from service.bases.cache import MESH_PLANS
 from service.engine.mesh.mesh import ENGINE, MeshReport
+from service.jobs.manager import Jobs
 from service.storage.store import SurfaceStore
 from service.storage.watch import Writes
 
@@ -203,6 +204,7 @@ class StateCollector(Collector):
             ),
             *_collect_threads(services.threads),
             *_collect_store(services.store),
+            *(_collect_jobs(services.jobs) if services.jobs is not None else ()),
         ]
 
 
@@ -254,6 +256,32 @@ def _collect_store(store: SurfaceStore) -> list[Metric]:
         operations,
         _gauge("store_bytes", "Bytes of stored surfaces at the last count.", usage.used),
         _gauge("store_quota_bytes", "Most bytes of stored surfaces; 0: no limit.", usage.quota),
+    ]
+
+
+def _collect_jobs(jobs: Jobs) -> list[Metric]:
+    states = {"queued": 0, "running": 0}
+    parts = {"queued": 0, "running": 0}
+    for job in jobs.open_jobs:
+        state = job.state()
+        states["running" if job.running else "queued"] += 1
+        parts["queued"] += state.queued
+        parts["running"] += state.running
+    dispatcher, usage = jobs.dispatcher, jobs.usage
+    return [
+        _gauge("jobs", "Jobs of this process that have not ended.", states, "state"),
+        _gauge("job_parts_open", "Parts of these jobs that have not ended.", parts, "state"),
+        _counter("job_parts", "Parts of jobs that have ended.", dispatcher.parts, "outcome"),
+        _counter("job_seconds", "Time of batches in job processes.", dispatcher.seconds),
+        _gauge("job_batches_running", "Batches that run.", dispatcher.busy_count),
+        _gauge(
+            "job_waiting",
+            "1 if no batch can run, with the reason.",
+            {dispatcher.waiting_for: 1} if dispatcher.waiting_for else {},
+            "reason",
+        ),
+        _gauge("job_bytes", "Bytes of jobs and their results at the last count.", usage.used),
+        _gauge("job_quota_bytes", "Most bytes of jobs and results; 0: no limit.", usage.quota),
     ]
 
 
