@@ -92,7 +92,7 @@ test-disk: $(VENV)/.dev ## Test the store on a disk that gets full: a small tmpf
 test-s3: $(VENV)/.dev build/s3/.ready ## Test the store on an S3 server
 	S3_SERVER=build/s3/bin/moto_server $(BIN)/python -m pytest tests/storage/on_s3.py
 
-test-rolling: $(VENV)/.dev ## Restart and kill instances behind HAProxy under load (LONGEST=180 s): no request may fail
+test-rolling: $(VENV)/.dev ## Restart and kill instances behind HAProxy, and workers, under load (LONGEST=180 s): no request may fail
 	@command -v haproxy >/dev/null || { echo 'haproxy is needed: apt-get install haproxy'; exit 1; }
 	LONGEST=$(LONGEST) $(BIN)/python -m pytest tools/deploy/rolling.py tools/deploy/faults.py
 

@@ -158,6 +158,14 @@ class BoundedProtocol(HttpToolsProtocol):
             # After a part of a head the client gets a problem; an idle connection only closes.
             self._refuse(problems.HEAD_TOO_SLOW) if self._unread else self.transport.close()
 
+    def close_after_response(self) -> None:
+        """Closes the connection after the response to its newest request, which says so.
+
+        If the response has begun without saying so, the next one closes the connection.
+        """
+        if not getattr(self.cycle, "response_started", True):  # None before the first request
+            self.cycle.keep_alive = False
+
     def close(self) -> None:
         """Closes the direction to the client; the other closes with the client, or at a deadline.
 

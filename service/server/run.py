@@ -47,7 +47,7 @@ class Server(uvicorn.Server):
         self._settings, self._state = settings, state
         self._stop_time = 0.0
         self._is_ready: Callable[[], bool] = getattr(state, "is_ready", lambda: True)
-        self.was_ready = False
+        self.was_ready = self._is_ending = False
 
     def handle_exit(self, sig: int, _: FrameType | None) -> None:
         """Handles a signal. Without this method uvicorn would raise the signal again at the end."""
@@ -70,10 +70,14 @@ class Server(uvicorn.Server):
         if not self.was_ready and self._is_ready():
             self.was_ready = True
             self.on_ready()
+        has_just_ended = self.should_exit and not self._is_ending
+        self._is_ending = self.should_exit
         now = asyncio.get_running_loop().time()
         for connection in list(self.server_state.connections):
             if isinstance(connection, BoundedProtocol):
                 connection.end_if_late(now)
+                if has_just_ended:
+                    connection.close_after_response()
         return await super().on_tick(counter) and time.monotonic() >= self._stop_time
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:

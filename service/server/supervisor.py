@@ -41,7 +41,7 @@ def serve_with_workers(settings: Settings, count: int) -> bool:
         supervisor.run()
     finally:
         supervisor.kill_all()  # after an error; else all have ended
-    return supervisor.has_served
+    return not supervisor.has_failed
 
 
 class Supervisor(Multiprocess):
@@ -51,6 +51,8 @@ class Supervisor(Multiprocess):
     ----------
     has_served : bool
         Whether all workers have served at the same time.
+    has_failed : bool
+        Whether a worker ended before that, so that the others were stopped.
     """
 
     processes: list[Worker]  # type: ignore[assignment]
@@ -60,7 +62,7 @@ class Supervisor(Multiprocess):
             "", workers=len(sockets), log_config=None, log_level=settings.log_level
         )
         super().__init__(config, [])
-        self.has_served = False
+        self.has_served = self.has_failed = False
         self._settings, self._sockets = settings, sockets
         self._stop_signal = 0
         # SIGHUP: numbers of workers that have not yet been replaced, the process that takes over
@@ -75,10 +77,11 @@ class Supervisor(Multiprocess):
         while not self._stop_signal:
             wait([worker.process.sentinel for worker in self._all_workers()], PING_PAUSE)
             self.handle_signals()
-            self._replace_dead()
-            self._check_start()
-            self._replace_next()
-            self._end_retired()
+            if not self._stop_signal:
+                self._replace_dead()
+                self._check_start()
+                self._replace_next()
+                self._end_retired()
         self._stop()
 
     def kill_all(self) -> None:
@@ -127,7 +130,7 @@ class Supervisor(Multiprocess):
             worker.process.join()
             if not self.has_served:
                 _log.error("The %s does not start", worker)
-                self._stop_signal = self._stop_signal or signal.SIGTERM
+                self.has_failed, self._stop_signal = True, signal.SIGINT
                 return
             reason = f"ended with {worker.exitcode}" if has_ended else "did not answer"
             _log.error("The %s %s; another process takes its place", worker, reason)
@@ -178,6 +181,10 @@ class Supervisor(Multiprocess):
     def _stop(self) -> None:
         """Passes the signal on, and waits until all workers have ended; a second one kills them."""
         notify("STOPPING=1")
+        # A socket that no worker has open any more must refuse connections.
+        for group in self._sockets:
+            for sock in group:
+                sock.close()
         delay = self._settings.drain_delay if self._stop_signal == signal.SIGTERM else 0.0
         must_end_by = time.monotonic() + delay + self._settings.drain_timeout + END_RESERVE
         for worker in self._all_workers():

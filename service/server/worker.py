@@ -63,8 +63,8 @@ class WorkerServer(Server):
         if self._state.is_retiring and not self.should_exit:
             for listener in self.servers:
                 listener.close()
-            self._stop_time = time.monotonic() + RETIRE_SECONDS
             self.should_exit = True
+            self._stop_time = time.monotonic() + RETIRE_SECONDS
         elif self._state.is_retiring and not self.server_state.connections:
             self._stop_time = 0.0
         return await super().on_tick(counter)

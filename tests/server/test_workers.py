@@ -19,7 +19,7 @@ from service.server.run import make_server
 from service.server.worker import WorkerServer
 from service.settings.values import Settings
 from tests.server.test_draining import SlowApp, is_refused
-from tools.processes import PATIENCE, Server, free_port, service_server
+from tools.processes import PATIENCE, Server, free_ports, service_server
 from tools.programs import run_python
 
 COUNT = 2
@@ -58,7 +58,7 @@ class Workers:
     def __init__(self, folder: Path, **settings: str) -> None:
         folder.mkdir(exist_ok=True)
         self.systemd = Notified(folder)
-        self.metrics_port = free_port()
+        self.metrics_port = free_ports(COUNT)
         self.server: Server = service_server(
             folder,
             {
@@ -250,7 +250,11 @@ def test_a_second_signal_ends_all_workers_at_once(tmp_path: Path) -> None:
         pids = workers.server.worker_pids()
         workers.server.process.send_signal(signal.SIGTERM)
         assert workers.systemd.read() == "STOPPING=1"
-        assert httpx.get(f"{workers.server.url}/v1/formats").status_code == 200
+        # No connection waits for a worker that is not replaced any more.
+        os.kill(pids[0], signal.SIGKILL)
+        wait_until(lambda: not is_running(pids[0]))
+        for _ in range(16):
+            assert httpx.get(f"{workers.server.url}/v1/formats", timeout=5).status_code == 200
         workers.server.process.send_signal(signal.SIGINT)
         assert workers.server.process.wait(PATIENCE) == 128 + signal.SIGINT
         wait_until(lambda: not any(map(is_running, pids)))
@@ -290,11 +294,12 @@ def test_a_retiring_worker_closes_its_listener_first_and_its_connections_after_a
         wait_until(lambda: server.should_exit)
         server._stop_time = time.monotonic() + PATIENCE  # the test needs more time
         waiting_client = socket.create_connection(("127.0.0.1", listener.getsockname()[1]))
+        wait_until(lambda: server._is_ending)
         assert state.ready, "it still answers for the instance, which is ready"
         assert client.get("/").headers["connection"] == "close"
     slow_app.may_end.set()
     slow.join(PATIENCE)
-    assert [response.text for response in responses] == ["slow"]
+    assert [(each.text, each.headers["connection"]) for each in responses] == [("slow", "close")]
     thread.join(PATIENCE)
     assert not thread.is_alive(), "it ends as soon as it has no connections"
     # The new connection waits for the process that takes over.

@@ -13,7 +13,10 @@ from importlib import import_module
 
 from service.settings.runtime import pin_blas
 
-SECTIONS = ("evaluation", "methods", "encoders", "queries", "requests", "operation", "hostile")
+SECTIONS = (
+    *("evaluation", "methods", "encoders", "queries"),
+    *("requests", "workers", "operation", "hostile"),
+)
 
 
 def main(sections: Sequence[str]) -> int:

@@ -136,7 +136,7 @@ def start_uvicorn(app: str, responses: Path, checkout: Path = ROOT) -> Server:
     return Server(responses.parent / f"{port}.log", command, port, environment, folder=checkout)
 
 
-def measure_rate(url: str, script: Path, seconds: int) -> float:
+def measure_rate(url: str, script: Path, seconds: int, connections: int = CONNECTIONS) -> float:
     """Requests per second that `wrk` measures.
 
     Raises
@@ -144,7 +144,7 @@ def measure_rate(url: str, script: Path, seconds: int) -> float:
     RuntimeError
         A response is an error, or a connection failed.
     """
-    options = ("-t1", f"-c{CONNECTIONS}", f"-d{seconds}s", "--timeout=30s", "-s", str(script))
+    options = ("-t1", f"-c{connections}", f"-d{seconds}s", "--timeout=30s", "-s", str(script))
     output = subprocess.run(
         ("wrk", *options, url), capture_output=True, text=True, check=True
     ).stdout

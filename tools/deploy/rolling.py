@@ -1,7 +1,7 @@
-"""Tests that requests do not fail while instances behind HAProxy restart: `make test-rolling`.
+"""Tests that requests do not fail while processes restart: `make test-rolling`.
 
-HAProxy has the configuration of `deploy/`. The instances share a folder, as containers share a
-bucket.
+Instances restart behind HAProxy with the configuration of `deploy/`; they share a folder, as
+containers share a bucket. Workers of one instance are killed and replaced without a proxy.
 """
 
 import hashlib
@@ -14,6 +14,7 @@ from collections import deque
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from threading import Event, Thread
 
 import httpx
 import pytest
@@ -22,7 +23,7 @@ from service.engine.mesh.mesh import ENGINE
 from service.storage.keys import SURFACES
 from tools.deploy.load import Clients, Tally, run_under_load
 from tools.deploy.traffic import Traffic
-from tools.processes import Proxy, Server, peak_memory, service_server
+from tools.processes import PATIENCE, Proxy, Server, peak_memory, service_server
 
 REQUESTS, ROUNDS = 20_000, 4
 """Least number of requests, and of rounds in which each instance is restarted once."""
@@ -32,6 +33,12 @@ KILLS = 10
 
 NOTICE_SECONDS = 2.5
 """Seconds within which HAProxy notices that an instance is ready: three checks."""
+
+HANGUPS = 3
+"""How often all workers of an instance are replaced."""
+
+MAX_REPLACEMENT = 10.0
+"""Seconds after which another worker must serve in the place of one that was killed."""
 
 MAX_SECONDS = float(os.environ.get("LONGEST", "180"))
 """Seconds after which no further round of restarts begins; a busy machine needs more."""
@@ -261,6 +268,117 @@ def test_responses_that_the_proxy_refuses_passes_on_caches_and_makes_itself(
         assert (refusal.status_code, refusal.json()["code"]) == (503, "no_instance")
         assert refusal.headers["content-type"] == "application/problem+json"
         assert int(refusal.headers["retry-after"]) > 0
+
+
+@contextmanager
+def start_workers(folder: Path) -> Iterator[Server]:
+    """An instance with two workers, both of which serve; it is killed after the block."""
+    settings = SETTINGS | {"SURFACE_STORE": str(folder / "store"), "SURFACE_WORKERS": "2"}
+    server = service_server(folder, settings | {"SURFACE_ACCESS_LOG": "false"})
+    server.start()
+    try:
+        wait_for_line(server, "All 2 workers serve", 1)
+        yield server
+    finally:
+        if server.is_alive:
+            server.stop()
+
+
+def wait_for_line(server: Server, text: str, number: int) -> float:
+    """Waits until a text stands in a service's log so many times; returns the seconds."""
+    start = time.monotonic()
+    while server.log.read_text(encoding="utf-8").count(text) < number:
+        assert time.monotonic() - start < PATIENCE, f"{text!r} is not in {server.log}"
+        time.sleep(0.05)
+    return time.monotonic() - start
+
+
+def test_no_request_fails_while_workers_are_replaced_one_by_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    traffic = Traffic()
+    probes: list[int] = []
+    seconds: list[float] = []
+    with start_workers(tmp_path) as server:
+
+        def probe(is_over: Event) -> None:
+            while not is_over.wait(0.02):
+                probes.append(httpx.get(f"{server.url}/health/ready", verify=False).status_code)
+
+        def replace(_: Tally) -> None:
+            is_over = Event()
+            prober = Thread(target=probe, args=(is_over,))
+            prober.start()
+            try:
+                for number in range(HANGUPS):
+                    old_pids = set(server.worker_pids())
+                    server.process.send_signal(signal.SIGHUP)
+                    seconds.append(wait_for_line(server, "All workers are replaced", number + 1))
+                    while old_pids & set(server.worker_pids()):
+                        time.sleep(0.05)
+            finally:
+                is_over.set()
+                prober.join()
+
+        tally = run_under_load(server.port, traffic, CLIENTS, replace)
+        store_summary = check_store(tmp_path, traffic, (server,))
+        code = server.stop()
+    print_results(
+        capsys,
+        tally,
+        f"{HANGUPS} × SIGHUP, the longest {max(seconds):.1f} s; {len(probes)} probes",
+        store_summary,
+    )
+    assert not tally.incomplete_responses
+    assert not tally.wrong_responses
+    assert set(probes) == {200}
+    assert code == 0
+
+
+def test_killed_workers_are_replaced_and_lose_no_stored_surface(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    traffic = Traffic()
+    clients = (*CLIENTS, Clients(6, {"store": 1}))
+    seconds: list[float] = []
+    with start_workers(tmp_path) as server:
+
+        def kill(tally: Tally) -> None:
+            for number in range(KILLS):
+                victim = server.worker_pids()[number % 2]
+                os.kill(victim, signal.SIGKILL)
+                started = "Application startup complete"
+                seconds.append(wait_for_line(server, started, 3 + number))
+                count_before = tally.count
+                time.sleep(1)
+                assert tally.count > count_before
+            # The parent, too: its workers end, with their running requests.
+            pids = server.worker_pids()
+            server.kill()
+            start = time.monotonic()
+            while any(Path(f"/proc/{pid}").exists() for pid in pids):
+                assert time.monotonic() - start < PATIENCE
+                time.sleep(0.05)
+            ends.append(time.monotonic() - start)
+            server.start()
+            wait_for_line(server, "All 2 workers serve", 2)
+
+        ends: list[float] = []
+        tally = run_under_load(server.port, traffic, clients, kill)
+        store_summary = check_store(tmp_path, traffic, (server,))
+    refused = [line for line in tally.incomplete_responses if "ConnectionRefused" in line]
+    broken = len(tally.incomplete_responses) - len(refused)
+    print_results(
+        capsys,
+        tally,
+        f"{KILLS} workers killed, replaced within {max(seconds):.1f} s, {broken} requests broken; "
+        f"the workers ended {ends[0]:.1f} s after their parent, {len(refused)} refused meanwhile",
+        store_summary,
+    )
+    assert not tally.wrong_responses
+    assert max(seconds) < MAX_REPLACEMENT
+    # Each client waits for one response at a time, so a kill breaks at most one for each.
+    assert broken <= (KILLS + 1) * sum(group.number for group in clients)
 
 
 def find_serving_instance(proxy: Proxy, instances: tuple[Server, Server]) -> Server:
