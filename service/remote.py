@@ -3,7 +3,7 @@
 import os
 import re
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 from typing import Any
 
@@ -85,8 +85,33 @@ def store(url: str, document: dict[str, Any]) -> dict[str, str]:
     return {"id": response["id"]} | {k: str(httpx.URL(url).join(v)) for k, v in links.items()}
 
 
-def _request(url: str, expected_type: str, method: str, path: str, **request: Any) -> bytes:
+def list_stored(url: str) -> Iterator[dict[str, Any]]:
+    """The stored surfaces of a service, in the order of their ids: `id`, `bytes` and `time` each.
+
+    Raises the errors of `post`.
+    """
+    query: dict[str, str] = {"limit": "1000"}
+    absent = "This service has no list of stored surfaces: it needs API keys (SURFACE_API_KEYS)."
+    while query:
+        page = orjson.loads(
+            _request(url, "application/json", "GET", "/v1/stored", absent=absent, params=query)
+        )
+        yield from page["surfaces"]
+        query = dict(httpx.URL(page["links"].get("next", "")).params)
+
+
+def delete(url: str, id: str) -> None:
+    """Removes a stored surface; raises the errors of `post`."""
+    absent = "This service deletes no surfaces (SURFACE_ALLOW_DELETE), or this is an example."
+    _request(url, "", "DELETE", f"/v1/surfaces/{id}", absent=absent)
+
+
+def _request(
+    url: str, expected_type: str, method: str, path: str, absent: str = "", **request: Any
+) -> bytes:
     """Sends a request, again while the service is busy; returns the body of the response.
+
+    `absent` is the text of the error if the service may be one that does not have this call.
 
     Raises
     ------
@@ -112,7 +137,9 @@ def _request(url: str, expected_type: str, method: str, path: str, **request: An
     if response.is_success and media_type == expected_type.partition(";")[0]:
         return response.content
     problem = _problem_document(response) if media_type == "application/problem+json" else {}
-    if not problem:
+    if problem.get("code") in _ABSENT and absent:
+        raise InvalidRequest(Issue(problem["code"], absent))
+    if not problem or problem["code"] in _ABSENT:
         raise ServiceFailed(f"{url}: not a surface service ({response.status_code} {response.url})")
     if response.status_code in _BUSY:
         raise ServiceFailed(f"{url} is busy: {problem['detail']}")
@@ -121,6 +148,11 @@ def _request(url: str, expected_type: str, method: str, path: str, **request: An
     if response.status_code == httpx.codes.UNAUTHORIZED:
         raise InvalidRequest(Issue(problem["code"], problem["detail"], needed=f"a key in {KEY}"))
     raise InvalidRequest(*_issues(problem))
+
+
+_ABSENT = frozenset({"not_found", "method_not_allowed"})
+"""Codes of a service that does not have a call. Every surface service has all calls of this module
+except those that its settings switch on, so usually another server responded."""
 
 
 def _retry_seconds(header: str) -> float:
@@ -145,10 +177,7 @@ def _problem_document(response: httpx.Response) -> dict[str, Any]:
     except ValueError:
         return {}
     is_problem = isinstance(problem, dict) and {"code", "detail", "errors"} <= problem.keys()
-    # A surface service has all URLs and methods that this module uses: another server responded.
-    if not is_problem or problem["code"] in ("not_found", "method_not_allowed"):
-        return {}
-    return dict(problem)
+    return dict(problem) if is_problem else {}
 
 
 def _issues(problem: Mapping[str, Any]) -> list[Issue]:

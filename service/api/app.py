@@ -30,6 +30,7 @@ from service.api.routes import (
     operations,
     pages,
     queries,
+    stored,
     surfaces,
 )
 from service.api.services import JobMiddleware, Services
@@ -157,6 +158,8 @@ def _select_routers(settings: Settings) -> list[APIRouter]:
     ]
     if settings.allow_delete:
         routers.append(surfaces.deleting)
+    if needs_keys(settings):
+        routers.append(stored.listing)
     if settings.signing_keys and needs_keys(settings):
         routers.append(surfaces.signing)
     if settings.metrics != "off":

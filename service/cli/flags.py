@@ -85,6 +85,22 @@ class Command:
         parser.set_defaults(run=self.run)
 
 
+@dataclass(frozen=True, slots=True)
+class CommandGroup:
+    """Commands below a name, such as `surface stored list`; attributes as those of `Command`."""
+
+    name: str
+    text: str
+    commands: tuple[Command, ...]
+
+    def add_to(self, commands: Any) -> None:
+        """Adds the commands to the result of `add_subparsers`."""
+        parser = commands.add_parser(self.name, help=self.text, description=f"{self.text}.")
+        below = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+        for command in self.commands:
+            command.add_to(below)
+
+
 def _add_flags(parser: Any, flags: Flags) -> None:
     for each in flags:
         parser.add_argument(*each.names, **each.options)

@@ -19,6 +19,7 @@ from service.cli.refusals import (
     print_error,
 )
 from service.cli.services import HEALTH, KEY, SERVE, SIGN, STORE
+from service.cli.stored import STORED
 from service.errors import BadAddress, InvalidSettings, ServiceFailed, SurfaceError
 
 COMMANDS = (
@@ -34,6 +35,7 @@ COMMANDS = (
     CONVERT,
     CURVE,
     STORE,
+    STORED,
     SIGN,
     KEY,
     EXAMPLES,

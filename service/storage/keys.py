@@ -13,6 +13,12 @@ def is_id(name: str) -> bool:
     return _ID.fullmatch(name) is not None
 
 
+def find_id(key: str) -> str | None:
+    """The id of the surface that is stored under a key; None if it is the key of no surface."""
+    id = key.rpartition("/")[2]
+    return id if is_id(id) and key == key_of(id) else None
+
+
 def key_of(id: str) -> str:
     """The key of a surface: `surfaces/ab/abcd…`, at most 256 folders.
 

@@ -11,9 +11,9 @@ from weakref import WeakValueDictionary
 from anyio import Lock, to_thread
 
 from service.errors import DamagedObject, Issue, SurfaceError, UnknownSurface
-from service.storage.backends import Backend, reserve_nothing
+from service.storage.backends import PAGE, Backend, Entry, reserve_nothing
 from service.storage.failures import Operations, translate_errors
-from service.storage.keys import SURFACES, key_of
+from service.storage.keys import SURFACES, find_id, key_of
 from service.storage.quota import Usage
 from service.storage.slots import Slots
 from service.storage.watch import Watch, Writes
@@ -125,6 +125,24 @@ class SurfaceStore:
         """Whether an object has this id; does not read the object."""
         with self.operations.count("has"):
             return await self._size(key_of(id)) is not None
+
+    async def list(self, after: str = "", limit: int = PAGE) -> list[Entry]:
+        """At most `limit` stored surfaces, in the order of their ids; does not read them.
+
+        Objects whose keys are those of no surface are left out.
+
+        Parameters
+        ----------
+        after : str
+            Only ids greater than this one.
+        """
+        entries: list[Entry] = []
+        with self.operations.count("list"), translate_errors("listing surfaces"):
+            async for page in self.backend.list(SURFACES, key_of(after) if after else ""):
+                entries += [entry for entry in page if find_id(entry.key)]
+                if len(entries) >= limit:
+                    break
+        return entries[:limit]
 
     async def delete(self, id: str) -> bool:
         """Removes the object with this id, even if it is damaged; returns whether it existed."""

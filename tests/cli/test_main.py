@@ -16,7 +16,7 @@ import pytest
 
 from service import __version__
 from service.cli.documents import Query
-from service.cli.flags import Command
+from service.cli.flags import Command, CommandGroup
 from service.cli.main import COMMANDS, main
 from service.encoders.format import Format
 from service.encoders.registry import BY_NAME, FORMATS
@@ -187,8 +187,10 @@ def test_every_command_is_listed() -> None:
     folder = Path(inspect.getfile(main)).parent
     modules = [import_module(f"service.cli.{file.stem}") for file in folder.glob("[a-z]*.py")]
     values = {id(v): v for module in modules for v in vars(module).values()}.values()
-    commands = {value.name for value in values if isinstance(value, Command | Query)}
-    assert commands == {command.name for command in COMMANDS}, (
+    groups = [value for value in values if isinstance(value, CommandGroup)]
+    below = {command.name for group in groups for command in group.commands}
+    commands = {value.name for value in values if isinstance(value, Command | CommandGroup | Query)}
+    assert commands - below == {command.name for command in COMMANDS}, (
         "list the command in COMMANDS of service/cli/main.py"
     )
 

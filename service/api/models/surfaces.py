@@ -126,6 +126,32 @@ class StoredSurface(ResponseModel):
     links: StoredLinks
 
 
+class StoredEntry(ResponseModel):
+    """A stored surface in a list."""
+
+    id: Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
+    """SHA-256 of the content: 64 hexadecimal digits."""
+    bytes: Count
+    """Bytes of the content."""
+    time: Annotated[str, Field(examples=["2026-01-31T12:00:00.000Z"])]
+    """When it was stored, or stored again after damage: RFC 3339, UTC."""
+
+
+class PageLinks(ResponseModel):
+    """URLs, without the host."""
+
+    next: str | Missing = None
+    """URL of the next page; missing on the last one."""
+
+
+class StoredList(ResponseModel):
+    """Stored surfaces in the order of their ids."""
+
+    surfaces: list[StoredEntry]
+    """The surfaces, at most `limit`."""
+    links: PageLinks
+
+
 class SignedAddress(ResponseModel):
     """A URL that any client may read without a key."""
 

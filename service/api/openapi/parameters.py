@@ -98,6 +98,25 @@ SIGNED = [
 ]
 
 
+MAX_LIMIT, DEFAULT_LIMIT = 1000, 100
+"""Most entries of a page of a list, and their number if the request names none."""
+
+PAGE = [
+    _parameter(
+        "query",
+        "after",
+        "The last id of the page before; by default, the list begins with the first.",
+        {"type": "string", "pattern": "^[0-9a-f]{64}$"},
+    ),
+    _parameter(
+        "query",
+        "limit",
+        "Most entries of the page.",
+        {"type": "integer", "minimum": 1, "maximum": MAX_LIMIT, "default": DEFAULT_LIMIT},
+    ),
+]
+
+
 def format_parameter(
     formats: Sequence[FileFormat],
     description: str = "Format of the response; takes precedence over `Accept`.",

@@ -33,6 +33,8 @@ CALLS: list[tuple[str, str, object, KeyScope]] = [
     ("GET", "/v1/surfaces/saddle", None, "read"),
     ("HEAD", "/v1/surfaces/saddle/mesh.glb", None, "read"),
     ("GET", "/metrics", None, "read"),
+    ("GET", "/v1/stored", None, "admin"),
+    ("HEAD", "/v1/stored?limit=1", None, "admin"),
     ("DELETE", "/v1/surfaces/" + "0" * 64, None, "delete"),
     ("PUT", "/v1/nothing", None, "compute"),
 ]
