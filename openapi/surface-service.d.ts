@@ -380,6 +380,30 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/v1/stored": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * All stored surfaces
+         * @description Lists the stored surfaces in the order of their ids, without reading them.
+         *
+         *     Who knows an id may read its surface, so this call needs a key with the scope `admin`, and a
+         *     service without keys does not have it. A surface that is stored or deleted meanwhile may be
+         *     missing or listed.
+         */
+        get: operations["listStored"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/v1/sign": {
         parameters: {
             query?: never;
@@ -2556,6 +2580,17 @@ export interface components {
         /** @description A step of a conversion: `op` names its kind. */
         OperationDefinition: components["schemas"]["ElevateDefinition"] | components["schemas"]["SplitDefinition"] | components["schemas"]["RestrictDefinition"] | components["schemas"]["TransposeDefinition"] | components["schemas"]["ReverseDefinition"] | components["schemas"]["BezierConversion"] | components["schemas"]["TriangleConversion"];
         /**
+         * PageLinks
+         * @description URLs, without the host.
+         */
+        PageLinks: {
+            /**
+             * Next
+             * @description URL of the next page; missing on the last one.
+             */
+            next?: string;
+        };
+        /**
          * PartMeasures
          * @description A named part, or a member of a group.
          */
@@ -3615,6 +3650,28 @@ export interface components {
             ];
         };
         /**
+         * StoredEntry
+         * @description A stored surface in a list.
+         */
+        StoredEntry: {
+            /**
+             * Id
+             * @description SHA-256 of the content: 64 hexadecimal digits.
+             */
+            id: string;
+            /**
+             * Bytes
+             * @description Bytes of the content.
+             */
+            bytes: number;
+            /**
+             * Time
+             * @description When it was stored, or stored again after damage: RFC 3339, UTC.
+             * @example 2026-01-31T12:00:00.000Z
+             */
+            time: string;
+        };
+        /**
          * StoredLinks
          * @description URLs, without the host.
          */
@@ -3647,6 +3704,18 @@ export interface components {
                 /** @description OFF. */
                 off: string;
             };
+        };
+        /**
+         * StoredList
+         * @description Stored surfaces in the order of their ids.
+         */
+        StoredList: {
+            /**
+             * Surfaces
+             * @description The surfaces, at most `limit`.
+             */
+            surfaces: components["schemas"]["StoredEntry"][];
+            links: components["schemas"]["PageLinks"];
         };
         /**
          * StoredSurface
@@ -4524,6 +4593,7 @@ export type MeshReport = components['schemas']['MeshReport'];
 export type MeshRequest = components['schemas']['MeshRequest'];
 export type MultipatchDefinition = components['schemas']['MultipatchDefinition'];
 export type OperationDefinition = components['schemas']['OperationDefinition'];
+export type PageLinks = components['schemas']['PageLinks'];
 export type PartMeasures = components['schemas']['PartMeasures'];
 export type PartReport = components['schemas']['PartReport'];
 export type PatchesDefinition = components['schemas']['PatchesDefinition'];
@@ -4544,7 +4614,9 @@ export type Sections = components['schemas']['Sections'];
 export type SignRequest = components['schemas']['SignRequest'];
 export type SignedAddress = components['schemas']['SignedAddress'];
 export type SplitDefinition = components['schemas']['SplitDefinition'];
+export type StoredEntry = components['schemas']['StoredEntry'];
 export type StoredLinks = components['schemas']['StoredLinks'];
+export type StoredList = components['schemas']['StoredList'];
 export type StoredSurface = components['schemas']['StoredSurface'];
 export type SurfaceDefinition = components['schemas']['SurfaceDefinition'];
 export type SurfaceDocument = components['schemas']['SurfaceDocument'];
@@ -5665,6 +5737,40 @@ export interface operations {
                     "application/json": components["schemas"]["Health"];
                 };
             };
+        };
+    };
+    listStored: {
+        parameters: {
+            query?: {
+                /** @description The last id of the page before; by default, the list begins with the first. */
+                after?: string;
+                /** @description Most entries of the page. */
+                limit?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description A page of the list. */
+            200: {
+                headers: {
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StoredList"];
+                };
+            };
+            401: components["responses"]["KeyNeeded"];
+            403: components["responses"]["ScopeNeeded"];
+            422: components["responses"]["InvalidQuery"];
+            429: components["responses"]["TooManyRequests"];
+            500: components["responses"]["InternalError"];
+            503: components["responses"]["Unavailable"];
         };
     };
     signAddress: {

@@ -15,7 +15,7 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
-from service.api.guard.keys import format_entry, make_key
+from service.api.guard.keys import SCOPES, format_entry, make_key
 from tools.processes import ROOT, Server, service_server
 
 OPEN_SETTINGS = {"SURFACE_ACCESS_LOG": "false", "SURFACE_ALLOW_DELETE": "true"}
@@ -102,7 +102,9 @@ def main(program: str, min_requests: int) -> bool:
     schemathesis = str(Path(program).absolute())
     passes_without_keys = judge_service(schemathesis, OPEN_SETTINGS, OPEN_EXAMPLES, min_requests)
     key = make_key()
-    settings = PRIVATE_SETTINGS | {"SURFACE_API_KEYS": format_entry("judge", key)}
+    settings = PRIVATE_SETTINGS | {
+        "SURFACE_API_KEYS": format_entry("judge", key, frozenset(SCOPES))
+    }
     key_rules = f'\n[auth.openapi.key]\nbearer = "{key}"\n'
     return (
         judge_service(schemathesis, settings, PRIVATE_EXAMPLES, min_requests // 4, key_rules)

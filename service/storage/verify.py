@@ -16,7 +16,7 @@ READERS, READ_BYTES = 8, 256 << 20
 
 @dataclass(slots=True)
 class Verification:
-    """What has been verified so far.
+    """The result of a verification so far.
 
     Attributes
     ----------

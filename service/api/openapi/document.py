@@ -11,7 +11,7 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 from pydantic import SecretStr
 
-from service.api.guard.keys import format_entry, make_key
+from service.api.guard.keys import SCOPES, format_entry, make_key
 from service.api.guard.policy import EXEMPT, Policy
 from service.api.guard.signatures import MIN_SECRET
 from service.api.models.surfaces import Problem
@@ -78,7 +78,7 @@ _LIMITED = frozenset({"Busy", "TooManyRequests"})
 def build_full_settings() -> Settings:
     """Settings that switch on all optional features."""
     return Settings(
-        api_keys=(format_entry("all", make_key()),),
+        api_keys=(format_entry("all", make_key(), frozenset(SCOPES)),),
         signing_keys=(SecretStr("-" * MIN_SECRET),),
         public_reads=False,
         allow_delete=True,
