@@ -391,12 +391,14 @@ def test_several_workers_need_linux(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_workers_share_the_memory_and_the_processors(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("service.settings.workers.count_processors", lambda: 5)
+    for module in ("workers", "values"):
+        monkeypatch.setattr(f"service.settings.{module}.count_processors", lambda: 5)
     machine = 4 << 30
     settings = Settings(memory_bytes=machine // 2, store="/data")
     assert share_settings(settings, 1) == settings
     part = share_settings(settings, 2)
     assert part.memory_bytes == (machine - 2 * 150_000_000) // 2 // 2
     assert part.threads == 2
+    assert part.job_processes == max(1, settings.job_process_count // 2)
     assert share_settings(settings, 8).threads == 1
     assert share_settings(Settings(threads=3), 2).threads == 3  # as the operator chose

@@ -47,14 +47,14 @@ def _serve(arguments: argparse.Namespace) -> int:
     logs.errors.flush()
     count = count_workers(settings)
     _warn_if_open(settings)
-    has_served = False
+    has_stopped = False
     # The process of the server ends itself. uvicorn's `SystemExit` comes after a line in the log;
     # its exit code has another meaning in this program.
     with suppress(SystemExit):
         if count > 1:
             from service.server.supervisor import serve_with_workers
 
-            has_served = serve_with_workers(settings, count)
+            has_stopped = serve_with_workers(settings, count)
         else:
             from service.api.app import create_app
             from service.server.run import serve
@@ -63,7 +63,7 @@ def _serve(arguments: argparse.Namespace) -> int:
             app.state.counters.count_dropped_lines = logs.count_dropped
             serve(app, settings, app.state)
     logs.errors.flush()
-    if not has_served:
+    if not has_stopped:
         address = f"{settings.host}, port {settings.port}"
         raise Refused(f"cannot serve at {address}; the lines above say why")
     return OK

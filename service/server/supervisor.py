@@ -29,7 +29,7 @@ _log = logging.getLogger(__name__)
 
 
 def serve_with_workers(settings: Settings, count: int) -> bool:
-    """Serves requests in `count` processes until a signal; returns False if they do not start.
+    """Serves requests in `count` processes until a signal stops them; False if they do not start.
 
     Raises
     ------

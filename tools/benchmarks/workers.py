@@ -128,7 +128,7 @@ def run(arguments: Sequence[str] = ()) -> bool:
     print(f"Requests a second of two workers and of one, {options.connections} connections")
     print(
         f"{'work':16}{'one/s':>9}{'two/s':>9}{'as sent':>9}{'ratio':>7}{'ms/one':>8}{'ms/two':>8}"
-        f"{'client':>8}{'others':>8}{'rounds':>8}"
+        f"{'client':>8}{'others':>8}{'others':>8}{'rounds':>8}"
     )
     is_fast = True
     with tempfile.TemporaryDirectory() as temporary, ExitStack() as stack:
@@ -167,7 +167,7 @@ def run(arguments: Sequence[str] = ()) -> bool:
             print(
                 f"{name:16}{one.rate:9.1f}{two.rate:9.1f}{as_sent:9.2f}{ratio:7.2f}"
                 f"{costs[0]:8.2f}{costs[1]:8.2f}{two.client:8.2f}"
-                f"{max(one.others, two.others):8.2f}{len(quiet_pairs):5}/{len(pairs)}",
+                f"{one.others:8.2f}{two.others:8.2f}{len(quiet_pairs):6}/{len(pairs)}",
                 flush=True,
             )
             if not quiet_pairs:
