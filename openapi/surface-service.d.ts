@@ -4266,7 +4266,7 @@ export interface components {
              * @description Stable code of the kind of problem, for programs.
              * @enum {string}
              */
-            code: "body_too_large" | "body_too_slow" | "busy" | "damaged_object" | "engine_gone" | "internal_error" | "invalid_request" | "key_needed" | "key_unknown" | "malformed_body" | "malformed_json" | "method_not_allowed" | "not_acceptable" | "not_found" | "out_of_time" | "rate_limited" | "result_too_large" | "scope_needed" | "signature_expired" | "signature_invalid" | "store_full" | "store_unavailable" | "unknown_suffix" | "unknown_surface" | "unsupported_by_format" | "unsupported_media_type";
+            code: "body_too_large" | "body_too_slow" | "busy" | "compute_limited" | "damaged_object" | "engine_gone" | "internal_error" | "invalid_request" | "key_needed" | "key_unknown" | "malformed_body" | "malformed_json" | "method_not_allowed" | "not_acceptable" | "not_found" | "out_of_time" | "rate_limited" | "result_too_large" | "scope_needed" | "signature_expired" | "signature_invalid" | "store_full" | "store_unavailable" | "unknown_suffix" | "unknown_surface" | "unsupported_by_format" | "unsupported_media_type";
             /**
              * Detail
              * @description The problem in words, for people.
@@ -4452,7 +4452,7 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description The service is busy; nothing was computed. `Retry-After` says when to try again. Too many requests in a short time; `Retry-After` says when to try again. */
+        /** @description The service is busy; nothing was computed. `Retry-After` says when to try again. Too many requests in a short time; `Retry-After` says when to try again. Your requests have used too much computing time; `Retry-After` says when to try again. */
         Busy: {
             headers: {
                 /**
@@ -4544,13 +4544,13 @@ export interface components {
          */
         RequestId: string;
         /**
-         * @description Sent if requests are limited (`SURFACE_RATE_LIMIT`): `q` requests are allowed in `w` seconds with one key, or from one address (draft-ietf-httpapi-ratelimit-headers).
-         * @example "requests";q=60;w=60
+         * @description Sent if requests or their computing time are limited (`SURFACE_RATE_LIMIT`, `SURFACE_COMPUTE_LIMIT`): with one key, or from one address, `q` requests, or thread seconds, are allowed in `w` seconds (draft-ietf-httpapi-ratelimit-headers).
+         * @example "requests";q=60;w=60, "compute";q=30;w=60;qu="thread-seconds"
          */
         "RateLimit-Policy": string;
         /**
-         * @description Sent with `RateLimit-Policy`: `r`, how many requests may follow at once, and `t`, the seconds until all `q` may.
-         * @example "requests";r=57;t=3
+         * @description Sent with `RateLimit-Policy`: `r`, how many requests or thread seconds may follow at once, and `t`, the seconds until all `q` may.
+         * @example "requests";r=57;t=3, "compute";r=29;t=1
          */
         RateLimit: string;
     };

@@ -83,12 +83,10 @@ def create_app(settings: Settings | None = None, log: Write | None = None) -> "A
     app.state.ready = True
     app.state.is_ready = partial(is_ready, app.state)
     inner = JobMiddleware(partial(FastAPI.__call__, app), services.threads)
-    guard = build_guard(
-        CacheMiddleware(inner, services.cache, services.store, services.origins),
-        settings,
-        services.keys,
-        services.signer,
+    cached = CacheMiddleware(
+        inner, services.cache, services.store, services.threads.unread, services.origins
     )
+    guard = build_guard(cached, settings, services.keys, services.signer, services.threads.accounts)
     app.outermost = add_telemetry(app, guard, log)
     return app
 

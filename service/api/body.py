@@ -77,6 +77,8 @@ class BodyRoute(APIRoute):
         headers = dict(scope["headers"])
         services: Services = scope["app"].state.services
         job: Job = scope["state"]["job"]
+        if services.threads.accounts.limit is not None:
+            job.check_compute_limit()  # before the body takes memory
         decoder = decoder_of_body(
             headers.get(b"content-type", b"").decode("latin-1"), self.decoders
         )

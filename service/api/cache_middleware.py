@@ -4,15 +4,18 @@ import time
 from dataclasses import dataclass
 from operator import attrgetter
 
-from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.api.caching.cache import ResponseCache
 from service.api.caching.cached_response import CachedResponse, Variant, find_match, matches_all
 from service.api.caching.codings import Codings, parse_accepted_codings
+from service.api.callers import caller_of
 from service.api.cors import Origins
+from service.api.job import MAX_BUFFERED
 from service.api.record import record_of
 from service.api.removals import is_removed
-from service.api.responses import CHUNK, MAX_BUFFERED, send_in_chunks
+from service.api.responses import CHUNK, send_buffers
+from service.api.unread import UnreadBytes
 from service.storage.store import SurfaceStore
 
 
@@ -27,6 +30,7 @@ class CacheMiddleware:
     app: ASGIApp
     cache: ResponseCache
     store: SurfaceStore
+    unread: UnreadBytes
     origins: Origins
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -47,33 +51,42 @@ class CacheMiddleware:
                         condition = value if condition is None else condition + b"," + value
                 choice = _choose_variant(entry, parse_accepted_codings(codings), condition)
                 if choice is not None:
-                    self.cache.hits += 1
-                    record_of(scope).cache = "hit"
                     variant, is_unchanged = choice
-                    heads = variant.heads_304 if is_unchanged else variant.heads_200
-                    await send(heads[has_engine])
+                    head = (variant.heads_304 if is_unchanged else variant.heads_200)[has_engine]
                     body = b"" if is_unchanged or method == "HEAD" else variant.body
-                    if len(body) <= MAX_BUFFERED:
-                        await send({"type": "http.response.body", "body": body})
-                    else:
-                        await self._send_long(entry, body, send)
-                    return
-        elif method == "OPTIONS" and (head := self.origins.preflight(scope)) is not None:
-            await send(head)
+                    is_long = len(body) > MAX_BUFFERED
+                    caller = caller_of(scope) if is_long else ""
+                    if not is_long or self.unread.may_begin(caller, (body,), len(body)):
+                        self.cache.hits += 1
+                        record_of(scope).cache = "hit"
+                        if is_long:
+                            await self._send_long(entry, caller, head, body, send)
+                        else:
+                            await send(head)
+                            await send({"type": "http.response.body", "body": body})
+                        return
+                    # The route waits until the caller has read other responses.
+        elif method == "OPTIONS" and (answer := self.origins.preflight(scope)) is not None:
+            await send(answer)
             await send({"type": "http.response.body", "body": b""})
             return
         await self.app(scope, receive, send)
 
-    async def _send_long(self, entry: CachedResponse, body: bytes, send: Send) -> None:
+    async def _send_long(
+        self, entry: CachedResponse, caller: str, head: Message, body: bytes, send: Send
+    ) -> None:
         """Sends a long body; the entry stays in memory while a slow client receives it."""
         self.cache.begin(entry)
+        self.unread.begin(caller, body)
         try:
+            await send(head)
             if len(body) <= CHUNK:
                 await send({"type": "http.response.body", "body": body, "more_body": True})
                 await send({"type": "http.response.body", "body": b""})
             else:
-                await send_in_chunks(body, send)
+                await send_buffers([body], send)
         finally:
+            self.unread.end(caller, body)
             self.cache.end(entry)
 
 

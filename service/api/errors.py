@@ -1,6 +1,6 @@
 """Errors that only HTTP knows: of queries, headers, bodies, keys, signatures and rates."""
 
-from service.errors import InvalidRequest, SurfaceError
+from service.errors import InvalidRequest, Issue, SurfaceError
 
 
 class InvalidQuery(InvalidRequest):
@@ -53,3 +53,29 @@ class SignatureExpired(SurfaceError):
 
 class RateLimited(SurfaceError):
     """The client made too many requests in a short time."""
+
+
+class ComputeLimited(SurfaceError):
+    """The requests of the client have used too much computing time.
+
+    Attributes
+    ----------
+    retry_after : int
+        Seconds until the caller may use more.
+    """
+
+    retry_after = 1
+
+
+def compute_limited(limit: int, retry_after: int) -> ComputeLimited:
+    """The error of a caller that has used more than `limit` thread seconds a minute."""
+    error = ComputeLimited(
+        Issue(
+            "compute_limited",
+            "Your requests have used too much computing time.",
+            got=f"more than {limit} thread seconds a minute",
+            needed=f"a wait of {retry_after} s",
+        )
+    )
+    error.retry_after = retry_after
+    return error

@@ -10,6 +10,7 @@ import math
 import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
+from functools import cached_property
 from traceback import clear_frames
 from typing import Any, TypeAlias, TypeVar, cast
 
@@ -17,11 +18,12 @@ from anyio import CancelScope, current_time, to_thread
 from starlette.requests import ClientDisconnect
 from starlette.types import Receive
 
+from service.api.errors import compute_limited
 from service.api.record import Timing
-from service.api.threads import Threads
+from service.api.threads import Threads, Turn
 from service.cancellation import Cancellation, Cancelled, OutOfTime, cancelled_by
 from service.errors import Busy, Issue, TooLarge
-from service.pipeline.cost import Work
+from service.pipeline.cost import Cost, Work
 
 INLINE_SECONDS = 0.0075
 """Estimated time (`Cost.seconds`) up to which work runs on the event loop. To change to a thread
@@ -35,6 +37,11 @@ next checkpoint and begins again in a thread."""
 
 TRIM_BYTES = 4 << 20
 """After a request that took at least this many bytes, free memory goes back to the system."""
+
+MAX_BUFFERED = 1 << 16
+"""Most bytes of a body that is sent in one message: the server buffers the body, and the service
+does not wait for the client. A longer body ends with an empty message, before which the server
+waits until a slow client has received almost all of the body."""
 
 SMALL_BODY = 1 << 20
 """A body of at most this many bytes may use the last 1/10 of the bodies' memory."""
@@ -54,10 +61,23 @@ class Job:
     receive : callable, optional
         Returns messages of the client; shows that it has disconnected. A shared computation has
         none, because it ends with its last user.
+    find_caller : callable, optional
+        Returns the name of the caller that is charged for the work. For a shared computation this
+        is the caller that asked first.
+    is_shared : bool
+        Whether several requests share the computation: each of them counts the response for itself.
     """
 
-    def __init__(self, threads: Threads, receive: Receive | None = None) -> None:
+    def __init__(
+        self,
+        threads: Threads,
+        receive: Receive | None = None,
+        find_caller: Callable[[], str] = str,
+        *,
+        is_shared: bool = False,
+    ) -> None:
         self.threads = threads
+        self._find_caller, self._is_shared = find_caller, is_shared
         self.cancellation = Cancellation()
         self.on_ready: Callbacks = []
         self.on_end: Callbacks = []
@@ -67,8 +87,32 @@ class Job:
         self._receive = receive
         self._deadline = math.inf
         self._body = self._memory = self._peak = 0
+        # Of `_memory`: bytes with which the job has passed a claim, and bytes of the response that
+        # the caller has not read.
+        self._passed = self._unread = 0
+        self._inline_seconds = 0.0
         self._running: set[asyncio.Task[Any]] = set()
         self._ran_inline = self._is_over = False
+
+    @cached_property
+    def caller(self) -> str:
+        """The name of the caller that is charged for the work."""
+        return self._find_caller()
+
+    def check_compute_limit(self) -> None:
+        """Refuses a request whose caller has used its thread seconds, if these are limited.
+
+        Raises
+        ------
+        ComputeLimited
+        """
+        limit = self.threads.accounts.limit
+        if limit is None or self._is_shared:
+            return
+        self.threads.accounts.charge_running()
+        retry_after = limit.state(self.caller).retry_after
+        if retry_after:
+            raise compute_limited(limit.seconds, retry_after)
 
     def hold_body(self, size: int) -> None:
         """Sets the memory that the body takes: more while it arrives, less once it is parsed.
@@ -114,13 +158,20 @@ class Job:
         if not is_long:
             await self.threads.take_turn()
             self._ran_inline = True
-            with self.timing.step("parse"):
-                return call()
+            start = time.perf_counter()
+            try:
+                with self.timing.step("parse"):
+                    return call()
+            finally:
+                self._inline_seconds += time.perf_counter() - start
+        threads, caller = self.threads, self.caller
         async with self.until_deadline():
+            start = time.perf_counter()
             with self.timing.step("wait"):
-                await self.threads.parse_lock.acquire()
+                await threads.parsing.acquire(caller)
+            threads.on_wait("parse", time.perf_counter() - start)
             with self.timing.step("parse"):
-                return await self._in_thread(call, self.threads.parse_lock.release)
+                return await self._in_thread(call, lambda: threads.parsing.release(caller))
 
     async def run(self, work: Work[Result], name: str) -> Result:
         """Returns the result of `work`: short work runs on the event loop, other work in a thread.
@@ -136,37 +187,58 @@ class Job:
             Or the error of the work.
         """
         cost, threads = work.cost, self.threads
-        if cost.seconds <= INLINE_SECONDS and threads.has_room(cost.memory, is_small=True):
+        if (
+            cost.seconds <= INLINE_SECONDS
+            and threads.has_room(cost.memory, is_small=True)
+            and (not threads.unread.totals or self._has_room_for_response(cost))
+        ):
             self._memory += cost.memory
             threads.hold(cost.memory)
             if not self._ran_inline:  # one turn is enough for parsing and work of one request
                 await threads.take_turn()
                 self._ran_inline = True
             time_limit = Cancellation(time.monotonic() + MAX_INLINE_SECONDS)
-            with self.timing.step(name), suppress(OutOfTime), cancelled_by(time_limit):
-                return work.run()
+            start = time.perf_counter()
+            try:
+                with self.timing.step(name), suppress(OutOfTime), cancelled_by(time_limit):
+                    return work.run()
+            finally:
+                self._inline_seconds += time.perf_counter() - start
             # It took longer than `MAX_INLINE_SECONDS`: begin again in a thread.
             self._memory -= cost.memory
             threads.hold(-cost.memory)
         # The cost is an upper bound; `acquire` could never grant more than `max_memory`.
         amount = min(cost.memory, threads.max_memory)
+        response = min(cost.response, amount)
+        turn = Turn(self.caller, amount, response, cost.least_seconds)
         async with self.until_deadline():
+            turn.deadline = self.cancellation.deadline
             with self.timing.step("wait"):
-                start = await threads.acquire(amount)
+                await threads.acquire(turn, name)
             self._memory += amount
+            self._unread += response
+            self._passed += amount if turn.has_passed else 0
             with self.timing.step(name):
-                return await self._in_thread(work.run, lambda: threads.release_thread(start))
+                return await self._in_thread(work.run, lambda: threads.release_thread(turn))
+
+    def _has_room_for_response(self, cost: Cost) -> bool:
+        """Whether the caller may begin another response. Short ones wait for no client."""
+        if 0 < cost.response <= MAX_BUFFERED:
+            return True
+        return self.threads.unread.has_room(self.caller, cost.response)
 
     def drop_work(self) -> None:
         """Gives the memory of work back that has ended without a result, before other work runs."""
         self._peak = max(self._peak, self._body + self._memory)
         dropped, self._memory = self._memory, 0
+        self._count_memory(0, is_response=False)
         self.threads.hold(-dropped)
 
-    def finish_work(self, size: int) -> None:
-        """Gives all memory back except the `size` bytes of the response, which is ready.
+    def finish_work(self, size: int, *, is_response: bool = True) -> None:
+        """Gives all memory back except the `size` bytes of the result, which is ready.
 
-        Takes no further memory for a response that is larger than the memory of the work.
+        Takes no further memory for a result that is larger than the memory of the work. Unless
+        `is_response` is false, the result is what the caller has to read.
         """
         while self.on_ready:
             self.on_ready.pop()()
@@ -174,12 +246,39 @@ class Job:
         self._peak = max(self._peak, total)
         self.threads.body_bytes -= self._body
         self._body, self._memory = 0, response_memory
+        if response_memory > MAX_BUFFERED or self._unread or self._passed:
+            self._count_memory(response_memory, is_response=is_response)
         if total > response_memory:
             self.threads.hold(response_memory - total)
+
+    def release_sent(self, size: int) -> None:
+        """Gives back the memory of a part of the response that the client has."""
+        size = min(size, self._memory)
+        self._memory -= size
+        self._count_memory(self._memory, is_response=True)
+        self.threads.hold(-size)
+
+    def share_response(self) -> None:
+        """Counts the response no longer for the caller: all who read it count it for themselves."""
+        self._count_memory(self._memory, is_response=False)
+
+    def _count_memory(self, size: int, *, is_response: bool) -> None:
+        """Sets the bytes that the job has passed a claim with, and that its caller has not read."""
+        passed = min(self._passed, size)
+        self.threads.passed_bytes += passed - self._passed
+        self._passed = passed
+        unread = size if is_response and size > MAX_BUFFERED else 0
+        growth, self._unread = unread - self._unread, unread
+        if growth:
+            self.threads.unread.add(self.caller, growth)
 
     def close(self) -> None:
         """Ends the job, and cancels its work in threads."""
         self.cancellation.cancel()
+        accounts = self.threads.accounts
+        # Seconds on the event loop matter only beside other work, or for a limit.
+        if self._inline_seconds and (accounts.active or accounts.limit is not None):
+            accounts.charge(self.caller, self._inline_seconds)
         while callbacks := self.on_end or self.on_ready:
             callbacks.pop()()
         self._is_over = True

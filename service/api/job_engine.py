@@ -9,7 +9,6 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
 from service.api.threads import Threads
-from service.fair.accounts import Accounts
 from service.jobs.engine import Engine
 from service.jobs.engines import open_cluster
 from service.jobs.manager import Jobs
@@ -51,7 +50,7 @@ def build_jobs(settings: Settings, store: SurfaceStore, threads: Threads) -> Job
         store.backend,
         settings,
         _open_engine(settings, memory.capacity),
-        accounts=Accounts(),
+        accounts=threads.accounts,
         reserve=memory.reserve,
     )
     if folder:

@@ -8,6 +8,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import Response
 
+from service.api.errors import ComputeLimited
 from service.api.problems import (
     INTERNAL_ERROR,
     METHOD_NOT_ALLOWED,
@@ -17,6 +18,7 @@ from service.api.problems import (
     problem_response,
 )
 from service.api.record import record_of, route_path
+from service.api.threads import Threads
 from service.cancellation import OutOfTime
 from service.errors import Busy, StoreFailed, SurfaceError
 from service.storage.watch import CHECK_INTERVAL
@@ -65,8 +67,11 @@ async def _on_surface_error(request: Request, error: Exception) -> Response:
         elif getattr(request.state, "posts_file", False):
             location = "file"
     headers = {}
+    threads: Threads = request.app.state.services.threads
     if isinstance(error, Busy | OutOfTime):
-        headers["Retry-After"] = str(request.app.state.services.threads.retry_after())
+        headers["Retry-After"] = str(threads.retry_after())
+    elif isinstance(error, ComputeLimited):
+        headers["Retry-After"] = str(error.retry_after)
     elif isinstance(error, StoreFailed):
         headers["Retry-After"] = f"{CHECK_INTERVAL:.0f}"
     return problem_response(problem, error.issues, location, headers)

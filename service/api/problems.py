@@ -12,6 +12,7 @@ from starlette.responses import Response
 from service.api.errors import (
     BodyTooLarge,
     BodyTooSlow,
+    ComputeLimited,
     EngineGone,
     InvalidQuery,
     KeyNeeded,
@@ -95,6 +96,11 @@ PROBLEMS: dict[type[SurfaceError], ProblemKind] = {
         429,
         "rate_limited",
         "Too many requests in a short time; `Retry-After` says when to try again.",
+    ),
+    ComputeLimited: ProblemKind(
+        429,
+        "compute_limited",
+        "Your requests have used too much computing time; `Retry-After` says when to try again.",
     ),
     UnknownSurface: ProblemKind(404, "unknown_surface", "No surface has this id.", "parameter"),
     UnknownSuffix: ProblemKind(404, "unknown_suffix", "No format has this suffix.", "parameter"),

@@ -1,7 +1,7 @@
 """Responses: JSON documents and files; long bodies are sent in chunks."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import Any, Literal
 from urllib.parse import quote
@@ -11,7 +11,7 @@ from starlette.responses import Response
 from starlette.types import Message, Receive, Scope, Send
 
 from service.api.caching.cached_response import RawHeaders
-from service.api.job import Job
+from service.api.job import MAX_BUFFERED, Job
 from service.encoders.format import Content, FileFormat, SplitContent
 from service.engine.mesh.mesh import MeshReport
 
@@ -19,11 +19,6 @@ CHUNK = 1 << 19
 """Bytes handed to the server at a time: the server waits for a slow client after each chunk. Chunks
 are views, not copies, so a slow client takes no memory beside the response. Most responses are one
 chunk; smaller chunks, of 64 KiB, take 10 percent more processor time than these."""
-
-MAX_BUFFERED = 1 << 16
-"""Most bytes of a body that is sent in one message: the server buffers the body, and the service
-does not wait for the client. A longer body ends with an empty message, before which the server
-waits until a slow client has received almost all of the body."""
 
 HEADERS = {"X-Content-Type-Options": "nosniff"}
 """Headers of every response: they forbid a browser to guess another media type."""
@@ -67,7 +62,10 @@ class ChunkedResponse(Response):
         if len(body) <= MAX_BUFFERED:
             await send({"type": "http.response.body", "body": body})
         else:
-            await send_in_chunks(body, send)
+            self.body = b""  # so that each buffer can be freed once it is sent
+            buffers = _list_buffers(body)
+            del body
+            await send_buffers(buffers, send, _find_release(scope))
 
 
 class FileResponse(ChunkedResponse):
@@ -80,17 +78,45 @@ class FileResponse(ChunkedResponse):
         self.raw_headers = list(headers)
 
 
-async def send_in_chunks(body: Content | memoryview, send: Send) -> None:
-    """Sends a body in chunks: the server waits for a slow client after each chunk.
+def _list_buffers(body: Content | memoryview) -> list[Any]:
+    """The buffers of a body, in order.
 
     Joins neighbouring buffers of a `SplitContent` that are shorter than a chunk: sending each costs
     more than copying it.
     """
-    for content in body.join_short(CHUNK) if isinstance(body, SplitContent) else (body,):
-        view = memoryview(content)
+    return list(body.join_short(CHUNK)) if isinstance(body, SplitContent) else [body]
+
+
+def _find_release(scope: Scope) -> Callable[[int], None]:
+    """The function that gives back the memory of sent bytes: that of the request's job."""
+    job: Job | None = scope.get("state", {}).get("job")
+    return _release_nothing if job is None else job.release_sent
+
+
+def _release_nothing(_: int) -> None:
+    """For bodies that no job holds, such as cached responses."""
+
+
+async def send_buffers(
+    buffers: list[Any], send: Send, release: Callable[[int], None] = _release_nothing
+) -> None:
+    """Sends a body in chunks: the server waits for a slow client after each chunk.
+
+    Empties the list, and calls `release` with the length of each buffer when it is sent: when the
+    server has taken the chunk after it, for which it waits until it has sent the buffer.
+    """
+    sent_bytes = 0
+    buffers.reverse()
+    while buffers:
+        view = memoryview(buffers.pop())
         for start in range(0, len(view), CHUNK):
             chunk = view[start : start + CHUNK]
             await send({"type": "http.response.body", "body": chunk, "more_body": True})
+            del chunk
+            if sent_bytes:
+                release(sent_bytes)
+                sent_bytes = 0
+        sent_bytes = len(view)
     await send(_END)
 
 

@@ -8,6 +8,7 @@ from fastapi import Depends, Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.api.caching.cache import ResponseCache
+from service.api.callers import caller_of
 from service.api.cors import Origins
 from service.api.guard.key_file import KnownKeys
 from service.api.guard.signatures import Signer
@@ -78,7 +79,8 @@ class JobMiddleware:
         """Handles one request."""
         if scope["method"] == "HEAD":
             scope, send = {**scope, "method": "GET"}, partial(_send_head, send)
-        job = scope.setdefault("state", {})["job"] = Job(self.threads, receive)
+        job = Job(self.threads, receive, partial(caller_of, scope))
+        scope.setdefault("state", {})["job"] = job
         try:
             await self.app(scope, receive, send)
         finally:

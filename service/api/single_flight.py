@@ -41,19 +41,26 @@ class SingleFlight:
         return len(self._flights)
 
     async def join(
-        self, key: Hashable, work: Callable[[Job], Awaitable[Result]], callbacks: Callbacks
+        self,
+        key: Hashable,
+        work: Callable[[Job], Awaitable[Result]],
+        asker: Job,
+        callbacks: Callbacks,
     ) -> Result:
         """The result of the computation with this key; starts `work` if none is running.
 
         Parameters
         ----------
+        asker : Job
+            The job that asks. The caller of the first one is charged for the work.
         callbacks : list of callables
             `join` appends one. The caller calls them when it no longer uses the result that `join`
             returned.
         """
         flight = self._flights.get(key)
         if flight is None:
-            job = Job(self._threads)
+            caller = asker.caller
+            job = Job(self._threads, find_caller=lambda: caller, is_shared=True)
             flight = self._flights[key] = _Flight(key, job, asyncio.create_task(_run(work, job)))
             flight.task.add_done_callback(partial(self._end_if_failed, flight))
         flight.users += 1

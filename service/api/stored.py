@@ -45,7 +45,7 @@ async def surface_of(services: Services, job: Job, id: str) -> Surface:
         return find(id).surface()
     # Each deletion raises the generation: later requests do not share a load from before it.
     key = ("surface", content_id(id), services.cache.generation)
-    return await services.flights.join(key, partial(_load, services, id), job.on_ready)
+    return await services.flights.join(key, partial(_load, services, id), job, job.on_ready)
 
 
 async def exists(store: SurfaceStore, id: str) -> bool:

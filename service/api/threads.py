@@ -1,25 +1,45 @@
-"""Threads and memory for all requests: a bounded queue, and a memory budget.
+"""Threads and memory for all requests: a bounded queue for each caller, and a memory budget.
 
-Short work runs on the event loop. Other work waits, in order of arrival, until a thread and enough
-memory are free and no thread has just begun (`ALONE_SECONDS`). The length of the queue is bounded:
-if it is full, the service refuses a request with 429 and `Retry-After`. What one request does with
-its threads and its memory is in `job`.
+Short work runs on the event loop. Other work waits until a thread and enough memory are free and no
+thread has just begun (`ALONE_SECONDS`). What one request does with its threads and its memory is in
+`job`.
+
+**Turns.** The caller that has used the fewest thread seconds is served first (`service.fair`). One
+thread more than the setting says takes only work of callers that hold no thread: so one caller with
+long work does not keep all others waiting. If the queue is full, the newest request of the caller
+with the most waiting requests is refused with 429 and `Retry-After`.
+
+**Memory.** The first caller in turn whose work does not fit into the free memory *claims* its
+memory, one at a time. Work of other callers may pass only into memory that the claim leaves free:
+the bytes of all work that has passed a claim, of the bodies, of the new work and of the claim must
+fit together. So large work does not keep small work waiting while there is memory for both. And it
+waits at most until the work from before the claim has ended, and then the work that has passed it:
+once only these are left, memory into which other work may pass is memory in which the claim begins.
+
+**Unread responses.** Work of a caller that has not read its earlier responses waits too, and claims
+nothing: `unread`.
 
 Why requests cannot deadlock: bodies hold at most 1/4 of the memory and never wait for it; 1/16 is
 for work on the event loop; a request asks once for memory to work in, at most the other 11/16. So
-when the running requests have ended, the first request in the queue can start.
+when the running requests have ended, the claim can start.
 """
 
 import asyncio
 import math
 import time
-from collections import deque
+from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import dataclass
 
 from anyio import CapacityLimiter, to_thread
 
 from service.api.caching.cache import ResponseCache
+from service.api.unread import SHARE, UnreadBytes
 from service.errors import Busy
+from service.fair.accounts import Accounts
+from service.fair.compute_limit import ComputeLimit
+from service.fair.lock import FairLock
+from service.fair.queue import FairQueue
 from service.settings.runtime import trim_heap
 from service.settings.values import Settings
 
@@ -32,11 +52,48 @@ for Python's lock again and again: together they make 0.7 times as many meshes a
 other (one patch at a relative tolerance of 1e-3, and the teapot). Work that takes longer has larger
 arrays, for which NumPy releases the lock."""
 
+EXTRA_ALONE_SECONDS = 0.05
+"""Time for which other threads compute alone before the one beyond the setting begins: its work is
+mostly short, and should not wait long."""
+
 TRIM_PAUSE = 0.25
 """Seconds from the end of a large request until free memory goes back to the system."""
 
 MAX_RETRY_AFTER = 60
 """The most seconds that `Retry-After` names."""
+
+
+@dataclass(eq=False, slots=True)
+class Turn:
+    """Work that asks for a thread, and what it needs.
+
+    Attributes
+    ----------
+    caller : str
+    memory : int
+        Bytes to work in.
+    response : int
+        The most bytes of its response, or 0 if this is unknown.
+    least_seconds : float
+        Thread seconds that it surely takes, or 0.
+    deadline : float
+        The time at which it is dropped, on the clock `time.monotonic`.
+    start : float
+        The time at which its thread began.
+    has_passed : bool
+        Whether it began although other work had claimed memory.
+    grant : Future or None
+        Done when a thread and memory are taken; None if they were free at once.
+    """
+
+    caller: str
+    memory: int
+    response: int = 0
+    least_seconds: float = 0.0
+    deadline: float = math.inf
+    start: float = -math.inf
+    has_passed: bool = False
+    grant: asyncio.Future[None] | None = None
 
 
 class Threads:
@@ -51,16 +108,24 @@ class Threads:
         Bytes for all requests; bytes that they hold now; bytes of these that bodies hold.
     max_body, max_memory : int
         Most bytes for all bodies together; most bytes in which one request may work.
-    count, busy_count : int
-        Threads for long work; the number of them that compute now.
-    parse_lock : Lock
+    passed_bytes : int
+        Bytes of `used_bytes` that are held by work that has passed a claim.
+    count : int
+        Threads for long work, without the one for callers that hold none.
+    accounts : Accounts
+        The thread seconds of all callers. Work that runs elsewhere is charged there too.
+    parsing : FairLock
         Held while the thread for long bodies parses one.
+    unread : UnreadBytes
+        Bytes of the responses that callers have not read yet.
     limiter : CapacityLimiter
         Limits all these threads and the one of `trim`; so large that no work waits for it.
     request_timeout : float
         Seconds from a request's first block of `Job.until_deadline` to its deadline.
     seconds_waited : float
         The waiting time of all requests since the start.
+    on_wait : callable
+        Called with the kind of work, and the seconds for which it has waited.
     """
 
     def __init__(self, settings: Settings, cache: ResponseCache) -> None:
@@ -68,12 +133,17 @@ class Threads:
         self.max_body, self.max_memory = self.capacity // 4, self.capacity * 11 // 16
         self.count = settings.thread_count
         self.request_timeout = settings.request_timeout
-        self.used_bytes = self.body_bytes = self.busy_count = 0
+        self.used_bytes = self.body_bytes = self.passed_bytes = 0
         self.seconds_waited = 0.0
-        self.parse_lock = asyncio.Lock()
-        self.limiter = CapacityLimiter(2 * self.count + 2)
+        self.on_wait: Callable[[str, float], None] = lambda _kind, _seconds: None
+        limit = settings.compute_limit
+        self.accounts = Accounts(ComputeLimit(limit) if limit else None)
+        self.parsing = FairLock(self.accounts)
+        self.unread = UnreadBytes(self.capacity // SHARE, self.start_queued)
+        self.limiter = CapacityLimiter(2 * self.count + 4)
         self._max_queue = settings.max_queue
-        self._queue: deque[tuple[int, asyncio.Future[float]]] = deque()
+        self._queue: FairQueue[Turn] = FairQueue(self.accounts)
+        self._claim: Turn | None = None
         self._last_start = -math.inf
         self._trimming: asyncio.Task[None] | None = None
         self._round_end: float | None = None
@@ -84,7 +154,12 @@ class Threads:
     @property
     def queue_length(self) -> int:
         """Number of requests that wait for a thread or for memory."""
-        return len(self._queue)
+        return self._queue.length
+
+    @property
+    def busy_count(self) -> int:
+        """Number of the threads that compute now."""
+        return self._queue.busy_count
 
     def retry_after(self) -> int:
         """Seconds until a client may try again: 1, and 1 for each round of waiting requests."""
@@ -99,44 +174,61 @@ class Threads:
         """Takes `amount` bytes, or gives -`amount` bytes back; the cache may use the rest."""
         self.used_bytes += amount
         self._cache.resize(self.capacity - self.used_bytes)
-        if amount < 0 and self._queue:
+        if amount < 0 and self._queue.waiting:
             self.start_queued()
 
-    async def acquire(self, amount: int) -> float:
-        """Waits, in order of arrival, for a thread and `amount` bytes; or raises `Busy`.
+    async def acquire(self, turn: Turn, kind: str) -> None:
+        """Waits for a thread, and for memory; takes both, and room for the response.
 
-        Returns
-        -------
-        float
-            The time at which the thread begins, for `release_thread`.
+        Parameters
+        ----------
+        kind : str
+            The kind of work, for the histogram of waiting times.
+
+        Raises
+        ------
+        Busy
+            The queue is full, and no other caller has more waiting work; or the work that its
+            caller has in the queue before it surely takes until after its deadline.
         """
-        if not self._queue and (start := self._try_start(amount)) is not None:
-            return start
-        if len(self._queue) >= self._max_queue:
-            raise Busy
-        grant: asyncio.Future[float] = asyncio.get_running_loop().create_future()
-        self._queue.append(entry := (amount, grant))
+        if not self._queue.waiting and self._try_start(turn):
+            self.on_wait(kind, 0.0)
+            return
+        self._enqueue(turn)
         wait_start = time.monotonic()
+        self.start_queued()
+        assert turn.grant is not None
         try:
-            return await grant
+            await turn.grant
         except asyncio.CancelledError:
-            if grant.cancelled():
+            if turn.grant.cancelled():
                 with suppress(ValueError):  # no longer queued
-                    self._queue.remove(entry)
+                    self._queue.remove(turn.caller, turn)
+                self._drop_claim(turn)
                 self.start_queued()  # the next request may fit
-            else:  # the thread and the memory were granted just before the cancellation
-                self.release_thread(grant.result())
-                self.hold(-amount)
+            elif turn.grant.exception() is None:  # granted just before the cancellation
+                self.release_thread(turn)
+                self.give_back(turn)
             raise
         finally:
-            self.seconds_waited += time.monotonic() - wait_start
+            seconds = time.monotonic() - wait_start
+            self.seconds_waited += seconds
+            self.on_wait(kind, seconds)
 
-    def release_thread(self, start: float) -> None:
-        """Gives back the thread that began at `start`."""
-        self.busy_count -= 1
-        if start == self._last_start:
+    def release_thread(self, turn: Turn) -> None:
+        """Gives back the thread of a turn; its memory and its room for a response stay taken."""
+        self._queue.return_thread(turn.caller)
+        if turn.start == self._last_start:
             self._last_start = -math.inf
         self.start_queued()
+
+    def give_back(self, turn: Turn) -> None:
+        """Gives back the memory and the room for a response that a turn has taken."""
+        if turn.has_passed:
+            self.passed_bytes -= turn.memory
+        if turn.response:
+            self.unread.add(turn.caller, -turn.response)
+        self.hold(-turn.memory)
 
     async def take_turn(self) -> None:
         """Waits until short work may run in this round of the event loop."""
@@ -147,14 +239,9 @@ class Threads:
             asyncio.get_running_loop().call_soon(setattr, self, "_round_end", None)
 
     def start_queued(self) -> None:
-        """Starts the requests that have waited longest, while threads and memory are free."""
-        while self._queue:
-            amount, grant = self._queue[0]
-            if not grant.done():
-                if (start := self._try_start(amount)) is None:
-                    return
-                grant.set_result(start)
-            self._queue.popleft()
+        """Starts waiting work, in turn, while threads and memory are free."""
+        while self._queue.waiting and self.busy_count <= self.count and self._start_next():
+            pass
 
     def trim(self) -> None:
         """Gives free memory back to the system, once for all requests that end together."""
@@ -166,14 +253,76 @@ class Threads:
 
         self._trimming = self._trimming or asyncio.get_running_loop().create_task(trim_soon())
 
-    def _try_start(self, amount: int) -> float | None:
-        """Takes a thread and the memory if both are free; returns the start time, else None."""
-        now = time.monotonic()
-        has_just_begun = now < self._last_start + ALONE_SECONDS
-        if has_just_begun or self.busy_count >= self.count or not self.has_room(amount):
-            return None
-        self._last_start = now
-        self.busy_count += 1
-        self.hold(amount)
-        asyncio.get_running_loop().call_later(ALONE_SECONDS, self.start_queued)
-        return now
+    def _enqueue(self, turn: Turn) -> None:
+        """Puts work behind the other work of its caller; raises `Busy` if there is no place."""
+        if turn.least_seconds and turn.deadline < math.inf:
+            own = (turn, *self._queue.waiting.get(turn.caller, ()))
+            least_seconds = sum(each.least_seconds for each in own) / (self.count + 1)
+            if time.monotonic() + least_seconds > turn.deadline:
+                raise Busy
+        if self._queue.length >= self._max_queue:
+            pushed_out = self._queue.push_out(turn.caller)
+            if pushed_out is None:
+                raise Busy
+            self._drop_claim(pushed_out)
+            if pushed_out.grant is not None and not pushed_out.grant.done():
+                pushed_out.grant.set_exception(Busy())
+        turn.grant = asyncio.get_running_loop().create_future()
+        self._queue.add(turn.caller, turn)
+
+    def _start_next(self) -> bool:
+        """Starts the work of the first caller in turn for which there is room; False if none."""
+        for caller in self._queue.in_turn():
+            turn = self._queue.first(caller)
+            grant = turn.grant
+            assert grant is not None
+            if grant.done():  # cancelled
+                self._drop_claim(turn)
+            elif not self._try_start(turn):
+                continue
+            else:
+                grant.set_result(None)
+            self._queue.remove(caller, turn)
+            return True
+        return False
+
+    def _try_start(self, turn: Turn) -> bool:
+        """Takes a thread and the memory if both are free; if only the memory is not, claims it."""
+        queue, now = self._queue, time.monotonic()
+        may_use_extra = turn.caller not in queue.held
+        is_extra = queue.busy_count >= self.count
+        pause = EXTRA_ALONE_SECONDS if is_extra else ALONE_SECONDS
+        if queue.busy_count >= self.count + may_use_extra or now < self._last_start + pause:
+            return False
+        if not self.unread.has_room(turn.caller, turn.response):
+            self._drop_claim(turn)
+            return False
+        claim = self._claim
+        has_passed = claim is not None and claim is not turn
+        if not self.has_room(turn.memory) or (has_passed and not self._may_pass(turn)):
+            if claim is None and turn.grant is not None:
+                self._claim = turn
+            return False
+        self._drop_claim(turn)
+        self._last_start = turn.start = now
+        queue.take_thread(turn.caller)
+        if has_passed:
+            turn.has_passed = True
+            self.passed_bytes += turn.memory
+        if turn.response:
+            self.unread.add(turn.caller, turn.response)
+        self.hold(turn.memory)
+        loop = asyncio.get_running_loop()
+        loop.call_later(EXTRA_ALONE_SECONDS, self.start_queued)
+        loop.call_later(ALONE_SECONDS, self.start_queued)
+        return True
+
+    def _may_pass(self, turn: Turn) -> bool:
+        """Whether the memory of the claim stays reachable if this work begins before it."""
+        assert self._claim is not None
+        others = self.passed_bytes + self.body_bytes + turn.memory
+        return others + self._claim.memory <= self.capacity * 15 // 16
+
+    def _drop_claim(self, turn: Turn) -> None:
+        if self._claim is turn:
+            self._claim = None

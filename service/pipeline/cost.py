@@ -71,10 +71,17 @@ class Cost:
         The most bytes in use at one time, for patches, mesh and file; without the surface itself.
     seconds : float
         Approximate time of one processor.
+    response : int
+        The most bytes of the response, if the shapes show them; 0 if only the work shows them.
+    least_seconds : float
+        Time of one processor that the work surely takes: far less than `seconds`, and 0 unless the
+        shapes show the size of the result, as for a mesh by resolution.
     """
 
     memory: int
     seconds: float
+    response: int = 0
+    least_seconds: float = 0.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -193,6 +200,9 @@ def mesh_cost(
     seconds = 1.2e-3 + 4e-5 * size.patches + mesh.vertices * 1.5e-7 + file_bytes * 1.5e-9
     if size.curves or size.members > 1 or options.has_solid_wires:
         seconds += 2e-3 * size.members
+    # Measured: texts take at least half of this time, other files a tenth; half of each is a margin
+    # for faster processors.
+    least_seconds = seconds / (20 if fmt.is_float32 else 4)
     seconds *= max(1.0, degree / 8) ** 3 * (1 + 2 * options.curvatures)
     if options.method != "matrix":
         seconds *= 10 * degree
@@ -201,7 +211,7 @@ def mesh_cost(
     if encode.exact and fmt.encode_exact is not None:
         text_memory = 2 * file_bytes + min(TEXT_BYTES, 8 * file_bytes)
         patch_memory = 96 * mesh.control_points + line_memory + text_memory
-        return Cost(lowering_memory(size, patch_memory), seconds)
+        return Cost(lowering_memory(size, patch_memory), seconds, file_bytes)
     # A group in a format without nodes: its meshes are built, and then joined to one mesh.
     is_flattened = size.members > 1 and fmt.encode_scene is None
     numbers = 3 + 3 * options.normals + size.width * bool(fmt.carries)
@@ -225,7 +235,7 @@ def mesh_cost(
     if size.curves or options.has_solid_wires:
         building_memory += SWEPT_VERTEX_BYTES * (mesh.vertices + mesh.patches)
     mesh_memory = max(building_memory, mesh_bytes + _writing_memory(mesh, file_bytes, fmt, encode))
-    return Cost(lowering_memory(size, mesh_memory), seconds)
+    return Cost(lowering_memory(size, mesh_memory), seconds, file_bytes, least_seconds)
 
 
 def adaptive_cost(

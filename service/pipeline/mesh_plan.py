@@ -174,6 +174,8 @@ def plan_sizes(
         )
         file_bytes = min(file_bytes, limits.max_bytes)
     cost = mesh_cost(counted_size, options, stored, file_bytes, form)
+    if not is_certain:  # the mesh may be far smaller
+        cost = replace(cost, response=0, least_seconds=0.0)
     _check_memory(cost.memory, limits)
     unjoined_memory = cost.memory
     if counted_size is not complete and options.weld_tolerance:

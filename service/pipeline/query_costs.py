@@ -41,7 +41,7 @@ def points_cost(size: SurfaceSize, count: int, order: int) -> Cost:
     degree = max(size.degree)
     seconds = 5e-4 + 4e-6 * size.patches + 2e-9 * size.peak_bytes
     seconds += count * (order + 1) * 1e-5 * max(1, degree / 4) ** 3
-    return Cost(memory, seconds)
+    return Cost(memory, seconds, file_bytes)
 
 
 class SearchedNets(NamedTuple):
@@ -83,7 +83,7 @@ def project_cost(nets: SearchedNets, count: int, file_bytes: int, *, sign: bool)
     if sign:
         memory += 4 * nets.surface_memory + SIGN_BYTES
         seconds = 1e-2 + 4 * seconds
-    return Cost(memory + ITEM_BYTES * count + 2 * file_bytes, seconds)
+    return Cost(memory + ITEM_BYTES * count + 2 * file_bytes, seconds, file_bytes)
 
 
 def _cell_memory(degree: tuple[int, int]) -> int:
@@ -96,7 +96,9 @@ def _cell_memory(degree: tuple[int, int]) -> int:
 def rays_cost(nets: SearchedNets, count: int, hits: int, file_bytes: int) -> Cost:
     """The cost of finding at most `hits` hits of `count` rays."""
     base = project_cost(nets, count, file_bytes, sign=False)
-    return replace(base, memory=base.memory + HIT_BYTES * hits)
+    # If a ray may have several hits, the response may be far shorter.
+    response = file_bytes if hits <= count else 0
+    return replace(base, memory=base.memory + HIT_BYTES * hits, response=response)
 
 
 def piece_memory(net_points: int, bytes_of_1000: int) -> int:
@@ -143,7 +145,8 @@ def measure_cost(size: SurfaceSize, budget: int, file_bytes: int) -> Cost:
         + MEASURE_CELL_BYTES * cells
         + MEASURE_ARRAYS * 8 * batch
     )
-    return Cost(memory + 2 * file_bytes, 0.1 + 3e-9 * measure_effort(size.degree) * size.patches)
+    seconds = 0.1 + 3e-9 * measure_effort(size.degree) * size.patches
+    return Cost(memory + 2 * file_bytes, seconds, file_bytes)
 
 
 def measure_budget(size: SurfaceSize, memory: int) -> int:

@@ -321,6 +321,14 @@ class Settings(BaseModel):
         le=1_000_000,
         description="Requests a minute for each key or address, in each worker; 0 means no limit.",
     )
+    compute_limit: int = Field(
+        default=0,
+        ge=0,
+        le=1_000_000,
+        description="Thread seconds a minute for each key or address, in each worker; 0 means no "
+        "limit. While a caller has none left, its requests for work that is not cached are "
+        "refused.",
+    )
 
     # Observability
     metrics: Literal["open", "key", "off"] = Field(

@@ -10,8 +10,10 @@ from service.api.cache_middleware import CacheMiddleware
 from service.api.caching.cache import ResponseCache
 from service.api.caching.cached_response import CachedResponse, Subject
 from service.api.cors import Origins
+from service.api.job import MAX_BUFFERED
 from service.api.record import NO_ROUTE, SCOPE_ITEM, RequestRecord
-from service.api.responses import CHUNK, MAX_BUFFERED
+from service.api.responses import CHUNK
+from service.api.unread import UnreadBytes
 from service.storage.address import open_store
 
 PATH, QUERY = "/v1/surfaces/saddle/mesh.glb", b"engine=4"
@@ -53,7 +55,11 @@ def send_request(
 
     async def call_middleware() -> None:
         middleware = CacheMiddleware(
-            record_scope, cache, open_store("memory://", 0), Origins(["*"])
+            record_scope,
+            cache,
+            open_store("memory://", 0),
+            UnreadBytes(1 << 30, lambda: None),
+            Origins(["*"]),
         )
         await middleware({**request, "headers": list(headers), **(scope or {})}, receive, send)
 

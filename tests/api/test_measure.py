@@ -9,6 +9,7 @@ import pytest
 
 from service.api.app import create_app
 from service.api.models.queries import SurfaceMeasures
+from service.api.threads import Turn
 from service.engine.measures.values import MeasureQuery
 from service.errors import TooLarge
 from service.pipeline.limits import Limits
@@ -133,9 +134,9 @@ def test_a_trial_gives_its_memory_back_before_the_next_one() -> None:
     threads, amounts = app.state.services.threads, list[tuple[int, int]]()
     acquire = threads.acquire
 
-    async def record_and_acquire(amount: int) -> float:
-        amounts.append((amount, threads.used_bytes))
-        return float(await acquire(amount))
+    async def record_and_acquire(turn: Turn, kind: str) -> None:
+        amounts.append((turn.memory, threads.used_bytes))
+        await acquire(turn, kind)
 
     threads.acquire = record_and_acquire
     with start_client(app) as client:

@@ -32,7 +32,7 @@ class Flights(SingleFlight):
     async def send_request(self, key: str, work: Callable[[Job], Awaitable[object]]) -> object:
         """The result of one request, which ends when it has the result."""
         with closing(Job(self.threads)) as job:
-            return await self.join(key, work, job.on_ready)
+            return await self.join(key, work, job, job.on_ready)
 
 
 class Work:
@@ -109,11 +109,11 @@ async def test_a_result_is_shared_as_long_as_a_request_uses_it() -> None:
     flights, work = Flights(), Work()
     work.may_end.set()
     first, second = Job(flights.threads), Job(flights.threads)
-    await flights.join("key", work, first.on_ready)
+    await flights.join("key", work, first, first.on_ready)
     first.finish_work(0)
     assert len(flights) == 0, "the request needs the result no longer"
     for job in (first, second):
-        await flights.join("key", work, job.on_end)
+        await flights.join("key", work, job, job.on_end)
         job.finish_work(0)
     assert (work.calls, len(flights)) == (2, 1)
     first.close()

@@ -10,7 +10,8 @@ they share two processors with the service and the client: the program tests lim
 The program fails if the service used more memory than allowed, if the client waited too long or got
 a wrong response, or if an attack got a response that is not documented. It also fails if, after the
 attacks, the service does not respond, uses too much memory or too many open files, or still reports
-reserved memory or busy threads in its metrics.
+reserved memory or busy threads in its metrics. A second table has callers that take much, and what
+another caller notices (`neighbours`); they run alone, with a service of their own.
 """
 
 import asyncio
@@ -31,6 +32,7 @@ import httpx
 from tools.attack.bodies import BODIES
 from tools.attack.connections import CONNECTIONS, HALF_BODIES, PROXIED, SLOW_BODIES, WORST
 from tools.attack.heads import HEADS, SLOW_HEADS
+from tools.attack.neighbours import run_neighbours
 from tools.attack.wire import Attack
 from tools.attack.work import WORK
 from tools.processes import (
@@ -266,7 +268,10 @@ def main(words: list[str]) -> bool:
         traceback_count = service.log.read_text(encoding="utf-8").count("Traceback")
     quiet_results = [result for result in results if result.time < begin]
     rows = proxied_rows + rows_without_proxy
-    return print_report(rows, quiet_results, leftovers, traceback_count, end - begin)
+    is_good = not rows or print_report(rows, quiet_results, leftovers, traceback_count, end - begin)
+    faults = run_neighbours(FOLDER, lambda name: not words or any(word in name for word in words))
+    print("\n".join(f"- {text}" for text in faults))
+    return is_good and not faults
 
 
 def assign_results(rows: list[Row], results: list[ClientResult]) -> None:

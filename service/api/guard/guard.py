@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.api.caching.cached_response import RawHeaders
+from service.api.callers import caller_of
 from service.api.cors import is_preflight
 from service.api.guard.key_file import KnownKeys
 from service.api.guard.keys import KeyEntry, find_entry, parse_bearer, parse_entries
@@ -26,10 +27,11 @@ from service.api.guard.policy import (
     scope_of,
 )
 from service.api.guard.proxies import Proxies
-from service.api.guard.rates import Rates, caller_name
+from service.api.guard.rates import Item, Rates, compute_item, rate_headers
 from service.api.guard.signatures import Signer, is_signed
 from service.api.record import record_of, route_path
 from service.errors import InvalidSettings, SurfaceError
+from service.fair.accounts import Accounts
 from service.settings.values import Settings
 
 _HSTS = (b"strict-transport-security", b"max-age=31536000")
@@ -45,13 +47,16 @@ class _GuardResult:
 
     `headers`: further headers. `is_private`: whether shared caches must not keep the response.
     `seconds_left`: until the signature expires; None without a signature. `retry_after`: seconds
-    after which the client may try again.
+    after which the client may try again. `limits`: the limit of requests, with its state.
+    `caller`: whose computing time the headers have; None if they have none.
     """
 
     headers: list[tuple[bytes, bytes]]
     is_private: bool = False
     seconds_left: int | None = None
     retry_after: int = 0
+    limits: tuple[Item, ...] = ()
+    caller: str | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -70,6 +75,7 @@ class Guard:
     signer: Signer | None
     rates: Rates | None
     proxies: Proxies | None
+    accounts: Accounts
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Handles one request."""
@@ -86,10 +92,12 @@ class Guard:
                 headers: RawHeaders = tuple(message.get("headers", ()))
                 if result.is_private:
                     headers = private_headers(headers, result.seconds_left)
-                message = {**message, "headers": [*headers, *result.headers]}
+                rates = self._rate_headers(result)
+                message = {**message, "headers": [*headers, *result.headers, *rates]}
             await send(message)
 
-        has_additions = result.headers or result.is_private
+        has_limits = result.limits or result.caller is not None
+        has_additions = result.headers or result.is_private or has_limits
         await app(scope, receive, send_with_headers if has_additions else send)
 
     def _check_access(self, scope: Scope, result: _GuardResult) -> None:
@@ -109,7 +117,7 @@ class Guard:
             record.key, record.scopes = entry.name, entry.scopes
         # On a path for monitoring, only a request without the key that it needs counts.
         if path not in EXEMPT or (need != "nothing" and name is None):
-            self._count_request(scope, name, result)
+            self._count_request(scope, result)
         allows_signature = need == "key or signature"
         result.is_private = allows_signature
         # Also where nothing is needed: the application must see the query without its signature.
@@ -131,21 +139,30 @@ class Guard:
             return False, None
         return True, find_entry(key, self.keys())
 
-    def _count_request(self, scope: Scope, name: str | None, result: _GuardResult) -> None:
+    def _count_request(self, scope: Scope, result: _GuardResult) -> None:
         """Counts a request for its key, or without a valid key for its address.
 
         Raises
         ------
         RateLimited
         """
+        if self.accounts.limit is not None:
+            result.caller = caller_of(scope)
         if self.rates is None:
             return
-        client = scope.get("client")
-        decision = self.rates.count(caller_name(name, client[0] if client else None))
-        result.headers.extend(self.rates.headers(decision))
+        decision = self.rates.count(caller_of(scope))
+        result.limits = (self.rates.item(decision),)
         if not decision.is_allowed:
             result.retry_after = decision.retry_after
             raise rate_limited(self.rates.limit, decision.retry_after)
+
+    def _rate_headers(self, result: _GuardResult) -> RawHeaders:
+        """The headers of the limits, with the computing time as of now."""
+        items, limit = result.limits, self.accounts.limit
+        if limit is not None and result.caller is not None:
+            self.accounts.charge_running()
+            items += (compute_item(limit.seconds, limit.state(result.caller)),)
+        return rate_headers(items) if items else ()
 
 
 def _header(scope: Scope, name: bytes) -> bytes | None:
@@ -155,7 +172,11 @@ def _header(scope: Scope, name: bytes) -> bytes | None:
 
 
 def build_guard(
-    app: ASGIApp, settings: Settings, keys: KnownKeys | None, signer: Signer | None
+    app: ASGIApp,
+    settings: Settings,
+    keys: KnownKeys | None,
+    signer: Signer | None,
+    accounts: Accounts,
 ) -> ASGIApp:
     """The application behind a guard, or unchanged if there is nothing to check.
 
@@ -176,9 +197,9 @@ def build_guard(
             "SURFACE_PUBLIC_READS: got 'false' where no client could read, needed SURFACE_API_KEYS "
             "or SURFACE_SIGNING_KEYS too."
         )
-    if all(check is None for check in (keys, signer, rates, proxies)):
+    if all(check is None for check in (keys, signer, rates, proxies, accounts.limit)):
         return app
-    return Guard(app, policy, keys, signer, rates, proxies)
+    return Guard(app, policy, keys, signer, rates, proxies, accounts)
 
 
 def build_signer(settings: Settings) -> Signer | None:

@@ -1,4 +1,4 @@
-"""Rate limits: how many requests a minute each caller may make.
+"""Rate limits: how many requests a minute each caller may make; and the headers of all limits.
 
 The method is the "generic cell rate algorithm": a token bucket, stored as one number for each
 caller, the time at which the bucket will be full again. With a limit of n requests a minute, each
@@ -9,12 +9,14 @@ seconds.
 
 import time
 from collections import OrderedDict
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
-from ipaddress import IPv6Address, ip_address
 from math import ceil
+from typing import TypeAlias
 
 from service.api.caching.cached_response import RawHeaders
+from service.fair.compute_limit import WINDOW as COMPUTE_WINDOW
+from service.fair.compute_limit import ComputeState
 
 WINDOW = 60
 """Seconds over which the limit applies."""
@@ -22,8 +24,8 @@ WINDOW = 60
 MAX_CALLERS = 20_000
 """The most callers that are counted, in 5 MB; beyond it, the least recent ones are forgotten."""
 
-_POLICY = "requests"
-"""The name of the only rate limit, in the headers."""
+Item: TypeAlias = tuple[str, str]
+"""A limit in the headers: its policy in `RateLimit-Policy`, and its state in `RateLimit`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +62,6 @@ class Rates:
         self.limit = limit
         self._interval = WINDOW / limit
         self._full_times: OrderedDict[str, float] = OrderedDict()
-        self._policy = (b"ratelimit-policy", f'"{_POLICY}";q={limit};w={WINDOW}'.encode())
 
     def __len__(self) -> int:
         return len(self._full_times)
@@ -83,29 +84,23 @@ class Rates:
         remaining = int((WINDOW - (next_full_time - now)) / self._interval + 1e-3)
         return RateDecision(True, remaining, ceil(next_full_time - now - 1e-6), 0)
 
-    def headers(self, decision: RateDecision) -> RawHeaders:
-        """The headers of the result (draft-ietf-httpapi-ratelimit-headers, version 10)."""
-        state = f'"{_POLICY}";r={decision.remaining};t={decision.reset}'
-        return (self._policy, (b"ratelimit", state.encode()))
+    def item(self, decision: RateDecision) -> Item:
+        """The result as an item of the headers."""
+        return (
+            f'"requests";q={self.limit};w={WINDOW}',
+            f'"requests";r={decision.remaining};t={decision.reset}',
+        )
 
 
-def caller_name(key: str | None, client: str | None) -> str:
-    """The name under which a caller's requests are counted: `key` and its name, or the address.
+def compute_item(seconds: int, state: ComputeState) -> Item:
+    """The limit of thread seconds as an item of the headers; `qu` is their unit."""
+    return (
+        f'"compute";q={seconds};w={COMPUTE_WINDOW};qu="thread-seconds"',
+        f'"compute";r={state.remaining};t={state.reset}',
+    )
 
-    A client with IPv6 usually has 2⁶⁴ addresses, so all addresses of a /64 network share a name.
-    """
-    return f"key {key}" if key is not None else _network(client)
 
-
-@lru_cache(4096)
-def _network(client: str | None) -> str:
-    """The name under which requests from an address are counted: an IPv4 address, or a network."""
-    try:
-        address = ip_address(client or "")
-    except ValueError:
-        return "unknown"
-    if not isinstance(address, IPv6Address):
-        return str(address)
-    if address.ipv4_mapped is not None:
-        return str(address.ipv4_mapped)
-    return str(IPv6Address(int(address) >> 64 << 64))
+def rate_headers(items: Sequence[Item]) -> RawHeaders:
+    """The headers of all limits (draft-ietf-httpapi-ratelimit-headers, version 10)."""
+    policies, states = (", ".join(texts).encode() for texts in zip(*items, strict=True))
+    return ((b"ratelimit-policy", policies), (b"ratelimit", states))

@@ -83,6 +83,14 @@ class RequestCounters:
             registry=registry,
         )
         self._durations = cache(durations.labels)
+        waits = Histogram(
+            "surface_wait_seconds",
+            "Waiting time of work for a thread, for memory and for its caller's turn.",
+            ("class",),
+            buckets=BUCKETS,
+            registry=registry,
+        )
+        self._waits = cache(waits.labels)
         self.in_flight = 0
         gauge = Gauge("surface_http_requests_in_flight", "Running requests.", registry=registry)
         gauge.set_function(lambda: self.in_flight)
@@ -119,6 +127,10 @@ class RequestCounters:
         if report is not None:
             self.vertices += report.vertices
             self.triangles += report.triangles
+
+    def observe_wait(self, kind: str, seconds: float) -> None:
+        """Counts work of a kind (`mesh`, `parse`, …) that has got a thread, or waited in vain."""
+        self._waits(kind).observe(seconds)
 
     def add_engine_seconds(self, formulation: str, seconds: float) -> None:
         """Adds computing time; may be called from any thread."""
@@ -218,7 +230,7 @@ def _is_keys_file_valid(keys: KnownKeys | None) -> bool | None:
 
 def _collect_threads(threads: Threads) -> list[Metric]:
     counts = {"work": threads.count, "parsing": 1}
-    busy_counts = {"work": threads.busy_count, "parsing": threads.parse_lock.locked()}
+    busy_counts = {"work": threads.busy_count, "parsing": threads.parsing.locked()}
     used_bytes = {"work": threads.used_bytes - threads.body_bytes, "bodies": threads.body_bytes}
     limits = {"work": threads.capacity - threads.max_body, "bodies": threads.max_body}
     waiting, waited = {"work": threads.queue_length}, {"work": threads.seconds_waited}

@@ -136,6 +136,7 @@ def add_telemetry(app: FastAPI, inner: ASGIApp, write: Write | None) -> "Request
     state = app.state
     services: Services = state.services
     state.counters = RequestCounters()
+    services.threads.on_wait = state.counters.observe_wait
     state.self_test = SelfTest()
     state.connections = ()  # `service.server.run` replaces this by the server's set
     register_state(state.counters.registry, state)

@@ -16,7 +16,7 @@ from service.api.guard.policy import EXEMPT, Policy
 from service.api.guard.signatures import MIN_SECRET
 from service.api.models.surfaces import Problem
 from service.api.openapi.parameters import SIGNED, Json
-from service.api.openapi.problems import error_responses
+from service.api.openapi.problems import error_responses, has_limits
 from service.api.openapi.responses import EXAMPLE_RESPONSES, error, header
 from service.api.record import ID_HEADER
 from service.settings.values import Settings
@@ -45,15 +45,16 @@ _SECURITY_SCHEME = {
 
 _RATES: Json = {
     "RateLimit-Policy": header(
-        "Sent if requests are limited (`SURFACE_RATE_LIMIT`): `q` requests are allowed in `w` "
-        "seconds with one key, or from one address (draft-ietf-httpapi-ratelimit-headers).",
-        '"requests";q=60;w=60',
+        "Sent if requests or their computing time are limited (`SURFACE_RATE_LIMIT`, "
+        "`SURFACE_COMPUTE_LIMIT`): with one key, or from one address, `q` requests, or thread "
+        "seconds, are allowed in `w` seconds (draft-ietf-httpapi-ratelimit-headers).",
+        '"requests";q=60;w=60, "compute";q=30;w=60;qu="thread-seconds"',
         is_required=False,
     ),
     "RateLimit": header(
-        "Sent with `RateLimit-Policy`: `r`, how many requests may follow at once, and `t`, the "
-        "seconds until all `q` may.",
-        '"requests";r=57;t=3',
+        "Sent with `RateLimit-Policy`: `r`, how many requests or thread seconds may follow at "
+        "once, and `t`, the seconds until all `q` may.",
+        '"requests";r=57;t=3, "compute";r=29;t=1',
         is_required=False,
     ),
 }
@@ -83,6 +84,7 @@ def build_full_settings() -> Settings:
         public_reads=False,
         allow_delete=True,
         rate_limit=60,
+        compute_limit=30,
         metrics="key",
     )
 
@@ -109,7 +111,7 @@ def describe(app: FastAPI, settings: Settings) -> Json:
             )
     components = document["components"]
     components["schemas"] |= _problem_schemas()
-    components["headers"] = _ID | (_RATES if settings.rate_limit else {})
+    components["headers"] = _ID | (_RATES if has_limits(settings) else {})
     components["responses"] = _error_components(operations, settings)
     if Policy(settings).has_keys:
         components["securitySchemes"] = {"key": _SECURITY_SCHEME}
@@ -131,8 +133,9 @@ def _add_guard(operation: Json, method: str, path: str, settings: Settings) -> N
     if settings.signing_keys and need != "key" and path.startswith("/v1/surfaces/"):
         responses["403"] = error("Forbidden" if "403" in responses else "SignatureInvalid")
         operation["parameters"] = operation["parameters"] + SIGNED
-    if settings.rate_limit and (need != "nothing" or path not in EXEMPT):
-        responses.setdefault("429", error("TooManyRequests"))
+    if has_limits(settings) and (need != "nothing" or path not in EXEMPT):
+        if settings.rate_limit:
+            responses.setdefault("429", error("TooManyRequests"))
         for response in responses.values():
             response["headers"] = response.get("headers", {}) | _RATE_REFERENCES
     operation["responses"] = dict(sorted(responses.items()))
@@ -158,7 +161,7 @@ def _error_components(operations: Sequence[Json], settings: Settings) -> Json:
     names = {r["$ref"].rpartition("/")[2] for r in responses if "$ref" in r}
     errors = {name: r for name, r in error_responses(settings).items() if name in names}
     for name, response in errors.items():
-        rates = _RATE_REFERENCES if settings.rate_limit and name in _LIMITED else {}
+        rates = _RATE_REFERENCES if has_limits(settings) and name in _LIMITED else {}
         response["headers"] = response.get("headers", {}) | rates | _ID_REFERENCE
     return errors
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from service.api import problems
 from service.api.body import body_too_large, body_too_slow, decoder_of_body
+from service.api.errors import compute_limited
 from service.api.guard.policy import REALM, key_needed, key_unknown, rate_limited, scope_needed
 from service.api.guard.signatures import MIN_SECRET, Signer
 from service.api.negotiation import (
@@ -72,9 +73,15 @@ def error_responses(settings: Settings) -> dict[str, Json]:
     responses = {
         name: _error_response(name, examples) for name, examples in _examples(settings).items()
     }
-    for name, headers in _HEADERS.items():
-        responses[name]["headers"] = headers
+    for name, headers in _list_headers(settings).items():
+        if name in responses:
+            responses[name]["headers"] = headers
     return responses
+
+
+def has_limits(settings: Settings) -> bool:
+    """Whether responses have the headers of rate limits."""
+    return bool(settings.rate_limit or settings.compute_limit)
 
 
 def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
@@ -85,7 +92,8 @@ def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
         "changed": lambda: signer.verify("/v1/surfaces/saddle", signed, now=0),
         "expired": lambda: signer.verify(_MESH_PATH, signed, now=_EXPIRY),
     }
-    too_many_requests = {"rate": rate_limited(limit=60, seconds=3)}
+    too_many_requests = {"rate": rate_limited(limit=60, seconds=3)} if settings.rate_limit else {}
+    compute = {"compute": compute_limited(30, retry_after=4)} if settings.compute_limit else {}
     return {
         "MalformedJson": {
             "truncated": _post_mesh(b'{"surface": {'),
@@ -96,7 +104,7 @@ def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
         "ScopeNeeded": {"scope": scope_needed("compute")},
         "SignatureInvalid": invalid_signatures,
         "Forbidden": {"scope": scope_needed("read"), **invalid_signatures},
-        "TooManyRequests": too_many_requests,
+        **({"TooManyRequests": too_many_requests} if too_many_requests else {}),
         "NotFound": {"no such path": problems.NOT_FOUND},
         "UnknownSurface": {
             "id": lambda: content_id("teapot"),  # its id is `utah-teapot`
@@ -128,7 +136,7 @@ def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
             "quads": _render("stl", MeshOptions(faces="quads")),
         },
         "DamagedObject": {"hash": DamagedObject(), "ours": problems.INTERNAL_ERROR},
-        "Busy": {"queue": Busy(), **(too_many_requests if settings.rate_limit else {})},
+        "Busy": {"queue": Busy(), **too_many_requests, **compute},
         "OutOfTime": {"deadline": OutOfTime()},
         "StoreFailed": {"bucket": StoreFailed()},
         "Unavailable": {"deadline": OutOfTime(), "bucket": StoreFailed()},
@@ -173,17 +181,22 @@ def _error_response(name: str, examples: Mapping[str, Example]) -> Json:
     return {"description": about, "content": {MEDIA_TYPE: content}}
 
 
-def _retry_after() -> Json:
+def _retry_after(*, is_bounded: bool = True) -> Json:
     text = "Seconds after which to try again."
-    schema: Json = {"type": "integer", "minimum": 1, "maximum": MAX_RETRY_AFTER}
+    schema: Json = {"type": "integer", "minimum": 1}
+    if is_bounded:
+        schema["maximum"] = MAX_RETRY_AFTER
     return {"Retry-After": header(text, 3, **schema)}
 
 
-_HEADERS: Mapping[str, Json] = {
-    "KeyNeeded": {"WWW-Authenticate": header("How to send a key (RFC 6750).", REALM)},
-    "TooManyRequests": _retry_after(),
-    "Busy": _retry_after(),
-    "OutOfTime": _retry_after(),
-    "StoreFailed": _retry_after(),
-    "Unavailable": _retry_after(),
-}
+def _list_headers(settings: Settings) -> Mapping[str, Json]:
+    """The headers of error responses, by name."""
+    return {
+        "KeyNeeded": {"WWW-Authenticate": header("How to send a key (RFC 6750).", REALM)},
+        "TooManyRequests": _retry_after(),
+        # A caller may have used the thread seconds of many minutes.
+        "Busy": _retry_after(is_bounded=not settings.compute_limit),
+        "OutOfTime": _retry_after(),
+        "StoreFailed": _retry_after(),
+        "Unavailable": _retry_after(),
+    }

@@ -14,7 +14,7 @@ from service.api.caching.cached_response import (
     matches_all,
 )
 from service.api.caching.codings import COMPRESS_FUNCTIONS, Codings, compress
-from service.api.job import Job
+from service.api.job import MAX_BUFFERED, Job
 from service.api.models.meshes import Mesh
 from service.api.negotiation import check_engine, codings_of, condition_of, format_by_suffix
 from service.api.observing.metrics import RequestCounters
@@ -103,6 +103,8 @@ async def get_surface_mesh(
             return FileResponse(
                 b"", subject.build_304_headers(unchanged_coding, has_engine=has_engine), 304
             )
+        # Before the response takes memory: wait until the caller has read others.
+        entry, computed = await _wait_for_room(services, job, subject.url, entry), None
         if entry is not None:
             cache.hits += 1
             record.cache = "hit"
@@ -113,13 +115,20 @@ async def get_surface_mesh(
         else:
             cache.misses += 1
             record.cache = "miss"
+            job.check_compute_limit()
             counters: RequestCounters = request.app.state.counters
             compute = partial(_compute, services, counters, subject, fmt=fmt, query=query)
             # With the generation in the key, requests after a deletion share no older computation.
             key = (subject.url, cache.generation)
-            computed = await services.flights.join(key, compute, job.on_end)
+            computed = await services.flights.join(key, compute, job, job.on_end)
             entry, timing = computed[0], Timing("cache;desc=miss", computed[1])
         variant = await _choose_variant(services, job, entry, accepted, timing)
+    body = variant.body
+    if len(body) > MAX_BUFFERED:
+        services.threads.unread.begin(job.caller, body)
+        job.on_end.append(partial(services.threads.unread.end, job.caller, body))
+    if computed is not None:
+        computed[2].share_response()
     # The next request with the same spelling of the URL is answered from the cache at once.
     cache.alias(entry, request.scope["path"], request.scope["query_string"], has_engine=has_engine)
     # `If-None-Match: *` matches if the mesh exists, which only computing it shows.
@@ -133,6 +142,22 @@ async def get_surface_mesh(
     return FileResponse(variant.body, headers)
 
 
+async def _wait_for_room(
+    services: Services, job: Job, url: str, entry: CachedResponse | None
+) -> CachedResponse | None:
+    """Waits until the caller may begin another response; returns the entry that the cache has then.
+
+    A response that the caller is already reading on another connection takes no further memory. The
+    size of a response that the cache does not have is not known yet.
+    """
+    unread = services.threads.unread
+    if not unread.totals:
+        return entry
+    bodies = () if entry is None else (entry.plain, *(v.body for v in entry.variants.values()))
+    await unread.wait(job.caller, bodies, len(entry.plain) if entry is not None else 1)
+    return services.cache.get(url)
+
+
 async def _compute(
     services: Services,
     counters: RequestCounters,
@@ -141,10 +166,11 @@ async def _compute(
     *,
     fmt: Format,
     query: str,
-) -> tuple[CachedResponse, Timing]:
+) -> tuple[CachedResponse, Timing, Job]:
     """Computes the mesh of the canonical query, and puts the response into the cache if it fits.
 
-    Returns the response and the times of its steps.
+    Returns the response, the times of its steps, and the job, which counts the response for the
+    caller that asked first until a request begins to send it.
     """
     cache = services.cache
     generation, start = cache.generation, time.monotonic()
@@ -166,7 +192,7 @@ async def _compute(
     )
     entry = CachedResponse(subject, bytes(mesh_file.content), headers, start)
     cache.put(entry, generation)
-    return entry, job.timing
+    return entry, job.timing, job
 
 
 async def _choose_variant(
@@ -197,9 +223,9 @@ async def _choose_variant(
 
     async def compress_entry(job: Job) -> Variant:
         body = await job.run(work, "compress")
-        job.finish_work(0 if body is None else len(body))
+        job.finish_work(0 if body is None else len(body), is_response=False)
         return cache.add(entry, coding, body)
 
     key = (entry.subject.url, cache.generation, coding, accepts_plain)
     with timing.step("compress"):
-        return await services.flights.join(key, compress_entry, job.on_end)
+        return await services.flights.join(key, compress_entry, job, job.on_end)

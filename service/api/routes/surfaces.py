@@ -183,6 +183,7 @@ async def get_surface(id: SurfaceId, request: Request, context: ContextDep) -> R
         is_unchanged = matches_all(condition) or tag.encode() in parse_tags(condition)
         if is_unchanged and await exists(services.store, id):
             return Response(status_code=304, headers=HEADERS | headers)
+        job.check_compute_limit()
         with job.timing.step("surface"):
             surface = await surface_of(services, job, id)
         content = await job.run(plan_definition(surface, services.limits), "definition")

@@ -8,13 +8,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.api.app import create_app
+from service.api.callers import caller_name
 from service.api.guard.keys import format_entry, make_key
-from service.api.guard.rates import MAX_CALLERS, Rates, caller_name
+from service.api.guard.rates import MAX_CALLERS, Rates
 from service.settings.values import Settings
 from tests.clock import Clock, stop_clock
 from tools.client import start_client
 
 KEY = make_key()
+NET = [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]]
 MESH = "/v1/surfaces/saddle/mesh.glb?resolution=2"
 
 
@@ -154,3 +156,36 @@ def test_each_name_of_keys_has_its_own_rate_and_invalid_keys_count_for_the_addre
 def test_without_a_limit_responses_have_no_rate_headers() -> None:
     with start_client(create_app(Settings(api_keys=(format_entry("alice", KEY),)))) as client:
         assert "ratelimit" not in client.get(MESH).headers
+
+
+def test_computing_time_is_limited_and_cached_responses_are_not_refused() -> None:
+    app = create_app(Settings(compute_limit=6, rate_limit=100))
+    with start_client(app) as client:
+        first = client.get(MESH)
+        policy = '"requests";q=100;w=60, "compute";q=6;w=60;qu="thread-seconds"'
+        assert first.headers["ratelimit-policy"] == policy
+        assert re.fullmatch(
+            r'"requests";r=99;t=\d+, "compute";r=[56];t=[01]', first.headers["ratelimit"]
+        )
+        app.state.services.threads.accounts.charge("127.0.0.1", 6.5)
+        for _ in range(2):
+            refusal = client.post("/v1/mesh", {"surface": {"control_net": [[[0, 0, 0]]]}})
+            assert (refusal.status_code, refusal.json()["code"]) == (429, "compute_limited")
+            assert 1 <= int(refusal.headers["retry-after"]) <= 6
+        assert '"compute";r=0;t=' in refusal.headers["ratelimit"]
+        assert client.get(MESH).status_code == 200, "it is in the cache"
+        assert client.get(MESH.replace("=2", "=3")).status_code == 429
+        assert client.get("/v1/surfaces/saddle").status_code == 429
+        assert client.get("/v1/surfaces").status_code == 200
+        assert "ratelimit" not in client.get("/health/live").headers
+
+
+def test_a_limit_of_computing_time_alone_has_one_item_in_the_headers() -> None:
+    app = create_app(Settings(compute_limit=6))
+    with start_client(app) as client:
+        response = client.post("/v1/mesh", {"surface": {"control_net": NET}, "resolution": 4})
+        assert response.status_code == 200
+        assert response.headers["ratelimit-policy"] == '"compute";q=6;w=60;qu="thread-seconds"'
+        # Short work on the event loop is charged too.
+        state = app.state.services.threads.accounts.limit.state("127.0.0.1")
+        assert state.reset == 1

@@ -214,3 +214,13 @@ def test_metrics_report_the_store_and_queues_and_threads_and_memory(fresh_client
     assert read_sample(fresh_client, "surface_ready") == 1
     assert read_sample(fresh_client, "surface_store_writes", state="ready") == 1
     assert read_sample(fresh_client, "surface_store_writes", state="full") == 0
+
+
+def test_the_waits_of_work_for_threads_are_a_histogram_by_class(fresh_client: Client) -> None:
+    net = {"surface": {"control_net": NET}}
+    fresh_client.post("/v1/mesh", net)  # on the event loop: it does not wait for a thread
+    fresh_client.post("/v1/mesh", {**net, "tolerance": 0.01})
+    count = "surface_wait_seconds_count"
+    assert read_sample(fresh_client, count) == read_sample(fresh_client, count, **{"class": "mesh"})
+    assert read_sample(fresh_client, count, **{"class": "mesh"}) == 1
+    assert read_sample(fresh_client, "surface_wait_seconds_bucket", le="0.0005") == 1
