@@ -62,6 +62,20 @@ def reset_peak(pid: int | str = "self") -> None:
     Path(f"/proc/{pid}/clear_refs").write_text("5", encoding="ascii")
 
 
+def own_memory(pid: int) -> int:
+    """Bytes of memory that a process uses, its part of shared memory included (PSS, proc(5))."""
+    rollup = Path(f"/proc/{pid}/smaps_rollup").read_text(encoding="ascii")
+    return sum(int(kilobytes) for kilobytes in re.findall(r"^Pss:\s+(\d+)", rollup, re.M)) * 1024
+
+
+def list_family(pid: int) -> list[int]:
+    """A process, the processes that it has started, and so on."""
+    children: list[int] = []
+    for thread in Path(f"/proc/{pid}/task").iterdir():
+        children += map(int, (thread / "children").read_text(encoding="ascii").split())
+    return [pid, *(each for child in children for each in list_family(child))]
+
+
 def _read_status(pid: int | str, name: str) -> int:
     """The bytes of a field of /proc/PID/status."""
     status = Path(f"/proc/{pid}/status").read_text(encoding="ascii")

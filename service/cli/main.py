@@ -4,6 +4,7 @@ import argparse
 from collections.abc import Sequence
 
 from service import __version__
+from service.cli.bake import BAKE
 from service.cli.convert import CONVERT
 from service.cli.lists import EXAMPLES, FORMATS, OPENAPI
 from service.cli.mesh import ESTIMATE, MESH
@@ -26,6 +27,7 @@ COMMANDS = (
     SERVE,
     HEALTH,
     MESH,
+    BAKE,
     ESTIMATE,
     POINTS,
     PROJECT,

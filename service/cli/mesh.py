@@ -3,15 +3,18 @@
 import argparse
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import groupby
 from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from service.cli.baking import Many, make_files
 from service.cli.documents import command_limits, parse_request, perform_document
 from service.cli.flags import Command, Flag, flag, option_texts, read_values
 from service.cli.output import check_output, choose_format, find_format, output_flags, perform
+from service.cli.refusals import Refused, UsageError
 from service.cli.source import (
     NET_FILES,
     NetFile,
@@ -23,9 +26,11 @@ from service.cli.source import (
     source_flag,
     surface_source,
 )
+from service.errors import InvalidRequest, Issue, SurfaceError
 
 if TYPE_CHECKING:
     from service.encoders.format import Format
+    from service.jobs.bake import Entry
 
 _OPTIONS = json.loads(Path(__file__).with_name("flags.json").read_bytes())
 """The options of a mesh, in a file that `make generated` writes: to import their models is slow.
@@ -75,6 +80,17 @@ def drop_replaced(source: dict[str, Any], flag_values: Mapping[str, str]) -> dic
 
 
 def _run_mesh(arguments: argparse.Namespace) -> int:
+    if len(arguments.source) > 1 or _is_folder(arguments.output):
+        return _run_meshes(arguments)
+    return _run_one_mesh(_select_source(arguments, arguments.source[0]))
+
+
+def _is_folder(output: str) -> bool:
+    """Whether an output is a folder or a bucket, which gets one file for each input."""
+    return output.endswith("/") or "://" in output or Path(output).is_dir()
+
+
+def _run_one_mesh(arguments: argparse.Namespace) -> int:
     from service.encoders.registry import FORMATS
 
     fmt = choose_format(arguments, FORMATS)
@@ -122,6 +138,62 @@ def _compute_mesh(source: Source, flag_values: Mapping[str, str], fmt: "Format")
     return bytes(plan_mesh_file(surface, options, fmt, limits).run().content)
 
 
+def _run_meshes(arguments: argparse.Namespace) -> int:
+    """Writes the meshes of all sources into a folder or a bucket, as `surface bake` does."""
+    from service.encoders.registry import BY_SUFFIX, FORMATS
+
+    check_output(arguments)
+    suffix = Path(arguments.output).suffix.removeprefix(".").lower()
+    if not _is_folder(arguments.output) and (arguments.output == "-" or suffix in BY_SUFFIX):
+        raise UsageError("--output: several inputs need a folder, such as out/")
+    fmt = find_format(arguments.format or "glb", FORMATS)
+    if arguments.url is not None:
+        raise UsageError("--url: writes one file; meshes in a folder are computed here")
+    if "-" in arguments.source:
+        raise UsageError("standard input has no name; needed files for an output in a folder")
+    flag_values = _read_options(arguments)
+    all_flags = {*flag_values, *read_field_flags(arguments)}
+
+    def read(_: int, source: str) -> "Entry":
+        return _read_entry(_select_source(arguments, source), flag_values, fmt)
+
+    return make_files(
+        Many(arguments.source, read, len(arguments.source), arguments.output),
+        lambda issue: field_line(
+            replace(issue, pointer=issue.pointer.removeprefix("/body")), all_flags
+        ),
+    )
+
+
+def _select_source(arguments: argparse.Namespace, source: str) -> argparse.Namespace:
+    """The arguments of a command with one source."""
+    return argparse.Namespace(**{**vars(arguments), "source": source})
+
+
+def _read_entry(
+    arguments: argparse.Namespace, flag_values: Mapping[str, str], fmt: "Format"
+) -> "Entry":
+    """The part of one source, or the reason why it cannot be read."""
+    import orjson
+
+    from service.encoders.text import json_text
+    from service.jobs.bake import Entry
+    from service.schemas.query import values_from_text
+
+    place, name = arguments.source, Path(arguments.source).stem
+    try:
+        document = drop_replaced(read_document(arguments), flag_values)
+        # Files of control points are read as arrays, and the text of a part has lists.
+        text = json_text(document | values_from_text(flag_values.items()))
+    except SurfaceError as error:
+        return Entry(place, name, {}, 0, error)
+    except (Refused, UsageError, OSError) as error:
+        message = (error.strerror or "") if isinstance(error, OSError) else "; ".join(error.args)
+        return Entry(place, name, {}, 0, InvalidRequest(Issue("unreadable", message)))
+    line = {"path": f"/v1/mesh?format={fmt.name}", "body": orjson.loads(text)}
+    return Entry(place, name, line, len(text))
+
+
 def _run_estimate(arguments: argparse.Namespace) -> int:
     from service.encoders.registry import FORMATS
     from service.schemas.query import values_from_text
@@ -157,13 +229,19 @@ def _compute_estimate(formats: "Sequence[Format]", document: Mapping[str, Any]) 
 
 MESH = Command(
     "mesh",
-    "write the mesh of a surface",
+    "write the mesh of a surface, or of several into a folder",
     _run_mesh,
     (
-        source_flag("options", "; with --url also the id of a surface that is stored there"),
+        source_flag(
+            "options", "; with --url also the id of a surface that is stored there", nargs="+"
+        ),
         *output_flags(),
     ),
     groups=(*_GROUPS, NET_FILES),
+    description="If the output is a folder, such as out/, or a bucket, s3://bucket/prefix, it gets "
+    "a file for each input, with the name of the input and, without --format, as GLB. What an "
+    "earlier run has made is not made again. Inputs that fail are listed at the end, and the exit "
+    "code is then 1.",
     has_exit_codes=True,
 )
 

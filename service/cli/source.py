@@ -58,17 +58,17 @@ Source = str | dict[str, Any] | NetFile
 """The id of an example or of a stored surface, a request, or a file of control points."""
 
 
-def source_flag(fields: str, suffix: str = "") -> Flag:
+def source_flag(fields: str, suffix: str = "", **options: Any) -> Flag:
     """The source of the surface.
 
     `fields` are, in words for the help, the fields that a request in a file has beside the surface;
-    `suffix` is the end of the help.
+    `suffix` is the end of the help; `options` are those of argparse.
     """
     text = (
         f"a JSON file (a surface, or a request with a surface and {fields}), a file of control "
         f"points, the id of an example, or - for standard input{suffix}"
     )
-    return flag("source", text, "FILE|EXAMPLE")
+    return flag("source", text, "FILE|EXAMPLE", **options)
 
 
 def read_document(arguments: argparse.Namespace) -> dict[str, Any]:

@@ -47,6 +47,7 @@ LOOK_INTERVAL = 1.0
 """Seconds between two looks whether the job is withdrawn."""
 
 DONE, CANCELLED, WRONG_ENGINE, STORE_FAILED = "done", "cancelled", "wrong_engine", "store_failed"
+UNFINISHED = "unfinished"
 """Ends of a batch; others are the codes of `StoreFull` and `StoreFailed`."""
 
 SUCCEEDED, FAILED = "succeeded", "failed"
@@ -80,6 +81,8 @@ class Task:
     lifetime : float
         Seconds for which results are kept. A result that is found, and is older than half of that,
         is written again.
+    seconds : float
+        After this time no part begins but the first; the end of the batch is then `UNFINISHED`.
     engine : int
     """
 
@@ -90,6 +93,7 @@ class Task:
     job: str = ""
     output: str = ""
     lifetime: float = inf
+    seconds: float = inf
     engine: int = ENGINE
 
     def write(self) -> bytes:
@@ -106,8 +110,8 @@ def read_task(text: bytes) -> Task:
         | {
             "lines": tuple(fields["lines"]),
             "limits": CallLimits(DocumentLimits(**limits["document"]), Limits(**limits["result"])),
-            "lifetime": inf if fields["lifetime"] is None else fields["lifetime"],
         }
+        | {name: inf for name in ("lifetime", "seconds") if fields[name] is None}
     )
 
 
@@ -116,7 +120,8 @@ class BatchResult:
     """The records of the parts that have ended, by index, and how the batch ended.
 
     A record has the index `part`, the `id`, the `state`, the `seconds` of the processor, and the
-    fields of `Result`; or, of a part that failed, the `error` (`service.jobs.results`).
+    fields of `Result`, with `found` if its file was there; or, of a part that failed, the `error`
+    (`service.jobs.results`).
     """
 
     records: tuple[dict[str, Any], ...]
@@ -230,9 +235,13 @@ class _Batch:
     async def run(self) -> BatchResult:
         """Computes all parts; returns early if the job is withdrawn, or the store fails."""
         end = DONE
+        last_start = time.monotonic() + self._task.seconds
         try:
             async with self._watch():
-                for line in self._task.lines:
+                for begun, line in enumerate(self._task.lines):
+                    if begun and time.monotonic() > last_start:
+                        end = UNFINISHED
+                        break
                     await self._compute(line)
         except Cancelled:
             end = CANCELLED
@@ -275,7 +284,7 @@ class _Batch:
             with translate_errors("looking for the file of a part"):
                 found = await self._output.find(line)
             if found is not None:
-                self._record(line, start, asdict(found))
+                self._record(line, start, asdict(found) | {"found": True})
                 return
             part = part or read_part(line["path"], line.get("body"), self._task.limits)
             file = part.plan(await self._build_finder(part)).run()

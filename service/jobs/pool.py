@@ -93,7 +93,7 @@ class _Process:
         pool = ProcessPoolExecutor(1, context, _prepare, self._preparation)
         self._pool = pool
         try:
-            self.pid = await asyncio.to_thread(lambda: pool.submit(os.getpid).result())
+            self.pid = await asyncio.to_thread(_start_process, pool)
         except (OSError, BrokenProcessPool):
             await self.kill()
             raise EngineUnavailable("job_process") from None
@@ -114,6 +114,21 @@ class _Process:
                 with suppress(ProcessLookupError):
                     os.kill(pid, signal.SIGKILL)
             await asyncio.to_thread(pool.shutdown)
+
+
+def _start_process(pool: ProcessPoolExecutor) -> int:
+    """Starts the process of a pool; returns its id.
+
+    Ctrl-C in a terminal reaches every process, also one that has not run `_prepare` yet. So this
+    thread blocks the signal meanwhile, and the process inherits that.
+    """
+    if sys.platform == "win32":
+        return pool.submit(os.getpid).result()
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT, signal.SIGTERM))
+    try:
+        return pool.submit(os.getpid).result()
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
 
 def _prepare(memory: int, niceness: int) -> None:

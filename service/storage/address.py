@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 BUCKETS = ("s3", "gs", "az")
 """Schemes of buckets: Amazon S3 and compatible services, Google, Azure."""
 
+_STORE, _OUTPUT = "SURFACE_STORE", "--output"
+"""The setting that has the address of the store, and the flag that has that of an output."""
+
 _log = logging.getLogger(__name__)
 
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*):")
@@ -70,13 +73,13 @@ def open_store(address: str, quota: int, create: bool = True) -> SurfaceStore:
     raise InvalidSettings(f"SURFACE_STORE: got {address!r}, needed {needed}.")
 
 
-def _path_of(address: str) -> Path:
-    """The folder of a `file://` URL (RFC 8089)."""
+def _path_of(address: str, setting: str = _STORE) -> Path:
+    """The folder of a `file://` URL (RFC 8089); errors name the setting."""
     parts = urlsplit(address)
     path = unquote(parts.path)
     if parts.netloc not in ("", "localhost") or not path.startswith("/") or parts.query:
         raise InvalidSettings(
-            f"SURFACE_STORE: got {address!r}, needed file:// and the whole path of a folder."
+            f"{setting}: got {address!r}, needed file:// and the whole path of a folder."
         )
     return Path(path)
 
@@ -104,16 +107,14 @@ def _open_folder(path: Path, create: bool) -> Folder:
     )
 
 
-def _absolute_path(path: Path) -> Path:
-    """The absolute path of a folder, which may begin with `~`."""
+def _absolute_path(path: Path, setting: str = _STORE) -> Path:
+    """The absolute path of a folder, which may begin with `~`; errors name the setting."""
     try:
         if "\0" in str(path):
             raise ValueError("a path has no null characters")
         return path.expanduser().absolute()
     except (RuntimeError, ValueError) as error:  # RuntimeError: there is no such home folder
-        raise InvalidSettings(
-            f"SURFACE_STORE: got {str(path)!r}, needed a folder: {error}."
-        ) from None
+        raise InvalidSettings(f"{setting}: got {str(path)!r}, needed a folder: {error}.") from None
 
 
 def _make_store(root: Path) -> str:
@@ -154,20 +155,25 @@ def open_output(address: str) -> Bucket:
     scheme = _SCHEME.match(address)
     name = "" if scheme is None else scheme[1].lower()
     if name in BUCKETS:
-        return _open_bucket(address)
-    path = _path_of(address) if name == "file" else Path(address)
+        return _open_bucket(address, _OUTPUT)
+    if "://" in address and name != "file":
+        schemes = ", ".join(f"{each}://" for each in ("file", *BUCKETS))
+        needed = f"a folder, or an address that begins with {schemes}"
+        raise InvalidSettings(f"{_OUTPUT}: got {address!r}, needed {needed}.")
+    path = _path_of(address, _OUTPUT) if name == "file" else Path(address)
     try:
-        return Bucket(LocalStore(_absolute_path(path), mkdir=True))
-    except (BaseError, OSError) as error:
-        raise InvalidSettings(f"{address!r} is no folder for files: {error}.") from None
+        return Bucket(LocalStore(_absolute_path(path, _OUTPUT), mkdir=True))
+    except (BaseError, OSError):
+        needed = "a folder, or a name with which a folder can be made"
+        raise InvalidSettings(f"{_OUTPUT}: got {address!r}, needed {needed}.") from None
 
 
-def _open_bucket(address: str) -> Bucket:
+def _open_bucket(address: str, setting: str = _STORE) -> Bucket:
     """The backend of a bucket; the first use shows whether it can be reached."""
     try:
         return Bucket(from_url(address, retry_config=_RETRIES))
     except (BaseError, ValueError, TypeError) as error:
         reason = str(error).partition("\n")[0]
         raise InvalidSettings(
-            f"SURFACE_STORE: got {address!r}, needed the address of a bucket: {reason}."
+            f"{setting}: got {address!r}, needed the address of a bucket: {reason}."
         ) from None

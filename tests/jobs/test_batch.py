@@ -18,6 +18,7 @@ from service.jobs import batch as batches
 from service.jobs.batch import (
     CANCELLED,
     DONE,
+    UNFINISHED,
     WRONG_ENGINE,
     BatchResult,
     Task,
@@ -115,13 +116,24 @@ def test_a_file_that_is_there_is_not_computed_again(
     paths = count_runs(monkeypatch)
     again = run(Task(lines, store, LIMITS, 60.0))
     assert paths == []
+    assert all(record["found"] for record in again.records)
     assert [_without_times(record) for record in again.records] == [
         _without_times(record) for record in first.records
     ]
 
 
 def _without_times(record: dict[str, Any]) -> dict[str, Any]:
-    return {key: value for key, value in record.items() if key != "seconds"}
+    return {key: value for key, value in record.items() if key not in ("seconds", "found")}
+
+
+def test_a_batch_begins_no_part_after_its_time(store: str) -> None:
+    lines = by_path(*PATHS)
+    first = run(Task(lines, store, LIMITS, 60.0, seconds=0.0))
+    assert first.end == UNFINISHED
+    assert [record["part"] for record in first.records] == [0]
+    whole = run(Task(lines, store, LIMITS, 60.0, seconds=3600.0))
+    assert whole.end == DONE
+    assert len(whole.records) == len(lines)
 
 
 @pytest.mark.parametrize("damage", [b"", b"x", b"{}\nx"])
