@@ -188,7 +188,7 @@ def check_confinement(engine: Engine, container: str) -> None:
 
 
 def check_responses(client: httpx.Client) -> str:
-    """Checks pages, scripts and a mesh, and stores a surface; returns the URL of the surface."""
+    """Checks pages, scripts, a mesh and a measure; stores a surface, and returns its URL."""
     for path in ("/", "/docs", "/openapi.json", "/v1/surfaces", "/metrics"):
         status = client.get(path).status_code
         report_check(f"GET {path}", status, passes=status == 200)
@@ -200,6 +200,8 @@ def check_responses(client: httpx.Client) -> str:
     report_check("files of the pages", fact, passes=large_files == 2 and all(sizes.values()))
     mesh = client.get("/v1/surfaces/utah-teapot/mesh.glb?resolution=16").content
     report_check("the teapot", f"{len(mesh)} bytes", passes=mesh[:4] == b"glTF")
+    status = client.post("/v1/measure", json={"surface": SURFACE}).status_code
+    report_check("a surface is measured", status, passes=status == 200)
     response = client.post("/v1/surfaces", json={"surface": SURFACE})
     status = response.status_code
     report_check("a surface is stored", status, passes=status in (200, 201))
