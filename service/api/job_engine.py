@@ -6,9 +6,10 @@ import shutil
 import tempfile
 import weakref
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, nullcontext
 
 from service.api.threads import Threads
+from service.jobs.dispatch import Reserve
 from service.jobs.engine import Engine
 from service.jobs.engines import open_cluster
 from service.jobs.manager import Jobs
@@ -44,24 +45,25 @@ def build_jobs(settings: Settings, store: SurfaceStore, threads: Threads) -> Job
             _log.warning("there are no jobs: no temporary folder can be made (%s)", error)
             return None
         store = open_store(folder, 0)
-    memory = JobMemory(threads)
+    engine, reserve = open_engine(settings, JobMemory(threads))
     jobs = Jobs(
         folder or settings.store,
         store.backend,
         settings,
-        _open_engine(settings, memory.capacity),
+        engine,
         accounts=threads.accounts,
-        reserve=memory.reserve,
+        reserve=reserve,
     )
     if folder:
         jobs.on_close = weakref.finalize(jobs, shutil.rmtree, folder, ignore_errors=True)
     return jobs
 
 
-def _open_engine(settings: Settings, memory: int) -> Engine:
+def open_engine(settings: Settings, memory: "JobMemory") -> tuple[Engine, Reserve]:
+    """The engine, and how batches reserve memory: on a cluster they take none of this machine."""
     if settings.dask:
-        return open_cluster(settings)
-    return ProcessEngine(settings.job_process_count, memory, NICENESS)
+        return open_cluster(settings), lambda _: nullcontext()
+    return ProcessEngine(settings.job_process_count, memory.capacity, NICENESS), memory.reserve
 
 
 class JobMemory:

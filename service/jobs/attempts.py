@@ -42,10 +42,10 @@ async def run_task(engine: Engine, task: Task) -> BatchResult:
     if len(task.lines) == 1:
         message = "The process that computed the part has died each time that it was tried."
         return _failure(task, PartCrashed(Issue("part_crashed", message)))
-    return await _run_one_by_one(engine, task)
+    return await run_one_by_one(engine, task)
 
 
-async def _run_one_by_one(engine: Engine, task: Task) -> BatchResult:
+async def run_one_by_one(engine: Engine, task: Task) -> BatchResult:
     """The result of a task, with a task of its own for each part."""
     records: list[dict[str, Any]] = []
     for line in task.lines:

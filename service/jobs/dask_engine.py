@@ -13,21 +13,22 @@ import time
 from collections.abc import Awaitable
 from concurrent.futures import CancelledError
 from contextlib import suppress
-from typing import Any, cast
+from typing import cast
 from urllib.parse import urlsplit
 
-import orjson
 from distributed import Client, KilledWorker, Security
 
-from service.errors import InvalidSettings, Issue, PartCrashed
-from service.jobs.batch import DONE, FAILED, BatchResult, read_result
-from service.jobs.dask_worker import FAILED as TASK_FAILED
-from service.jobs.dask_worker import REFUSED, VERSION, run_task
-from service.jobs.engine import EngineUnavailable
-from service.jobs.results import write_error
+from service.errors import InvalidSettings
+from service.jobs.attempts import run_one_by_one
+from service.jobs.batch import read_task
+from service.jobs.dask_worker import FAILED, REFUSED, VERSION, run_task
+from service.jobs.engine import EngineLost, EngineUnavailable
 
 CONNECT_SECONDS = 10.0
 """Seconds within which the scheduler must respond; Dask tries several times until then."""
+
+RECONNECT_PAUSE = 0.1
+"""Seconds between looks whether the connection is there again."""
 
 LOOK_SECONDS, RESTART_SECONDS = 5.0, 60.0
 """Seconds between looks whether there are workers, while a batch has no answer; seconds for which
@@ -115,12 +116,13 @@ class DaskEngine:
     async def run(self, task: bytes) -> bytes:
         """Runs a task on any worker, and returns its result (`Engine.run`).
 
-        A batch that killed its workers is submitted part by part; a part that kills its workers
-        again has the error `PartCrashed`. If this is cancelled, Dask forgets the task; a worker
-        that computes it sees that its job is withdrawn.
+        A batch that killed its workers is submitted part by part. If this is cancelled, Dask
+        forgets the task; a worker that computes it sees that its job is withdrawn.
 
         Raises
         ------
+        EngineLost
+            A part killed its workers.
         EngineUnavailable
             There is no scheduler (`no_scheduler`) or no worker (`no_workers`), workers have another
             version or engine (`other_version`), or one cannot run the task, perhaps because it does
@@ -129,16 +131,13 @@ class DaskEngine:
         try:
             return await self._compute(task)
         except KilledWorker as error:
-            _log.warning("A batch goes on part by part: %s", error)
-        records: list[dict[str, Any]] = []
+            _log.warning("A batch or a part killed its workers: %s", error)
+        batch = read_task(task)
+        if len(batch.lines) == 1:
+            raise EngineLost
         # One part at a time: Dask suspects all tasks of a lost worker, even those that waited.
         async with self._suspecting:
-            for each in _split(task):
-                result = await self._compute_suspect(each)
-                records += result.records
-                if result.end != DONE:
-                    break
-        return BatchResult(tuple(records), result.end).write()
+            return (await run_one_by_one(self, batch)).write()
 
     async def close(self) -> None:
         """Disconnect; the scheduler forgets the tasks of this engine."""
@@ -146,28 +145,15 @@ class DaskEngine:
         if client is not None:
             await client.close()
 
-    async def _compute_suspect(self, task: bytes) -> BatchResult:
-        """The result of a task of one part."""
-        for _ in range(2):  # twice, because another task may have killed the workers
-            try:
-                return read_result(await self._compute(task))
-            except KilledWorker as error:
-                _log.warning("A part may have killed its workers: %s", error)
-        (line,) = orjson.loads(task)["lines"]
-        about = {"part": line["part"], "id": line.get("id", ""), "state": FAILED, "seconds": 0.0}
-        message = "The process that computed the part has died each time that it was tried."
-        crash = write_error(PartCrashed(Issue("part_crashed", message)))
-        return BatchResult((about | {"error": crash},))
-
     async def _compute(self, task: bytes) -> bytes:
         """The result of a task; raises the errors of `run` and `KilledWorker`."""
         for _ in range(MAX_REFUSALS):
             answer = await self._submit(task)
-            if not answer.startswith((REFUSED, TASK_FAILED)):
+            if not answer.startswith((REFUSED, FAILED)):
                 return answer
-            if answer.startswith(TASK_FAILED) or answer not in self._refusals:
+            if answer.startswith(FAILED) or answer not in self._refusals:
                 _log.warning("A batch was %s", answer.decode(errors="replace"))
-            if answer.startswith(TASK_FAILED):
+            if answer.startswith(FAILED):
                 raise EngineUnavailable("worker_failed")
             self._refusals.add(answer)
         raise EngineUnavailable("other_version")
@@ -195,6 +181,8 @@ class DaskEngine:
     async def _connect(self) -> Client:
         """The client, connected."""
         async with self._connecting:
+            while self._client is not None and self._client.status == "connecting":
+                await asyncio.sleep(RECONNECT_PAUSE)  # it connects again by itself, or closes
             if self._client is not None and self._client.status == "running":
                 return self._client
             await self.close()
@@ -218,9 +206,3 @@ class DaskEngine:
     def _unavailable(self) -> EngineUnavailable:
         _log.warning("The scheduler at %s does not respond", self._address)
         return EngineUnavailable("no_scheduler")
-
-
-def _split(task: bytes) -> list[bytes]:
-    """A task for each part."""
-    document = orjson.loads(task)
-    return [orjson.dumps({**document, "lines": [line]}) for line in document["lines"]]

@@ -26,7 +26,8 @@ from distributed.protocol.serialize import serialize
 
 from service.errors import InvalidSettings
 from service.jobs import dask_engine, dask_worker
-from service.jobs.batch import DONE, WRONG_ENGINE, Task, read_result
+from service.jobs.attempts import run_task
+from service.jobs.batch import DONE, WRONG_ENGINE, Task, read_result, read_task
 from service.jobs.dask_engine import DaskEngine, open_dask
 from service.jobs.engine import EngineUnavailable
 from service.jobs.engines import open_cluster
@@ -287,10 +288,12 @@ async def test_a_part_that_kills_its_workers_is_named_and_fails_alone(store: Pat
             try:
                 await wait_until(lambda: len(scheduler.workers) == 1)
                 batches = make_task(store, "glb", "stl", "json"), make_task(store, "obj")
-                results = await asyncio.gather(*map(engine.run, batches))
+                results = await asyncio.gather(
+                    *(run_task(engine, read_task(each)) for each in batches)
+                )
             finally:
                 workers.kill()
-    records, others = (read_result(result).records for result in results)
+    records, others = (result.records for result in results)
     assert [record["state"] for record in records] == ["succeeded", "failed", "succeeded"]
     assert records[1]["error"]["class"] == "PartCrashed"
     assert [record["state"] for record in others] == ["succeeded"]
