@@ -23,6 +23,8 @@ MOTO    := 'moto[s3]==5.2.5' flask==3.1.3 flask-cors==6.0.5
 WORKERS ?= $(shell $(PYTHON) -c 'import os; print(3 * (os.cpu_count() or 2) // 2)')
 # Seconds after which `make test-rolling` begins no further restarts; use more on a busy machine.
 LONGEST ?= 180
+# The commit of the older version of `make test-upgrade`: the last whose stores have no marker.
+UPGRADE_FROM ?= eefe229c
 # The linter of `make lint-deploy`.
 CHECKOV := checkov==3.3.30
 # The extras of the image, for `make sbom`; and the programs of `make sbom` and `make audit`.
@@ -40,7 +42,7 @@ SWAGGER := service/api/static/swagger-ui
 THREE   := service/api/static/three
 
 .DEFAULT_GOAL := help
-.PHONY: help serve test check format openapi types generated bench bench-occ bench-queries test-disk test-s3 test-api test-attack fuzz test-rolling lint-deploy certify judge judge-queries memory test-recipes test-libraries test-properties web picture lock image image-test sbom audit licences release-check clean
+.PHONY: help serve test check format openapi types generated bench bench-occ bench-queries test-disk test-s3 test-api test-attack fuzz test-rolling test-upgrade lint-deploy certify judge judge-queries memory test-recipes test-libraries test-properties web picture lock image image-test sbom audit licences release-check clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-13s  %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -95,6 +97,9 @@ test-s3: $(VENV)/.dev build/s3/.ready ## Test the store on an S3 server
 test-rolling: $(VENV)/.dev ## Restart and kill instances behind HAProxy, and workers, under load (LONGEST=180 s): no request may fail
 	@command -v haproxy >/dev/null || { echo 'haproxy is needed: apt-get install haproxy'; exit 1; }
 	LONGEST=$(LONGEST) $(BIN)/python -m pytest tools/deploy/rolling.py tools/deploy/faults.py
+
+test-upgrade: $(VENV)/.dev ## Run this version and an older one (UPGRADE_FROM, a commit) on one store and one keys file
+	UPGRADE_FROM=$(UPGRADE_FROM) $(BIN)/python -m pytest tools/deploy/upgrade.py
 
 # The linter opens no connections. Exceptions are in the manifests, with their reasons. The rule
 # CKV_DOCKER_7 is skipped: it does not understand that the tags of the base images are in arguments.
