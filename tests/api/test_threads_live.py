@@ -295,3 +295,40 @@ def test_requests_leave_no_reference_cycles(slow_meshes: SlowMeshes) -> None:
     # Classes of the server and of requests, and what they refer to.
     names = {type(value).__qualname__ for value in garbage}
     assert names.isdisjoint({"BoundedProtocol", "Cycle", "Job", "Work", "ndarray", "frame"})
+
+
+def test_a_slow_reader_keeps_only_its_share_and_its_further_responses_wait() -> None:
+    """The first file is larger than the share, and than the system buffers for a client."""
+    urls = [f"/v1/surfaces/saddle/mesh.stl?resolution={n}" for n in (80, 81, 82)]
+    memory = 64 << 20
+    with start_service(memory_bytes=memory, cache_bytes=0) as service:
+        unread = service.threads.unread
+        slow_client = service.get("/v1/surfaces/saddle/mesh.stl?resolution=300")  # 9 MB
+        wait_until(lambda: sum(unread.totals.values()) > memory // 8)
+        waiting_clients = [service.get(each) for each in urls]
+        waiting_clients.append(service.post(LONG, "/v1/mesh?format=stl"))
+        short = service.post(SHORT)
+        assert short.read_response()[0] == 200, "a short response holds no memory"
+        assert list(unread.totals) == ["127.0.0.1"]
+        assert sum(unread.totals.values()) < 10_000_000, "the others take no memory yet"
+        slow_client.read_response()
+        assert [client.read_response()[0] for client in waiting_clients] == [200] * 4
+        wait_until(service.is_idle)
+        assert unread.totals == {}
+
+
+def test_a_cached_response_waits_for_its_callers_share_unless_it_is_being_read() -> None:
+    with start_service(memory_bytes=256 << 20, cache_bytes=256 << 20) as service:
+        unread = service.threads.unread
+        url, other_url = (f"/v1/surfaces/saddle/mesh.stl?resolution={n}" for n in (500, 400))
+        sizes = [len(service.get(each).read_response()[2]) for each in (url, other_url)]
+        slow_client = service.get(url)
+        wait_until(lambda: unread.totals == {"127.0.0.1": sizes[0]})
+        second_client = service.get(url)  # the same bytes: they take no further memory
+        assert len(second_client.read_response()[2]) == sizes[0]
+        other_client = service.get(other_url)
+        assert service.post(SHORT).read_response()[0] == 200
+        assert unread.totals == {"127.0.0.1": sizes[0]}
+        assert len(slow_client.read_response()[2]) == sizes[0]
+        assert len(other_client.read_response()[2]) == sizes[1]
+        wait_until(lambda: unread.totals == {})

@@ -11,6 +11,7 @@ from tools.attack.__main__ import MAX_LATENCY, ClientResult, Row
 from tools.attack.bodies import BODIES
 from tools.attack.connections import CONNECTIONS, HALF_BODIES, SLOW_BODIES, WORST
 from tools.attack.heads import HEADS, SLOW_HEADS
+from tools.attack.neighbours import MAX_FACTOR, MAX_WAIT, Result, Sample, judge_factor, judge_wait
 from tools.attack.wire import summarize
 from tools.attack.work import WORK
 
@@ -91,3 +92,17 @@ def test_a_silent_service_is_distinguished_from_a_closed_connection(
             return await connections.read_slowly(port, b"GET / HTTP/1.1\r\n\r\n")
 
     assert asyncio.run(read_from_it()) == "no answer"
+
+
+def test_a_long_wait_or_a_slower_caller_beside_another_is_a_fault() -> None:
+    def build_result(seconds: float, wait: float, status: str = "200") -> Result:
+        together = [Sample(seconds, wait, status)] * 20
+        return Result([Sample(0.1, 0.0, "200")] * 20, together, Counter({"200": 1}))
+
+    assert judge_wait(build_result(1, 0.9 * MAX_WAIT)) == []
+    assert judge_wait(build_result(1, 1.1 * MAX_WAIT)) == ["waited 1.1 s"]
+    assert judge_factor(build_result(0.09 * MAX_FACTOR, 0)) == []
+    assert judge_factor(build_result(0.11 * MAX_FACTOR, 0)) == ["p99 × 2.2"]
+    assert build_result(1, 0).find_failures() == []
+    assert build_result(1, 0, "429 busy").find_failures() == ["client: 429 busy"]
+    assert Result([], [], Counter()).find_failures() == ["too few meshes"]

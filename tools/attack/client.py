@@ -15,6 +15,9 @@ from dataclasses import dataclass
 INTERVAL = 0.012
 """Seconds from one request to the next."""
 
+SOURCE = "127.0.0.3"
+"""The address of the client: to the service, it is another caller than the attackers."""
+
 PATIENCE = 5.0
 """Seconds after which the client gives up a request."""
 
@@ -56,7 +59,9 @@ REQUESTS = (
 
 def main(port: int) -> None:
     """Sends requests until the process is stopped."""
-    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
+    connection = http.client.HTTPConnection(
+        "127.0.0.1", port, timeout=PATIENCE, source_address=(SOURCE, 0)
+    )
     expected = {request: _send_request(connection, request)[1] for request in REQUESTS}
     next_start = time.monotonic()
     for number in itertools.count():

@@ -175,8 +175,9 @@ async def read_slowly(port: int, request: bytes) -> str:
             finally:
                 reset_connection(writer)
             status = head[9:12].decode()  # the 200 in `HTTP/1.1 200 OK`
-            # The body of the problem is not read; the only 429 without a rate limit is `busy`.
-            return "429 busy" if status == "429" else status
+            # The body of the problem is not read. These are the only ones without a rate limit and
+            # with a store that works.
+            return {"429": "429 busy", "503": "503 out_of_time"}.get(status, status)
     except TimeoutError:  # a subclass of OSError, so it comes first
         return "no answer"
     except (OSError, asyncio.IncompleteReadError):

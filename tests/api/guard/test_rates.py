@@ -8,9 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.api.app import create_app
-from service.api.callers import caller_name
+from service.api.callers import caller_name, caller_of
 from service.api.guard.keys import format_entry, make_key
 from service.api.guard.rates import MAX_CALLERS, Rates
+from service.api.record import NO_ROUTE, SCOPE_ITEM, RequestRecord
 from service.settings.values import Settings
 from tests.clock import Clock, stop_clock
 from tools.client import start_client
@@ -98,6 +99,15 @@ def test_requests_are_counted_by_key_or_by_address(
     key: str | None, client: str | None, expected: str
 ) -> None:
     assert caller_name(key, client) == expected
+
+
+def test_a_request_without_a_valid_key_belongs_to_its_address() -> None:
+    """The record has an empty text for it, which is not the name of a key."""
+    record = RequestRecord("GET", NO_ROUTE, "1", "1", "1")
+    scope = {SCOPE_ITEM: record, "client": ("10.0.0.1", 80)}
+    assert caller_of(scope) == "10.0.0.1"
+    record.key = "alice"
+    assert caller_of(scope) == "key alice"
 
 
 def read_rate(response: httpx.Response) -> tuple[int, int]:
