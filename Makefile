@@ -42,7 +42,7 @@ SWAGGER := service/api/static/swagger-ui
 THREE   := service/api/static/three
 
 .DEFAULT_GOAL := help
-.PHONY: help serve test check format openapi types generated bench bench-occ bench-queries test-disk test-s3 test-api test-attack fuzz test-rolling test-upgrade lint-deploy certify judge judge-queries memory test-recipes test-libraries test-properties web picture lock image image-test sbom audit licences release-check clean
+.PHONY: help serve test check format openapi types generated bench bench-occ bench-queries test-disk test-s3 test-api test-attack fuzz test-jobs test-rolling test-upgrade lint-deploy certify judge judge-queries memory test-recipes test-libraries test-properties web picture lock image image-test sbom audit licences release-check clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-13s  %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -93,6 +93,9 @@ test-disk: $(VENV)/.dev ## Test the store on a disk that gets full: a small tmpf
 
 test-s3: $(VENV)/.dev build/s3/.ready ## Test the store on an S3 server
 	S3_SERVER=build/s3/bin/moto_server $(BIN)/python -m pytest tests/storage/on_s3.py
+
+test-jobs: $(VENV)/.dev ## Inject faults into jobs (kill -9, a full disk, a thousand jobs of ten callers), and print a table (10 minutes)
+	$(BIN)/python -m tools.job_faults
 
 test-rolling: $(VENV)/.dev ## Restart and kill instances behind HAProxy, and workers, under load (LONGEST=180 s): no request may fail
 	@command -v haproxy >/dev/null || { echo 'haproxy is needed: apt-get install haproxy'; exit 1; }

@@ -28,7 +28,7 @@ from service.jobs.usage import JobUsage
 RETRY_SECONDS = 10.0
 """Time after which work that could not be done is tried again."""
 
-KILL_SECONDS = 1.0
+KILL_SECONDS = 1.5
 """Time after a cancellation after which a batch that still runs is ended with its process. Batches
 end by themselves, at their next checkpoint, when they see that nobody waits for the job."""
 

@@ -255,7 +255,8 @@ class Settings(BaseModel):
         ge=0,
         le=1024,
         description="Processes that compute the parts of jobs; 0 means one for each processor, and "
-        "only as many as the memory allows.",
+        "one for each 256 MiB of `SURFACE_MEMORY_BYTES` at most. Workers share them: a job runs in "
+        "those of the worker that has accepted it.",
     )
     job_lifetime: float = Field(
         default=7 * 86400,

@@ -1,8 +1,8 @@
 """Jobs without processes: an engine that computes in the event loop, and parts made by hand."""
 
 import asyncio
-from collections.abc import AsyncIterator, Callable, Sequence
-from contextlib import asynccontextmanager
+from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from dataclasses import asdict, dataclass, field
 from errno import ENOSPC
 from hashlib import sha256
@@ -96,11 +96,6 @@ class FakeEngine:
         self.is_closed = True
 
 
-@asynccontextmanager
-async def reserve_nothing(_: int) -> AsyncIterator[None]:
-    yield
-
-
 class Instance:
     """One serving process's jobs, with a fake engine; `async with` runs them."""
 
@@ -115,7 +110,7 @@ class Instance:
             Settings(**settings),
             self.engine,
             accounts=self.accounts,
-            reserve=reserve_nothing,
+            reserve=lambda _: nullcontext(),
         )
         self._task: asyncio.Task[None] | None = None
 

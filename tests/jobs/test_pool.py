@@ -6,8 +6,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager, suppress
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -15,6 +14,7 @@ import pytest
 from service.jobs import pool
 from service.jobs.engine import EngineLost
 from service.jobs.pool import ProcessEngine
+from tests.jobs.fakes import until
 from tools.processes import ROOT
 
 PATIENCE = 30.0
@@ -28,15 +28,6 @@ def work(task: bytes) -> bytes:
         case [b"sleep", seconds]:
             time.sleep(float(seconds))
     return b"%d %d" % (os.getpid(), os.nice(0))
-
-
-@asynccontextmanager
-async def open_engine(processes: int = 1) -> AsyncIterator[ProcessEngine]:
-    engine = ProcessEngine(processes, 1 << 28, niceness=3)
-    try:
-        yield engine
-    finally:
-        await engine.close()
 
 
 def is_alive(pid: int) -> bool:
@@ -53,57 +44,32 @@ def wait_for_end(pids: list[int], seconds: float) -> None:
         time.sleep(0.02)
 
 
-def test_processes_compute_with_low_priority_and_a_dead_one_costs_its_task_alone(
+def test_a_process_that_dies_or_is_cancelled_is_replaced_and_ends_without_work(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(pool, "run_batch", work)
 
     async def run() -> None:
-        async with open_engine(2) as engine:
-            assert engine.processes == []  # they start with the first task
-            sleeping = asyncio.create_task(engine.run(b"sleep 1.5"))
-            with pytest.raises(EngineLost):
-                await engine.run(b"die")
-            pid, niceness = (await engine.run(b"")).split()
-            assert int(pid) in engine.processes
-            assert int(niceness) == os.nice(0) + 3
-            other, _ = (await sleeping).split()
-            assert other != pid
-            assert len(engine.processes) == 2
-            pids = engine.processes
-        wait_for_end(pids, 3)
-
-    asyncio.run(run())
-
-
-def test_a_task_that_is_cancelled_ends_with_its_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pool, "run_batch", work)
-
-    async def run() -> None:
-        async with open_engine() as engine:
-            await engine.run(b"")
-            pids = engine.processes
-            sleeping = asyncio.create_task(engine.run(b"sleep 60"))
-            await asyncio.sleep(0.1)
-            sleeping.cancel()
-            with suppress(asyncio.CancelledError):
-                await sleeping
-            assert not is_alive(pids[0])
-            await engine.run(b"")
-
-    asyncio.run(run())
-
-
-def test_processes_without_work_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pool, "run_batch", work)
-    monkeypatch.setattr(pool, "IDLE_SECONDS", 0.1)
-
-    async def run() -> None:
-        async with open_engine() as engine:
-            pid, _ = (await engine.run(b"")).split()
-            await asyncio.sleep(0.2)
-            assert engine.processes == []
-            await asyncio.to_thread(wait_for_end, [int(pid)], PATIENCE)
+        engine = ProcessEngine(1, 1 << 28, niceness=3)
+        assert engine.processes == []  # they start with the first task
+        first, niceness = (await engine.run(b"")).split()
+        assert engine.processes == [int(first)]
+        assert int(niceness) == os.nice(0) + 3
+        with pytest.raises(EngineLost):
+            await engine.run(b"die")
+        assert not is_alive(int(first))
+        sleeping = asyncio.create_task(engine.run(b"sleep 60"))
+        await until(lambda: engine.processes != [])
+        second = engine.processes[0]
+        sleeping.cancel()
+        with suppress(asyncio.CancelledError):
+            await sleeping
+        assert not is_alive(second)
+        monkeypatch.setattr(pool, "IDLE_SECONDS", 0.05)
+        third, _ = (await engine.run(b"")).split()
+        await until(lambda: engine.processes == [])
+        await asyncio.to_thread(wait_for_end, [int(third)], PATIENCE)
+        await engine.close()
 
     asyncio.run(run())
 
@@ -115,8 +81,8 @@ from tests.jobs.test_pool import work
 
 async def main():
     pool.run_batch = work
-    engine = pool.ProcessEngine(2, 1 << 28)
-    await asyncio.gather(engine.run(b""), engine.run(b""))
+    engine = pool.ProcessEngine(1, 1 << 28)
+    await engine.run(b"")
     print(*engine.processes, flush=True)
     await engine.run(b"sleep 60")
 
@@ -134,7 +100,7 @@ def test_processes_end_within_3_s_of_the_death_of_their_parent(tmp_path: Path) -
     ) as parent:
         assert parent.stdout is not None
         pids = [int(pid) for pid in parent.stdout.readline().split()]
-        assert len(pids) == 2
+        assert len(pids) == 1
         assert all(map(is_alive, pids))
         parent.send_signal(signal.SIGKILL)
     wait_for_end(pids, 3)
