@@ -121,9 +121,9 @@ def test_a_folder_that_is_lost_and_comes_back_loses_nothing(
         def lose(_: Tally) -> None:
             time.sleep(3.0)
             store.rename(away)
-            time.sleep(1.0)  # until all requests that had opened the folder have ended
-            confirmed.append(len(traffic.stored))
             seconds.append(wait_for(instances, is_ready=False))
+            # By now, requests that had opened the folder before have ended.
+            confirmed.append(len(traffic.stored))
             time.sleep(max(0.0, LOST_SECONDS - seconds[0]))
             confirmed.append(len(traffic.stored))
             confirmed.append(store.exists())
@@ -138,7 +138,7 @@ def test_a_folder_that_is_lost_and_comes_back_loses_nothing(
         capsys,
         tally,
         f"unready after {seconds[0]:.1f} s, ready again after {seconds[1]:.1f} s",
-        f"{confirmed[1] - confirmed[0]} surfaces confirmed while the folder was away",
+        f"{confirmed[1] - confirmed[0]} surfaces confirmed while no instance was ready",
         summary,
     )
     assert confirmed[0] == confirmed[1] < len(traffic.stored)
