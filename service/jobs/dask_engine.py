@@ -96,6 +96,7 @@ class DaskEngine:
         self._client: Client | None = None
         self._connecting, self._suspecting = asyncio.Lock(), asyncio.Lock()
         self._refusals: set[bytes] = set()  # those that the log has
+        self._is_lost = False
         self._last_workers = -math.inf  # when there were workers, on the monotonic clock
 
     @property
@@ -161,6 +162,7 @@ class DaskEngine:
     async def _submit(self, task: bytes) -> bytes:
         """The answer of a worker to a task."""
         client = await self._connect()
+        self._is_lost = False
         # Not `pure`: a task that is submitted again is computed again.
         future = client.submit(run_task, b"\n".join((VERSION.encode(), task)), pure=False)
         try:
@@ -204,5 +206,8 @@ class DaskEngine:
             raise EngineUnavailable("no_workers")
 
     def _unavailable(self) -> EngineUnavailable:
-        _log.warning("The scheduler at %s does not respond", self._address)
+        """The error without a scheduler; the log has it once until there is one again."""
+        if not self._is_lost:
+            _log.warning("The scheduler at %s does not respond", self._address)
+        self._is_lost = True
         return EngineUnavailable("no_scheduler")
