@@ -380,6 +380,141 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/v1/jobs": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Your jobs
+         * @description Lists the jobs of the caller whose results have not expired, the newest first.
+         *
+         *     The caller is the name of the key, or without keys the address. A key with the scope `admin`
+         *     gets the jobs of all callers.
+         */
+        get: operations["listJobs"];
+        put?: never;
+        /**
+         * Accepts a job: many requests, computed in the background
+         * @description Checks all parts and accepts the job; the response has its state.
+         *
+         *     A part with a body is a POST of one of the calls that compute, a part without one is a GET of a
+         *     mesh by URL. Its result is the same as that of the call, byte for byte. A job may take hours: no
+         *     request waits for it, and a restart of the service does not lose it.
+         *
+         *     Many parts can be sent as `application/x-ndjson`, one part a line: then the service reads them
+         *     as they come. The same parts are the same job, also in the other form and with other names: a
+         *     second request joins it, and parts that any job has computed are not computed again. If a part
+         *     is refused, the whole job is; the pointer of the error begins with `/parts/` and the index of
+         *     the part.
+         */
+        post: operations["createJob"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/jobs/{id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * The state of a job
+         * @description Returns the state of a job: how many parts have ended, how fast, and how long it will take.
+         *
+         *     Until the job has ended, `Retry-After` says when to ask again; `/events` sends each change.
+         */
+        get: operations["getJob"];
+        put?: never;
+        post?: never;
+        /**
+         * Withdraws a job
+         * @description Withdraws the caller: its work ends within two seconds if no other caller waits for the job.
+         *
+         *     The job is then `cancelled`. The results that are ready stay until they expire. If the same
+         *     parts are posted again, only the others are computed.
+         */
+        delete: operations["withdrawJob"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/jobs/{id}/events": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * The state of a job as a stream of events
+         * @description Sends the state of the job now, and then each change, at most two a second.
+         *
+         *     The data of each event `progress`, and of the last event, `end`, is the document of
+         *     `GET /v1/jobs/{id}`. Between events, a comment every 15 s keeps the connection open. Before the
+         *     service stops it ends the stream; an `EventSource` then connects again after a second.
+         */
+        get: operations["getJobEvents"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/jobs/{id}/results": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * The results of a job, as a list
+         * @description Lists the parts `from` … `from + limit - 1` with their state, and the URL of each file.
+         *
+         *     A part that failed has its `problem` instead. The list may be read while the job runs.
+         */
+        get: operations["getJobResults"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/jobs/{id}/results/{part}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * The result of a part
+         * @description Returns the file of a part that has succeeded; until then the response is 404.
+         *
+         *     It has the bytes and the media type that the part's call returns. It never changes: `ETag` is
+         *     its SHA-256.
+         */
+        get: operations["getJobResult"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/v1/stored": {
         parameters: {
             query?: never;
@@ -1902,6 +2037,220 @@ export interface components {
             high: number;
         };
         /**
+         * Issue
+         * @description One error, and where it is: a pointer, a parameter or a header.
+         */
+        Issue: {
+            /**
+             * Code
+             * @description Stable code of the error, for programs; the description of this document lists them. Later
+             *     versions may add codes.
+             * @example ragged
+             */
+            code: string;
+            /**
+             * Pointer
+             * @description JSON pointer (RFC 6901) into the body; empty for the whole body.
+             */
+            pointer?: string;
+            /**
+             * Parameter
+             * @description Name of the path or query parameter, instead of a pointer.
+             */
+            parameter?: string;
+            /**
+             * Header
+             * @description Name of the header, instead of a pointer.
+             */
+            header?: string;
+            /**
+             * Detail
+             * @description Text of the error, for people.
+             */
+            detail: string;
+            /**
+             * Got
+             * @description A description of the input, which does not repeat it.
+             */
+            got?: string;
+            /**
+             * Needed
+             * @description A description of valid input.
+             */
+            needed?: string;
+        };
+        /**
+         * Job
+         * @description The state of a job.
+         */
+        Job: {
+            /**
+             * Id
+             * @description The hash of the ids of its parts: the same parts are the same job.
+             */
+            id: string;
+            /**
+             * State
+             * @description `succeeded`: all parts did. `failed`: all have ended, and at least one failed. `cancelled`:
+             *     no caller waits for it.
+             * @enum {string}
+             */
+            state: "queued" | "running" | "succeeded" | "failed" | "cancelled";
+            /**
+             * Engine
+             * @description Version of the numbers with which it is computed.
+             */
+            engine: number;
+            parts: components["schemas"]["PartCounts"];
+            /**
+             * Created
+             * Format: date-time
+             * @description When it was accepted first.
+             * @example 2026-11-29T14:40:20.125Z
+             */
+            created: string;
+            /**
+             * Started
+             * @description When its first part began; null before.
+             */
+            started: string | null;
+            /**
+             * Ended
+             * @description When its last part ended; null before.
+             */
+            ended: string | null;
+            /**
+             * Expires
+             * Format: date-time
+             * @description When its results are deleted, or while it runs the earliest time of that.
+             * @example 2026-11-29T14:40:20.125Z
+             */
+            expires: string;
+            /**
+             * Rate
+             * @description Parts a second lately; 0 if none has ended lately.
+             */
+            rate: number;
+            /**
+             * Seconds Left
+             * @description The remaining parts divided by `rate`; null if the rate is 0.
+             */
+            seconds_left: number | null;
+            /**
+             * Waiting For
+             * @description Only while the job waits for more than its turn: the code of what it waits for, such as
+             *     `disk_full`. It goes on by itself.
+             */
+            waiting_for?: string;
+            links: components["schemas"]["JobLinks"];
+        };
+        /**
+         * JobLinks
+         * @description URLs of a job, without the host.
+         */
+        JobLinks: {
+            /**
+             * Self
+             * @description The state.
+             */
+            self: string;
+            /**
+             * Events
+             * @description The state as a stream of events, until the job has ended.
+             */
+            events: string;
+            /**
+             * Results
+             * @description The list of the results.
+             */
+            results: string;
+        };
+        /**
+         * JobList
+         * @description Jobs of a caller.
+         */
+        JobList: {
+            /**
+             * Jobs
+             * @description The jobs, the newest first.
+             */
+            jobs: components["schemas"]["Job"][];
+        };
+        /**
+         * JobRequest
+         * @description A job: its parts are computed independently of each other, in any order.
+         */
+        JobRequest: {
+            /**
+             * Parts
+             * @description The parts. Results list them in this order, by index.
+             */
+            parts: components["schemas"]["PartDefinition"][];
+        };
+        /**
+         * JobResult
+         * @description One part of a job: its state, and its file or its error.
+         */
+        JobResult: {
+            /**
+             * Part
+             * @description Index of the part.
+             */
+            part: number;
+            /**
+             * Name
+             * @description The name that the part was given; without one, its index.
+             */
+            name: string;
+            /**
+             * State
+             * @description As the states of a job.
+             * @enum {string}
+             */
+            state: "queued" | "running" | "succeeded" | "failed" | "cancelled";
+            /**
+             * Media Type
+             * @description Media type of the file. This field and the next three only if the part has succeeded.
+             */
+            media_type?: string;
+            /**
+             * Bytes
+             * @description Bytes of the file.
+             */
+            bytes?: number;
+            /**
+             * Sha256
+             * @description Hash of the file.
+             */
+            sha256?: string;
+            /**
+             * Link
+             * @description URL of the file, without the host.
+             */
+            link?: string;
+            /**
+             * @description The error of a part that failed, as its call would return it. Its pointers are those of the
+             *     job: `/parts/3/body/…`.
+             */
+            problem?: components["schemas"]["Problem"];
+        };
+        /**
+         * JobResults
+         * @description A range of a job's results.
+         */
+        JobResults: {
+            /**
+             * Results
+             * @description The parts of the range, in their order.
+             */
+            results: components["schemas"]["JobResult"][];
+            /**
+             * Next
+             * @description URL of the next range, without the host; left out in the last.
+             */
+            next?: string;
+        };
+        /**
          * MeasureRequest
          * @description A surface to measure.
          */
@@ -2591,6 +2940,96 @@ export interface components {
             next?: string;
         };
         /**
+         * PartCounts
+         * @description Numbers of parts by their state.
+         */
+        PartCounts: {
+            /**
+             * Total
+             * @description All parts.
+             */
+            total: number;
+            /**
+             * Queued
+             * @description Parts that wait, and in a job without askers those that were not computed.
+             */
+            queued: number;
+            /**
+             * Running
+             * @description Parts of batches that are computed now.
+             */
+            running: number;
+            /**
+             * Succeeded
+             * @description Parts whose results are ready.
+             */
+            succeeded: number;
+            /**
+             * Failed
+             * @description Parts that were refused or ran out of time.
+             */
+            failed: number;
+        };
+        /**
+         * PartDefinition
+         * @description One part of a job: a request that this service would also answer at once.
+         *
+         *     With a body the part is a POST of one of the calls that compute, without a body a GET of a mesh
+         *     by URL.
+         */
+        PartDefinition: {
+            /**
+             * Name
+             * @description A name for the part, which results repeat; the default is its index.
+             * @example lid
+             */
+            name?: string;
+            /**
+             * Path
+             * @description Path and query of the request, without the host.
+             * @example /v1/mesh?format=glb
+             * @example /v1/surfaces/utah-teapot/mesh.glb?resolution=8
+             */
+            path: string;
+            /**
+             * Body
+             * @description The JSON body of a POST.
+             * @example {
+             *       "surface": {
+             *         "control_net": [
+             *           [
+             *             [
+             *               0,
+             *               0,
+             *               0
+             *             ],
+             *             [
+             *               0,
+             *               1,
+             *               0
+             *             ]
+             *           ],
+             *           [
+             *             [
+             *               1,
+             *               0,
+             *               0
+             *             ],
+             *             [
+             *               1,
+             *               1,
+             *               0
+             *             ]
+             *           ]
+             *         ]
+             *       }
+             *     }
+             */
+            body?: {
+                [key: string]: unknown;
+            };
+        };
+        /**
          * PartMeasures
          * @description A named part, or a member of a group.
          */
@@ -3078,6 +3517,44 @@ export interface components {
              * @example 2
              */
             derivatives?: number;
+        };
+        /**
+         * Problem
+         * @description An error response (RFC 9457).
+         */
+        Problem: {
+            /**
+             * Type
+             * @description Always `about:blank`; `code` says more.
+             * @constant
+             */
+            type: "about:blank";
+            /**
+             * Title
+             * @description The phrase of the HTTP status.
+             */
+            title: string;
+            /**
+             * Status
+             * @description The HTTP status.
+             */
+            status: number;
+            /**
+             * Code
+             * @description Stable code of the kind of problem, for programs.
+             * @enum {string}
+             */
+            code: "body_too_large" | "body_too_slow" | "busy" | "compute_limited" | "damaged_object" | "engine_gone" | "internal_error" | "invalid_request" | "job_quota_full" | "key_needed" | "key_unknown" | "malformed_body" | "malformed_json" | "method_not_allowed" | "not_acceptable" | "not_found" | "out_of_time" | "part_crashed" | "rate_limited" | "result_too_large" | "scope_needed" | "signature_expired" | "signature_invalid" | "store_full" | "store_unavailable" | "too_many_jobs" | "unknown_job" | "unknown_result" | "unknown_suffix" | "unknown_surface" | "unsupported_by_format" | "unsupported_media_type";
+            /**
+             * Detail
+             * @description The problem in words, for people.
+             */
+            detail: string;
+            /**
+             * Errors
+             * @description The errors; at most 20 of them.
+             */
+            errors: components["schemas"]["Issue"][];
         };
         /**
          * ProjectRequest
@@ -4197,87 +4674,6 @@ export interface components {
              */
             name?: string;
         };
-        /**
-         * Issue
-         * @description One error, and where it is: a pointer, a parameter or a header.
-         */
-        Issue: {
-            /**
-             * Code
-             * @description Stable code of the error, for programs; the description of this document lists them. Later
-             *     versions may add codes.
-             * @example ragged
-             */
-            code: string;
-            /**
-             * Pointer
-             * @description JSON pointer (RFC 6901) into the body; empty for the whole body.
-             */
-            pointer?: string;
-            /**
-             * Parameter
-             * @description Name of the path or query parameter, instead of a pointer.
-             */
-            parameter?: string;
-            /**
-             * Header
-             * @description Name of the header, instead of a pointer.
-             */
-            header?: string;
-            /**
-             * Detail
-             * @description Text of the error, for people.
-             */
-            detail: string;
-            /**
-             * Got
-             * @description A description of the input, which does not repeat it.
-             */
-            got?: string;
-            /**
-             * Needed
-             * @description A description of valid input.
-             */
-            needed?: string;
-        };
-        /**
-         * Problem
-         * @description An error response (RFC 9457).
-         */
-        Problem: {
-            /**
-             * Type
-             * @description Always `about:blank`; `code` says more.
-             * @constant
-             */
-            type: "about:blank";
-            /**
-             * Title
-             * @description The phrase of the HTTP status.
-             */
-            title: string;
-            /**
-             * Status
-             * @description The HTTP status.
-             */
-            status: number;
-            /**
-             * Code
-             * @description Stable code of the kind of problem, for programs.
-             * @enum {string}
-             */
-            code: "body_too_large" | "body_too_slow" | "busy" | "compute_limited" | "damaged_object" | "engine_gone" | "internal_error" | "invalid_request" | "key_needed" | "key_unknown" | "malformed_body" | "malformed_json" | "method_not_allowed" | "not_acceptable" | "not_found" | "out_of_time" | "rate_limited" | "result_too_large" | "scope_needed" | "signature_expired" | "signature_invalid" | "store_full" | "store_unavailable" | "unknown_suffix" | "unknown_surface" | "unsupported_by_format" | "unsupported_media_type";
-            /**
-             * Detail
-             * @description The problem in words, for people.
-             */
-            detail: string;
-            /**
-             * Errors
-             * @description The errors; at most 20 of them.
-             */
-            errors: components["schemas"]["Issue"][];
-        };
     };
     responses: {
         /** @description The body is not JSON. The body is not of the type that its `Content-Type` says. */
@@ -4514,6 +4910,63 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
+        /** @description The surface or an option is invalid; `errors` says what and where. */
+        InvalidJob: {
+            headers: {
+                "X-Request-Id": components["headers"]["RequestId"];
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description No job has this id. */
+        UnknownJob: {
+            headers: {
+                "X-Request-Id": components["headers"]["RequestId"];
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description The part has no result now, or there is no such part. */
+        UnknownResult: {
+            headers: {
+                "X-Request-Id": components["headers"]["RequestId"];
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description You have the largest number of jobs that have not ended; `Retry-After` says when to try again. The service is busy; nothing was computed. `Retry-After` says when to try again. Too many requests in a short time; `Retry-After` says when to try again. */
+        TooManyJobs: {
+            headers: {
+                /**
+                 * @description Seconds after which to try again.
+                 * @example 3
+                 */
+                "Retry-After": number;
+                "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                RateLimit: components["headers"]["RateLimit"];
+                "X-Request-Id": components["headers"]["RequestId"];
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description The store has no room for another job; nothing was accepted. The store has no room for another surface; nothing was stored. */
+        JobQuotaFull: {
+            headers: {
+                "X-Request-Id": components["headers"]["RequestId"];
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
         /** @description The store has no room for another surface; nothing was stored. */
         StoreFull: {
             headers: {
@@ -4583,6 +5036,13 @@ export type Health = components['schemas']['Health'];
 export type IntersectRequest = components['schemas']['IntersectRequest'];
 export type Intersections = components['schemas']['Intersections'];
 export type Interval = components['schemas']['Interval'];
+export type Issue = components['schemas']['Issue'];
+export type Job = components['schemas']['Job'];
+export type JobLinks = components['schemas']['JobLinks'];
+export type JobList = components['schemas']['JobList'];
+export type JobRequest = components['schemas']['JobRequest'];
+export type JobResult = components['schemas']['JobResult'];
+export type JobResults = components['schemas']['JobResults'];
 export type MeasureRequest = components['schemas']['MeasureRequest'];
 export type MemberDefinition = components['schemas']['MemberDefinition'];
 export type MemberSurfaceDefinition = components['schemas']['MemberSurfaceDefinition'];
@@ -4594,12 +5054,15 @@ export type MeshRequest = components['schemas']['MeshRequest'];
 export type MultipatchDefinition = components['schemas']['MultipatchDefinition'];
 export type OperationDefinition = components['schemas']['OperationDefinition'];
 export type PageLinks = components['schemas']['PageLinks'];
+export type PartCounts = components['schemas']['PartCounts'];
+export type PartDefinition = components['schemas']['PartDefinition'];
 export type PartMeasures = components['schemas']['PartMeasures'];
 export type PartReport = components['schemas']['PartReport'];
 export type PatchesDefinition = components['schemas']['PatchesDefinition'];
 export type PlaneSet = components['schemas']['PlaneSet'];
 export type Points = components['schemas']['Points'];
 export type PointsRequest = components['schemas']['PointsRequest'];
+export type Problem = components['schemas']['Problem'];
 export type ProjectRequest = components['schemas']['ProjectRequest'];
 export type RayHits = components['schemas']['RayHits'];
 export type Rays = components['schemas']['Rays'];
@@ -4629,8 +5092,6 @@ export type TransposeDefinition = components['schemas']['TransposeDefinition'];
 export type TriangleConversion = components['schemas']['TriangleConversion'];
 export type TriangleDefinition = components['schemas']['TriangleDefinition'];
 export type TubeDefinition = components['schemas']['TubeDefinition'];
-export type Issue = components['schemas']['Issue'];
-export type Problem = components['schemas']['Problem'];
 export type ResponseMalformedJson = components['responses']['MalformedJson'];
 export type ResponseKeyNeeded = components['responses']['KeyNeeded'];
 export type ResponseScopeNeeded = components['responses']['ScopeNeeded'];
@@ -4651,6 +5112,11 @@ export type ResponseBusy = components['responses']['Busy'];
 export type ResponseOutOfTime = components['responses']['OutOfTime'];
 export type ResponseStoreFailed = components['responses']['StoreFailed'];
 export type ResponseUnavailable = components['responses']['Unavailable'];
+export type ResponseInvalidJob = components['responses']['InvalidJob'];
+export type ResponseUnknownJob = components['responses']['UnknownJob'];
+export type ResponseUnknownResult = components['responses']['UnknownResult'];
+export type ResponseTooManyJobs = components['responses']['TooManyJobs'];
+export type ResponseJobQuotaFull = components['responses']['JobQuotaFull'];
 export type ResponseStoreFull = components['responses']['StoreFull'];
 export type ResponseInternalError = components['responses']['InternalError'];
 export type HeaderRequestId = components['headers']['RequestId'];
@@ -4726,7 +5192,10 @@ export interface operations {
                 /** @description With a file: Compression of the arrays of glTF: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles have another order. No number changes; but together with `quantize`, normals change by at most 0.1°. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse `meshopt`. A service without the library refuses it, too (`compression_unavailable`); `GET /v1/formats` lists the compressions of the service. Default: "none". */
                 compression?: "none" | "meshopt";
             };
-            header?: never;
+            header?: {
+                /** @description `respond-async`: makes a job of one part of this call (`POST /v1/jobs`), and the response is the state of this job, with `Preference-Applied` (RFC 7240). Ignored for a body that is not JSON. */
+                Prefer?: string;
+            };
             path?: never;
             cookie?: never;
         };
@@ -4785,6 +5254,36 @@ export interface operations {
                     "model/x-off": string;
                 };
             };
+            /** @description With `Prefer: respond-async`: the state of the job, a `Job`. */
+            202: {
+                headers: {
+                    /**
+                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
+                     */
+                    "Server-Timing": string;
+                    /**
+                     * @description URL of the job, without the host.
+                     * @example /v1/jobs/beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9
+                     */
+                    Location: string;
+                    /**
+                     * @description Seconds after which to ask again. Not sent when the job has ended.
+                     * @example 1
+                     */
+                    "Retry-After"?: number;
+                    /**
+                     * @description With `Prefer: respond-async`: this preference.
+                     * @example respond-async
+                     */
+                    "Preference-Applied": string;
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
             400: components["responses"]["MalformedJson"];
             401: components["responses"]["KeyNeeded"];
             403: components["responses"]["ScopeNeeded"];
@@ -4796,6 +5295,7 @@ export interface operations {
             429: components["responses"]["Busy"];
             500: components["responses"]["InternalError"];
             503: components["responses"]["OutOfTime"];
+            507: components["responses"]["JobQuotaFull"];
         };
     };
     estimateMesh: {
@@ -4911,7 +5411,10 @@ export interface operations {
     queryPoints: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description `respond-async`: makes a job of one part of this call (`POST /v1/jobs`), and the response is the state of this job, with `Preference-Applied` (RFC 7240). Ignored for a body that is not JSON. */
+                Prefer?: string;
+            };
             path?: never;
             cookie?: never;
         };
@@ -4938,6 +5441,36 @@ export interface operations {
                     "application/json": components["schemas"]["Points"];
                 };
             };
+            /** @description With `Prefer: respond-async`: the state of the job, a `Job`. */
+            202: {
+                headers: {
+                    /**
+                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
+                     */
+                    "Server-Timing": string;
+                    /**
+                     * @description URL of the job, without the host.
+                     * @example /v1/jobs/beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9
+                     */
+                    Location: string;
+                    /**
+                     * @description Seconds after which to ask again. Not sent when the job has ended.
+                     * @example 1
+                     */
+                    "Retry-After"?: number;
+                    /**
+                     * @description With `Prefer: respond-async`: this preference.
+                     * @example respond-async
+                     */
+                    "Preference-Applied": string;
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
             400: components["responses"]["MalformedJson"];
             401: components["responses"]["KeyNeeded"];
             403: components["responses"]["ScopeNeeded"];
@@ -4948,12 +5481,16 @@ export interface operations {
             429: components["responses"]["Busy"];
             500: components["responses"]["InternalError"];
             503: components["responses"]["OutOfTime"];
+            507: components["responses"]["JobQuotaFull"];
         };
     };
     convertSurface: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description `respond-async`: makes a job of one part of this call (`POST /v1/jobs`), and the response is the state of this job, with `Preference-Applied` (RFC 7240). Ignored for a body that is not JSON. */
+                Prefer?: string;
+            };
             path?: never;
             cookie?: never;
         };
@@ -4980,6 +5517,36 @@ export interface operations {
                     "application/json": components["schemas"]["SurfaceDocument"];
                 };
             };
+            /** @description With `Prefer: respond-async`: the state of the job, a `Job`. */
+            202: {
+                headers: {
+                    /**
+                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
+                     */
+                    "Server-Timing": string;
+                    /**
+                     * @description URL of the job, without the host.
+                     * @example /v1/jobs/beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9
+                     */
+                    Location: string;
+                    /**
+                     * @description Seconds after which to ask again. Not sent when the job has ended.
+                     * @example 1
+                     */
+                    "Retry-After"?: number;
+                    /**
+                     * @description With `Prefer: respond-async`: this preference.
+                     * @example respond-async
+                     */
+                    "Preference-Applied": string;
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
             400: components["responses"]["MalformedJson"];
             401: components["responses"]["KeyNeeded"];
             403: components["responses"]["ScopeNeeded"];
@@ -4990,6 +5557,7 @@ export interface operations {
             429: components["responses"]["Busy"];
             500: components["responses"]["InternalError"];
             503: components["responses"]["OutOfTime"];
+            507: components["responses"]["JobQuotaFull"];
         };
     };
     createCurve: {
@@ -4998,7 +5566,10 @@ export interface operations {
                 /** @description Format of the response; takes precedence over `Accept`. */
                 format?: "glb" | "gltf" | "json" | "oogl" | "obj";
             };
-            header?: never;
+            header?: {
+                /** @description `respond-async`: makes a job of one part of this call (`POST /v1/jobs`), and the response is the state of this job, with `Preference-Applied` (RFC 7240). Ignored for a body that is not JSON. */
+                Prefer?: string;
+            };
             path?: never;
             cookie?: never;
         };
@@ -5036,6 +5607,36 @@ export interface operations {
                     "model/obj": string;
                 };
             };
+            /** @description With `Prefer: respond-async`: the state of the job, a `Job`. */
+            202: {
+                headers: {
+                    /**
+                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
+                     */
+                    "Server-Timing": string;
+                    /**
+                     * @description URL of the job, without the host.
+                     * @example /v1/jobs/beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9
+                     */
+                    Location: string;
+                    /**
+                     * @description Seconds after which to ask again. Not sent when the job has ended.
+                     * @example 1
+                     */
+                    "Retry-After"?: number;
+                    /**
+                     * @description With `Prefer: respond-async`: this preference.
+                     * @example respond-async
+                     */
+                    "Preference-Applied": string;
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
             400: components["responses"]["MalformedJson"];
             401: components["responses"]["KeyNeeded"];
             403: components["responses"]["ScopeNeeded"];
@@ -5047,6 +5648,7 @@ export interface operations {
             429: components["responses"]["Busy"];
             500: components["responses"]["InternalError"];
             503: components["responses"]["OutOfTime"];
+            507: components["responses"]["JobQuotaFull"];
         };
     };
     projectPoints: {
@@ -5059,7 +5661,10 @@ export interface operations {
                 /** @description With a file: Whether the response says which points are inside a closed surface (`signs`). Default: false. */
                 sign?: boolean;
             };
-            header?: never;
+            header?: {
+                /** @description `respond-async`: makes a job of one part of this call (`POST /v1/jobs`), and the response is the state of this job, with `Preference-Applied` (RFC 7240). Ignored for a body that is not JSON. */
+                Prefer?: string;
+            };
             path?: never;
             cookie?: never;
         };
@@ -5087,6 +5692,36 @@ export interface operations {
                     "application/json": components["schemas"]["ClosestPoints"];
                 };
             };
+            /** @description With `Prefer: respond-async`: the state of the job, a `Job`. */
+            202: {
+                headers: {
+                    /**
+                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
+                     */
+                    "Server-Timing": string;
+                    /**
+                     * @description URL of the job, without the host.
+                     * @example /v1/jobs/beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9
+                     */
+                    Location: string;
+                    /**
+                     * @description Seconds after which to ask again. Not sent when the job has ended.
+                     * @example 1
+                     */
+                    "Retry-After"?: number;
+                    /**
+                     * @description With `Prefer: respond-async`: this preference.
+                     * @example respond-async
+                     */
+                    "Preference-Applied": string;
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
             400: components["responses"]["MalformedJson"];
             401: components["responses"]["KeyNeeded"];
             403: components["responses"]["ScopeNeeded"];
@@ -5098,6 +5733,7 @@ export interface operations {
             429: components["responses"]["Busy"];
             500: components["responses"]["InternalError"];
             503: components["responses"]["OutOfTime"];
+            507: components["responses"]["JobQuotaFull"];
         };
     };
     intersectSurface: {
@@ -5116,7 +5752,10 @@ export interface operations {
                 /** @description With a file: The tolerance as a share of the diagonal of the bounding box of the control points, in place of `tolerance`. Default: 0.001. */
                 relative_tolerance?: number;
             };
-            header?: never;
+            header?: {
+                /** @description `respond-async`: makes a job of one part of this call (`POST /v1/jobs`), and the response is the state of this job, with `Preference-Applied` (RFC 7240). Ignored for a body that is not JSON. */
+                Prefer?: string;
+            };
             path?: never;
             cookie?: never;
         };
@@ -5156,6 +5795,36 @@ export interface operations {
                     "image/svg+xml": string;
                 };
             };
+            /** @description With `Prefer: respond-async`: the state of the job, a `Job`. */
+            202: {
+                headers: {
+                    /**
+                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
+                     */
+                    "Server-Timing": string;
+                    /**
+                     * @description URL of the job, without the host.
+                     * @example /v1/jobs/beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9
+                     */
+                    Location: string;
+                    /**
+                     * @description Seconds after which to ask again. Not sent when the job has ended.
+                     * @example 1
+                     */
+                    "Retry-After"?: number;
+                    /**
+                     * @description With `Prefer: respond-async`: this preference.
+                     * @example respond-async
+                     */
+                    "Preference-Applied": string;
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
             400: components["responses"]["MalformedJson"];
             401: components["responses"]["KeyNeeded"];
             403: components["responses"]["ScopeNeeded"];
@@ -5168,12 +5837,16 @@ export interface operations {
             429: components["responses"]["Busy"];
             500: components["responses"]["InternalError"];
             503: components["responses"]["OutOfTime"];
+            507: components["responses"]["JobQuotaFull"];
         };
     };
     measureSurface: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description `respond-async`: makes a job of one part of this call (`POST /v1/jobs`), and the response is the state of this job, with `Preference-Applied` (RFC 7240). Ignored for a body that is not JSON. */
+                Prefer?: string;
+            };
             path?: never;
             cookie?: never;
         };
@@ -5200,6 +5873,36 @@ export interface operations {
                     "application/json": components["schemas"]["SurfaceMeasures"];
                 };
             };
+            /** @description With `Prefer: respond-async`: the state of the job, a `Job`. */
+            202: {
+                headers: {
+                    /**
+                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
+                     */
+                    "Server-Timing": string;
+                    /**
+                     * @description URL of the job, without the host.
+                     * @example /v1/jobs/beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9
+                     */
+                    Location: string;
+                    /**
+                     * @description Seconds after which to ask again. Not sent when the job has ended.
+                     * @example 1
+                     */
+                    "Retry-After"?: number;
+                    /**
+                     * @description With `Prefer: respond-async`: this preference.
+                     * @example respond-async
+                     */
+                    "Preference-Applied": string;
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
             400: components["responses"]["MalformedJson"];
             401: components["responses"]["KeyNeeded"];
             403: components["responses"]["ScopeNeeded"];
@@ -5210,6 +5913,7 @@ export interface operations {
             429: components["responses"]["Busy"];
             500: components["responses"]["InternalError"];
             503: components["responses"]["OutOfTime"];
+            507: components["responses"]["JobQuotaFull"];
         };
     };
     listSurfaces: {
@@ -5737,6 +6441,353 @@ export interface operations {
                     "application/json": components["schemas"]["Health"];
                 };
             };
+        };
+    };
+    listJobs: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The jobs. */
+            200: {
+                headers: {
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["JobList"];
+                };
+            };
+            401: components["responses"]["KeyNeeded"];
+            403: components["responses"]["ScopeNeeded"];
+            422: components["responses"]["InvalidQuery"];
+            429: components["responses"]["TooManyRequests"];
+            500: components["responses"]["InternalError"];
+            503: components["responses"]["StoreFailed"];
+        };
+    };
+    createJob: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["JobRequest"];
+                "application/x-ndjson": string;
+            };
+        };
+        responses: {
+            /** @description All parts have succeeded already. */
+            200: {
+                headers: {
+                    /**
+                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
+                     */
+                    "Server-Timing": string;
+                    /**
+                     * @description URL of the job, without the host.
+                     * @example /v1/jobs/beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9
+                     */
+                    Location: string;
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Job"];
+                };
+            };
+            /** @description The job is accepted. */
+            202: {
+                headers: {
+                    /**
+                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
+                     */
+                    "Server-Timing": string;
+                    /**
+                     * @description URL of the job, without the host.
+                     * @example /v1/jobs/beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9
+                     */
+                    Location: string;
+                    /**
+                     * @description Seconds after which to ask again. Not sent when the job has ended.
+                     * @example 1
+                     */
+                    "Retry-After"?: number;
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Job"];
+                };
+            };
+            400: components["responses"]["MalformedJson"];
+            401: components["responses"]["KeyNeeded"];
+            403: components["responses"]["ScopeNeeded"];
+            408: components["responses"]["BodyTooSlow"];
+            413: components["responses"]["BodyTooLarge"];
+            415: components["responses"]["UnsupportedMediaType"];
+            422: components["responses"]["InvalidJob"];
+            429: components["responses"]["TooManyJobs"];
+            500: components["responses"]["InternalError"];
+            503: components["responses"]["Unavailable"];
+            507: components["responses"]["JobQuotaFull"];
+        };
+    };
+    getJob: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Id of a job. */
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The state. */
+            200: {
+                headers: {
+                    /**
+                     * @description Seconds after which to ask again. Not sent when the job has ended.
+                     * @example 1
+                     */
+                    "Retry-After"?: number;
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Job"];
+                };
+            };
+            401: components["responses"]["KeyNeeded"];
+            403: components["responses"]["ScopeNeeded"];
+            404: components["responses"]["UnknownJob"];
+            422: components["responses"]["InvalidQuery"];
+            429: components["responses"]["TooManyRequests"];
+            500: components["responses"]["InternalError"];
+            503: components["responses"]["StoreFailed"];
+        };
+    };
+    withdrawJob: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Id of a job. */
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description You no longer wait for the job. */
+            204: {
+                headers: {
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            401: components["responses"]["KeyNeeded"];
+            403: components["responses"]["ScopeNeeded"];
+            404: components["responses"]["UnknownJob"];
+            422: components["responses"]["InvalidQuery"];
+            429: components["responses"]["TooManyRequests"];
+            500: components["responses"]["InternalError"];
+            503: components["responses"]["StoreFailed"];
+        };
+    };
+    getJobEvents: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Id of a job. */
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Events `progress`, and at the end of the job one event `end`. */
+            200: {
+                headers: {
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example event: progress
+                     *     data: {"id":"beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9","state":"running","engine":4,"parts":{"total":100,"queued":56,"running":2,"succeeded":41,"failed":1},"created":"2026-11-29T14:40:20.125Z","started":"2026-11-29T14:40:21.125Z","ended":null,"expires":"2026-12-06T14:40:20.125Z","rate":12.5,"seconds_left":5,"links":{"self":"/v1/jobs/beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9","events":"/v1/jobs/beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9/events","results":"/v1/jobs/beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9/results"}}
+                     *     retry: 1000
+                     *
+                     *     event: end
+                     *     data: {"id":"beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9","state":"succeeded","engine":4,"parts":{"total":2,"queued":0,"running":0,"succeeded":2,"failed":0},"created":"2026-11-29T14:40:20.125Z","started":"2026-11-29T14:40:21.125Z","ended":"2026-11-29T14:40:22.125Z","expires":"2026-12-06T14:40:22.125Z","rate":0.0,"seconds_left":null,"links":{"self":"/v1/jobs/beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9","events":"/v1/jobs/beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9/events","results":"/v1/jobs/beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9/results"}}
+                     *     retry: 1000
+                     */
+                    "text/event-stream": string;
+                };
+            };
+            401: components["responses"]["KeyNeeded"];
+            403: components["responses"]["ScopeNeeded"];
+            404: components["responses"]["UnknownJob"];
+            422: components["responses"]["InvalidQuery"];
+            429: components["responses"]["TooManyRequests"];
+            500: components["responses"]["InternalError"];
+            503: components["responses"]["StoreFailed"];
+        };
+    };
+    getJobResults: {
+        parameters: {
+            query?: {
+                /** @description Index of the first part. */
+                from?: number;
+                /** @description The most parts. */
+                limit?: number;
+            };
+            header?: never;
+            path: {
+                /** @description Id of a job. */
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The results. */
+            200: {
+                headers: {
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["JobResults"];
+                };
+            };
+            401: components["responses"]["KeyNeeded"];
+            403: components["responses"]["ScopeNeeded"];
+            404: components["responses"]["UnknownJob"];
+            422: components["responses"]["InvalidQuery"];
+            429: components["responses"]["TooManyRequests"];
+            500: components["responses"]["InternalError"];
+            503: components["responses"]["StoreFailed"];
+        };
+    };
+    getJobResult: {
+        parameters: {
+            query?: never;
+            header?: {
+                /**
+                 * @description Entity tags of responses that the client has, or `*`.
+                 * @example "3q2-7wEAAAAAAAAAAAAAAA"
+                 */
+                "If-None-Match"?: string;
+            };
+            path: {
+                /** @description Index of a part. */
+                part: number;
+                /** @description Id of a job. */
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The file. */
+            200: {
+                headers: {
+                    /**
+                     * @description The SHA-256 of the file, in quotes.
+                     * @example "beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9"
+                     */
+                    ETag: string;
+                    /**
+                     * @description The file never changes.
+                     * @example public, max-age=31536000, immutable
+                     */
+                    "Cache-Control": string;
+                    /**
+                     * @description A name to save the file under. Not sent with JSON.
+                     * @example attachment; filename="lid.glb"
+                     */
+                    "Content-Disposition"?: string;
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
+                    [name: string]: unknown;
+                };
+                content: {
+                    "model/gltf-binary": Blob;
+                    "model/gltf+json": {
+                        [key: string]: unknown;
+                    };
+                    "application/json": {
+                        [key: string]: unknown;
+                    };
+                    "model/x-oogl": string;
+                    "model/stl": Blob;
+                    "model/obj": string;
+                    "model/x-ply": Blob;
+                    "model/x-off": string;
+                    "image/svg+xml": string;
+                };
+            };
+            /** @description The client has the file already. */
+            304: {
+                headers: {
+                    /**
+                     * @description The SHA-256 of the file, in quotes.
+                     * @example "beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9"
+                     */
+                    ETag: string;
+                    /**
+                     * @description The file never changes.
+                     * @example public, max-age=31536000, immutable
+                     */
+                    "Cache-Control": string;
+                    /**
+                     * @description A name to save the file under. Not sent with JSON.
+                     * @example attachment; filename="lid.glb"
+                     */
+                    "Content-Disposition"?: string;
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            401: components["responses"]["KeyNeeded"];
+            403: components["responses"]["ScopeNeeded"];
+            404: components["responses"]["UnknownResult"];
+            422: components["responses"]["InvalidQuery"];
+            429: components["responses"]["TooManyRequests"];
+            500: components["responses"]["InternalError"];
+            503: components["responses"]["StoreFailed"];
         };
     };
     listStored: {

@@ -110,7 +110,7 @@ def test_the_table_of_calls_agrees_with_the_policy() -> None:
         for method, path in requests:
             assert words[policy_with_keys.need(method, path)] == need_with_keys, path
             assert words[private_policy.need(method, path)] == need_if_private, path
-    assert len(rows) == 5
+    assert len(rows) == 7
 
 
 def test_the_table_of_scopes_agrees_with_the_policy() -> None:

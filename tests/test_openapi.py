@@ -7,6 +7,7 @@ import ast
 import json
 import re
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -30,6 +31,7 @@ from service.encoders.polylines.registry import CURVE_FORMATS, SECTION_FORMATS
 from service.encoders.registry import FORMATS
 from service.engine.options import MeshOptions
 from service.errors import InvalidRequest
+from service.pipeline.calls import CALLS
 from service.pipeline.mesh import render
 from service.pipeline.queries import plan_points
 from service.schemas.convert import OPERATIONS, ConvertRequest
@@ -43,6 +45,7 @@ from service.schemas.validation import validate_document
 from service.settings.values import Settings
 from service.surface.examples.catalogue import find
 from service.surface.kinds import Surface
+from tests.api.fake_jobs import FakeJobs
 from tools.client import Client, start_client
 from tools.hostile.calls import QUERIES
 from tools.hostile.requests import HOSTILE, HostileBody
@@ -71,15 +74,23 @@ SETTINGS = {
 COMPUTING_PATHS = [
     path
     for path, item in DOCUMENT["paths"].items()
-    if "post" in item and path not in ("/v1/surfaces", "/v1/sign")
+    if "post" in item and path not in ("/v1/surfaces", "/v1/sign", "/v1/jobs")
 ]
 """Paths to which clients POST a body and get a computed response, and which store nothing."""
 
 
 @pytest.fixture(scope="module")
-def client() -> Iterator[Client]:
+def jobs() -> FakeJobs:
+    """The jobs of the service of `client`."""
+    return FakeJobs()
+
+
+@pytest.fixture(scope="module")
+def client(jobs: FakeJobs) -> Iterator[Client]:
     """A client of a service whose estimates do not depend on the memory of this machine."""
-    with start_client(create_app(SETTINGS["defaults"])) as client:
+    app = create_app(SETTINGS["defaults"])
+    app.state.services = replace(app.state.services, jobs=jobs)
+    with start_client(app) as client:
         yield client
 
 
@@ -174,7 +185,7 @@ def test_document_has_the_methods_that_the_service_allows(name: str) -> None:
     assert ("/v1/sign" in paths) == bool(settings.signing_keys)
     with start_client(app) as client:
         for path, item in paths.items():
-            url = path.replace("{id}", "0" * 64).replace("{suffix}", "glb")
+            url = path.replace("{id}", "0" * 64).replace("{suffix}", "glb").replace("{part}", "0")
             response = client.request("PATCH", url, b"", headers)
             assert response.status_code == 405, path
             allowed_methods = set(response.headers["allow"].lower().split(", "))
@@ -218,7 +229,9 @@ def test_every_operation_names_the_responses_of_the_guard() -> None:
             assert not statuses
             assert "security" not in operation
             continue
-        needs_key = method != "get" or path.startswith(("/v1/surfaces/", "/v1/stored", "/metrics"))
+        needs_key = method != "get" or path.startswith(
+            ("/v1/surfaces/", "/v1/stored", "/v1/jobs", "/metrics")
+        )
         is_signable = method == "get" and path.startswith("/v1/surfaces/")
         expected = {"429"}
         if needs_key:
@@ -350,8 +363,46 @@ def test_files_of_control_nets_are_documented_and_their_examples_accepted(client
                 assert client.request("POST", path, body, headers).status_code == 200
 
 
-def test_get_requests_with_all_examples_and_defaults_succeed(client: Client) -> None:
+def test_examples_of_jobs_are_valid_and_accepted(client: Client, jobs: FakeJobs) -> None:
+    content = DOCUMENT["paths"]["/v1/jobs"]["post"]["requestBody"]["content"]
+    for name, request in list_examples("/v1/jobs").items():
+        assert list_errors("JobRequest", request) == []
+        response = client.post("/v1/jobs", request)
+        assert response.status_code == 202, name
+        assert list_errors("Job", response.json()) == []
+    lines = content["application/x-ndjson"]["examples"]["meshes"]["value"].encode()
+    response = client.request("POST", "/v1/jobs", lines, {"Content-Type": "application/x-ndjson"})
+    assert response.status_code == 202
+    assert len(jobs.states) == 2  # the lines are the parts of the first example
+    for path, name in (
+        ("/v1/jobs", "JobList"),
+        ("/v1/jobs/{id}", "Job"),
+        ("/v1/jobs/{id}/results", "JobResults"),
+    ):
+        body = DOCUMENT["paths"][path]["get"]["responses"]["200"]
+        for example in body["content"]["application/json"]["examples"].values():
+            assert list_errors(name, example["value"]) == []
+    assert (
+        list_errors("JobResults", client.get(f"{response.json()['links']['results']}").json()) == []
+    )
+
+
+def test_every_call_that_jobs_can_make_has_the_preference_for_a_job() -> None:
+    for path, item in DOCUMENT["paths"].items():
+        operation = item.get("post", {})
+        names = {parameter["name"] for parameter in operation.get("parameters", [])}
+        assert ("Prefer" in names) == (path in CALLS)
+        assert ("202" in operation.get("responses", {})) == (path in {*CALLS, "/v1/jobs"})
+
+
+def test_get_requests_with_all_examples_and_defaults_succeed(
+    client: Client, jobs: FakeJobs
+) -> None:
     """Swagger UI prefills requests with the examples and defaults of all parameters."""
+    # The example of the id of a job is that of the first example of a job.
+    job = client.post("/v1/jobs", list_examples("/v1/jobs")["meshes"]).json()
+    for part in range(job["parts"]["total"]):
+        jobs.end_part(job["id"], part, b"a file")
     # The example of the id of a stored surface is the id of the saddle.
     assert client.post("/v1/surfaces", client.get("/v1/surfaces/saddle").json()).is_success
     for path, item in DOCUMENT["paths"].items():
@@ -374,7 +425,7 @@ def test_get_requests_with_all_examples_and_defaults_succeed(client: Client) -> 
 
 def test_query_parameters_beside_a_file_have_valid_examples() -> None:
     parameter_list = DOCUMENT["paths"]["/v1/mesh"]["post"]["parameters"]
-    parameters = {parameter["name"]: parameter for parameter in parameter_list}
+    parameters = {p["name"]: p for p in parameter_list if p["in"] == "query"}
     assert parameters.keys() == {"format"} | set(FIELDS) | set(MeshOptionFields.model_fields)
     net = np.zeros((4, 4, 3))
     net[..., 0], net[..., 1] = np.indices((4, 4))
@@ -564,22 +615,33 @@ FUNCTIONS = {"Issue", "_refusal", "check_items"}
 """Functions whose first argument is the code of an issue."""
 
 
+def _find_value(target: ast.expr, value: ast.expr) -> ast.expr | None:
+    """The value that an assignment gives to `code`, alone or as one of several variables."""
+    if isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple):
+        pairs = zip(target.elts, value.elts, strict=True)
+        return next((v for t, v in pairs if getattr(t, "id", "") == "code"), None)
+    return value if getattr(target, "id", "") == "code" else None
+
+
 def find_codes() -> set[str]:
     """All codes of issues in the source of the service: the first arguments of `Issue(…)`.
+
+    Codes that only the command line has are left out.
 
     Some are arguments of `check_items` or of a local function `_refusal`, or the value of a
     variable `code`.
     """
     codes: set[str] = set()
-    texts = (file.read_text(encoding="utf-8") for file in SERVICE.rglob("*.py"))
+    files = (f for f in SERVICE.rglob("*.py") if f.parent.name != "cli" and f.name != "bake.py")
+    texts = (file.read_text(encoding="utf-8") for file in files)
     for text in filter(
-        re.compile(r"\bIssue\(|\b_refusal\(|\bcheck_items\(|\bcode = ").search, texts
+        re.compile(r"\bIssue\(|\b_refusal\(|\bcheck_items\(|\bcode\b.* = ").search, texts
     ):
         for node in ast.walk(ast.parse(text)):
             if isinstance(node, ast.Call) and getattr(node.func, "id", "") in FUNCTIONS:
                 code = node.args[0] if node.args else None
-            elif isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "code":
-                code = node.value
+            elif isinstance(node, ast.Assign):
+                code = _find_value(node.targets[0], node.value)
             else:
                 continue
             choices = [code.body, code.orelse] if isinstance(code, ast.IfExp) else [code]

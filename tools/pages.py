@@ -100,7 +100,8 @@ def write_readme(text: str) -> str:
     calls = [
         (f"`POST {route.path}`", route.summary or "")
         for route in create_app(Settings()).routes
-        if isinstance(route, BodyRoute) and route.path not in ("/v1/mesh", "/v1/surfaces")
+        if isinstance(route, BodyRoute)
+        and route.path not in ("/v1/mesh", "/v1/surfaces", "/v1/jobs")
     ]
     return _replace_table(text, ("request", "response"), calls)
 

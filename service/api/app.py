@@ -25,6 +25,7 @@ from service.api.observing.middleware import Write, add_telemetry
 from service.api.openapi.document import describe
 from service.api.routes import (
     evaluation,
+    jobs,
     meshes,
     meshes_by_url,
     operations,
@@ -37,6 +38,7 @@ from service.api.services import JobMiddleware, Services
 from service.api.single_flight import SingleFlight
 from service.api.static_files import StaticFiles
 from service.api.threads import Threads
+from service.jobs.limits import part_limits
 from service.settings.environment import read_environment
 from service.settings.runtime import collect_rarely, limit_plans, pin_blas, share_heap
 from service.settings.values import Settings, document_limits, result_limits
@@ -133,6 +135,7 @@ def _build_services(app: FastAPI, settings: Settings) -> Services:
         signer=build_signer(settings),
         static_files=StaticFiles(pages.files(app.openapi)),
         jobs=build_jobs(settings, store, threads),
+        part_limits=part_limits(settings),
     )
 
 
@@ -154,6 +157,8 @@ def _select_routers(settings: Settings) -> list[APIRouter]:
         operations.health,
         pages.pages,
     ]
+    if settings.jobs:
+        routers += [jobs.asking, jobs.jobs]
     if settings.allow_delete:
         routers.append(surfaces.deleting)
     if needs_keys(settings):

@@ -19,6 +19,7 @@ from fastapi.routing import APIRoute
 from starlette.requests import ClientDisconnect
 
 from service.api.errors import BodyTooLarge, BodyTooSlow, UnsupportedMediaType
+from service.api.intake import accept_call, prefers_async
 from service.api.job import Job
 from service.api.negotiation import (
     Pairs,
@@ -33,7 +34,8 @@ from service.api.services import Context, Services
 from service.decoders.format import Decoder, Tree
 from service.encoders.format import FileFormat
 from service.errors import Issue
-from service.schemas.document import DocumentBudget
+from service.pipeline.calls import CALLS
+from service.schemas.document import DocumentBudget, parse_document
 from service.schemas.fields import RequestModel
 from service.schemas.query import add_fields, document_from_query
 from service.schemas.validation import parse_request, validate_document
@@ -60,11 +62,14 @@ class BodyRoute(APIRoute):
         Whether `Accept` chooses too; otherwise only `?format=` chooses.
     decoders : sequence of Decoder
         Kinds of files that the body may be, besides JSON.
+    keeps_document : bool
+        Whether the model has numbers as Python objects, not in arrays.
     """
 
     formats: ClassVar[Sequence[FileFormat]] = ()
     reads_accept: ClassVar[bool] = True
     decoders: ClassVar[Sequence[Decoder]] = ()
+    keeps_document: ClassVar[bool] = False
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
         """The handler: reads and parses the body, then calls the route's function."""
@@ -85,7 +90,12 @@ class BodyRoute(APIRoute):
         scope["state"]["posts_file"] = decoder is not None  # errors then point into file and query
         name, other_fields = self._parse_query(request, decoder)
         fmt = self._choose_format(name, request)
-        body = await _read_body(request, headers, services, job, decoder)
+        body = await read_body(request, headers, services, job, decoder)
+        context = Context(services, job, request, fmt)
+        if decoder is None and self._makes_job(services, headers):
+            parse_json = partial(parse_document, body, services.document_limits.max_depth)
+            document = await job.parse(parse_json, is_long=is_long_body(body, None))
+            return await accept_call(context, self.path, document)
         decode = (
             None
             if decoder is None
@@ -93,11 +103,19 @@ class BodyRoute(APIRoute):
         )
         parse = partial(_parse_body, model, body, decode, services)
         parsed = await job.parse(parse, is_long=is_long_body(body, decoder))
-        # From here on the numbers of the body are in arrays, 8 bytes each. In JSON a number and its
-        # comma take at least 2 bytes.
-        job.shrink_body(4 * len(body))
-        response: Response = await self.endpoint(parsed, Context(services, job, request, fmt))
+        if not self.keeps_document:
+            # From here on the numbers of the body are in arrays, 8 bytes each. In JSON a number and
+            # its comma take at least 2 bytes.
+            job.shrink_body(4 * len(body))
+        response: Response = await self.endpoint(parsed, context)
         return response
+
+    def _makes_job(self, services: Services, headers: Mapping[bytes, bytes]) -> bool:
+        """Whether the client prefers a job to waiting, and the call can be a part of one.
+
+        A preference that does not fit is ignored, as RFC 7240 says: so is one beside a file.
+        """
+        return services.jobs is not None and self.path in CALLS and prefers_async(headers)
 
     def _parse_query(self, request: Request, decoder: Decoder | None) -> tuple[Any, dict[str, Any]]:
         """The format that the query names, or None; for a file also the document's other fields."""
@@ -167,7 +185,7 @@ def _parse_body(
     return parsed
 
 
-async def _read_body(
+async def read_body(
     request: Request,
     headers: Mapping[bytes, bytes],
     services: Services,
@@ -182,16 +200,7 @@ async def _read_body(
     ClientDisconnect
     """
     settings = services.settings
-    if headers.get(b"content-encoding", b"identity").lower() != b"identity":
-        raise UnsupportedMediaType(
-            Issue(
-                "unsupported_encoding",
-                "The body must not be compressed.",
-                "/Content-Encoding",
-                got="an encoding",
-                needed="no encoding, or identity",
-            )
-        )
+    refuse_coding(headers)
     max_bytes = settings.max_body_bytes
     if decoder is None:
         max_bytes = min(max_bytes, settings.max_json_bytes)
@@ -224,6 +233,20 @@ async def _read_body(
     return b"".join(chunks)
 
 
+def refuse_coding(headers: Mapping[bytes, bytes]) -> None:
+    """Raises `UnsupportedMediaType` if the body is compressed."""
+    if headers.get(b"content-encoding", b"identity").lower() != b"identity":
+        raise UnsupportedMediaType(
+            Issue(
+                "unsupported_encoding",
+                "The body must not be compressed.",
+                "/Content-Encoding",
+                got="an encoding",
+                needed="no encoding, or identity",
+            )
+        )
+
+
 def decoder_of_body(content_type: str, decoders: Sequence[Decoder]) -> Decoder | None:
     """The decoder of a body of this Content-Type; None for JSON in UTF-8.
 
@@ -234,7 +257,7 @@ def decoder_of_body(content_type: str, decoders: Sequence[Decoder]) -> Decoder |
     """
     if content_type == "application/json":  # most often
         return None
-    media_type, charset = _parse_content_type(content_type)
+    media_type, charset = parse_content_type(content_type)
     is_utf8 = charset in ("utf-8", "utf8", "us-ascii")
     for decoder in decoders:
         if decoder.media_type == media_type and (is_utf8 or decoder.is_binary):
@@ -259,7 +282,7 @@ def decoder_of_body(content_type: str, decoders: Sequence[Decoder]) -> Decoder |
 _PARAMETER = re.compile(r';\s*([^\s=;"]+)=(?:"((?:[^"\\]|\\.)*)"|([^\s;"]*))')
 
 
-def _parse_content_type(content_type: str) -> tuple[str, str]:
+def parse_content_type(content_type: str) -> tuple[str, str]:
     """Media type and charset of a Content-Type, in lower case (RFC 9110, section 8.3.1)."""
     media_type, semicolon, parameters = content_type.partition(";")
     for name, quoted, plain in _PARAMETER.findall(semicolon + parameters):

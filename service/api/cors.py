@@ -6,6 +6,10 @@ requests.
 If every origin may read responses, every response allows it, even to a request without `Origin`: a
 script may then read a file that the browser has cached from an ordinary visit. If only some origins
 may read responses, `Vary: Origin` tells caches to keep the responses to each origin apart.
+
+The list of an address's jobs is an exception: to every page that its user visits, this address
+would be a permission to find and read the jobs. So only pages of listed origins, and pages that
+have a key, may read it.
 """
 
 import re
@@ -23,6 +27,7 @@ EXPOSED = (
     "ETag",
     "Link",
     "Location",
+    "Preference-Applied",
     "RateLimit",
     "RateLimit-Policy",
     "Retry-After",
@@ -34,12 +39,27 @@ EXPOSED = (
 )
 """Response headers that scripts may read, besides those that the standard always allows."""
 
-_PREFLIGHT: RawHeaders = (
-    # Not DELETE: pages of other origins cannot delete surfaces.
-    (b"access-control-allow-methods", b"GET, HEAD, POST"),
-    (b"access-control-allow-headers", b"Authorization, Content-Type, If-None-Match"),
-    # One day; browsers may use less.
-    (b"access-control-max-age", b"86400"),
+_JOBS = "/v1/jobs"
+
+
+def _build_preflight(methods: bytes) -> Message:
+    """The head of the response to a preflight request for a URL that has these methods."""
+    headers: RawHeaders = (
+        (b"access-control-allow-methods", methods),
+        (b"access-control-allow-headers", b"Authorization, Content-Type, If-None-Match, Prefer"),
+        # One day; browsers may use less.
+        (b"access-control-max-age", b"86400"),
+    )
+    return {"type": "http.response.start", "status": 204, "headers": headers}
+
+
+# Pages of other origins cannot delete surfaces, but they can withdraw their jobs.
+_PREFLIGHT = _build_preflight(b"GET, HEAD, POST")
+_JOB_PREFLIGHT = _build_preflight(b"GET, HEAD, POST, DELETE")
+
+
+_CROSS_ORIGIN, _SAME_ORIGIN = (
+    (b"cross-origin-resource-policy", policy) for policy in (b"cross-origin", b"same-origin")
 )
 
 
@@ -75,18 +95,19 @@ class Origins:
         )
         # For loads without CORS, such as those of <img>. Pages of other origins that isolate
         # themselves (COEP) load only files with `cross-origin`.
-        resource_policy = b"cross-origin" if allows_all else b"same-origin"
-        self._common_headers: RawHeaders = ((b"cross-origin-resource-policy", resource_policy),)
+        self._common_headers: RawHeaders = (_CROSS_ORIGIN if allows_all else _SAME_ORIGIN,)
         if allows_all:
             self._common_headers += ((b"access-control-allow-origin", b"*"), *self._reader_headers)
         elif origins:
             self._common_headers += ((b"vary", b"Origin"),)
-        head = {"type": "http.response.start", "status": 204, "headers": _PREFLIGHT}
-        self._preflight: Message | None = head if origins else None
+        self._has_origins = bool(origins)
 
     def headers(self, scope: Scope) -> RawHeaders:
         """The CORS headers of the response to a request."""
         if not self._listed_origins:
+            lists_jobs = scope["path"].endswith(_JOBS) and scope["method"] != "POST"
+            if lists_jobs and not _has_key(scope):
+                return (_SAME_ORIGIN,)
             return self._common_headers
         origin = dict(scope["headers"]).get(b"origin")
         if origin not in self._listed_origins:
@@ -99,7 +120,13 @@ class Origins:
 
     def preflight(self, scope: Scope) -> Message | None:
         """The head of the response to a preflight request; None for all other requests."""
-        return self._preflight if is_preflight(scope) else None
+        if not (self._has_origins and is_preflight(scope)):
+            return None
+        return _JOB_PREFLIGHT if f"{_JOBS}/" in scope["path"] else _PREFLIGHT
+
+
+def _has_key(scope: Scope) -> bool:
+    return any(name == b"authorization" for name, _ in scope["headers"])
 
 
 def _check_origin(text: str) -> None:

@@ -114,6 +114,11 @@ class Job:
         if retry_after:
             raise compute_limited(limit.seconds, retry_after)
 
+    @property
+    def body_memory(self) -> int:
+        """The bytes of memory that the body takes now."""
+        return self._body
+
     def hold_body(self, size: int) -> None:
         """Sets the memory that the body takes: more while it arrives, less once it is parsed.
 

@@ -20,7 +20,7 @@ from service.api.problems import (
 from service.api.record import record_of, route_path
 from service.api.threads import Threads
 from service.cancellation import OutOfTime
-from service.errors import Busy, StoreFailed, SurfaceError
+from service.errors import Busy, StoreFailed, SurfaceError, TooManyJobs
 from service.storage.watch import CHECK_INTERVAL
 
 
@@ -68,7 +68,7 @@ async def _on_surface_error(request: Request, error: Exception) -> Response:
             location = "file"
     headers = {}
     threads: Threads = request.app.state.services.threads
-    if isinstance(error, Busy | OutOfTime):
+    if isinstance(error, Busy | OutOfTime | TooManyJobs):
         headers["Retry-After"] = str(threads.retry_after())
     elif isinstance(error, ComputeLimited):
         headers["Retry-After"] = str(error.retry_after)

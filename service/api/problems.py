@@ -32,12 +32,17 @@ from service.errors import (
     DamagedObject,
     InvalidRequest,
     Issue,
+    JobQuotaFull,
     MalformedBody,
     MalformedJson,
+    PartCrashed,
     StoreFailed,
     StoreFull,
     SurfaceError,
     TooLarge,
+    TooManyJobs,
+    UnknownJob,
+    UnknownResult,
     UnknownSurface,
     UnsupportedByFormat,
     first_part,
@@ -103,6 +108,10 @@ PROBLEMS: dict[type[SurfaceError], ProblemKind] = {
         "Your requests have used too much computing time; `Retry-After` says when to try again.",
     ),
     UnknownSurface: ProblemKind(404, "unknown_surface", "No surface has this id.", "parameter"),
+    UnknownJob: ProblemKind(404, "unknown_job", "No job has this id.", "parameter"),
+    UnknownResult: ProblemKind(
+        404, "unknown_result", "The part has no result now, or there is no such part.", "parameter"
+    ),
     UnknownSuffix: ProblemKind(404, "unknown_suffix", "No format has this suffix.", "parameter"),
     NotAcceptable: ProblemKind(
         406, "not_acceptable", "The service writes no format or coding that you accept.", "header"
@@ -136,6 +145,15 @@ PROBLEMS: dict[type[SurfaceError], ProblemKind] = {
         "busy",
         "The service is busy; nothing was computed. `Retry-After` says when to try again.",
     ),
+    TooManyJobs: ProblemKind(
+        429,
+        "too_many_jobs",
+        "You have the largest number of jobs that have not ended; `Retry-After` says when to try "
+        "again.",
+    ),
+    PartCrashed: ProblemKind(
+        500, "part_crashed", "The process that computed this part ended, more than once."
+    ),
     DamagedObject: ProblemKind(
         500,
         "damaged_object",
@@ -151,6 +169,9 @@ PROBLEMS: dict[type[SurfaceError], ProblemKind] = {
         "out_of_time",
         "The result was not ready in time: the service is busy, or the request asks for much work. "
         "`Retry-After` says when to try again.",
+    ),
+    JobQuotaFull: ProblemKind(
+        507, "job_quota_full", "The store has no room for another job; nothing was accepted."
     ),
     StoreFull: ProblemKind(
         507, "store_full", "The store has no room for another surface; nothing was stored."
@@ -245,5 +266,9 @@ def problem_response(
 
 
 def problem_of(error: SurfaceError) -> ProblemKind:
-    """The problem of an error: the entry of its class, or of the nearest parent, in `PROBLEMS`."""
-    return next(PROBLEMS[cls] for cls in type(error).__mro__ if cls in PROBLEMS)
+    """The problem of an error: the entry of its class, or of the nearest parent, in `PROBLEMS`.
+
+    A class without an entry is that of a part of a job that failed through an error of the service.
+    """
+    known = (PROBLEMS[cls] for cls in type(error).__mro__ if cls in PROBLEMS)
+    return next(known, INTERNAL_ERROR)

@@ -81,7 +81,8 @@ class RouteLabels:
 
 def _fill(template: str, id: str = "", suffix: str = "", **_: str) -> RouteLabel:
     path, surface, format_name = template, "", ""
-    if id in EXAMPLES or is_id(id):
+    # The id of a job stays out of labels: it permits to read the job, and there is no end of them.
+    if template.startswith("/v1/surfaces/") and (id in EXAMPLES or is_id(id)):
         surface, path = id, path.replace("{id}", id)
     if suffix in BY_SUFFIX:
         format_name, path = BY_SUFFIX[suffix].name, path.replace("{suffix}", suffix)

@@ -73,7 +73,7 @@ class FileResponse(ChunkedResponse):
 
     body: Any  # Content
 
-    def __init__(self, body: Content, headers: RawHeaders, status: int = 200) -> None:
+    def __init__(self, body: Content | memoryview, headers: RawHeaders, status: int = 200) -> None:
         self.body, self.status_code, self.background = body, status, None
         self.raw_headers = list(headers)
 
@@ -144,10 +144,19 @@ def report_headers(report: MeshReport | None) -> RawHeaders:
     """Counts and deviation bound of a mesh as headers: many formats cannot store a report."""
     if report is None:
         return ()
-    counts = (_VERTICES, b"%d" % report.vertices), (_TRIANGLES, b"%d" % report.triangles)
-    if report.deviation_bound is None:
-        return counts
-    return (*counts, (_BOUND, repr(report.deviation_bound).encode()))
+    return count_headers(report.vertices, report.triangles, report.deviation_bound)
+
+
+def count_headers(
+    vertices: int | None, triangles: int | None, deviation_bound: float | None
+) -> RawHeaders:
+    """The headers of `report_headers`, without those whose value is None."""
+    values = (
+        (_VERTICES, vertices),
+        (_TRIANGLES, triangles),
+        (_BOUND, deviation_bound),
+    )
+    return tuple((name, repr(value).encode()) for name, value in values if value is not None)
 
 
 def file_response(
@@ -169,18 +178,21 @@ def _type_headers(fmt: FileFormat, name: str) -> RawHeaders:
     media_type = (b"content-type", fmt.media_type.encode())
     if fmt.name == "json":
         return (media_type,)
-    return media_type, (b"content-disposition", disposition("attachment", name, fmt).encode())
+    return media_type, (
+        b"content-disposition",
+        disposition("attachment", name, fmt.suffix).encode(),
+    )
 
 
-def disposition(kind: Literal["inline", "attachment"], name: str, fmt: FileFormat) -> str:
+def disposition(kind: Literal["inline", "attachment"], name: str, suffix: str) -> str:
     """A Content-Disposition header with a safe file name (RFC 6266).
 
     A browser shows an `inline` file if it can, and saves others under this name. A name with other
     letters than ASCII is added in a second form (RFC 8187), for clients that read it.
     """
     stem = _UNSAFE.sub("-", name).strip("-.") or "surface"
-    value = f'{kind}; filename="{stem}.{fmt.suffix}"'
+    value = f'{kind}; filename="{stem}.{suffix}"'
     unicode_stem = _FORBIDDEN.sub("-", name).strip("-. ")
     if name.isascii() or not unicode_stem:
         return value
-    return f"{value}; filename*=UTF-8''{quote(unicode_stem, safe='')}.{fmt.suffix}"
+    return f"{value}; filename*=UTF-8''{quote(unicode_stem, safe='')}.{suffix}"

@@ -17,6 +17,7 @@ from service.api.single_flight import SingleFlight
 from service.api.static_files import StaticFiles
 from service.api.threads import Threads
 from service.jobs.manager import Jobs
+from service.pipeline.calls import CallLimits
 from service.pipeline.limits import Limits
 from service.schemas.document import DocumentLimits
 from service.settings.values import Settings
@@ -27,7 +28,8 @@ from service.storage.store import SurfaceStore
 class Services:
     """The parts of one application.
 
-    `limits` are those of results; `jobs` is None if the settings switch jobs off.
+    `limits` are those of results, and `part_limits` those of the parts of jobs. `signer` is None
+    without secrets, and `jobs` if the settings switch jobs off.
     """
 
     settings: Settings
@@ -42,6 +44,7 @@ class Services:
     signer: Signer | None
     static_files: StaticFiles
     jobs: Jobs | None
+    part_limits: CallLimits
 
 
 class Context(NamedTuple):

@@ -157,7 +157,7 @@ def perform_document(
 def _post(
     url: str, path: str, document: Document, fmt: "FileFormat | None", query: Mapping[str, str]
 ) -> bytes:
-    from service.remote import post
+    from service.remote.calls import post
 
     return post(url, path, document, fmt, query)
 

@@ -108,15 +108,15 @@ def _run_one_mesh(arguments: argparse.Namespace) -> int:
 
 def _request_mesh(url: str, source: Source, flag_values: Mapping[str, str], fmt: "Format") -> bytes:
     """Gets the file from the service at `url`; sends a file of control points unchanged."""
-    from service import remote
+    from service.remote import calls
     from service.schemas.query import values_from_text
 
     if isinstance(source, NetFile):
         query, media_type = {**source.fields, **flag_values}, source.decoder.media_type
-        return remote.post(url, "/v1/mesh", source.content, fmt, query, media_type=media_type)
+        return calls.post(url, "/v1/mesh", source.content, fmt, query, media_type=media_type)
     if isinstance(source, str):
-        return remote.fetch_mesh(url, source, flag_values, fmt)
-    return remote.post(url, "/v1/mesh", source | values_from_text(flag_values.items()), fmt)
+        return calls.fetch_mesh(url, source, flag_values, fmt)
+    return calls.post(url, "/v1/mesh", source | values_from_text(flag_values.items()), fmt)
 
 
 def _compute_mesh(source: Source, flag_values: Mapping[str, str], fmt: "Format") -> bytes:

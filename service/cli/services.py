@@ -103,11 +103,11 @@ def _ask_health(arguments: argparse.Namespace) -> int:
 
 
 def _store(arguments: argparse.Namespace) -> int:
-    from service import remote
+    from service.remote import calls
 
     document = read_document(arguments)
     try:
-        urls = remote.store(arguments.url, document)
+        urls = calls.store(arguments.url, document)
     except SurfaceError as error:
         fields = read_field_flags(arguments)
         raise Refused(*(field_line(issue, fields) for issue in error.issues)) from None

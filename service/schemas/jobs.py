@@ -4,6 +4,7 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
+from service.schemas.accuracy import MAX_COUNT
 from service.schemas.fields import Name, Omittable, RequestModel, StrictModel, optional
 
 MAX_PATH = 8000
@@ -36,3 +37,14 @@ class JobRequest(RequestModel):
     parts: Annotated[tuple[PartDefinition, ...], Field(strict=False, min_length=1)] = Field(
         description="The parts. Results list them in this order, by index."
     )
+
+
+MAX_LISTED = 1000
+"""The most results in one list."""
+
+
+class ResultsRange(StrictModel):
+    """The query of a list of results: which parts it has."""
+
+    first: Annotated[int, Field(alias="from", ge=0, le=MAX_COUNT)] = 0
+    limit: Annotated[int, Field(ge=1, le=MAX_LISTED)] = MAX_LISTED

@@ -12,12 +12,24 @@ import pytest
 from service.api.app import create_app
 from service.api.problems import PROBLEMS, problem_of
 from service.cancellation import OutOfTime
-from service.errors import DamagedObject, Issue, StoreFailed, StoreFull, SurfaceError
+from service.errors import (
+    DamagedObject,
+    Issue,
+    JobQuotaFull,
+    PartCrashed,
+    StoreFailed,
+    StoreFull,
+    SurfaceError,
+)
 from service.settings.values import Settings
 from tools.client import Client, start_client
 
 JSON = {"Content-Type": "application/json"}
 NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]
+
+
+FAILURES = (DamagedObject, JobQuotaFull, OutOfTime, PartCrashed, StoreFailed, StoreFull)
+"""Errors that are not the client's."""
 
 
 def list_subclasses(cls: type[SurfaceError]) -> Iterator[type[SurfaceError]]:
@@ -28,7 +40,7 @@ def list_subclasses(cls: type[SurfaceError]) -> Iterator[type[SurfaceError]]:
 
 def test_every_error_has_a_status() -> None:
     for cls in list_subclasses(SurfaceError):
-        lowest = 500 if cls in (DamagedObject, OutOfTime, StoreFailed, StoreFull) else 400
+        lowest = 500 if cls in FAILURES else 400
         assert lowest <= problem_of(cls(Issue("code", "text"))).status < lowest + 100
     assert set(PROBLEMS) <= set(list_subclasses(SurfaceError))
 

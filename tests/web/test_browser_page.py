@@ -190,7 +190,13 @@ def test_the_table_lists_the_headers_that_scripts_may_read(server: str) -> None:
     assert {name.strip("`") for name in names} == set(EXPOSED)
     headers = httpx.get(f"{server}/v1/surfaces/saddle/mesh.glb").headers
     # A response with a mesh does not have these headers.
-    rare_headers = {"Location", "Retry-After", "RateLimit", "RateLimit-Policy"}
+    rare_headers = {
+        "Location",
+        "Preference-Applied",
+        "Retry-After",
+        "RateLimit",
+        "RateLimit-Policy",
+    }
     assert all(name in headers for name in set(EXPOSED) - rare_headers)
 
 

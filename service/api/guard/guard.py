@@ -16,6 +16,7 @@ from service.api.guard.key_file import KnownKeys
 from service.api.guard.keys import KeyEntry, find_entry, parse_bearer, parse_entries
 from service.api.guard.policy import (
     EXEMPT,
+    JOBS,
     Policy,
     build_refusal,
     key_needed,
@@ -119,7 +120,8 @@ class Guard:
         if path not in EXEMPT or (need != "nothing" and name is None):
             self._count_request(scope, result)
         allows_signature = need == "key or signature"
-        result.is_private = allows_signature
+        # Caches must not keep what only some clients may read.
+        result.is_private = allows_signature or (need == "key" and path.startswith(JOBS))
         # Also where nothing is needed: the application must see the query without its signature.
         if need != "key" and self.signer is not None and is_signed(path, scope["query_string"]):
             now = time.time()

@@ -25,6 +25,9 @@ EXEMPT = frozenset({"/health", "/health/live", "/health/ready", METRICS})
 
 FORMATS = "/v1/formats"
 
+JOBS = "/v1/jobs"
+"""The list of the caller's jobs, and the beginning of the URLs of each job."""
+
 STORED = "/v1/stored"
 """The list of all stored surfaces. An id is a permission to read, so the list is for operators."""
 
@@ -42,7 +45,8 @@ class Policy:
 
     If the settings have keys, each call below `/v1` by another method than those of `READING` needs
     a key. If reads are not public, each call below `/v1` by these methods needs a key or a signed
-    URL, except for the lists. So a new call is protected by default.
+    URL, except for the lists; jobs need a key, because their URLs cannot be signed. So a new call
+    is protected by default.
     """
 
     def __init__(self, settings: Settings) -> None:
@@ -61,6 +65,9 @@ class Policy:
             return "key"
         if path.startswith(STORED) and self.has_keys:
             return "key"
+        if path.startswith(JOBS):
+            is_list = path == JOBS
+            return "key" if self.has_keys and (is_list or self._reads_need_access) else "nothing"
         if self._reads_need_access and path.startswith("/v1/") and path not in _LISTS:
             return "key or signature"
         return "nothing"

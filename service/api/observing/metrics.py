@@ -77,7 +77,8 @@ class RequestCounters:
         self.count_dropped_lines: Callable[[], int] = lambda: 0
         durations = Histogram(
             "surface_http_request_duration_seconds",
-            "Time from the head of a request until its response was handed to the server.",
+            "Time from the head of a request until its response was handed to the server; for a "
+            "stream of events, until it began.",
             ("route", "method", "status"),
             buckets=BUCKETS,
             registry=registry,

@@ -47,6 +47,10 @@ Write: TypeAlias = Callable[[str], None]
 SERVER_ERROR = 500
 """Statuses of at least this are errors of the service, and are logged as errors."""
 
+STREAMS = frozenset({"/v1/jobs/{id}/events"})
+"""Routes whose responses last as long as a client reads them. Their duration in metrics is the time
+until the response began, so that objectives of latency do not count them."""
+
 PROBES = frozenset({"/health/live", "/health/ready", "/metrics"})
 """Routes that monitoring requests every few seconds: logged only at the level `debug`."""
 
@@ -170,12 +174,14 @@ class RequestMiddleware:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Handles one request."""
-        start = time.perf_counter()
+        start = begin = time.perf_counter()
         record = start_record(scope, self.labels)
         counters, cors_headers = self.counters, self.origins.headers(scope)
 
         async def send_recorded(message: Message) -> None:
+            nonlocal begin
             if message["type"] == "http.response.start":
+                begin = time.perf_counter()
                 record.status = message["status"]
                 # The cache sends its messages several times: they must not change.
                 headers = [*message.get("headers", ()), *cors_headers, (_ID, record.id.encode())]
@@ -195,7 +201,7 @@ class RequestMiddleware:
             client = scope.get("client")  # the guard may have set it to a proxy's client
             record.client = client[0] if client else "-"
             seconds = time.perf_counter() - start
-            counters.count(record, seconds)
+            counters.count(record, begin - start if record.label.route in STREAMS else seconds)
             self.log.add(record, time.time(), seconds)
 
 

@@ -15,10 +15,12 @@ from service.api.guard.keys import SCOPES, format_entry, make_key
 from service.api.guard.policy import EXEMPT, Policy
 from service.api.guard.signatures import MIN_SECRET
 from service.api.models.surfaces import Problem
+from service.api.openapi.jobs import EVENTS, add_preference
 from service.api.openapi.parameters import SIGNED, Json
 from service.api.openapi.problems import error_responses, has_limits
 from service.api.openapi.responses import EXAMPLE_RESPONSES, error, header
 from service.api.record import ID_HEADER
+from service.pipeline.calls import CALLS
 from service.settings.values import Settings
 
 DESCRIPTION = Path(__file__).with_name("description.md").read_text(encoding="utf-8").strip()
@@ -30,6 +32,7 @@ _TAGS = {
     "queries": "Queries to surfaces and curves, with proved results.",
     "surfaces": "Stored and built-in surfaces, and conversions.",
     "curves": "Curves to points and lines.",
+    "jobs": "Long work in the background: many requests, or one that takes long.",
     "catalogue": "Formats and built-in surfaces.",
     "operations": "Health and metrics.",
 }
@@ -72,7 +75,7 @@ _ID: Json = {
 
 _RATE_REFERENCES: Json = {name: {"$ref": f"#/components/headers/{name}"} for name in _RATES}
 _ID_REFERENCE: Json = {ID_HEADER: {"$ref": "#/components/headers/RequestId"}}
-_LIMITED = frozenset({"Busy", "TooManyRequests"})
+_LIMITED = frozenset({"Busy", "TooManyJobs", "TooManyRequests"})
 """Names of the error responses with status 429, which have the headers of the rate limit."""
 
 
@@ -100,15 +103,17 @@ def describe(app: FastAPI, settings: Settings) -> Json:
         separate_input_output_schemas=False,
     )
     for path, item in document["paths"].items():
+        if path in CALLS and settings.jobs:
+            add_preference(item["post"])
         for method, operation in item.items():
             _add_guard(operation, method, path, settings)
     operations = [operation for item in document["paths"].values() for operation in item.values()]
     operation_ids = {operation["operationId"] for operation in operations}
     for operation in operations:
         for status, response in operation["responses"].items():
-            operation["responses"][status] = _finish_response(
-                response, operation["operationId"], operation_ids
-            )
+            # All responses 202 have the state of a job.
+            examples = "createJob" if status == "202" else operation["operationId"]
+            operation["responses"][status] = _finish_response(response, examples, operation_ids)
     components = document["components"]
     components["schemas"] |= _problem_schemas()
     components["headers"] = _ID | (_RATES if has_limits(settings) else {})
@@ -141,14 +146,20 @@ def _add_guard(operation: Json, method: str, path: str, settings: Settings) -> N
     operation["responses"] = dict(sorted(responses.items()))
 
 
-def _finish_response(response: Json, operation_id: str, operation_ids: Set[str]) -> Json:
-    """A response with examples, the id header, and only links to operations that exist."""
+def _finish_response(response: Json, examples: str, operation_ids: Set[str]) -> Json:
+    """A response with the id header, and only links to operations that exist.
+
+    `examples` is the operation whose examples it has.
+    """
     if "$ref" in response:
         # FastAPI adds a description, which would replace the description of the component.
         return {"$ref": response["$ref"]}
     content = response.get("content", {})
-    if operation_id in EXAMPLE_RESPONSES and "application/json" in content:
-        content["application/json"]["examples"] = EXAMPLE_RESPONSES[operation_id]()
+    if examples in EXAMPLE_RESPONSES and "application/json" in content:
+        content["application/json"]["examples"] = EXAMPLE_RESPONSES[examples]()
+    if "text/event-stream" in content:
+        # FastAPI describes the events with `itemSchema`, which only OpenAPI 3.2 has.
+        content["text/event-stream"] = EVENTS
     links = response.get("links", {})
     for name in [name for name in links if links[name]["operationId"] not in operation_ids]:
         del links[name]

@@ -60,20 +60,20 @@ Suffix: TypeAlias = Annotated[
 ]
 
 
-def _parameter(location: str, name: str, description: str, schema: Json, **fields: Any) -> Json:
+def parameter(location: str, name: str, description: str, schema: Json, **fields: Any) -> Json:
     """An optional parameter; `location` is "query" or "header", `fields` are further fields."""
     parameter = {"name": name, "in": location, "required": False, "description": description}
     return parameter | {"schema": schema} | fields
 
 
-IF_NONE_MATCH = _parameter(
+IF_NONE_MATCH = parameter(
     "header",
     "If-None-Match",
     "Entity tags of responses that the client has, or `*`.",
     {"type": "string"},
     example='"3q2-7wEAAAAAAAAAAAAAAA"',
 )
-ACCEPT_ENCODING = _parameter(
+ACCEPT_ENCODING = parameter(
     "header",
     "Accept-Encoding",
     "Codings that the client accepts, optionally with quality values: "
@@ -83,13 +83,13 @@ ACCEPT_ENCODING = _parameter(
     example="zstd, gzip",
 )
 SIGNED = [
-    _parameter(
+    parameter(
         "query",
         EXPIRES,
         "Only in a signed URL: when it expires, in Unix time.",
         {"type": "integer", "minimum": 0, "examples": [1800000000]},
     ),
-    _parameter(
+    parameter(
         "query",
         SIGNATURE,
         "Only in a signed URL, as `POST /v1/sign` makes it: its last parameter.",
@@ -102,13 +102,13 @@ MAX_LIMIT, DEFAULT_LIMIT = 1000, 100
 """Most entries of a page of a list, and their number if the request names none."""
 
 PAGE = [
-    _parameter(
+    parameter(
         "query",
         "after",
         "The last id of the page before; by default, the list begins with the first.",
         {"type": "string", "pattern": "^[0-9a-f]{64}$"},
     ),
-    _parameter(
+    parameter(
         "query",
         "limit",
         "Most entries of the page.",
@@ -123,7 +123,7 @@ def format_parameter(
 ) -> Json:
     """The query parameter `format`."""
     names = {"type": "string", "enum": [fmt.name for fmt in formats], "examples": ["glb"]}
-    return _parameter("query", "format", description, names)
+    return parameter("query", "format", description, names)
 
 
 def option_parameters() -> list[Json]:
@@ -133,7 +133,7 @@ def option_parameters() -> list[Json]:
     parameters at once, and some options exclude each other.
     """
     return [
-        _parameter("query", name, schema.pop("description"), schema, **_style(name))
+        parameter("query", name, schema.pop("description"), schema, **_style(name))
         for name, schema in MeshQuery.model_json_schema()["properties"].items()
     ]
 
@@ -169,10 +169,10 @@ def array_body(
     schema = {"type": "string", "format": "binary", "description": text}
     extra["requestBody"]["content"]["application/x-npy"] = {"schema": schema}
     text = "With a file: the id of a built-in or a stored surface."
-    surface = _parameter("query", "surface", text, {"type": "string", "examples": ["sphere"]})
+    surface = parameter("query", "surface", text, {"type": "string", "examples": ["sphere"]})
     scalar_types = ("number", "boolean", "string")
     fields = [
-        _file_option(_parameter("query", name, schema.pop("description"), schema))
+        _file_option(parameter("query", name, schema.pop("description"), schema))
         for name, schema in model.model_json_schema()["properties"].items()
         if schema.get("type") in scalar_types
     ]
@@ -238,7 +238,7 @@ _FIELD_SCHEMAS: Mapping[str, Json] = MappingProxyType(
 def _field_parameters() -> list[Json]:
     """The fields of a surface as query parameters, for a body that is a file."""
     return [
-        _parameter("query", name, f"With a file: {about}", _FIELD_SCHEMAS[name], **_style(name))
+        parameter("query", name, f"With a file: {about}", _FIELD_SCHEMAS[name], **_style(name))
         for name, about in FIELDS.items()
     ]
 

@@ -10,6 +10,7 @@ from service.api.body import body_too_large, body_too_slow, decoder_of_body
 from service.api.errors import compute_limited
 from service.api.guard.policy import REALM, key_needed, key_unknown, rate_limited, scope_needed
 from service.api.guard.signatures import MIN_SECRET, Signer
+from service.api.intake import no_parts
 from service.api.negotiation import (
     check_engine,
     codings_by_header,
@@ -30,7 +31,19 @@ from service.engine.measures.values import MeasureQuery
 from service.engine.mesh.mesh import ENGINE
 from service.engine.options import MeshOptions
 from service.engine.points.places import PointsQuery
-from service.errors import Busy, DamagedObject, StoreFailed, SurfaceError
+from service.errors import (
+    Busy,
+    DamagedObject,
+    InvalidRequest,
+    Issue,
+    JobQuotaFull,
+    StoreFailed,
+    SurfaceError,
+    TooManyJobs,
+)
+from service.jobs.parts import check_part
+from service.jobs.reading import unknown_job, unknown_result
+from service.pipeline.calls import CallLimits
 from service.pipeline.documents import plan_conversion
 from service.pipeline.limits import Limits
 from service.pipeline.measure import plan_measure
@@ -140,6 +153,31 @@ def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
         "OutOfTime": {"deadline": OutOfTime()},
         "StoreFailed": {"bucket": StoreFailed()},
         "Unavailable": {"deadline": OutOfTime(), "bucket": StoreFailed()},
+        "InvalidJob": {
+            "part": lambda: _check_part({"path": "/v1/mesh", "body": {"surface": {}}}),
+            "path": lambda: _check_part({"path": "/v1/estimate", "body": {}}),
+            "surface": InvalidRequest(
+                Issue(
+                    "unknown_surface",
+                    "No surface is stored under this id.",
+                    "/parts/3/path",
+                )
+            ),
+            "none": no_parts(),
+        },
+        "UnknownJob": {"job": unknown_job()},
+        "UnknownResult": {"running": unknown_result("This part has no result yet.")},
+        "TooManyJobs": {
+            "jobs": TooManyJobs(
+                Issue("too_many_jobs", "You have the largest number of jobs that have not ended.")
+            ),
+            "queue": Busy(),
+            **(too_many_requests if settings.rate_limit else {}),
+        },
+        "JobQuotaFull": {
+            "quota": JobQuotaFull(Issue("job_quota_full", "The quota of jobs is used up.")),
+            "disk": disk_full(),
+        },
         "StoreFull": {
             "quota": quota_exceeded(free_bytes=3_000, growth=14_000),
             "disk": disk_full(),
@@ -150,6 +188,13 @@ def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
 
 def _post_mesh(text: bytes) -> FailingCall:
     return lambda: parse_request(MeshRequest, text, DEFAULT_LIMITS).to_surface()
+
+
+def _check_part(document: Json) -> None:
+    try:
+        check_part(document, CallLimits(), find_surface=lambda _: find("saddle").surface())
+    except SurfaceError as error:
+        raise error.within("/parts/3") from None
 
 
 def _render(fmt: str, options: MeshOptions) -> FailingCall:
@@ -196,6 +241,7 @@ def _list_headers(settings: Settings) -> Mapping[str, Json]:
         "TooManyRequests": _retry_after(),
         # A caller may have used the thread seconds of many minutes.
         "Busy": _retry_after(is_bounded=not settings.compute_limit),
+        "TooManyJobs": _retry_after(is_bounded=not settings.compute_limit),
         "OutOfTime": _retry_after(),
         "StoreFailed": _retry_after(),
         "Unavailable": _retry_after(),

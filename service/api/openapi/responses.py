@@ -131,11 +131,11 @@ def links(id_expression: str, *names: str) -> Json:
 
 def success(headers: Json = TIMED, formats: Sequence[FileFormat] = (), **fields: Any) -> Json:
     """The 200 response, in JSON or one of `formats`; `fields`: further fields such as `links`."""
-    content = {f.media_type: {"schema": _file_schema(f)} for f in formats if f.name != "json"}
+    content = {f.media_type: {"schema": file_schema(f)} for f in formats if f.name != "json"}
     return {"headers": headers, "content": content} | fields
 
 
-def _file_schema(fmt: FileFormat) -> Json:
+def file_schema(fmt: FileFormat) -> Json:
     """The schema of a file in a format other than our JSON: an object, a text or bytes."""
     about: Json = {"description": f"{fmt.title}."}
     if fmt.media_type.endswith("json"):

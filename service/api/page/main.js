@@ -1,8 +1,10 @@
 // The editor: opens a surface, requests its mesh after each change, and shows it.
 
 import { watchKey } from './key.js';
+import { Stopped } from './jobs.js';
 import { Library } from './library.js';
 import { Measure } from './measure.js';
+import { mesh } from './mesh.js';
 import { MeshRequests } from './mesh-requests.js';
 import { announce, element } from './page.js';
 import { watchPanel } from './panel.js';
@@ -12,14 +14,14 @@ import { hideProblem, showProblem, watchProblems } from './problems.js';
 import { clearReadouts, showReadouts, speakReadouts } from './readouts.js';
 import { readReport } from './report.js';
 import { createContext } from './scene.js';
-import { mesh, NoResponse, Refusal } from './service.js';
+import { NoResponse, Refusal } from './service.js';
 import { fromQuery, meshOptions } from './settings.js';
 import { watchShare } from './share.js';
 import { State } from './state.js';
 import { watchTheme } from './theme.js';
 import { View } from './view.js';
 
-/** @typedef {import('./service.js').MeshResponse} MeshResponse */
+/** @typedef {import('./mesh.js').MeshResponse} MeshResponse */
 
 const FIRST_SURFACE = 'utah-teapot';
 
@@ -40,12 +42,16 @@ let isShown = false;
 /** Whether any document is open. */
 let isOpen = false;
 
+/** Stops the running request if it has become a job. */
+let replaced = new AbortController();
+
 /** @type {MeshRequests<MeshRequest, MeshResponse>} */
 const requests = new MeshRequests({
-  send: ({ coarse }) => mesh({
-    surface: state.surface,
-    ...meshOptions(state.settings, state.surface, patchCount, coarse),
-  }),
+  send: ({ coarse }) => {
+    const options = meshOptions(state.settings, state.surface, patchCount, coarse);
+    replaced = new AbortController();
+    return mesh({ surface: state.surface, ...options }, undefined, replaced.signal);
+  },
   answered: async ({ content, serverTime, roundTrip }, { coarse }) => {
     const bytes = content.byteLength;
     const report = readReport(content);
@@ -66,6 +72,7 @@ const requests = new MeshRequests({
 /** @param {boolean} coarse */
 function requestMesh(coarse) {
   root.dataset.state = 'busy';
+  replaced.abort();
   requests.ask({ coarse });
 }
 
@@ -75,7 +82,7 @@ function fail(error) {
     state.set({ resolution: 1 });
     return;
   }
-  const isExpected = error instanceof Refusal || error instanceof NoResponse;
+  const isExpected = [Refusal, NoResponse, Stopped].some((kind) => error instanceof kind);
   root.dataset.state = error instanceof NoResponse ? 'away' : 'refused';
   if (!isShown) {
     view?.clear();

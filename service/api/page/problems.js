@@ -3,6 +3,7 @@
 import { isAboutKeys } from './key.js';
 import { parsePointer } from './documents.js';
 import { button, element, makeElement, write } from './page.js';
+import { Stopped } from './jobs.js';
 import { NoResponse, Refusal } from './service.js';
 
 /** @typedef {import('./net.js').Net} Net */
@@ -41,7 +42,7 @@ export function showProblem(error, state) {
   button('problem-example').hidden = !isUnknownSurface;
   button('problem-undo').hidden = !isRefusal || !state.history.canUndo;
   button('problem-key').hidden = !(isRefusal && isAboutKeys(error.code));
-  button('problem-retry').hidden = !(error instanceof NoResponse);
+  button('problem-retry').hidden = !(error instanceof NoResponse || error instanceof Stopped);
   element('problem', HTMLElement).hidden = false;
   return index;
 }
@@ -51,6 +52,9 @@ function describeError(error) {
   if (error instanceof NoResponse) {
     const detail = 'Nothing answers at its address. Your changes are kept; the next change is sent to it again.';
     return { title: 'The service is away', detail };
+  }
+  if (error instanceof Stopped) {
+    return { title: 'Stopped', detail: 'This mesh was not made. The next change asks for another one.' };
   }
   if (!(error instanceof Refusal)) return { title: 'The page made a mistake', detail: String(error) };
   if (error.code === 'unknown_surface') {

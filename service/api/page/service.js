@@ -7,7 +7,6 @@ import { requestKey, credentials, currentKey, isAboutKeys } from './key.js';
 /** @typedef {{code: string, detail: string, pointer?: string, parameter?: string, header?: string, got?: string, needed?: string}} Issue */
 /** @typedef {{id: string, title: string, description: string}} Example */
 /** @typedef {{name: string, title: string, media_type: string, suffix: string}} Format */
-/** @typedef {{content: ArrayBuffer, serverTime: number | null, roundTrip: number}} MeshResponse */
 
 /** A refusal of the service, with its reasons (RFC 9457). */
 export class Refusal extends Error {
@@ -46,22 +45,6 @@ export async function surfaceById(id) {
  */
 export async function store(body, mediaType = 'application/json') {
   return json('v1/surfaces', { method: 'POST', body, headers: { 'Content-Type': mediaType } });
-}
-
-/**
- * The mesh file that a request describes (a surface with options), and the times it took, in milliseconds.
- * @param {object} request @param {string} mediaType @returns {Promise<MeshResponse>}
- */
-export async function mesh(request, mediaType = 'model/gltf-binary') {
-  const start = performance.now();
-  const response = await ask('v1/mesh', {
-    method: 'POST',
-    body: JSON.stringify(request),
-    headers: { 'Content-Type': 'application/json', Accept: mediaType },
-  });
-  const content = await response.arrayBuffer();
-  const roundTrip = performance.now() - start;
-  return { content, serverTime: serverTime(response.headers.get('Server-Timing')), roundTrip };
 }
 
 /**
@@ -121,8 +104,8 @@ async function json(path, options) {
   return (await ask(path, options)).json();
 }
 
-/** @param {string} path @param {RequestInit} [options] @returns {Promise<Response>} */
-async function ask(path, options = {}) {
+/** The response to a request; throws every error. @param {string} path @param {RequestInit} [options] @returns {Promise<Response>} */
+export async function ask(path, options = {}) {
   const sentKey = currentKey();
   let response;
   try {
@@ -150,7 +133,7 @@ async function ask(path, options = {}) {
  * Milliseconds in a Server-Timing header: its entry `total`, or the sum of all its steps.
  * @param {string | null} header
  */
-function serverTime(header) {
+export function serverTime(header) {
   const entries = [...(header ?? '').matchAll(/([\w-]+)[^,]*?;\s*dur=([\d.]+)/g)];
   if (entries.length === 0) return null;
   const total = entries.find(([, name]) => name === 'total');

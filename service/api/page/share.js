@@ -2,7 +2,8 @@
 
 import { element, makeElement, write, announce, button } from './page.js';
 import { meshQuery, toQuery, meshOptions } from './settings.js';
-import { formats, mesh, readsArePrivate, store, resolveUrl } from './service.js';
+import { mesh } from './mesh.js';
+import { formats, readsArePrivate, store, resolveUrl } from './service.js';
 
 /** @typedef {import('./state.js').State} State */
 /** @typedef {import('./service.js').Format} Format */

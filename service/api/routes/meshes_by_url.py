@@ -184,7 +184,7 @@ async def _compute(
     counters.count_mesh(mesh_file.report)
     # A hash is no good file name, so the surface's own name is taken; the id of an example is one.
     name = mesh_file.name if subject.is_permanent else subject.surface
-    file_name = disposition("inline", name, fmt)
+    file_name = disposition("inline", name, fmt.suffix)
     headers = (
         (b"content-type", fmt.media_type.encode()),
         (b"content-disposition", file_name.encode()),

@@ -9,7 +9,8 @@ from types import SimpleNamespace
 import pytest
 
 from service.errors import ServiceFailed
-from service.remote import MAX_WAIT, RETRIES, post
+from service.remote.calls import post
+from service.remote.connection import MAX_WAIT, RETRIES
 
 BUSY = {"code": "busy", "detail": "It has much to do.", "errors": []}
 """The members that the client reads of a problem document, for a refusal of any status."""
@@ -62,7 +63,7 @@ def waits(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     """The seconds of each call of `sleep` by the client, which does not really sleep."""
     waits: list[float] = []
     sleep: Callable[[float], None] = waits.append
-    monkeypatch.setattr("service.remote.time", SimpleNamespace(sleep=sleep))
+    monkeypatch.setattr("service.remote.connection.time", SimpleNamespace(sleep=sleep))
     return waits
 
 

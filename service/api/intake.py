@@ -1,0 +1,190 @@
+"""Accepts jobs: checks their parts, batch by batch in threads, and hands them to `Jobs`.
+
+If a part is refused, or the client disconnects, nothing of the job stays.
+"""
+
+import re
+from asyncio import timeout
+from collections.abc import AsyncIterable, AsyncIterator, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+
+from fastapi import Response
+
+from service.api.job import Job
+from service.api.job_documents import state_response
+from service.api.services import Context, Services
+from service.api.stored import surface_of
+from service.cancellation import OutOfTime, checkpoint
+from service.encoders.format import FileFormat
+from service.errors import InvalidRequest, Issue, StoreFailed, SurfaceError, UnknownSurface
+from service.jobs.parts import CheckedPart, check_part
+from service.pipeline.calls import CallLimits
+from service.pipeline.cost import Cost, Work
+from service.surface.kinds import Surface
+
+PREFERENCE = "respond-async"
+
+GROUP_PARTS = 64
+"""The most parts that are checked in one turn: some 50 ms."""
+
+PART_SECONDS, BYTE_SECONDS = 5e-4, 1e-8
+"""Estimated time to check a part, and in addition for each byte of memory that its JSON takes."""
+
+MAX_STORED = 4
+"""The most stored surfaces that one batch of parts may name: all are in memory at the same time."""
+
+_MESH_OF = re.compile(r"/v1/surfaces/([0-9a-f]{64})/mesh\.")
+
+
+def prefers_async(headers: Mapping[bytes, bytes]) -> bool:
+    """Whether `Prefer` names `respond-async` (RFC 7240); other preferences are ignored."""
+    names = headers.get(b"prefer", b"").decode("latin-1").split(",")
+    return any(re.split("[;=]", name)[0].strip().lower() == PREFERENCE for name in names)
+
+
+async def accept_job(context: Context, batches: AsyncIterable[Sequence[object]]) -> Response:
+    """Checks the parts of a job, and accepts it; the response has its state.
+
+    Parameters
+    ----------
+    batches : async iterable
+        The parts, parsed but not checked: a JSON value or a `PartDefinition` each.
+
+    Raises
+    ------
+    InvalidRequest, TooLarge, UnsupportedByFormat, UnknownSurface
+        A part is refused; its pointer begins with `/parts/3`, for example.
+    TooManyJobs, JobQuotaFull, Busy, OutOfTime, StoreFailed, StoreFull
+    """
+    services, job, request, _ = context
+    if services.jobs is None:  # there is no place to keep them
+        raise StoreFailed
+    count = 0
+    async with services.jobs.start_intake(job.caller) as intake:
+        async for parts in batches:
+            for group in _split(parts):
+                with job.timing.step("check"):
+                    checked = await _check_in_turn(context, services.part_limits, group, count)
+                with job.timing.step("store"):
+                    await intake.add(checked)
+                count += len(group)
+        if not count:
+            raise no_parts()
+        with job.timing.step("store"):
+            state, _ = await intake.finish()
+    return state_response(state, request, {"Server-Timing": str(job.timing)})
+
+
+def no_parts() -> InvalidRequest:
+    """The error of a job without parts."""
+    message, needed = "A job has at least one part.", "one part or more"
+    return InvalidRequest(Issue("empty_list", message, "/parts", "no part", needed))
+
+
+async def accept_call(context: Context, path: str, body: object) -> Response:
+    """Makes a job of one part: the call that computes at this path, with this JSON body.
+
+    Raises
+    ------
+    The errors of `accept_job`; their pointers are those of the call.
+    """
+    fmt: FileFormat | None = context.format
+    query = f"?format={fmt.name}" if fmt else ""
+
+    async def batches() -> AsyncIterator[list[object]]:
+        yield [{"path": path + query, "body": body}]
+
+    try:
+        response = await accept_job(context, batches())
+    except SurfaceError as error:
+        if any(issue.pointer.startswith(_BODY) for issue in error.issues):
+            raise _remove_prefix(error) from None
+        raise
+    response.headers["Preference-Applied"] = PREFERENCE
+    return response
+
+
+_BODY = "/parts/0/body"
+
+
+def _remove_prefix(error: SurfaceError) -> SurfaceError:
+    """The error with pointers into the body of the only part."""
+    issues = (replace(each, pointer=each.pointer.removeprefix(_BODY)) for each in error.issues)
+    return type(error)(*issues)
+
+
+def _split(parts: Sequence[object]) -> Iterator[Sequence[object]]:
+    """Groups of at most `GROUP_PARTS` parts, which name at most `MAX_STORED` stored surfaces."""
+    start, ids = 0, set[str]()
+    for index, part in enumerate(parts):
+        if index - start == GROUP_PARTS or len(ids | _stored_ids(part)) > MAX_STORED:
+            yield parts[start:index]
+            start, ids = index, set()
+        ids |= _stored_ids(part)
+    if parts:
+        yield parts[start:]
+
+
+def _stored_ids(part: object) -> set[str]:
+    """The id of the stored surface that a part names, if it names one."""
+    path = part.get("path") if isinstance(part, dict) else getattr(part, "path", None)
+    match = _MESH_OF.match(path) if isinstance(path, str) else None
+    return {match[1]} if match else set()
+
+
+async def _check_in_turn(
+    context: Context, limits: CallLimits, parts: Sequence[object], first: int
+) -> list[CheckedPart]:
+    """Checks parts in turn with the work of other callers; `first` is the index of the first.
+
+    The work has a job of its own, which does not watch the connection: it would read, and lose, the
+    rest of the body. If the client has disconnected, the next reading notices it.
+    """
+    services, request_job, *_ = context
+    job = Job(services.threads, find_caller=lambda: request_job.caller)
+    try:
+        async with timeout(services.settings.request_timeout):
+            ids = set[str]().union(*map(_stored_ids, parts))
+            surfaces = {id: await _find_stored(services, job, id) for id in ids}
+            check = partial(_check_parts, parts, limits, surfaces, first)
+            memory = request_job.body_memory
+            cost = Cost(memory, PART_SECONDS * len(parts) + BYTE_SECONDS * memory)
+            return await job.run(Work(cost, check), "check")
+    except TimeoutError:
+        raise OutOfTime from None
+    finally:
+        job.close()
+
+
+async def _find_stored(services: Services, job: Job, id: str) -> Surface | SurfaceError:
+    """A stored surface, or the error of the parts that name it."""
+    try:
+        return await surface_of(services, job, id)
+    except (UnknownSurface, InvalidRequest) as error:
+        # The job exists: it is invalid because of what it names.
+        return InvalidRequest(*error.issues)
+
+
+def _check_parts(
+    parts: Sequence[object],
+    limits: CallLimits,
+    surfaces: Mapping[str, Surface | SurfaceError],
+    first: int,
+) -> list[CheckedPart]:
+    """Checks parts; `first` is the index of the first."""
+
+    def find_surface(id: str) -> Surface:
+        surface = surfaces[id]
+        if isinstance(surface, SurfaceError):
+            raise surface
+        return surface
+
+    checked = []
+    for index, part in enumerate(parts, first):
+        checkpoint()
+        try:
+            checked.append(check_part(part, limits, find_surface))
+        except SurfaceError as error:
+            raise error.within(f"/parts/{index}") from None
+    return checked

@@ -1,0 +1,47 @@
+// Requests the meshes of surfaces: short work at once, long work as a job.
+
+import { fetchResult } from './jobs.js';
+import { ask, Refusal, serverTime } from './service.js';
+
+/** @typedef {{content: ArrayBuffer, serverTime: number | null, roundTrip: number}} MeshResponse */
+
+/** Milliseconds after which a mesh is requested again as a job. */
+const PATIENCE = 5000;
+
+/**
+ * The mesh file that a request describes (a surface with options), and the times it took, in milliseconds.
+ * @param {object} request @param {string} [mediaType] @param {AbortSignal} [signal]  stops the work, if it is a job
+ * @returns {Promise<MeshResponse>}
+ */
+export async function mesh(request, mediaType = 'model/gltf-binary', signal) {
+  const start = performance.now();
+  const headers = { 'Content-Type': 'application/json', Accept: mediaType };
+  const options = { method: 'POST', body: JSON.stringify(request), headers };
+  const response = await askBriefly('v1/mesh', options)
+    ?? await ask('v1/mesh', { ...options, headers: { ...headers, Prefer: 'respond-async' } });
+  // A service without jobs ignores the preference.
+  const isJob = response.headers.has('Preference-Applied');
+  const content = isJob ? await fetchResult(await response.json(), signal) : await response.arrayBuffer();
+  const roundTrip = performance.now() - start;
+  return { content, serverTime: isJob ? null : serverTime(response.headers.get('Server-Timing')), roundTrip };
+}
+
+/** The response; null if the service needs too long for it. @param {string} path @param {RequestInit} options */
+async function askBriefly(path, options) {
+  const controller = new AbortController();
+  const timer = setTimeout(() => controller.abort(), PATIENCE);
+  try {
+    return await ask(path, { ...options, signal: controller.signal });
+  } catch (error) {
+    if (controller.signal.aborted || takesLong(error)) return null;
+    throw error;
+  } finally {
+    clearTimeout(timer);
+  }
+}
+
+/** Whether the service needs more time than a request has. @param {unknown} error */
+function takesLong(error) {
+  return error instanceof Refusal
+    && (error.code === 'out_of_time' || error.issues.some(({ code }) => code === 'too_costly'));
+}

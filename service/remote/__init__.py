@@ -1,0 +1,1 @@
+"""Requests to a service at a URL, for the command line (`--url`)."""

@@ -1,0 +1,91 @@
+"""Jobs of a service that runs: job processes compute them, and results equal those of the calls."""
+
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import httpx
+import orjson
+import pytest
+
+from service.settings.values import Settings
+from tests.forms import PATCH
+from tools.live import run_service
+from tools.programs import find_program
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+@pytest.fixture(scope="module")
+def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
+    settings = Settings(store=str(tmp_path_factory.mktemp("store")), job_processes=1)
+    with run_service(settings) as url, httpx.Client(base_url=url, timeout=60) as client:
+        yield client
+
+
+def follow(service: httpx.Client, job: Any) -> Any:
+    """The last state of a job, from its events."""
+    with service.stream("GET", job["links"]["events"]) as response:
+        lines = [line for line in response.iter_lines() if line.startswith("data: ")]
+    return orjson.loads(lines[-1].removeprefix("data: "))
+
+
+def test_results_equal_those_of_the_calls(service: httpx.Client) -> None:
+    points = {"surface": PATCH, "uv": [[0.5, 0.5]]}
+    stored = service.post("/v1/surfaces", json={"surface": PATCH}).json()
+    mesh_path = f"{stored['links']['self']}/mesh.stl?resolution=3"
+    parts = [
+        {"name": "lid", "path": "/v1/mesh?format=glb", "body": {"surface": PATCH}},
+        {"path": "/v1/points", "body": points},
+        {"path": mesh_path},
+    ]
+    job = service.post("/v1/jobs", json={"parts": parts}).json()
+    state = follow(service, job)
+    assert (state["state"], state["parts"]["succeeded"]) == ("succeeded", 3)
+    expected = [
+        service.post("/v1/mesh?format=glb", json={"surface": PATCH}),
+        service.post("/v1/points", json=points),
+        service.get(mesh_path),
+    ]
+    listed = service.get(job["links"]["results"]).json()["results"]
+    assert [each["name"] for each in listed] == ["lid", "1", "2"]
+    for each, response in zip(listed, expected, strict=True):
+        result = service.get(each["link"])
+        assert result.content == response.content
+        assert result.headers["content-type"] == response.headers["content-type"]
+        for name in ("surface-vertices", "surface-triangles", "surface-deviation-bound"):
+            assert result.headers.get(name) == response.headers.get(name)
+    again = service.post("/v1/jobs", json={"parts": parts})
+    assert (again.status_code, again.json()["id"]) == (200, job["id"])
+
+
+def test_a_part_that_fails_has_the_problem_of_its_call(service: httpx.Client) -> None:
+    """Only the computation shows that the tolerance is too small."""
+    body = {"surface": PATCH, "tolerance": 1e-300}
+    problem = service.post("/v1/mesh?format=glb", json=body).json()
+    parts = [
+        {"path": "/v1/mesh?format=glb", "body": body},
+        {"path": "/v1/surfaces/saddle/mesh.glb?resolution=2"},
+    ]
+    response = service.post("/v1/jobs", json={"parts": parts})
+    if response.status_code == 422:  # the shapes show it already
+        expected = [e | {"pointer": f"/parts/0/body{e['pointer']}"} for e in problem["errors"]]
+        assert response.json()["errors"] == expected
+        return
+    assert follow(service, response.json())["state"] == "failed"
+
+
+def test_the_commands_of_the_page_work(service: httpx.Client, tmp_path: Path) -> None:
+    text = (DOCS / "jobs.md").read_text(encoding="utf-8")
+    blocks = [block.partition("\n```")[0] for block in text.split("```sh\n")[1:]]
+    script = "\n".join(blocks).replace("http://127.0.0.1:8000", str(service.base_url).rstrip("/"))
+    command = [find_program("bash"), "-euc", script]
+    process = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert "event: end" in process.stdout
+    assert (tmp_path / "hull.stl").stat().st_size > 84
+    names = [
+        each["name"] for each in orjson.loads((tmp_path / "results.json").read_bytes())["results"]
+    ]
+    assert names == ["lid", "hull"]
+    assert orjson.loads((tmp_path / "job.json").read_bytes())["parts"]["total"] == 1
