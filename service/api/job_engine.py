@@ -44,17 +44,18 @@ def build_jobs(settings: Settings, store: SurfaceStore, threads: Threads) -> Job
         except OSError as error:
             _log.warning("there are no jobs: no temporary folder can be made (%s)", error)
             return None
-        store = open_store(folder, 0)
+    backend = open_store(folder, 0).backend if folder else store.backend
     engine, reserve = open_engine(settings, JobMemory(threads))
     jobs = Jobs(
         folder or settings.store,
-        store.backend,
+        backend,
         settings,
         engine,
         accounts=threads.accounts,
         reserve=reserve,
     )
     if folder:
+        jobs.dispatcher.surfaces = store
         jobs.on_close = weakref.finalize(jobs, shutil.rmtree, folder, ignore_errors=True)
     return jobs
 

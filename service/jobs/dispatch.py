@@ -8,12 +8,18 @@ reason.
 
 import asyncio
 import logging
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractAsyncContextManager
+from collections.abc import Awaitable, Callable, Mapping, Sequence
+from contextlib import AbstractAsyncContextManager, suppress
 from dataclasses import replace
 from typing import Any
 
-from service.errors import DamagedObject, JobQuotaFull, StoreFailed, StoreFull
+from service.errors import (
+    DamagedObject,
+    JobQuotaFull,
+    StoreFailed,
+    StoreFull,
+    UnknownSurface,
+)
 from service.fair.accounts import Accounts
 from service.fair.queue import FairQueue
 from service.jobs.attempts import run_task
@@ -22,8 +28,11 @@ from service.jobs.engine import Engine, EngineUnavailable
 from service.jobs.files import JobFiles
 from service.jobs.keys import intake_key, results_key
 from service.jobs.open_job import OpenJob
+from service.jobs.parts import stored_surface
 from service.jobs.records import read_lines, write_records
 from service.jobs.usage import JobUsage
+from service.storage.keys import key_of
+from service.storage.store import SurfaceStore
 
 RETRY_SECONDS = 10.0
 """Time after which work that could not be done is tried again."""
@@ -50,6 +59,10 @@ class Dispatcher:
     ----------
     on_change : callable
         Called when a batch of the job has ended, or has stopped.
+    on_cancelled : callable
+        Awaited when a batch has ended because nobody waits for the job, as the store says.
+    surfaces : SurfaceStore or None
+        The store of surfaces, if processes of the engine cannot read it.
     waiting_for : str
         Why no batch can run at the moment, as a code; empty if batches can run.
     parts : dict
@@ -68,7 +81,9 @@ class Dispatcher:
         accounts: Accounts,
         reserve: Reserve,
     ) -> None:
-        self.on_change: Callable[[OpenJob], None] = lambda _: None
+        self.on_change: Callable[[OpenJob], None]
+        self.on_cancelled: Callable[[OpenJob], Awaitable[None]]
+        self.surfaces: SurfaceStore | None = None
         self.waiting_for = ""
         self.parts = {"succeeded": 0, "failed": 0}
         self.seconds = 0.0
@@ -151,6 +166,8 @@ class Dispatcher:
                 self.waiting_for = ""
             else:
                 self._pause(end)
+            if end == CANCELLED:
+                await self.on_cancelled(job)
         except asyncio.CancelledError:
             if not job.is_cancelled:
                 raise
@@ -175,6 +192,8 @@ class Dispatcher:
             _log.error("the parts of the batch %d of the job %s are gone", number, job.id)
             raise DamagedObject
         lines = await asyncio.to_thread(read_lines, content)
+        if self.surfaces is not None:
+            await self._copy_surfaces(lines, self.surfaces)
         async with self._reserve(batch.memory):
             task = replace(self._task, job=job.id, lines=tuple(lines))
             result = await run_task(self._engine, task)
@@ -184,6 +203,12 @@ class Dispatcher:
             await self._files.write(results_key(job.id, number), content)
             self._count(job, number, result.records, len(content))
         return result.end
+
+    async def _copy_surfaces(self, lines: Sequence[Mapping[str, Any]], store: SurfaceStore) -> None:
+        """Copies the stored surfaces that parts name to where processes of the engine find them."""
+        for id in {stored_surface(line["path"]) for line in lines if "body" not in line} - {""}:
+            with suppress(UnknownSurface, DamagedObject):  # the part fails with this error
+                await self._files.write(key_of(id), await store.get(id))
 
     def _count(
         self, job: OpenJob, number: int, records: Sequence[Mapping[str, Any]], size: int

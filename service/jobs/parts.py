@@ -125,6 +125,12 @@ def read_part(path: str, body: dict[str, Any] | None, limits: CallLimits) -> Par
     return replace(part, plan=plan)
 
 
+def stored_surface(path: str) -> str:
+    """The id of the stored surface whose mesh has this path; empty for all other paths."""
+    match = _MESH_PATH.fullmatch(path.partition("?")[0])
+    return match[1] if match and is_id(match[1]) else ""
+
+
 def _read_get(path: str, limits: CallLimits) -> Part:
     """A mesh by URL."""
     route, _, query = path.partition("?")

@@ -53,6 +53,7 @@ class Work:
         self._owners = owners
         self._dispatcher = dispatcher
         dispatcher.on_change = self._on_change
+        dispatcher.on_cancelled = self._check_askers
         # Jobs of other instances that clients of this one have asked for.
         self._joined: set[str] = set()
         self._locks: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()
@@ -105,8 +106,7 @@ class Work:
                 await self._save_state(job)
             is_active = job.running and not job.is_cancelled
             if is_active and await self._files.has(cancelled_key(job.id)):
-                async with self._lock(job.id):
-                    await self._update_askers(job.id)
+                await self._check_askers(job)
             self._end_if_over(job)
 
     async def close(self) -> None:
@@ -205,6 +205,11 @@ class Work:
         if job := self.open.pop(id, None):
             self._dispatcher.take_out(job)
             job.is_cancelled = True  # so that its running batches do not wait again
+
+    async def _check_askers(self, job: OpenJob) -> None:
+        """Looks whether anybody waits for an open job that another instance has cancelled."""
+        async with self._lock(job.id):
+            await self._update_askers(job.id)
 
     async def _update_askers(self, id: str) -> None:
         """Cancels an open job for which nobody waits; or goes on, for the first who waits."""

@@ -25,11 +25,11 @@ from service.storage.backends import Backend, Bucket
 from tests.clock import Clock
 
 
-def make_part(name: str, seconds: float = 0.5, memory: int = 1000) -> CheckedPart:
+def make_part(name: str, seconds: float = 0.5, path: str = "/v1/points") -> CheckedPart:
     """A part whose name says what becomes of it: `fail…` fails, `crash…` kills its process."""
     id = sha256(name.encode()).hexdigest()
-    line = orjson.dumps({"id": id, "name": name, "path": "/v1/mesh"})
-    return CheckedPart(id, line, seconds, memory)
+    line = orjson.dumps({"id": id, "name": name, "path": path})
+    return CheckedPart(id, line, seconds, 1000)
 
 
 def make_parts(prefix: str, count: int, seconds: float = 0.5) -> list[CheckedPart]:

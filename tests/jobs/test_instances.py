@@ -1,10 +1,12 @@
 """Several instances that share one store: taking over, joining and withdrawing across instances."""
 
 import asyncio
+from unittest.mock import patch
 
 import pytest
 
 from service.jobs import manager, owners
+from service.jobs.batch import CANCELLED
 from service.jobs.keys import JOBS, OWNERS
 from tests.jobs.fakes import Instance, make_part, make_parts, until
 
@@ -116,5 +118,21 @@ def test_a_job_that_was_not_accepted_leaves_no_owner() -> None:
                 while [page async for page in instance.backend.list(OWNERS)]:
                     await asyncio.sleep(0.01)
         assert instance.jobs.open_jobs == ()
+
+    asyncio.run(run())
+
+
+def test_a_batch_that_sees_the_cancellation_first_does_not_run_again() -> None:
+    async def run() -> None:
+        with patch.object(manager, "SAVE_SECONDS", 100.0):
+            async with Instance(slots=1) as first, Instance(first.backend) as second:
+                first.engine.gate.clear()
+                state, _ = await first.submit(make_parts("p", 2, seconds=1), "a")
+                await second.jobs.withdraw(state.id, "a")
+                first.engine.ends.append(CANCELLED)
+                first.engine.gate.set()
+                await until(lambda: not first.jobs.open_jobs)
+                assert first.engine.names == []
+                assert (await first.jobs.state(state.id)).state == "cancelled"
 
     asyncio.run(run())

@@ -1,8 +1,10 @@
 """Jobs from their acceptance to their end, with a fake engine."""
 
 import asyncio
+from hashlib import sha256
 
 import pytest
+from obstore.store import MemoryStore
 
 from service.errors import (
     DamagedObject,
@@ -13,6 +15,9 @@ from service.errors import (
     UnknownResult,
 )
 from service.jobs.keys import part_key
+from service.storage.backends import Bucket
+from service.storage.keys import key_of
+from service.storage.store import SurfaceStore
 from tests.clock import stop_clock
 from tests.jobs.fakes import Instance, make_part, make_parts, until
 
@@ -238,5 +243,26 @@ def test_watching_shows_changes_and_ends_with_the_job() -> None:
                 instance.engine.gate.set()
                 seen.append(state.state)
             assert seen == ["running", "succeeded"]
+
+    asyncio.run(run())
+
+
+def test_surfaces_that_only_this_process_can_read_are_copied_for_the_others() -> None:
+    async def run() -> None:
+        surfaces = SurfaceStore(Bucket(MemoryStore()), 0)
+        content = b"a surface"
+        id = sha256(content).hexdigest()
+        await surfaces.put(id, content)
+        parts = [
+            make_part("p", path=f"/v1/surfaces/{surface}/mesh.glb?resolution=2")
+            for surface in (id, UNKNOWN, "saddle")
+        ]
+        async with Instance() as instance:
+            instance.jobs.dispatcher.surfaces = surfaces
+            state, _ = await instance.submit(parts)
+            assert (await instance.wait(state.id)).state == "succeeded"
+            assert await instance.backend.read(key_of(id)) == content
+            keys = [entry.key async for page in instance.backend.list("surfaces") for entry in page]
+            assert keys == [key_of(id)]
 
     asyncio.run(run())
