@@ -21,7 +21,6 @@ _AGAIN = "the same command goes on from here"
 
 _STOPS = {
     "disk_full": "the disk is full",
-    "store_full": "the bucket is full",
     "store_failed": "files cannot be written; the line above says why",
     "files_elsewhere": "workers write to disks of their own; needed a folder that all of them "
     "share, or a bucket",
@@ -116,8 +115,9 @@ def make_files(many: Many, line: Callable[[Issue], str] = issue_line) -> int:
 
     try:
         asyncio.run(run())
-    except (StoreFull, StoreFailed):
-        raise Refused(f"--output: {_STOPS['store_failed']}; {_AGAIN}") from None
+    except (StoreFull, StoreFailed) as error:
+        reason = "disk_full" if isinstance(error, StoreFull) else "store_failed"
+        raise Refused(f"--output: {_STOPS[reason]}; {_AGAIN}") from None
     except BakeStopped as stop:
         if stop.reason in _CLUSTER_STOPS:
             raise ServiceFailed(f"--cluster: {_CLUSTER_STOPS[stop.reason]}; {_AGAIN}") from None

@@ -32,7 +32,7 @@ FIRST_PARTS, MAX_PARTS, MAX_BYTES = 8, 400, 4 << 20
 RECORD_SECONDS = 1.0
 """Time after which new files are recorded, at the earliest."""
 
-STOP_SECONDS = 1.2
+STOP_SECONDS = 1.0
 """Time for which running batches may go on when a bake is stopped, so that few parts are lost."""
 
 RETRY_SECONDS, MAX_UNAVAILABLE = 5.0, 120.0

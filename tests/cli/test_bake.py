@@ -1,6 +1,7 @@
 """`surface bake`, and `surface mesh` into a folder: lists, flags, failures, exit codes."""
 
 import asyncio
+import errno
 import json
 import os
 import signal
@@ -20,6 +21,7 @@ from service.engine.options import MeshOptions
 from service.jobs.batch import run_batch
 from service.pipeline.mesh import render
 from service.storage.address import open_store
+from service.storage.backends import Bucket
 from service.storage.canonical import plan_content
 from service.surface.examples.catalogue import find
 
@@ -161,6 +163,20 @@ def test_a_folder_that_cannot_be_written_is_named(
     parts = write_list(tmp_path / "list.ndjson", SADDLE)
     assert main(["bake", parts, "-o", str(out)]) == 1
     assert "files cannot be written" in capsys.readouterr().err
+
+
+def test_a_full_disk_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    async def fail(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Bucket, "write", fail)
+    parts = write_list(tmp_path / "list.ndjson", SADDLE)
+    assert main(["bake", parts, "-o", str(tmp_path / "out")]) == 1
+    error = capsys.readouterr().err
+    assert "the disk is full; the same command goes on from here" in error
+    assert "0 made, 0 were there, 0 failed" in error
 
 
 def test_default_paths_name_the_format() -> None:
