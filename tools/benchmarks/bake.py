@@ -87,5 +87,7 @@ def run() -> bool:
         with tempfile.TemporaryDirectory() as folder:
             last = run_command(Path(folder), processes)
         rate, memory = PARTS / last.seconds, last.memory / 1e6
-        print(f"{processes:<12}{last.seconds:10.1f}{rate:10.0f}{last.processor:13.1f}{memory:11.0f}")
+        print(
+            f"{processes:<12}{last.seconds:10.1f}{rate:10.0f}{last.processor:13.1f}{memory:11.0f}"
+        )
     return last.seconds < MAX_SECONDS and last.memory < MAX_MEMORY
