@@ -7,8 +7,8 @@ from contextlib import suppress
 from threading import Condition, Thread
 from typing import Generic, TypeVar
 
-MAX_WAITING = 4 << 20
-"""Bytes of the list that may be read before they are taken."""
+MAX_TEXTS, MAX_BYTES = 1000, 4 << 20
+"""Texts of the list that may be read before they are taken, and their bytes."""
 
 Text = TypeVar("Text", bytes, str)
 
@@ -65,7 +65,7 @@ class ListReader(Generic[Text]):
         try:
             for text in self._texts:
                 with self._change:
-                    self._change.wait_for(lambda: self._size < MAX_WAITING or self._is_closed)
+                    self._change.wait_for(lambda: self._has_room() or self._is_closed)
                     if self._is_closed:
                         return
                     self._waiting.append(text)
@@ -78,6 +78,9 @@ class ListReader(Generic[Text]):
             with self._change:
                 self._is_read = True
                 self._tell()
+
+    def _has_room(self) -> bool:
+        return len(self._waiting) < MAX_TEXTS and self._size < MAX_BYTES
 
     def _tell(self) -> None:
         with suppress(RuntimeError):  # the event loop has been closed

@@ -212,13 +212,14 @@ def test_batches_take_about_a_second(tmp_path: Path, seconds: float, most: int) 
     assert all(task.seconds == baking.BATCH_SECONDS for task in tasks)
 
 
-def test_the_list_is_read_as_parts_are_taken(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("size", "most"), [(10, 5000), (100_000, 1000)])
+def test_the_list_is_read_as_parts_are_taken(tmp_path: Path, size: int, most: int) -> None:
     count = 0
 
     def read() -> Iterator[Entry]:
         nonlocal count
         for count in range(10_000):
-            yield Entry("", f"{count}", entry("").line, 100_000)
+            yield Entry("", f"{count}", entry("").line, size)
 
     async def hold(_: Task, result: BatchResult) -> BatchResult:
         await asyncio.Event().wait()
@@ -232,7 +233,7 @@ def test_the_list_is_read_as_parts_are_taken(tmp_path: Path) -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(baking, "STOP_SECONDS", 0.0)
         asyncio.run(run())
-    assert 0 < count < 1000
+    assert 0 < count < most
 
 
 def make_bake(folder: Path, answer: Callable[[Task, BatchResult], Any]) -> Bake:
