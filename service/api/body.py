@@ -92,7 +92,7 @@ class BodyRoute(APIRoute):
         fmt = self._choose_format(name, request)
         body = await read_body(request, headers, services, job, decoder)
         context = Context(services, job, request, fmt)
-        if decoder is None and self._makes_job(services, headers):
+        if b"prefer" in headers and decoder is None and self._makes_job(services, headers):
             parse_json = partial(parse_document, body, services.document_limits.max_depth)
             document = await job.parse(parse_json, is_long=is_long_body(body, None))
             return await accept_call(context, self.path, document)
@@ -200,7 +200,8 @@ async def read_body(
     ClientDisconnect
     """
     settings = services.settings
-    refuse_coding(headers)
+    if b"content-encoding" in headers:
+        refuse_coding(headers)
     max_bytes = settings.max_body_bytes
     if decoder is None:
         max_bytes = min(max_bytes, settings.max_json_bytes)

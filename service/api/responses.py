@@ -14,6 +14,7 @@ from service.api.caching.cached_response import RawHeaders
 from service.api.job import MAX_BUFFERED, Job
 from service.encoders.format import Content, FileFormat, SplitContent
 from service.engine.mesh.mesh import MeshReport
+from service.jobs.results import Result
 
 CHUNK = 1 << 19
 """Bytes handed to the server at a time: the server waits for a slow client after each chunk. Chunks
@@ -140,23 +141,17 @@ def bytes_response(content: bytes, job: Job, headers: Mapping[str, str] = HEADER
     return ChunkedResponse(content, 200, timed_headers, "application/json")
 
 
-def report_headers(report: MeshReport | None) -> RawHeaders:
-    """Counts and deviation bound of a mesh as headers: many formats cannot store a report."""
-    if report is None:
+def report_headers(report: MeshReport | Result | None) -> RawHeaders:
+    """Counts and deviation bound of a mesh as headers: many formats cannot store a report.
+
+    The result of a part of a job has them too, if it is a mesh.
+    """
+    if report is None or report.vertices is None or report.triangles is None:
         return ()
-    return count_headers(report.vertices, report.triangles, report.deviation_bound)
-
-
-def count_headers(
-    vertices: int | None, triangles: int | None, deviation_bound: float | None
-) -> RawHeaders:
-    """The headers of `report_headers`, without those whose value is None."""
-    values = (
-        (_VERTICES, vertices),
-        (_TRIANGLES, triangles),
-        (_BOUND, deviation_bound),
-    )
-    return tuple((name, repr(value).encode()) for name, value in values if value is not None)
+    counts = (_VERTICES, b"%d" % report.vertices), (_TRIANGLES, b"%d" % report.triangles)
+    if report.deviation_bound is None:
+        return counts
+    return (*counts, (_BOUND, repr(report.deviation_bound).encode()))
 
 
 def file_response(

@@ -28,6 +28,7 @@ from tools.hostile.requests import HOSTILE, NET, write_options
 PIECE_BYTES = 1 << 18
 TWO_TO_31 = 1 << 31
 GIBIBYTE = 1 << 30
+LINES = "application/x-ndjson"
 
 
 def _list_chunks(piece: bytes, times: int) -> Iterator[bytes]:
@@ -37,9 +38,9 @@ def _list_chunks(piece: bytes, times: int) -> Iterator[bytes]:
     yield b"0\r\n\r\n"
 
 
-def _list_gibibyte(media_type: str, piece: bytes) -> Iterator[bytes]:
+def _list_gibibyte(media_type: str, piece: bytes, url: str = "/v1/mesh") -> Iterator[bytes]:
     """The pieces of a request whose body of 1 GiB has no declared length."""
-    yield build_post_head("/v1/mesh", "Transfer-Encoding: chunked", media_type=media_type)
+    yield build_post_head(url, "Transfer-Encoding: chunked", media_type=media_type)
     yield from _list_chunks(piece, GIBIBYTE // PIECE_BYTES)
 
 
@@ -61,6 +62,18 @@ async def send_in_chunks(port: int) -> Counter[str]:
 
     first_responses = await send_requests(port, bodies(), together=1, seconds=6)
     return first_responses + await send_requests(port, repeat_requests(bodies), seconds=6)
+
+
+async def send_endless_lines(port: int) -> Counter[str]:
+    """Sends jobs of 1 GiB of lines: one line that does not end, empty lines, and false parts."""
+    part = b'{"path":"/v1/surfaces/saddle/mesh.glb?resolution=0"}\n'
+    texts = (b"[", b'"', b'{"path":"', b"\n", part)
+
+    def jobs() -> Iterator[Pieces]:
+        pieces = (text * (PIECE_BYTES // len(text)) for text in texts)
+        return (_list_gibibyte(LINES, piece, "/v1/jobs") for piece in pieces)
+
+    return await send_requests(port, repeat_requests(jobs), seconds=6)
 
 
 async def send_nested_brackets(port: int) -> Counter[str]:
@@ -224,6 +237,11 @@ BODIES = (
         "a body of 1 GB, in chunks",
         send_in_chunks,
         rf"413 body_too_large|422 (invalid_request|result_too_large)|{BUSY}",
+    ),
+    Attack(
+        "jobs of 1 GB of lines",
+        send_endless_lines,
+        rf"413 body_too_large|400 malformed_json|422 (invalid_request|result_too_large)|{BUSY}",
     ),
     Attack(
         "100 000 nested brackets",

@@ -40,9 +40,9 @@ from service.api.record import record_of
 from service.api.responses import (
     HEADERS,
     FileResponse,
-    count_headers,
     disposition,
     json_response,
+    report_headers,
 )
 from service.api.services import Context, ContextDep, context_of
 from service.errors import StoreFailed, SurfaceError
@@ -397,7 +397,7 @@ def _result_headers(file: Result, name: str) -> RawHeaders:
         (b"etag", f'"{file.sha256}"'.encode()),
         (b"cache-control", FOR_EVER.encode()),
         (b"x-content-type-options", b"nosniff"),
-        *count_headers(file.vertices, file.triangles, file.deviation_bound),
+        *report_headers(file),
     ]
     if file.media_type != "application/json":
         file_name = disposition("attachment", name or file.name, file.suffix)
