@@ -92,7 +92,7 @@ def files(folder: Path) -> dict[str, bytes]:
 
 
 def records(folder: Path) -> list[dict[str, Any]]:
-    paths = sorted((folder / FOLDER).iterdir())
+    paths = sorted((folder / FOLDER).glob("*"))
     return [orjson.loads(line) for path in paths for line in path.read_bytes().splitlines()]
 
 
@@ -271,17 +271,24 @@ def test_files_that_were_made_before_a_stop_are_recorded(tmp_path: Path) -> None
 
 @pytest.mark.parametrize("end", ["disk_full", WRONG_ENGINE])
 def test_a_bake_that_cannot_go_on_stops_and_can_be_continued(tmp_path: Path, end: str) -> None:
+    lost: list[str] = []  # one of each batch; the list may be read in several
+
     def fill(task: Task, result: BatchResult) -> BatchResult:
-        lost = [line["name"] for line in task.lines][-1]
-        (tmp_path / f"{lost}.off").unlink()
+        lost.append(task.lines[-1]["name"])
+        (tmp_path / f"{lost[-1]}.off").unlink()
         return BatchResult(result.records[:-1], end)
 
     entries = [entry(f"{k}") for k in range(4)]
     with pytest.raises(BakeStopped) as stop:
         bake(tmp_path, entries, fill)
     assert stop.value.reason == end
+    records_before = {each["name"] for each in records(tmp_path)}
+    assert not records_before & set(lost)
+    assert lost
     result, _ = bake(tmp_path, entries)
-    assert (result.counts.made, result.counts.found) == (1, 3)
+    assert files(tmp_path).keys() == {f"{k}.off" for k in range(4)}
+    assert result.counts.found == len(records_before)
+    assert result.counts.made == 4 - len(records_before)
 
 
 def test_files_on_the_disk_of_a_worker_are_noticed(tmp_path: Path) -> None:
