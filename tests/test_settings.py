@@ -364,6 +364,12 @@ def test_automatic_workers_fit_the_machine(
     assert count_workers(Settings(workers=0, memory_bytes=memory, store=store)) == expected
 
 
+def test_automatic_workers_have_ports_for_their_metrics(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("service.settings.workers.count_processors", lambda: 4)
+    settings = Settings(workers=0, memory_bytes=8 << 30, store="/data", metrics_port=65534)
+    assert count_workers(settings) == 2
+
+
 @pytest.mark.parametrize(
     ("settings", "needed"),
     [

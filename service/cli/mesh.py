@@ -13,7 +13,14 @@ from typing import TYPE_CHECKING, Any
 from service.cli.baking import Many, make_files
 from service.cli.documents import command_limits, parse_request, perform_document
 from service.cli.flags import Command, Flag, flag, option_texts, read_values
-from service.cli.output import check_output, choose_format, find_format, output_flags, perform
+from service.cli.output import (
+    check_output,
+    choose_format,
+    find_format,
+    output_flags,
+    perform,
+    printable,
+)
 from service.cli.refusals import Refused, UsageError
 from service.cli.source import (
     NET_FILES,
@@ -180,7 +187,7 @@ def _read_entry(
     from service.jobs.bake import Entry
     from service.schemas.query import values_from_text
 
-    place, name = arguments.source, Path(arguments.source).stem
+    place, name = printable(arguments.source), printable(Path(arguments.source).stem)
     try:
         document = drop_replaced(read_document(arguments), flag_values)
         # Files of control points are read as arrays, and the text of a part has lists.

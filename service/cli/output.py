@@ -137,6 +137,11 @@ def print_bytes(content: bytes) -> None:
         raise OSError(error.errno, error.strerror, "standard output") from None
 
 
+def printable(text: str) -> str:
+    """A name of a file, with escapes for characters that cannot be printed, or that control it."""
+    return text if text.isprintable() else ascii(text)[1:-1]
+
+
 def print_lines(lines: Iterable[str]) -> None:
     """Writes lines to standard output."""
     print_bytes("".join(f"{line}\n" for line in lines).encode())

@@ -6,7 +6,7 @@ import time
 from typing import TYPE_CHECKING
 
 from service.cli.flags import Command, CommandGroup, flag
-from service.cli.output import print_lines
+from service.cli.output import print_lines, printable
 from service.cli.refusals import OK, REFUSED, Refused, issue_line
 from service.errors import SurfaceError
 
@@ -57,7 +57,7 @@ def _verify(_: argparse.Namespace) -> int:
 
     store = open_store(read_environment().store, quota=0, create=False)
     result = asyncio.run(run())
-    print_lines(f"{key}: {fault}" for key, fault in result.faults.items())
+    print_lines(f"{printable(key)}: {fault}" for key, fault in result.faults.items())
     state = f"{len(result.faults)} of them faulty" if result.faults else "all are intact"
     print_lines([f"{result.objects} surfaces, {result.bytes / 1e6:.1f} MB: {state}"])
     return REFUSED if result.faults else OK

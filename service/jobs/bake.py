@@ -6,6 +6,7 @@ file that an earlier bake has recorded is not made again if it is still in the o
 """
 
 import asyncio
+import re
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
@@ -41,6 +42,9 @@ seconds after the last batch after which the bake gives up."""
 
 MAX_NAME = 200
 """The most bytes of a name: with its suffix it is a name of a file on all systems."""
+
+_RESERVED = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
+"""Names that are devices on Windows, with every suffix."""
 
 FILES_ELSEWHERE = "files_elsewhere"
 """Why a bake stops: files that were written are not in the output, but on the disk of a worker."""
@@ -232,7 +236,8 @@ class Bake:
         message = "The file of a part is named after the part."
         if not is_file_name(entry.name):
             needed = f"a name of a file, without its suffix: at most {MAX_NAME} bytes, no point at "
-            needed += 'either end, and none of the characters / \\ : * ? " < > |'
+            needed += 'either end, none of the characters / \\ : * ? " < > |, and no device of '
+            needed += "Windows, such as NUL"
             return InvalidRequest(Issue("invalid_name", message, "/name", "another text", needed))
         before = self.record.take_name(entry.name, entry.place)
         if before is None:
@@ -327,4 +332,5 @@ def is_file_name(name: str) -> bool:
         and 0 < len(name.encode()) <= MAX_NAME
         and not set(name) & set('/\\:*?"<>|')
         and name == name.strip(". ")
+        and not _RESERVED.fullmatch(name)
     )

@@ -25,6 +25,10 @@ from service.server.worker import END_RESERVE, PING_PAUSE, Worker
 from service.settings.values import Settings
 from service.settings.workers import share_settings
 
+RETRY_SECONDS = 5.0
+"""Seconds from the start of a worker that ended before it served until the next attempt: what it
+lacks, such as the folder of the store, may be back only after a while."""
+
 _log = logging.getLogger(__name__)
 
 
@@ -100,7 +104,10 @@ class Supervisor(Multiprocess):
     def handle_hup(self) -> None:
         """SIGHUP: replaces all workers, one by one."""
         _log.info("SIGHUP: replaces the %d workers one by one", len(self.processes))
-        self._to_replace = list(range(len(self.processes)))
+        # A process that is starting after an earlier SIGHUP has the sockets of its number.
+        first = [] if self._successor is None else [self._successor.number]
+        others = (number for number in range(len(self.processes)) if number not in first)
+        self._to_replace = [*first, *others]
 
     def handle_ttin(self) -> None:
         """SIGTTIN does nothing; uvicorn would start another worker, without a socket."""
@@ -123,7 +130,7 @@ class Supervisor(Multiprocess):
     def _replace_dead(self) -> None:
         """Starts a new process in place of one that has ended or hangs."""
         for number, worker in enumerate(self.processes):
-            if worker.answers():
+            if worker.answers() or (self.has_served and worker.has_just_failed(RETRY_SECONDS)):
                 continue
             has_ended = not worker.lives
             worker.kill()
@@ -143,6 +150,8 @@ class Supervisor(Multiprocess):
         """Notifies systemd when all workers serve for the first time."""
         if not self.has_served and all(worker.serves for worker in self.processes):
             self.has_served = True
+            # From now on a missing store is a lost one, which later workers must not make again.
+            self._settings = self._settings.model_copy(update={"store_create": False})
             notify("READY=1")
             _log.info("All %d workers serve", len(self.processes))
 

@@ -94,7 +94,8 @@ class Worker(Process):
         self.number, self._settings = number, settings
         self.serves = False
         self.must_end_by: float | None = None
-        self._asked_at, self._is_asked = time.monotonic() - PING_PAUSE, False
+        self._made_at = time.monotonic()
+        self._asked_at, self._is_asked = self._made_at - PING_PAUSE, False
 
     def __str__(self) -> str:
         return f"worker {self.number} (process {self.pid})"
@@ -103,6 +104,11 @@ class Worker(Process):
     def lives(self) -> bool:
         """Whether the process runs."""
         return self.process.is_alive()
+
+    def has_just_failed(self, seconds: float) -> bool:
+        """Whether the process has ended without having served, and was made within `seconds`."""
+        is_new = time.monotonic() - self._made_at < seconds
+        return is_new and not self.lives and not self.serves
 
     def answers(self) -> bool:
         """Whether the process runs and answers in time; asks it, and reads its answer.

@@ -26,11 +26,12 @@ def count_workers(settings: Settings) -> int:
         ports for their metrics.
     """
     is_in_memory = settings.store.startswith(IN_MEMORY)
+    ports = (1 << 16) - settings.metrics_port  # as many as there are from that number on
     if settings.workers == 0:
         if is_in_memory or sys.platform != "linux":
             return 1
         most = 2 * settings.memory_bytes // AUTOMATIC_BYTES
-        return max(1, min(count_processors(), MAX_AUTOMATIC, most))
+        return max(1, min(count_processors(), MAX_AUTOMATIC, most, ports))
     if settings.workers == 1:
         return 1
     most = max(1, 2 * settings.memory_bytes // (2 * MIN_MEMORY + PROCESS_BYTES))
@@ -41,7 +42,7 @@ def count_workers(settings: Settings) -> int:
         needed = f"1 with SURFACE_STORE={settings.store}: each worker would have another store"
     elif settings.workers > most:
         needed = f"at most {most} with SURFACE_MEMORY_BYTES={settings.memory_bytes}"
-    elif settings.metrics_port + settings.workers > 1 << 16:
+    elif settings.workers > ports:
         needed = f"fewer with SURFACE_METRICS_PORT={settings.metrics_port}"
     if needed:
         raise InvalidSettings(f"SURFACE_WORKERS: got {settings.workers}, needed {needed}.")

@@ -102,8 +102,8 @@ def _open_folder(path: Path, create: bool) -> Folder:
             f"{reason_of(error)}."
         ) from None
     raise InvalidSettings(
-        f"SURFACE_STORE: there is no store in {str(root)!r}, and SURFACE_STORE_CREATE is false. "
-        "Perhaps its disk is not mounted."
+        f"SURFACE_STORE: there is no store in {str(root)!r}, and none may be made now. Perhaps its "
+        "disk is not mounted."
     )
 
 

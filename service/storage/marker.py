@@ -10,7 +10,7 @@ import os
 import uuid
 from contextlib import suppress
 
-from service.storage.files import NEW_FILE
+from service.storage.files import NEW_FILE, sync_folder
 
 MARKER = ".surface-store"
 """The file's name. Its content is `{"store": 1, "id": "<uuid>"}`."""
@@ -78,7 +78,7 @@ def write_marker(root: int) -> str:
         finally:
             os.close(file)
         _name_exclusively(root, name)
-        os.fsync(root)
+        sync_folder(root, ".")
     finally:
         with suppress(FileNotFoundError):
             os.unlink(name, dir_fd=root)

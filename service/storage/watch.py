@@ -90,20 +90,21 @@ class Watch:
 
     @contextmanager
     def note_write(self) -> Iterator[None]:
-        """Notes by the outcome of the `with` block, a write, whether the store can be written."""
-        writes: Writes = "ready"
+        """Notes by the outcome of the `with` block, a write, whether the store can be written.
+
+        A write that is cancelled shows nothing.
+        """
         try:
             yield
         except Exception as error:
+            writes: Writes = "read_only" if is_read_only(error) else "unavailable"
             if is_disk_full(error):
                 writes = "full"
-            else:
-                writes = "read_only" if is_read_only(error) else "unavailable"
-            raise
-        finally:
-            if writes not in (self._writes, "ready"):
+            if writes != self._writes:
                 _log.warning("the store cannot be written: %s", writes)
             self._writes = writes
+            raise
+        self._writes = "ready"
 
     async def run(self) -> NoReturn:
         """Checks the store again and again, until cancelled."""

@@ -219,6 +219,12 @@ def test_mesh_lists_inputs_that_fail(tmp_path: Path, capsys: pytest.CaptureFixtu
         assert f"{name}.json" in line
         assert text in line
     assert names(tmp_path / "out") == ["a.glb"]
+    # The name of a file may be no text.
+    odd = os.fsdecode(os.fsencode(tmp_path) + b"/\xff.json")
+    if sys.platform == "linux":
+        Path(odd).write_text(json.dumps(NET), "utf-8")
+        assert main(["mesh", odd, sources[0], "-o", f"{tmp_path}/out/"]) == 1
+        assert "\\udcff.json" in capsys.readouterr().err
     # Every input gets the flag, so the flag is named for each.
     assert main(["mesh", sources[0], "-o", f"{tmp_path}/out/", "--resolution", "0"]) == 1
     assert "--resolution" in capsys.readouterr().err

@@ -1,5 +1,7 @@
 """`surface stored` lists, deletes and verifies stored surfaces."""
 
+import os
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,6 +13,7 @@ from service.api.guard.keys import SCOPES, format_entry, make_key
 from service.cli import stored
 from service.cli.main import main
 from service.settings.values import Settings
+from service.storage.address import open_store
 from tools.live import run_service
 
 KEY, WEAK_KEY = make_key(), make_key()
@@ -105,6 +108,20 @@ def test_verify_reports_its_progress(
     lines = capsys.readouterr().err.splitlines()
     assert [line.split()[0] for line in lines] == ["8", "10"]
     assert lines[-1].endswith(" MB/s, 0 faulty")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names of other systems are Unicode")
+def test_verify_names_foreign_files_with_any_name(
+    store: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    open_store(str(store), 0)
+    for name in (b"\xff", b"\x1b[31m"):
+        Path(os.fsdecode(os.fsencode(store / "surfaces") + b"/" + name)).touch()
+    monkeypatch.setenv("SURFACE_STORE", str(store))
+    assert main(["stored", "verify"]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    names = [line.partition(": ")[0] for line in lines[:-1]]
+    assert names == ["surfaces/\\x1b[31m", "surfaces/\\udcff"]
 
 
 def test_verify_makes_no_store(

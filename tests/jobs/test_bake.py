@@ -169,6 +169,7 @@ def test_names_are_unique_also_without_capitals(tmp_path: Path) -> None:
 
 
 UNSAFE = ("", ".", "..", ".hidden", "a/b", "../a", "a\\b", "a\nb", "a:b", "a.", " a", "x" * 201)
+UNSAFE += ("nul", "COM1.old")
 
 
 @pytest.mark.parametrize("name", UNSAFE, ids=ascii)

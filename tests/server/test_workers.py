@@ -16,6 +16,7 @@ import httpx
 import pytest
 
 from service.server.run import make_server
+from service.server.supervisor import Supervisor
 from service.server.worker import WorkerServer
 from service.settings.values import Settings
 from tests.server.test_draining import SlowApp, is_refused
@@ -271,6 +272,87 @@ def test_a_service_whose_workers_do_not_start_ends(tmp_path: Path) -> None:
     assert lines[-1].startswith("surface: cannot serve at 127.0.0.1")
     assert "does not start" in workers.log
     assert "Traceback" not in workers.log
+
+
+class StandIn:
+    """Stands in for a worker: a process that serves, or ends, when a test says so."""
+
+    must_end_by = None
+
+    def __init__(self, _: object, sockets: list[str], settings: Settings, number: int) -> None:
+        self.sockets, self.settings, self.number = sockets, settings, number
+        self.lives, self.serves, self.exitcode = True, False, 3
+        self.process = SimpleNamespace(join=lambda: None)
+        self.has_failed_just_now = False
+
+    def start(self) -> None:
+        """Does nothing: it runs."""
+
+    def answers(self) -> bool:
+        return self.lives
+
+    def kill(self) -> None:
+        self.lives = False
+
+    retire = kill
+
+    def has_just_failed(self, seconds: float) -> bool:
+        assert seconds > 0
+        return self.has_failed_just_now
+
+
+@pytest.fixture
+def supervisor(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """A supervisor of two stand-ins that serve."""
+    monkeypatch.setattr("signal.signal", lambda *_: None)
+    monkeypatch.setattr("service.server.supervisor.Worker", StandIn)
+    supervisor: Any = Supervisor(Settings(), [["socket 0"], ["socket 1"]])  # type: ignore[list-item]
+    supervisor.processes = [supervisor._start(number) for number in range(COUNT)]
+    for worker in supervisor.processes:
+        worker.serves = True
+    supervisor._check_start()
+    assert supervisor.has_served
+    return supervisor
+
+
+def replace_next(supervisor: Any) -> None:
+    """Lets a new worker start and serve, and the old one end."""
+    supervisor._replace_next()
+    supervisor._successor.serves = True
+    supervisor._replace_next()
+    supervisor._end_retired()
+
+
+def test_each_socket_has_a_worker_after_a_hangup_during_another(supervisor: Any) -> None:
+    supervisor.handle_hup()
+    replace_next(supervisor)
+    supervisor._replace_next()  # the second worker's successor starts
+    supervisor.handle_hup()
+    old_workers = list(supervisor.processes)
+    while supervisor._to_replace:
+        replace_next(supervisor)
+    assert [worker.sockets for worker in supervisor.processes] == [["socket 0"], ["socket 1"]]
+    assert not set(supervisor.processes) & set(old_workers)
+
+
+def test_a_worker_that_is_replaced_makes_no_new_store(supervisor: Any) -> None:
+    assert supervisor.processes[0].settings.store_create
+    supervisor.processes[0].kill()
+    supervisor._replace_dead()
+    new_worker = supervisor.processes[0]
+    assert new_worker.lives
+    assert not new_worker.settings.store_create
+
+
+def test_a_worker_that_ended_before_it_served_is_replaced_after_a_while(supervisor: Any) -> None:
+    worker = supervisor.processes[1]
+    worker.has_failed_just_now = True
+    worker.kill()
+    supervisor._replace_dead()
+    assert supervisor.processes[1] is worker
+    worker.has_failed_just_now = False
+    supervisor._replace_dead()
+    assert supervisor.processes[1].lives
 
 
 def test_a_retiring_worker_closes_its_listener_first_and_its_connections_after_a_response() -> None:

@@ -5,6 +5,7 @@ import errno
 import json
 import os
 import shutil
+import stat
 from collections.abc import Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -83,12 +84,27 @@ def test_a_file_system_without_links_gets_a_marker(
     assert read_id(tmp_path) == id
 
 
+def test_a_file_system_that_cannot_sync_folders_gets_a_marker(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sync = os.fsync
+
+    def refuse_folders(file: int) -> None:
+        if stat.S_ISDIR(os.fstat(file).st_mode):
+            raise OSError(errno.EINVAL, os.strerror(errno.EINVAL))
+        sync(file)
+
+    monkeypatch.setattr(os, "fsync", refuse_folders)
+    open_test_store("folder", tmp_path)
+    assert read_id(tmp_path)
+
+
 @pytest.mark.parametrize("is_there", [True, False], ids=["empty", "missing"])
 def test_a_store_is_not_made_if_the_operator_forbids_it(tmp_path: Path, is_there: bool) -> None:
     root = tmp_path / "store"
     if is_there:
         root.mkdir()
-    with pytest.raises(InvalidSettings, match="SURFACE_STORE_CREATE is false"):
+    with pytest.raises(InvalidSettings, match="and none may be made now"):
         open_store(str(root), 0, create=False)
     assert list(tmp_path.rglob("*")) == [root] * is_there
     open_store(str(root), 0)

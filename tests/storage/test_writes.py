@@ -109,6 +109,29 @@ async def test_a_write_that_fails_shows_it_before_the_next_test_of_writing(
     assert read_state(store) == "read_only"
 
 
+async def test_a_write_that_is_cancelled_does_not_show_that_the_store_can_be_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store = open_test_store("folder", tmp_path)
+    assert await store.is_ready()
+    make_read_only(monkeypatch)
+    with pytest.raises(StoreFailed):
+        await put(store, CONTENT)
+    has_begun = asyncio.Event()
+
+    async def hang(*_: object, **__: object) -> None:
+        has_begun.set()
+        await asyncio.Event().wait()
+
+    monkeypatch.setattr(store.backend, "write", hang)
+    writing = asyncio.create_task(put(store, CONTENT))
+    await has_begun.wait()
+    writing.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await writing
+    assert read_state(store) == "read_only"
+
+
 async def test_a_store_whose_quota_is_used_up_is_full(tmp_path: Path) -> None:
     store = open_test_store("folder", tmp_path, quota=2 * FULL_BYTES)
     assert await store.is_ready()
