@@ -10,7 +10,7 @@ from typing import Any
 
 from service.cancellation import OutOfTime
 from service.errors import Issue, PartCrashed, SurfaceError
-from service.jobs.batch import DONE, FAILED, BatchResult, Task, read_result
+from service.jobs.batch import DONE, FAILED, BatchResult, Line, Task, read_result
 from service.jobs.engine import Engine, EngineLost
 from service.jobs.results import write_error
 
@@ -37,11 +37,12 @@ async def run_task(engine: Engine, task: Task) -> BatchResult:
             continue
         except TimeoutError:
             if len(task.lines) == 1:
-                return _failure(task, OutOfTime())
+                return BatchResult((failed_record(task.lines[0], OutOfTime()),))
             break
     if len(task.lines) == 1:
         message = "The process that computed the part has died each time that it was tried."
-        return _failure(task, PartCrashed(Issue("part_crashed", message)))
+        error = PartCrashed(Issue("part_crashed", message))
+        return BatchResult((failed_record(task.lines[0], error),))
     return await run_one_by_one(engine, task)
 
 
@@ -56,8 +57,7 @@ async def run_one_by_one(engine: Engine, task: Task) -> BatchResult:
     return BatchResult(tuple(records))
 
 
-def _failure(task: Task, error: SurfaceError) -> BatchResult:
-    """The result of a task of one part that has failed."""
-    line = task.lines[0]
+def failed_record(line: Line, error: SurfaceError) -> dict[str, Any]:
+    """The record of a part that has failed outside its process."""
     about = {"part": line["part"], "id": line.get("id", ""), "state": FAILED, "seconds": 0.0}
-    return BatchResult(({**about, "error": write_error(error)},))
+    return {**about, "error": write_error(error)}

@@ -1,9 +1,8 @@
 """Gives batches of jobs to the engine, in turn between callers.
 
 The caller that has used the fewest seconds is served first (`service.fair`); requests in threads
-are charged to the same accounts. If a batch cannot run, because the disk is full, say, all batches
-wait for 10 s, and then the work goes on with one after another; the states of all jobs name the
-reason.
+are charged to the same accounts. If a batch cannot run, because the disk is full, say, no batch
+begins for 10 s; the states of all jobs name the reason until a batch has ended.
 """
 
 import asyncio
@@ -11,10 +10,12 @@ import logging
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from contextlib import AbstractAsyncContextManager, suppress
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any
 
 from service.errors import (
     DamagedObject,
+    Issue,
     JobQuotaFull,
     StoreFailed,
     StoreFull,
@@ -22,7 +23,7 @@ from service.errors import (
 )
 from service.fair.accounts import Accounts
 from service.fair.queue import FairQueue
-from service.jobs.attempts import run_task
+from service.jobs.attempts import failed_record, run_task
 from service.jobs.batch import CANCELLED, DONE, STORE_FAILED, SUCCEEDED, Task
 from service.jobs.engine import Engine, EngineUnavailable
 from service.jobs.files import JobFiles
@@ -93,7 +94,7 @@ class Dispatcher:
         self._reserve = reserve
         self._usage = usage
         self._task = task
-        self._queue: FairQueue[tuple[OpenJob, int]] = FairQueue(accounts)
+        self._queue: FairQueue[OpenJob] = FairQueue(accounts)
         self._tasks: dict[tuple[OpenJob, int], asyncio.Task[None]] = {}
         self._is_paused = False
         self._is_closed = False
@@ -104,17 +105,17 @@ class Dispatcher:
         return self._queue.busy_count
 
     def add(self, job: OpenJob) -> None:
-        """Lets the missing batches of a job wait for their turn, unless it is cancelled."""
-        for number in () if job.is_cancelled else job.missing():
-            job.waiting.add(number)
-            self._queue.add(job.caller, (job, number))
+        """Lets a job wait for its turn if batches are missing, unless it is cancelled."""
+        if job.has_missing and not (job.is_cancelled or job.is_queued):
+            job.is_queued = True
+            self._queue.add(job.caller, job)
         self.start_queued()
 
     def take_out(self, job: OpenJob) -> None:
-        """Lets no batch of a job wait any more; those that run, run on."""
-        for number in job.waiting:
-            self._queue.remove(job.caller, (job, number))
-        job.waiting.clear()
+        """Lets a job wait no more; its batches that run, run on."""
+        if job.is_queued:
+            job.is_queued = False
+            self._queue.remove(job.caller, job)
 
     def cancel(self, job: OpenJob) -> None:
         """Ends the batches of a cancelled job, by force those that do not end themselves."""
@@ -142,14 +143,13 @@ class Dispatcher:
         for caller in self._queue.in_turn():
             if not self._may_compute(caller):
                 continue
-            entry = self._queue.first(caller)
-            self._queue.remove(caller, entry)
+            job = self._queue.first(caller)
+            number = job.begin_next()
             self._queue.take_thread(caller)
-            job, number = entry
-            job.waiting.discard(number)
-            job.begin(number)
+            if not job.has_missing:
+                self.take_out(job)
             task = asyncio.get_running_loop().create_task(self._run(job, number, caller))
-            self._tasks[entry] = task
+            self._tasks[job, number] = task
             return True
         return False
 
@@ -176,10 +176,11 @@ class Dispatcher:
         finally:
             self.seconds += asyncio.get_running_loop().time() - start
             del self._tasks[job, number]
-            job.running.discard(number)
+            if number in job.running:
+                job.stop(number)
             self._queue.return_thread(caller)
             if not self._is_closed:
-                self.add(job)  # the batch itself, if it has not ended
+                self.add(job)
                 self.on_change(job)
                 self.start_queued()
 
@@ -190,7 +191,10 @@ class Dispatcher:
         content = await self._files.read(intake_key(folder, number))
         if content is None:
             _log.error("the parts of the batch %d of the job %s are gone", number, job.id)
-            raise DamagedObject
+            parts = range(batch.first, batch.first + batch.parts)
+            lost = DamagedObject(Issue("damaged_object", "The request of the part is lost."))
+            await self._keep(job, number, [failed_record({"part": part}, lost) for part in parts])
+            return DONE
         lines = await asyncio.to_thread(read_lines, content)
         if self.surfaces is not None:
             await self._copy_surfaces(lines, self.surfaces)
@@ -199,9 +203,7 @@ class Dispatcher:
             result = await run_task(self._engine, task)
         if result.end == DONE:
             names = {line["part"]: line["name"] for line in lines if "name" in line}
-            content = write_records(result.records, names)
-            await self._files.write(results_key(job.id, number), content)
-            self._count(job, number, result.records, len(content))
+            await self._keep(job, number, result.records, names)
         return result.end
 
     async def _copy_surfaces(self, lines: Sequence[Mapping[str, Any]], store: SurfaceStore) -> None:
@@ -210,12 +212,18 @@ class Dispatcher:
             with suppress(UnknownSurface, DamagedObject):  # the part fails with this error
                 await self._files.write(key_of(id), await store.get(id))
 
-    def _count(
-        self, job: OpenJob, number: int, records: Sequence[Mapping[str, Any]], size: int
+    async def _keep(
+        self,
+        job: OpenJob,
+        number: int,
+        records: Sequence[Mapping[str, Any]],
+        names: Mapping[int, str] = MappingProxyType({}),
     ) -> None:
-        """Counts a batch whose `size` bytes of records are kept."""
+        """Stores the records of a batch, and counts it as ended; `names` as in `write_records`."""
+        content = write_records(records, names)
+        await self._files.write(results_key(job.id, number), content)
         succeeded = [record for record in records if record["state"] == SUCCEEDED]
-        self._usage.add(size + sum(record["bytes"] for record in succeeded))
+        self._usage.add(len(content) + sum(record["bytes"] for record in succeeded))
         counts = len(succeeded), len(records) - len(succeeded)
         for outcome, count in zip(self.parts, counts, strict=True):
             self.parts[outcome] += count
@@ -242,7 +250,6 @@ def _cancel_if_cancelled(job: OpenJob, task: asyncio.Task[None]) -> None:
 _REASONS: dict[type[Exception], str] = {
     StoreFull: "disk_full",
     StoreFailed: STORE_FAILED,
-    DamagedObject: "damaged_object",
     JobQuotaFull: "job_quota_full",
 }
 

@@ -42,6 +42,7 @@ class PartWriter:
         self._max_parts = max_parts
         self._open: list[CheckedPart] = []
         self._open_seconds = self._open_bytes = 0.0
+        self._written = 0
         self._hash = sha256()
 
     async def add(self, checked: Sequence[CheckedPart]) -> None:
@@ -68,7 +69,9 @@ class PartWriter:
 
     async def delete(self) -> None:
         """Removes all that was written."""
+        written, self._written = self._written, 0
         await self._files.delete_all(f"{INTAKE}/{self.folder}")
+        self._usage.add(-written)
 
     async def finish(self) -> str:
         """Writes the last batch; returns the id of the job, the hash of the ids of its parts."""
@@ -93,6 +96,7 @@ class PartWriter:
         await self._files.write(key, content, durable=True)
         self.batches.append(Batch(first, len(self._open), memory))
         self._usage.add(len(content))
+        self._written += len(content)
         self._open.clear()
         self._open_seconds = self._open_bytes = 0.0
 

@@ -3,6 +3,7 @@
 import asyncio
 import logging
 from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from datetime import UTC, datetime
 from types import TracebackType
@@ -228,7 +229,7 @@ class Intake:
         self._caller = caller
         self._parts = parts
         self._work = work
-        self._is_finished = False
+        self._accepting: asyncio.Task[tuple[JobState, bool]] | None = None
 
     async def __aenter__(self) -> Self:
         await self._check
@@ -240,7 +241,11 @@ class Intake:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        if not self._is_finished:
+        with suppress(SurfaceError):  # this block, or `finish`, raises its own error
+            if self._accepting is not None:
+                await asyncio.shield(self._accepting)
+                return
+        with suppress(SurfaceError):
             await asyncio.shield(self._parts.delete())
 
     async def add(self, checked: Sequence[CheckedPart]) -> None:
@@ -253,11 +258,13 @@ class Intake:
         await self._parts.add(checked)
 
     async def finish(self) -> tuple[JobState, bool]:
-        """Accepts the job: from now on nothing loses it. Returns whether it is new."""
+        """Accepts the job: from now on nothing loses it. Returns whether it is new.
+
+        If this is cancelled, the job is accepted all the same.
+        """
         id = await self._parts.finish()
-        result = await self._work.accept(id, self._caller, self._parts)
-        self._is_finished = True
-        return result
+        self._accepting = asyncio.create_task(self._work.accept(id, self._caller, self._parts))
+        return await asyncio.shield(self._accepting)
 
 
 async def _repeat(action: Callable[[], Awaitable[None]], pause: float) -> None:

@@ -1,7 +1,7 @@
 """The manifest of a job: which parts it has, and in which batches they are computed."""
 
 from bisect import bisect_right
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from datetime import datetime
 from typing import NamedTuple
 
@@ -63,7 +63,14 @@ class Manifest:
     def encode(self) -> bytes:
         """The manifest as JSON, for the store."""
         return orjson.dumps(
-            {"job": FORM} | asdict(self) | {"batches": list(map(list, self.batches))}
+            {
+                "job": FORM,
+                "id": self.id,
+                "engine": self.engine,
+                "created": self.created,
+                "folder": self.folder,
+                "batches": list(map(list, self.batches)),
+            }
         )
 
 
@@ -75,5 +82,5 @@ def decode_manifest(content: bytes) -> Manifest:
         values["engine"],
         datetime.fromisoformat(values["created"]),
         values["folder"],
-        tuple(Batch(*batch) for batch in values["batches"]),
+        tuple(map(Batch._make, values["batches"])),
     )

@@ -46,13 +46,15 @@ class OpenJob:
         Seconds for which its results are kept.
     askers : list of str
         Those who wait for it, in the order in which they came. Its work counts for the first.
-    done : dict
-        For each batch that has ended, how many of its parts have succeeded, and failed.
-    waiting, running : set of int
-        The batches that wait for a process, and those that run.
-    started, ended : datetime or None
+    done, running : set of int
+        The batches that have ended, and those that run.
+    succeeded, failed : int
+        The parts of the batches that have ended.
+    started : datetime or None
     is_cancelled : bool
         Whether nobody waits for it; it ends when no batch runs.
+    is_queued : bool
+        Whether it waits for its turn.
     is_ending : bool
         Whether its end is being stored.
     is_saved : bool
@@ -62,15 +64,19 @@ class OpenJob:
     manifest: Manifest
     lifetime: float
     askers: list[str]
-    done: dict[int, tuple[int, int]] = field(default_factory=dict)
-    waiting: set[int] = field(default_factory=set)
+    done: set[int] = field(default_factory=set)
     running: set[int] = field(default_factory=set)
+    succeeded: int = 0
+    failed: int = 0
     started: datetime | None = None
-    ended: datetime | None = None
     is_cancelled: bool = False
+    is_queued: bool = False
     is_ending: bool = False
     is_saved: bool = False
     rate: Rate = field(default_factory=Rate)
+    # The batches from this number on have not run yet; those before it that have to run again.
+    _next: int = 0
+    _again: list[int] = field(default_factory=list)
 
     @property
     def id(self) -> str:
@@ -82,11 +88,10 @@ class OpenJob:
         """The one whose turn its batches take."""
         return self.askers[0]
 
-    def missing(self) -> list[int]:
-        """The batches that have not ended, do not run, and do not wait yet."""
-        numbers = range(len(self.manifest.batches))
-        others = self.done.keys() | self.waiting | self.running
-        return [number for number in numbers if number not in others]
+    @property
+    def has_missing(self) -> bool:
+        """Whether batches have neither ended nor run now."""
+        return len(self.done) + len(self.running) < len(self.manifest.batches)
 
     @property
     def is_over(self) -> bool:
@@ -94,53 +99,70 @@ class OpenJob:
         is_done = len(self.done) == len(self.manifest.batches)
         return not self.running and (is_done or self.is_cancelled)
 
-    def begin(self, number: int) -> None:
-        """A batch begins to run."""
+    def begin_next(self) -> int:
+        """Begins to run a missing batch; returns its number."""
         if self.started is None:
             self.started = datetime.now(UTC)
         if not self.running:
             self.rate.add(0)
+        if self._again:
+            number = self._again.pop()
+        else:
+            while self._next in self.done:
+                self._next += 1
+            number = self._next
+            self._next += 1
         self.running.add(number)
         self.is_saved = False
+        return number
+
+    def stop(self, number: int) -> None:
+        """A batch has stopped before it has ended, and has to run again."""
+        self.running.discard(number)
+        self._again.append(number)
 
     def end(self, number: int, succeeded: int, failed: int) -> None:
         """A batch has ended, with a record of each part."""
-        self.done[number] = succeeded, failed
+        self.running.discard(number)
+        self.count(number, succeeded, failed)
         self.rate.add(succeeded + failed)
         self.is_saved = False
 
-    def state(self, waiting_for: str = "") -> JobState:
-        """The state of the job; `waiting_for` as there."""
+    def count(self, number: int, succeeded: int, failed: int) -> None:
+        """Counts a batch that has ended."""
+        self.done.add(number)
+        self.succeeded += succeeded
+        self.failed += failed
+
+    def state(self, waiting_for: str = "", ended: datetime | None = None) -> JobState:
+        """The state of the job, or that at its end; `waiting_for` as there."""
         manifest = self.manifest
-        succeeded = sum(done[0] for done in self.done.values())
-        failed = sum(done[1] for done in self.done.values())
         running = sum(manifest.batches[number].parts for number in self.running)
-        rest = manifest.total - succeeded - failed
-        name = self._state_name(failed)
-        rate = 0.0 if self.ended else round(self.rate.per_second(), 3)
+        rest = manifest.total - self.succeeded - self.failed
+        rate = 0.0 if ended else round(self.rate.per_second(), 3)
         return JobState(
             id=self.id,
-            state=name,
+            state=self._state_name(ended),
             engine=manifest.engine,
             total=manifest.total,
             queued=rest - running,
             running=running,
-            succeeded=succeeded,
-            failed=failed,
+            succeeded=self.succeeded,
+            failed=self.failed,
             created=manifest.created,
             started=self.started,
-            ended=self.ended,
-            expires=(self.ended or manifest.created) + timedelta(seconds=self.lifetime),
+            ended=ended,
+            expires=(ended or manifest.created) + timedelta(seconds=self.lifetime),
             rate=rate,
             seconds_left=None if self.is_cancelled else seconds_left(rest, rate),
-            waiting_for="" if self.ended else waiting_for,
+            waiting_for="" if ended else waiting_for,
         )
 
-    def _state_name(self, failed: int) -> StateName:
+    def _state_name(self, ended: datetime | None) -> StateName:
         if len(self.done) == len(self.manifest.batches):
-            if self.ended is None:
+            if ended is None:
                 return "running"  # until the store has the end
-            return "failed" if failed else "succeeded"
+            return "failed" if self.failed else "succeeded"
         if self.is_cancelled:
             return "cancelled"
         return "running" if self.started else "queued"

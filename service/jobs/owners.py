@@ -72,10 +72,10 @@ class Owners:
         self._is_alive = True
 
     async def take(self, job: str) -> None:
-        """Makes this instance the owner of a job."""
+        """Makes this instance the owner of a job; is on the disk when this returns."""
         if not self._is_alive:
             await self.beat()
-        await self._files.write(owner_key(job), self.instance.encode("ascii"))
+        await self._files.write(owner_key(job), self.instance.encode("ascii"), durable=True)
 
     async def release(self, job: str) -> None:
         """Leaves a job without an owner, because it has ended."""
@@ -85,7 +85,7 @@ class Owners:
     async def owner_of(self, job: str) -> str | None:
         """The instance that works on a job, as of now; None if none does."""
         content = await self._files.read(owner_key(job))
-        return None if content is None else content.decode("ascii")
+        return None if content is None else content.decode("ascii", "replace")
 
     async def leave(self) -> None:
         """Removes the sign of life, so that others take over the jobs of this instance at once."""
@@ -123,8 +123,8 @@ class Owners:
             known = self._owners.get(job)
             if known is not None and known[0] == entry.modified:
                 owners[job] = known
-            elif content := await self._files.read(entry.key):
-                owners[job] = entry.modified, content.decode("ascii")
+            elif (content := await self._files.read(entry.key)) is not None:
+                owners[job] = entry.modified, content.decode("ascii", "replace")
         self._owners = owners
 
     async def _read_signs(self) -> None:
@@ -135,8 +135,9 @@ class Owners:
             sighting = self._sightings.get(instance)
             if sighting is None or sighting.modified != entry.modified:
                 sighting = _Sighting(entry.modified, now, False)
-            if instance != self.instance and (content := await self._files.read(entry.key)):
-                sighting.is_dead_here = _is_dead_here(content)
+            if instance != self.instance:
+                content = await self._files.read(entry.key)
+                sighting.is_dead_here = content is not None and _is_dead_here(content)
             sightings[instance] = sighting
         self._sightings = sightings
 
@@ -147,7 +148,10 @@ def _is_dead_here(sign: bytes) -> bool:
     A process that has the same number, but started at another time, is another one: in a container
     that is started again, the service mostly has the number 1.
     """
-    content = orjson.loads(sign)
+    try:
+        content = orjson.loads(sign)
+    except ValueError:  # damaged by a power failure, which has ended its process
+        return True
     if content["host"] != socket.gethostname():
         return False
     with suppress(PermissionError):

@@ -75,8 +75,8 @@ class _Process:
     async def run(self, work: Callable[[bytes], bytes], task: bytes) -> bytes:
         if self._idle is not None:
             self._idle.cancel()
-        pool = self._pool or await self._start()
         try:
+            pool = self._pool or await self._start()
             result = await asyncio.wrap_future(pool.submit(work, task))
         except BrokenProcessPool:
             await self.kill()

@@ -39,7 +39,7 @@ class JobReader:
     async def manifest(self, id: str) -> Manifest | None:
         """The manifest of a job; None if there is none, or the results have expired."""
         content = await self._files.read(manifest_key(id))
-        return None if content is None else decode_manifest(content)
+        return None if content is None else await asyncio.to_thread(decode_manifest, content)
 
     async def state(self, id: str) -> JobState:
         """The state of a job, as its owner last stored it.
@@ -48,11 +48,12 @@ class JobReader:
         ------
         UnknownJob
         """
-        content = await self._files.read(state_key(id)) if is_id(id) else None
-        if content is not None:
-            state = decode_state(content)
-        else:
-            manifest = await self.manifest(id) if is_id(id) else None
+        if not is_id(id):
+            raise unknown_job()
+        content = await self._files.read(state_key(id))
+        state = None if content is None else decode_state(content)
+        if state is None:
+            manifest = await self.manifest(id)
             if manifest is None:
                 raise unknown_job()
             state = queued_state(manifest, self.lifetime)
@@ -91,7 +92,7 @@ class JobReader:
         if not 0 <= part < manifest.total:
             raise unknown_result("The job has no part of this index.")
         number = manifest.batch_of(part)
-        records = await self.records(manifest.id, number) or []
+        records = await self.records(manifest, number) or []
         record = next((record for record in records if record["part"] == part), None)
         if record is None:
             raise unknown_result("This part has no result yet.")
@@ -101,22 +102,29 @@ class JobReader:
         try:
             if stored is None:
                 raise DamagedObject
-            return read_object(stored)
+            return await asyncio.to_thread(read_object, stored)
         except DamagedObject:
             await self._files.delete(part_key(record["id"]))
             await self._files.delete(results_key(manifest.id, number))
             raise
 
-    async def records(self, id: str, batch: int) -> list[dict[str, Any]] | None:
-        """The records of a batch, in the order of the parts; None if it has not ended."""
-        content = await self._files.read(results_key(id, batch))
-        if content is None:
+    async def records(self, manifest: Manifest, number: int) -> list[dict[str, Any]] | None:
+        """The records of a batch, in the order of the parts.
+
+        None if the batch has not ended, or if a power failure has damaged its records.
+        """
+        content = await self._files.read(results_key(manifest.id, number))
+        try:
+            records = read_lines(content or b"")
+        except ValueError:
             return None
-        return sorted(read_lines(content), key=lambda record: int(record["part"]))
+        if len(records) != manifest.batches[number].parts:
+            return None
+        return sorted(records, key=lambda record: int(record["part"]))
 
     async def _batch(self, manifest: Manifest, number: int, pending: StateName) -> list[PartResult]:
         """The parts of a batch; `pending` is their state if it has not ended."""
-        records = await self.records(manifest.id, number)
+        records = await self.records(manifest, number)
         if records is not None:
             return [read_record(record) for record in records]
         content = await self._files.read(intake_key(manifest.folder, number)) or b""

@@ -69,9 +69,12 @@ class JobState:
 _TIMES = ("created", "started", "ended", "expires")
 
 
-def decode_state(content: bytes) -> JobState:
-    """The state that `JobState.encode` wrote."""
-    values: dict[str, Any] = orjson.loads(content)
+def decode_state(content: bytes) -> JobState | None:
+    """The state that `JobState.encode` wrote; None if a power failure has damaged it."""
+    try:
+        values: dict[str, Any] = orjson.loads(content)
+    except ValueError:
+        return None
     times = {name: values[name] and datetime.fromisoformat(values[name]) for name in _TIMES}
     return JobState(**values | times)
 

@@ -6,6 +6,7 @@ batches that it ran, and another one goes on with its jobs.
 
 import asyncio
 import logging
+from contextlib import suppress
 from datetime import UTC, datetime, timedelta
 from weakref import WeakValueDictionary
 
@@ -67,12 +68,7 @@ class Work:
                 await parts.delete()
                 return await self._join(manifest, caller), False
             manifest = Manifest(id, ENGINE, datetime.now(UTC), parts.folder, tuple(parts.batches))
-            # The owner before the manifest: no job is without an owner. The manifest last: with it,
-            # the job is accepted.
-            await self._owners.take(id)
-            await self._files.delete_all(f"{JOBS}/{id}/results")  # of one that has expired
-            await self._askers.add(id, caller)
-            await self._files.write(manifest_key(id), manifest.encode(), durable=True)
+            await self._store_manifest(manifest, caller)
             return await self._begin(OpenJob(manifest, self._reader.lifetime, [caller])), True
 
     async def withdraw(self, id: str, caller: str) -> None:
@@ -102,22 +98,44 @@ class Work:
         """Stores the states of jobs that have changed, and looks for withdrawals elsewhere."""
         self._dispatcher.start_queued()
         for job in tuple(self.open.values()):
-            if not job.is_saved:
-                await self._save_state(job)
-            is_active = job.running and not job.is_cancelled
-            if is_active and await self._files.has(cancelled_key(job.id)):
-                await self._check_askers(job)
+            async with self._lock(job.id):  # so that this state does not replace that of the end
+                if self.open.get(job.id) is not job:
+                    continue
+                if not job.is_saved:
+                    await self._save_state(job)
+                is_active = job.running and not job.is_cancelled
+                if is_active and await self._files.has(cancelled_key(job.id)):
+                    await self._update_askers(job.id)
             self._end_if_over(job)
 
     async def close(self) -> None:
         """Ends all batches, and leaves the jobs to other instances."""
         await self._dispatcher.close()
+        await asyncio.gather(*self._ending, return_exceptions=True)
         try:
-            for job in self.open.values():
+            for job in tuple(self.open.values()):
                 await self._save_state(job)
             await self._owners.leave()
         except SurfaceError:
             _log.warning("jobs are left to other instances, which wait a minute before they go on")
+
+    async def _store_manifest(self, manifest: Manifest, caller: str) -> None:
+        """Stores what makes a job accepted; if that fails, there is no job."""
+        id = manifest.id
+        try:
+            # The owner before the manifest: no job is without an owner. The manifest last: with it,
+            # the job is accepted.
+            await self._owners.take(id)
+            # What may be left of one that has expired.
+            await self._files.delete_all(f"{JOBS}/{id}/results")
+            await self._askers.unmark_cancelled(id)
+            await self._askers.add(id, caller)
+            await self._files.write(manifest_key(id), manifest.encode(), durable=True)
+        except SurfaceError:
+            await self._files.delete(manifest_key(id))  # the store may have it all the same
+            await self._askers.remove(id, caller)
+            await self._owners.release(id)
+            raise
 
     async def _join(self, manifest: Manifest, caller: str) -> JobState:
         """Lets a caller wait for a job that the store has; queues what is missing."""
@@ -177,17 +195,21 @@ class Work:
         id = manifest.id
         job = OpenJob(manifest, self._reader.lifetime, await self._askers.of(id))
         for name in await self._files.names(f"{JOBS}/{id}/results"):
-            records = await self._reader.records(id, int(name)) or []
+            number = int(name)
+            records = await self._reader.records(manifest, number)
+            if records is None:
+                continue
             failed = sum(record["state"] == "failed" for record in records)
             if is_old or (again and failed):
-                await self._files.delete(results_key(id, int(name)))
+                await self._files.delete(results_key(id, number))
             else:
-                job.done[int(name)] = len(records) - failed, failed
+                job.count(number, len(records) - failed, failed)
         return job
 
     async def _begin(self, job: OpenJob) -> JobState:
         self.open[job.id] = job
-        await self._save_state(job)
+        with suppress(SurfaceError):  # `save` tries again
+            await self._save_state(job)
         self._dispatcher.add(job)
         return job.state(self._dispatcher.waiting_for)
 
@@ -222,7 +244,7 @@ class Work:
             self._dispatcher.cancel(job)
             self._on_change(job)
             return
-        if askers[0] != job.caller:
+        if askers[:1] != job.askers[:1]:
             self._dispatcher.take_out(job)
         job.askers, job.is_cancelled = askers, False
         self._dispatcher.add(job)
@@ -243,14 +265,15 @@ class Work:
         """Stores the end of a job, and forgets the job; if the store fails, `save` tries again."""
         try:
             async with self._lock(job.id):
-                if not job.is_over:  # somebody has asked for it again
+                # Somebody has asked for it again, or another instance has taken it over.
+                if not job.is_over or self.open.get(job.id) is not job:
                     return
-                job.ended = datetime.now(UTC)
-                await self._files.write(state_key(job.id), job.state().encode(), durable=True)
-                del self.open[job.id]
+                state = job.state(ended=datetime.now(UTC))
+                await self._files.write(state_key(job.id), state.encode(), durable=True)
+                self.open.pop(job.id, None)
                 await self._owners.release(job.id)
         except SurfaceError:
-            job.ended = None
+            pass  # `translate_errors` has logged it
         finally:
             job.is_ending = False
 

@@ -44,6 +44,7 @@ async def list_names(backend: Bucket) -> set[str]:
 async def expire(backend: Backend, id: str, seconds: float) -> None:
     """Lets a job end `seconds` earlier."""
     state = decode_state(await backend.read(state_key(id)))
+    assert state is not None
     assert state.ended is not None
     back = timedelta(seconds=seconds)
     earlier = replace(state, ended=state.ended - back, expires=state.expires - back)

@@ -74,6 +74,28 @@ def test_a_process_that_dies_or_is_cancelled_is_replaced_and_ends_without_work(
     asyncio.run(run())
 
 
+def test_a_task_that_is_cancelled_while_its_process_starts_leaves_no_process_that_cannot_be_ended(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(pool, "run_batch", work)
+
+    async def run() -> None:
+        engine = ProcessEngine(1, 1 << 28)
+        starting = asyncio.create_task(engine.run(b""))
+        await asyncio.sleep(0.05)
+        assert engine.processes == []
+        starting.cancel()
+        with suppress(asyncio.CancelledError):
+            await starting
+        sleeping = asyncio.create_task(engine.run(b"sleep 60"))
+        await until(lambda: engine.processes != [])
+        await engine.close()
+        with pytest.raises(EngineLost):
+            await sleeping
+
+    asyncio.run(run())
+
+
 PARENT = """
 import asyncio
 from service.jobs import pool
