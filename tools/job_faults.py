@@ -1,4 +1,4 @@
-"""Injects faults into running jobs, and prints a table of what was seen: `make test-jobs`.
+"""Injects faults into running jobs, and prints a table of the outcomes: `make test-jobs`.
 
 1. Ten callers queue a hundred jobs of a hundred parts each: all must end, none may be lost, and at
    no time may one caller have much more than another.

@@ -34,7 +34,7 @@ _CLUSTER_STOPS = {
     "no_workers": "the cluster has no workers",
     "other_version": "all workers have another version of the service",
 }
-"""The same, for what the cluster at `--cluster` is to blame for."""
+"""The reasons, in words, that are the fault of the cluster at `--cluster`."""
 
 _FAILURES = {
     "OutOfTime": "The part took longer than SURFACE_JOB_PART_TIMEOUT.",

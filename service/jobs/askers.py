@@ -45,14 +45,14 @@ class Askers:
         return [caller for _, caller in sorted(askers)]
 
     async def mark_cancelled(self, id: str) -> None:
-        """Tells all processes that nobody waits for a job, unless somebody does."""
+        """Tells all processes that no caller waits for a job, unless one does."""
         if not await self.of(id):
             await self._files.write(cancelled_key(id), b"", durable=True)
-            if await self.of(id):  # somebody has come meanwhile
+            if await self.of(id):  # a caller has come meanwhile
                 await self.unmark_cancelled(id)
 
     async def unmark_cancelled(self, id: str) -> None:
-        """Tells all processes that somebody waits for a job again."""
+        """Tells all processes that a caller waits for a job again."""
         await self._files.delete(cancelled_key(id))
 
     async def jobs_of(self, caller: str | None) -> set[str]:

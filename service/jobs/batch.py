@@ -74,7 +74,7 @@ class Task:
     timeout : float
         The most seconds of each part.
     job : str
-        The id of the job; empty for a batch that nobody can withdraw.
+        The id of the job; empty for a batch that no caller can withdraw.
     output : str
         The folder or the bucket for files that have the names of the parts. If empty, results are
         kept in the store, under the ids of the parts.

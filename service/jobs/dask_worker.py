@@ -1,4 +1,4 @@
-"""What runs in the workers of a Dask cluster: `dask worker … --preload service.jobs.dask_worker`.
+"""The work of the workers of a Dask cluster: `dask worker … --preload service.jobs.dask_worker`.
 
 Only bytes travel. A task is the version and engine that it needs, a line feed, and the task of
 `run_batch`; its answer is the result of `run_batch`, or a text that says why there is none. So
@@ -22,7 +22,7 @@ from service.settings.runtime import (
 )
 
 VERSION = f"version {__version__} and engine {ENGINE}"
-"""What a worker must have to compute the tasks of this version."""
+"""The versions that a worker must have to compute the tasks of this version."""
 
 REFUSED, FAILED = b"refused: ", b"failed: "
 """First letters of an answer that has no result."""

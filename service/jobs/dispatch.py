@@ -40,7 +40,7 @@ RETRY_SECONDS = 10.0
 
 KILL_SECONDS = 1.5
 """Time after a cancellation after which a batch that still runs is ended with its process. Batches
-end by themselves, at their next checkpoint, when they see that nobody waits for the job."""
+end by themselves, at their next checkpoint, when they see that no caller waits for the job."""
 
 Reserve = Callable[[int], AbstractAsyncContextManager[None]]
 """Reserves memory for a `with` block; waits until it is free."""
@@ -61,7 +61,7 @@ class Dispatcher:
     on_change : callable
         Called when a batch of the job has ended, or has stopped.
     on_cancelled : callable
-        Awaited when a batch has ended because nobody waits for the job, as the store says.
+        Awaited when a batch has ended because no caller waits for the job, as the store says.
     surfaces : SurfaceStore or None
         The store of surfaces, if processes of the engine cannot read it.
     waiting_for : str
@@ -243,7 +243,7 @@ class Dispatcher:
 
 
 def _cancel_if_cancelled(job: OpenJob, task: asyncio.Task[None]) -> None:
-    if job.is_cancelled:  # nobody has asked for it again
+    if job.is_cancelled:  # no caller has asked for it again
         task.cancel()
 
 

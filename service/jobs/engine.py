@@ -1,4 +1,4 @@
-"""What computes the batches of jobs: an engine runs tasks, in processes here or on other machines.
+"""Engines compute the batches of jobs: they run tasks, in processes here or on other machines.
 
 A task is bytes, and so is its result (`service.jobs.batch`): no
 object of ours is pickled, so an engine may run another version of the service.

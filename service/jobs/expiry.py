@@ -79,7 +79,7 @@ async def _has_expired(
 
 
 async def _delete_job(files: JobFiles, id: str, manifest: Manifest | None) -> None:
-    """Deletes a job: the manifest first, so that nobody finds half a job."""
+    """Deletes a job: the manifest first, so that no process finds half a job."""
     await files.delete(manifest_key(id))
     if manifest is not None:
         await files.delete_all(f"{INTAKE}/{manifest.folder}")

@@ -16,8 +16,8 @@ from service.jobs.parts import CheckedPart
 from service.jobs.usage import JobUsage
 
 BATCH_SECONDS, BATCH_PARTS, BATCH_BYTES = 1.0, 400, 4 << 20
-"""What a batch has at most: estimated seconds of work, parts, and bytes of their lines. A part that
-alone has more is a batch of its own."""
+"""The most that a batch has: estimated seconds of work, parts, and bytes of their lines. A part
+that alone has more is a batch of its own."""
 
 
 class PartWriter:

@@ -4,7 +4,7 @@
     jobs/<id>/job.json              the manifest, written once
     jobs/<id>/state.json            counts of its parts
     jobs/<id>/askers/<caller>       who waits for it
-    jobs/<id>/cancelled             there while nobody waits for it
+    jobs/<id>/cancelled             there while no caller waits for it
     jobs/<id>/results/<batch>       records of the results of a batch
     intake/<folder>/<batch>         lines of the parts of a batch, as they were accepted
     owners/<id>                     which process works on it
@@ -50,7 +50,7 @@ def state_key(id: str) -> str:
 
 
 def cancelled_key(id: str) -> str:
-    """The key of the mark that nobody waits for a job; raises the error of `part_key`."""
+    """The key of the mark that no caller waits for a job; raises the error of `part_key`."""
     return job_key(id, "cancelled")
 
 

@@ -150,7 +150,7 @@ class Jobs:
                 yield state
 
     async def withdraw(self, id: str, caller: str) -> None:
-        """Lets a caller wait for a job no longer; if nobody else waits for it, it ends.
+        """Lets a caller wait for a job no longer; if no other caller waits for it, it ends.
 
         Raises
         ------

@@ -31,7 +31,7 @@ class Batch(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Manifest:
-    """What a job consists of; written once, when it is accepted.
+    """The content of a job; written once, when it is accepted.
 
     Attributes
     ----------

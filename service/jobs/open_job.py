@@ -52,7 +52,7 @@ class OpenJob:
         The parts of the batches that have ended.
     started : datetime or None
     is_cancelled : bool
-        Whether nobody waits for it; it ends when no batch runs.
+        Whether no caller waits for it; it ends when no batch runs.
     is_queued : bool
         Whether it waits for its turn.
     is_ending : bool

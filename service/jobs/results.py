@@ -22,7 +22,7 @@ MAX_HEADER = 4096
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What is known of the file of a part.
+    """The properties of the file of a part.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What clients see of a job: its state, and the results of its parts."""
+"""A job as clients see it: its state, and the results of its parts."""
 
 import math
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ class JobState:
     id : str
     state : str
         `succeeded`: all parts did; `failed`: all ended, and at least one failed; `cancelled`:
-        nobody waits for the job.
+        no caller waits for the job.
     engine : int
         The version of the numbers that the job is computed with.
     total, queued, running, succeeded, failed : int
@@ -58,7 +58,7 @@ class JobState:
 
     @property
     def has_ended(self) -> bool:
-        """Whether nothing changes any more, unless somebody asks for the job again."""
+        """Whether nothing changes any more, unless a caller asks for the job again."""
         return self.state not in ("queued", "running")
 
     def encode(self) -> bytes:

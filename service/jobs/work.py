@@ -1,7 +1,7 @@
 """The jobs that this instance works on: accepted here, or taken over from others.
 
-Whatever clients are told is in the store first. So a process that is killed loses nothing but the
-batches that it ran, and another one goes on with its jobs.
+A client learns of nothing that is not in the store yet. So a process that is killed loses nothing
+but the batches that it ran, and another one goes on with its jobs.
 """
 
 import asyncio
@@ -72,7 +72,7 @@ class Work:
             return await self._begin(OpenJob(manifest, self._reader.lifetime, [caller])), True
 
     async def withdraw(self, id: str, caller: str) -> None:
-        """Lets a caller wait for a job no longer; if nobody else waits for it, it ends."""
+        """Lets a caller wait for a job no longer; if no other caller waits for it, it ends."""
         async with self._lock(id):
             await self._askers.remove(id, caller)
             if not (await self._reader.state(id)).has_ended or id in self.open:
@@ -229,12 +229,12 @@ class Work:
             job.is_cancelled = True  # so that its running batches do not wait again
 
     async def _check_askers(self, job: OpenJob) -> None:
-        """Looks whether anybody waits for an open job that another instance has cancelled."""
+        """Looks whether a caller waits for an open job that another instance has cancelled."""
         async with self._lock(job.id):
             await self._update_askers(job.id)
 
     async def _update_askers(self, id: str) -> None:
-        """Cancels an open job for which nobody waits; or goes on, for the first who waits."""
+        """Cancels an open job for which no caller waits; or goes on, for the first that waits."""
         job = self.open.get(id)
         if job is None:
             return
@@ -265,7 +265,7 @@ class Work:
         """Stores the end of a job, and forgets the job; if the store fails, `save` tries again."""
         try:
             async with self._lock(job.id):
-                # Somebody has asked for it again, or another instance has taken it over.
+                # A caller has asked for it again, or another instance has taken it over.
                 if not job.is_over or self.open.get(job.id) is not job:
                     return
                 state = job.state(ended=datetime.now(UTC))

@@ -32,7 +32,7 @@ MAX_LINES, GATHER_SECONDS, FLUSH_SECONDS = 10_000, 0.05, 1.0
 seconds to write the last lines."""
 
 MAX_BLOCK = 4096
-"""Most bytes of one write. A pipe takes so many at once, so that lines of workers that write to one
+"""Most bytes of one write. A pipe takes them at once, so that lines of workers that write to one
 pipe do not mix: PIPE_BUF of Linux, pipe(7)."""
 
 MAX_MESSAGE, MAX_TEXT, MAX_FRAMES = 4000, 200, 50

@@ -28,7 +28,7 @@ the event loop has 1/16 (`service.api.threads`)."""
 
 
 JOB_PROCESS_MEMORY = 256 << 20
-"""Bytes of the memory of requests for each job process: as many as half of the memory of a
+"""Bytes of the memory of requests for each job process: half of the memory of a
 container of 512 MiB, which has room for one (some 100 MB, beside its batch)."""
 
 
@@ -69,7 +69,7 @@ class Settings(BaseModel):
         ge=0,
         le=64,
         description="Processes that serve at this port (Linux). 0 means one for each processor, at "
-        "most 4, and only so many that each has 1 GiB of the memory of the machine or container. "
+        "most 4, and fewer if each would have less than 1 GiB of the memory of the machine or container. "
         "Each worker has threads, a queue, connections and a cache of its own, and counts rates by "
         "itself.",
     )
@@ -354,7 +354,7 @@ class Settings(BaseModel):
 
     @property
     def job_process_count(self) -> int:
-        """The setting `job_processes`; if it is 0, as many as processors and memory allow."""
+        """The setting `job_processes`; if it is 0, the number that processors and memory allow."""
         fitting = min(count_processors(), self.memory_bytes // JOB_PROCESS_MEMORY)
         return self.job_processes or max(1, fitting)
 

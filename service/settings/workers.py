@@ -26,7 +26,7 @@ def count_workers(settings: Settings) -> int:
         ports for their metrics.
     """
     is_in_memory = settings.store.startswith(IN_MEMORY)
-    ports = (1 << 16) - settings.metrics_port  # as many as there are from that number on
+    ports = (1 << 16) - settings.metrics_port  # the ports from that number on
     if settings.workers == 0:
         if is_in_memory or sys.platform != "linux":
             return 1

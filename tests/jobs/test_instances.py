@@ -100,7 +100,7 @@ def test_callers_of_another_instance_join_and_withdraw() -> None:
                     await asyncio.sleep(0.01)
             assert (await first.jobs.state(state.id)).state == "cancelled"
             assert second.engine.names == []
-            # Who asks again, at another instance, gets what is missing.
+            # A caller that asks again, at another instance, gets the missing parts.
             await second.submit(parts, "b")
             assert (await second.wait(state.id)).state == "succeeded"
             assert (await first.jobs.state(state.id)).state == "succeeded"

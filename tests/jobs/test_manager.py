@@ -180,7 +180,7 @@ def test_a_damaged_result_is_made_again_when_the_job_is_asked_for_again() -> Non
     asyncio.run(run())
 
 
-def test_a_caller_has_at_most_so_many_jobs_that_have_not_ended() -> None:
+def test_the_open_jobs_of_a_caller_are_limited() -> None:
     async def run() -> None:
         async with Instance(max_jobs=2) as instance:
             instance.engine.gate.clear()

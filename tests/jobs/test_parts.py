@@ -202,6 +202,6 @@ def test_the_memory_of_a_part_is_limited() -> None:
 
 
 @pytest.mark.parametrize("document", [None, [], "x", {}, {"path": 1}, {"path": "/v1/mesh", "x": 1}])
-def test_what_is_no_part_is_refused(document: object) -> None:
+def test_other_documents_than_parts_are_refused(document: object) -> None:
     with pytest.raises(InvalidRequest):
         check_part(document, LIMITS, find_none)

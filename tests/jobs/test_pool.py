@@ -21,7 +21,7 @@ PATIENCE = 30.0
 
 
 def work(task: bytes) -> bytes:
-    """What the processes of these tests do in place of `run_batch`."""
+    """The work of the processes of these tests, in place of `run_batch`."""
     match task.split():
         case [b"die"]:
             os._exit(1)

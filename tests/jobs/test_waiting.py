@@ -28,7 +28,7 @@ async def count_again(instance: Instance) -> None:
 
 
 async def wait_until_it_waits(instance: Instance, id: str) -> str:
-    """What a job waits for."""
+    """The reason for which a job waits."""
     async with asyncio.timeout(20):
         while not (state := await instance.jobs.state(id)).waiting_for:
             assert not state.has_ended

@@ -73,7 +73,7 @@ def test_old_surfaces_and_keys_are_valid_and_keep_their_ids(folder: Path, client
     assert read_objects(folder) == old_objects
 
 
-def test_whatever_this_version_writes_the_old_one_can_read_or_ignores(
+def test_the_old_version_reads_or_ignores_all_files_of_this_one(
     folder: Path, client: Client, clock: Clock
 ) -> None:
     """Version 0.1.0 lists and reads `surfaces/`, and removes old files from `staging/`.

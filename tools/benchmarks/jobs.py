@@ -5,7 +5,7 @@
 A part is a bicubic B-spline of 8 × 8 control points as GLB at resolution 16, in batches of about a
 second; files go to a folder. All engines run before the first round, and then in turn, so that
 other load of the machine slows all of them. With two idle processors, two job processes must make
-at least 1.6 times as many parts a second as one, and two Dask workers 1.6 times as many as one; two
+at least 1.6 times the parts a second of one, and two Dask workers 1.6 times the parts of one; two
 Dask workers may take at most 1.2 times the time of two job processes. Otherwise the exit status
 is 1.
 """

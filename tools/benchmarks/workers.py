@@ -43,7 +43,7 @@ SETTINGS = {"SURFACE_CACHE_BYTES": "0", "SURFACE_ACCESS_LOG": "false"}
 
 
 class Round(NamedTuple):
-    """What one run of `wrk` measured: requests a second; and processors that the service, `wrk` and
+    """The measurements of one run of `wrk`: requests a second; and processors that the service, `wrk` and
     other programs took, on average."""
 
     rate: float

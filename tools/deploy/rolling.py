@@ -285,7 +285,7 @@ def start_workers(folder: Path) -> Iterator[Server]:
 
 
 def wait_for_line(server: Server, text: str, number: int) -> float:
-    """Waits until a text stands in a service's log so many times; returns the seconds."""
+    """Waits until a text stands `number` times in a service's log; returns the seconds."""
     start = time.monotonic()
     while server.log.read_text(encoding="utf-8").count(text) < number:
         assert time.monotonic() - start < PATIENCE, f"{text!r} is not in {server.log}"
