@@ -138,7 +138,7 @@ def test_a_slow_write_of_a_state_does_not_replace_the_end() -> None:
 
 
 @pytest.mark.parametrize("content", [b"", b"\0" * 40, b'{"id": "'], ids=["empty", "zeros", "half"])
-def test_what_a_power_failure_has_left_of_a_job_does_not_stop_it_or_others(content: bytes) -> None:
+def test_a_job_and_others_go_on_after_a_power_failure(content: bytes) -> None:
     async def run() -> None:
         disk = Disk(MemoryStore())
         async with Instance(disk, slots=1) as first:

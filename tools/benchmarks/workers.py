@@ -43,8 +43,8 @@ SETTINGS = {"SURFACE_CACHE_BYTES": "0", "SURFACE_ACCESS_LOG": "false"}
 
 
 class Round(NamedTuple):
-    """The measurements of one run of `wrk`: requests a second; and processors that the service, `wrk` and
-    other programs took, on average."""
+    """One run of `wrk`: requests a second; and the processors that the service, `wrk` and other
+    programs took, on average."""
 
     rate: float
     service: float
