@@ -270,8 +270,9 @@ class Work:
                     return
                 state = job.state(ended=datetime.now(UTC))
                 await self._files.write(state_key(job.id), state.encode(), durable=True)
-                self.open.pop(job.id, None)
+                # While the job has an owner, it counts as one that has not ended.
                 await self._owners.release(job.id)
+                self.open.pop(job.id, None)
         except SurfaceError:
             pass  # `translate_errors` has logged it
         finally:

@@ -22,7 +22,8 @@ def test_another_instance_goes_on_with_the_jobs_of_one_that_stops() -> None:
         async with Instance(slots=1) as first:
             first.engine.stop_after = 2
             state, _ = await first.submit(make_parts("p", 4, seconds=1))
-            await until(lambda: not first.engine.gate.is_set())
+            (job,) = first.jobs.open_jobs
+            await until(lambda: len(job.done) == 2)
             async with Instance(first.backend, slots=1) as second:
                 await asyncio.sleep(0.1)
                 assert second.engine.names == []  # the first one lives

@@ -117,7 +117,8 @@ def test_a_job_ends_when_its_last_asker_withdraws_and_resumes_when_asked_again()
             parts = make_parts("p", 6, seconds=1)
             state, _ = await instance.submit(parts, "a")
             await instance.submit(parts, "b")
-            await until(lambda: not instance.engine.gate.is_set())
+            (job,) = instance.jobs.open_jobs
+            await until(lambda: len(job.done) == 2)
             await instance.jobs.withdraw(state.id, "a")
             await instance.jobs.withdraw(state.id, "a")
             assert (await instance.jobs.state(state.id)).state == "running"
