@@ -13,6 +13,7 @@ import socket
 import sys
 import threading
 import time
+from multiprocessing import resource_tracker
 from multiprocessing.connection import wait
 from types import FrameType
 from typing import NoReturn
@@ -105,6 +106,19 @@ class Worker(Process):
         """Whether the process runs."""
         return self.process.is_alive()
 
+    def start(self) -> None:
+        """Starts the process, which gets no signals until `target` handles them.
+
+        Ctrl-C in a terminal reaches it while it imports its modules, too: without a handler, Python
+        would print a traceback.
+        """
+        resource_tracker.ensure_running()  # its own start would unblock the signals
+        mask = signal.pthread_sigmask(signal.SIG_BLOCK, _early_signals())
+        try:
+            super().start()
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+
     def has_just_failed(self, seconds: float) -> bool:
         """Whether the process has ended without having served, and was made within `seconds`."""
         is_new = time.monotonic() - self._made_at < seconds
@@ -146,6 +160,7 @@ class Worker(Process):
         for number in (signal.SIGINT, signal.SIGTERM):  # until uvicorn handles them
             signal.signal(number, lambda number, _: os._exit(128 + number))
         ignore_hangup()  # from a terminal that is closed; the parent handles it
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _early_signals())
         os.environ.pop("NOTIFY_SOCKET", None)  # only the parent talks to systemd
         threading.Thread(target=self._end_with_parent, daemon=True).start()
         threading.Thread(target=self.always_pong, daemon=True).start()
@@ -180,3 +195,8 @@ class Worker(Process):
         os.kill(os.getpid(), signal.SIGINT)
         time.sleep(self._settings.drain_timeout + END_RESERVE)
         os._exit(1)
+
+
+def _early_signals() -> tuple[signal.Signals, ...]:
+    """The signals that a worker must not get before it handles them."""
+    return signal.SIGINT, signal.SIGTERM, signal.SIGHUP

@@ -246,6 +246,21 @@ def test_a_stop_ends_all_workers_with_exit_code_0(tmp_path: Path) -> None:
         assert "Traceback" not in workers.log
 
 
+def test_ctrl_c_while_the_workers_start_prints_no_error(tmp_path: Path) -> None:
+    workers = Workers(tmp_path)
+    workers.server.start()
+    workers.systemd.close()
+    wait_until(lambda: len(workers.server.worker_pids()) == COUNT)
+    pids = workers.server.worker_pids()
+    # They import modules.
+    wait_until(lambda: "numpy" in Path(f"/proc/{pids[0]}/maps").read_text(encoding="utf-8"))
+    for pid in (workers.server.pid, *pids):
+        os.kill(pid, signal.SIGINT)
+    assert workers.server.process.wait(PATIENCE) == 0
+    assert not any(map(is_running, pids))
+    assert "Traceback" not in workers.log
+
+
 def test_a_second_signal_ends_all_workers_at_once(tmp_path: Path) -> None:
     with start_workers(tmp_path, SURFACE_DRAIN_DELAY="600") as workers:
         pids = workers.server.worker_pids()
