@@ -70,8 +70,8 @@ class Settings(BaseModel):
         le=64,
         description="Processes that serve at this port (Linux). 0 means one for each processor, at "
         "most 4, and fewer if each would have less than 1 GiB of the memory of the machine or "
-        "container. Each worker has threads, a queue, connections and a cache of its own, and counts rates by "
-        "itself.",
+        "container. Each worker has threads, a queue, connections and a cache of its own, and "
+        "counts rates by itself.",
     )
     metrics_port: int = Field(
         default=0,
