@@ -70,6 +70,9 @@ def open_engine(settings: Settings, memory: "JobMemory") -> tuple[Engine, Reserv
 class JobMemory:
     """The memory in which batches work: at most half of that of all requests.
 
+    Batches get it in the order in which they ask for it, and leave the memory free that a request
+    claims (`Threads`): so neither large batches nor large requests wait for ever.
+
     Attributes
     ----------
     capacity : int
@@ -80,17 +83,27 @@ class JobMemory:
         self.capacity = threads.capacity // 2
         self._threads = threads
         self._used = 0
+        self._turn = asyncio.Lock()
 
     @asynccontextmanager
     async def reserve(self, amount: int) -> AsyncIterator[None]:
         """Holds `amount` bytes for the `with` block, at most all; waits until they are free."""
         amount = min(amount, self.capacity)
-        while self._used + amount > self.capacity or not self._threads.has_room(amount):
-            await asyncio.sleep(MEMORY_PAUSE)
-        self._used += amount
-        self._threads.hold(amount)
+        async with self._turn:
+            while not self._has_room(amount):
+                await asyncio.sleep(MEMORY_PAUSE)
+            self._hold(amount)
         try:
             yield
         finally:
-            self._used -= amount
-            self._threads.hold(-amount)
+            self._hold(-amount)
+
+    def _has_room(self, amount: int) -> bool:
+        threads = self._threads
+        is_free = self._used + amount <= self.capacity and threads.has_room(amount)
+        return is_free and threads.may_pass(amount)
+
+    def _hold(self, amount: int) -> None:
+        self._used += amount
+        self._threads.passed_bytes += amount
+        self._threads.hold(amount)

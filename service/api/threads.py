@@ -109,7 +109,7 @@ class Threads:
     max_body, max_memory : int
         Most bytes for all bodies together; most bytes in which one request may work.
     passed_bytes : int
-        Bytes of `used_bytes` that are held by work that has passed a claim.
+        Bytes of `used_bytes` that are held by work that has passed a claim, and by batches of jobs.
     count : int
         Threads for long work, without the one for callers that hold none.
     accounts : Accounts
@@ -299,7 +299,7 @@ class Threads:
             return False
         claim = self._claim
         has_passed = claim is not None and claim is not turn
-        if not self.has_room(turn.memory) or (has_passed and not self._may_pass(turn)):
+        if not self.has_room(turn.memory) or (has_passed and not self.may_pass(turn.memory)):
             if claim is None and turn.grant is not None:
                 self._claim = turn
             return False
@@ -317,10 +317,14 @@ class Threads:
         loop.call_later(ALONE_SECONDS, self.start_queued)
         return True
 
-    def _may_pass(self, turn: Turn) -> bool:
-        """Whether the memory of the claim stays reachable if this work begins before it."""
-        assert self._claim is not None
-        others = self.passed_bytes + self.body_bytes + turn.memory
+    def may_pass(self, memory: int) -> bool:
+        """Whether the memory of the claim stays reachable if work of these bytes begins before it.
+
+        True if nothing is claimed.
+        """
+        if self._claim is None:
+            return True
+        others = self.passed_bytes + self.body_bytes + memory
         return others + self._claim.memory <= self.capacity * 15 // 16
 
     def _drop_claim(self, turn: Turn) -> None:

@@ -7,7 +7,8 @@ threads and work in processes of jobs are charged to the same accounts.
 
 import time
 from collections import OrderedDict
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 
 from service.fair.compute_limit import ComputeLimit
 
@@ -75,6 +76,15 @@ class Accounts:
         else:
             del self._held[caller]
 
+    @contextmanager
+    def pause(self, caller: str) -> Iterator[None]:
+        """Does not charge for one thread of a caller in the `with` block, because it waits."""
+        self.return_thread(caller)
+        try:
+            yield
+        finally:
+            self.take_thread(caller)
+
     def charge(self, caller: str, seconds: float) -> None:
         """Charges work that has been done without a thread of its own, or elsewhere."""
         if self.limit is not None:
@@ -104,6 +114,6 @@ class Accounts:
         least = min((self._used[other] for other in self.active), default=0.0)
         self._used[caller] = max(self._used.pop(caller, 0.0), least)  # moves to the end
         if len(self._used) > MAX_CALLERS:
-            idle = next((name for name in self._used if name not in self.active), None)
-            if idle is not None:
+            idle = next(name for name in self._used if name not in self.active)
+            if idle != caller:
                 del self._used[idle]

@@ -7,8 +7,9 @@ begins for 10 s; the states of all jobs name the reason until a batch has ended.
 
 import asyncio
 import logging
+import time
 from collections.abc import Awaitable, Callable, Mapping, Sequence
-from contextlib import AbstractAsyncContextManager, suppress
+from contextlib import AbstractAsyncContextManager, AsyncExitStack, suppress
 from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
@@ -159,9 +160,8 @@ class Dispatcher:
         return limit is None or not limit.state(caller).retry_after
 
     async def _run(self, job: OpenJob, number: int, caller: str) -> None:
-        start = asyncio.get_running_loop().time()
         try:
-            end = await self._run_batch(job, number)
+            end = await self._run_batch(job, number, caller)
             if end in (DONE, CANCELLED):
                 self.waiting_for = ""
             else:
@@ -174,7 +174,6 @@ class Dispatcher:
         except Exception as error:
             self._pause(_reason_of(error))
         finally:
-            self.seconds += asyncio.get_running_loop().time() - start
             del self._tasks[job, number]
             if number in job.running:
                 job.stop(number)
@@ -184,7 +183,7 @@ class Dispatcher:
                 self.on_change(job)
                 self.start_queued()
 
-    async def _run_batch(self, job: OpenJob, number: int) -> str:
+    async def _run_batch(self, job: OpenJob, number: int, caller: str) -> str:
         """Runs a batch, and keeps its records; returns how it ended (`service.jobs.batch`)."""
         batch, folder = job.manifest.batches[number], job.manifest.folder
         await self._usage.check_room(1)
@@ -198,9 +197,15 @@ class Dispatcher:
         lines = await asyncio.to_thread(read_lines, content)
         if self.surfaces is not None:
             await self._copy_surfaces(lines, self.surfaces)
-        async with self._reserve(batch.memory):
+        async with AsyncExitStack() as stack:
+            with self._accounts.pause(caller):
+                await stack.enter_async_context(self._reserve(batch.memory))
             task = replace(self._task, job=job.id, lines=tuple(lines))
-            result = await run_task(self._engine, task)
+            start = time.monotonic()
+            try:
+                result = await run_task(self._engine, task)
+            finally:
+                self.seconds += time.monotonic() - start
         if result.end == DONE:
             names = {line["part"]: line["name"] for line in lines if "name" in line}
             await self._keep(job, number, result.records, names)

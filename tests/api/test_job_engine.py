@@ -8,7 +8,7 @@ import pytest
 from service.api.app import create_app
 from service.api.caching.cache import ResponseCache
 from service.api.job_engine import JobMemory, open_engine
-from service.api.threads import Threads
+from service.api.threads import Threads, Turn
 from service.jobs.dask_engine import DaskEngine
 from service.jobs.pool import ProcessEngine
 from service.settings.values import Settings
@@ -63,6 +63,50 @@ def test_a_batch_waits_for_memory_that_requests_hold_and_takes_no_more_than_ther
         threads.hold(-(40 << 20))
         await waiting
         assert threads.used_bytes == memory.capacity
+
+    asyncio.run(run())
+
+
+def test_a_large_batch_is_not_passed_by_small_ones_for_ever() -> None:
+    async def run() -> None:
+        memory = JobMemory(make_threads(64 << 20))
+        started: list[str] = []
+
+        async def reserve(name: str, amount: int) -> None:
+            async with memory.reserve(amount):
+                started.append(name)
+                await asyncio.sleep(0.06)
+
+        small = [asyncio.create_task(reserve("small", 8 << 20)) for _ in range(3)]
+        await asyncio.sleep(0)
+        large = asyncio.create_task(reserve("large", 32 << 20))
+        await asyncio.sleep(0)
+        small += [asyncio.create_task(reserve("later", 8 << 20)) for _ in range(3)]
+        await asyncio.gather(large, *small)
+        assert started == ["small"] * 3 + ["large"] + ["later"] * 3
+
+    asyncio.run(run())
+
+
+def test_batches_do_not_keep_memory_from_a_request_that_claims_it() -> None:
+    async def run() -> None:
+        threads = make_threads(64 << 20)
+        memory = JobMemory(threads)
+        threads.hold(30 << 20)  # of a request that runs
+        claiming = Turn("a", 40 << 20)
+        request = asyncio.create_task(threads.acquire(claiming, "mesh"))
+        await asyncio.sleep(0)
+        batch = asyncio.create_task(memory.reserve(24 << 20).__aenter__())
+        small_batch = asyncio.create_task(JobMemory(threads).reserve(8 << 20).__aenter__())
+        await small_batch  # leaves enough for the claim
+        await asyncio.sleep(0.1)
+        assert not batch.done()
+        threads.hold(-(30 << 20))
+        await request
+        assert not batch.done()
+        threads.release_thread(claiming)
+        threads.give_back(claiming)
+        await batch
 
     asyncio.run(run())
 

@@ -2,9 +2,11 @@
 
 import asyncio
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from service.fair import accounts as accounts_module
 from service.fair.accounts import MAX_CALLERS, Accounts
 from service.fair.compute_limit import ComputeLimit, ComputeState
 from service.fair.lock import FairLock
@@ -245,3 +247,31 @@ def test_a_lock_is_lent_in_turn_and_survives_cancellation() -> None:
         return order
 
     assert sorted(asyncio.run(run())) == ["a", "b"]
+
+
+def test_a_caller_more_than_there_are_accounts_gets_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(accounts_module, "MAX_CALLERS", 2)
+    accounts = Accounts()
+    for number in range(2):
+        accounts.enter(str(number))
+    accounts.charge("idle", 1.0)  # all others are active
+    accounts.enter("new")
+    assert accounts.in_turn(["new", "0"]) == ["new", "0"]
+    assert len(accounts) == 3  # all are active
+
+
+def test_a_pause_is_not_charged() -> None:
+    with stop_clock() as clock:
+        limit = ComputeLimit(6)
+        accounts = Accounts(limit)
+        for caller in "ab":
+            accounts.enter(caller)
+            accounts.take_thread(caller)
+        clock.now += 10.0
+        with accounts.pause("a"):
+            clock.now += 10.0
+        clock.now += 10.0
+        for caller in "ab":
+            accounts.return_thread(caller)
+        assert accounts.in_turn("ba") == ["a", "b"]
+        assert limit.state("b").reset - limit.state("a").reset == 100  # 10 thread seconds

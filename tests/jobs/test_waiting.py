@@ -12,6 +12,7 @@ from service.jobs.batch import STORE_FAILED, WRONG_ENGINE
 from service.jobs.engine import EngineUnavailable
 from service.jobs.keys import JOBS, PARTS
 from service.storage.backends import Bucket
+from tests.clock import stop_clock
 from tests.jobs.fakes import Instance, make_parts, until
 
 
@@ -155,5 +156,31 @@ def test_batches_of_a_caller_over_its_compute_limit_wait() -> None:
             assert (await instance.wait(others.id)).state == "succeeded"
             assert (await instance.jobs.state(mine.id)).state == "queued"
             assert (await instance.wait(mine.id)).state == "succeeded"
+
+    asyncio.run(run())
+
+
+def test_a_batch_that_waits_for_memory_is_not_charged() -> None:
+    async def run() -> None:
+        with stop_clock() as clock:
+            instance = Instance(slots=1)
+            limit = instance.accounts.limit = ComputeLimit(6)
+            memory, waiting = asyncio.Lock(), []
+
+            def reserve(amount: int) -> asyncio.Lock:
+                waiting.append(amount)
+                return memory
+
+            instance.jobs.dispatcher._reserve = reserve  # type: ignore[assignment]
+            instance.engine.clock = clock  # the batch takes a second
+            async with memory:
+                await instance.submit(make_parts("p", 1))
+                while not waiting:
+                    await asyncio.sleep(0)
+                clock.now += 30.0
+            while instance.jobs.open_jobs:
+                await asyncio.sleep(0)
+            assert limit.state("a").reset == 9  # 10 s for a thread second, of which one has passed
+            assert instance.jobs.dispatcher.seconds == 1.0
 
     asyncio.run(run())
