@@ -127,7 +127,10 @@ class JobReader:
         records = await self.records(manifest, number)
         if records is not None:
             return [read_record(record) for record in records]
-        content = await self._files.read(intake_key(manifest.folder, number)) or b""
+        content = await self._files.read(intake_key(manifest.folder, number))
+        if content is None:  # lost: they fail when the batch runs
+            first, count, _ = manifest.batches[number]
+            return [PartResult(part, "", "", pending) for part in range(first, first + count)]
         parts = await asyncio.to_thread(read_lines, content)
         return [
             PartResult(part["part"], part["id"], part.get("name", ""), pending) for part in parts

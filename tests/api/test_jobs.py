@@ -2,7 +2,7 @@
 
 import asyncio
 import re
-from collections.abc import Iterator
+from collections.abc import AsyncIterator, Iterator
 from dataclasses import replace
 from hashlib import sha256
 from typing import Any, NamedTuple
@@ -14,7 +14,8 @@ import pytest
 from service.api.app import Application, create_app
 from service.api.guard.keys import KeyScope, format_entry, make_key
 from service.engine.mesh.mesh import ENGINE
-from service.errors import Issue, JobQuotaFull, TooLarge, TooManyJobs
+from service.errors import Issue, JobQuotaFull, StoreFailed, TooLarge, TooManyJobs
+from service.jobs.state import JobState
 from service.settings.values import Settings
 from service.storage.canonical import canonical_content, surface_id
 from service.surface.examples.catalogue import find
@@ -586,3 +587,18 @@ def test_labels_have_no_ids_of_jobs(service: Service) -> None:
         assert label.surface == ""
         assert id not in label.path
         assert label.route.startswith("/v1/jobs/{id}")
+
+
+def test_a_stream_ends_when_the_store_fails(
+    service: Service, caplog: pytest.LogCaptureFixture
+) -> None:
+    id = start_job(service)
+
+    async def fail(id: str) -> AsyncIterator[JobState]:
+        yield service.jobs.states[id]
+        raise StoreFailed
+
+    service.jobs.watch = fail  # type: ignore[method-assign, assignment]
+    events = read_events(service.client.get(f"/v1/jobs/{id}/events").text)
+    assert [name for name, _ in events] == ["progress"]
+    assert [each.levelname for each in caplog.records if each.levelname == "ERROR"] == []

@@ -214,3 +214,17 @@ def test_parts_that_are_not_accepted_do_not_count_against_the_quota() -> None:
         assert instance.jobs.usage.used == 0
 
     asyncio.run(run())
+
+
+def test_parts_whose_lines_are_lost_are_listed() -> None:
+    async def run() -> None:
+        disk = Disk(MemoryStore())
+        async with Instance(disk, slots=1) as instance:
+            instance.engine.gate.clear()
+            state, _ = await instance.submit(make_parts("p", 3, seconds=1))
+            folder = instance.jobs.open_jobs[0].manifest.folder
+            await disk.delete(f"{INTAKE}/{folder}/000001")
+            results = await instance.jobs.results(state.id, 0, 9)
+            assert [(each.part, each.name) for each in results] == [(0, "p0"), (1, ""), (2, "p2")]
+
+    asyncio.run(run())

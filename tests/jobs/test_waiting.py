@@ -171,7 +171,7 @@ def test_a_batch_that_waits_for_memory_is_not_charged() -> None:
                 waiting.append(amount)
                 return memory
 
-            instance.jobs.dispatcher._reserve = reserve  # type: ignore[assignment]
+            instance.jobs.dispatcher._reserve = reserve
             instance.engine.clock = clock  # the batch takes a second
             async with memory:
                 await instance.submit(make_parts("p", 1))

@@ -66,7 +66,7 @@ class Policy:
         if path.startswith(STORED) and self.has_keys:
             return "key"
         if path.startswith(JOBS):
-            is_list = path == JOBS
+            is_list = not path.startswith(JOBS + "/")
             return "key" if self.has_keys and (is_list or self._reads_need_access) else "nothing"
         if self._reads_need_access and path.startswith("/v1/") and path not in _LISTS:
             return "key or signature"

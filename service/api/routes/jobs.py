@@ -279,14 +279,17 @@ async def get_job_events(
 async def _until_draining(
     states: AsyncIterator[JobState], request: Request
 ) -> AsyncGenerator[JobState]:
-    """The states, until the service is about to stop."""
+    """The states, until the service is about to stop, or the store fails."""
     upcoming: asyncio.Task[JobState | None] | None = None
     try:
         while request.app.state.ready:
             upcoming = upcoming or asyncio.create_task(_next(states))
             if not (await asyncio.wait({upcoming}, timeout=DRAIN_CHECK))[0]:
                 continue
-            state = upcoming.result()
+            try:
+                state = upcoming.result()
+            except SurfaceError:  # the store fails; the client connects again, and gets the error
+                return
             if state is None:
                 return
             upcoming = None

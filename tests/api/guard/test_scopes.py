@@ -89,3 +89,10 @@ def test_calls_that_need_no_key_need_no_scope() -> None:
     with start_client(create_app(settings)) as client:
         for path in ("/v1/surfaces/saddle", "/v1/formats", "/health", "/metrics"):
             assert client.get(path, authorize("compute")).status_code == 200
+
+
+@pytest.mark.parametrize("path", ["/v1/jobs", "/v1/jobs%0a"])
+def test_lists_of_jobs_need_a_key_however_their_path_is_written(path: str) -> None:
+    settings = SETTINGS.model_copy(update={"public_reads": True})
+    with start_client(create_app(settings)) as client:
+        assert client.get(path).status_code == 401
