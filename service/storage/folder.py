@@ -86,7 +86,8 @@ class Folder:
 
     async def check(self) -> None:
         """Looks at the marker and at the folder of surfaces."""
-        await self._run(SURFACES, self._check, deadline=READ_DEADLINE)
+        # Under a key of its own, so that a listing which was cancelled does not make it fail.
+        await self._run(MARKER, lambda _: self._check(SURFACES), deadline=READ_DEADLINE)
 
     async def sweep(self) -> None:
         """Removes unfinished files of killed processes.

@@ -5,6 +5,7 @@ A FIFO hangs in the same way: to open it for reading waits until another process
 
 import asyncio
 import os
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,6 +15,8 @@ import pytest
 from service.errors import DamagedObject, StoreFailed
 from service.storage import folder
 from service.storage import store as store_module
+from service.storage import threads as threads_module
+from service.storage.backends import Entry
 from service.storage.slots import Slots
 from service.storage.threads import MAX_THREADS, FileThreads
 from tests.storage.backends import compute_id, compute_path, open_test_store
@@ -94,6 +97,66 @@ async def test_work_that_was_cancelled_before_it_began_does_not_hang() -> None:
     may_end.set()
     await asyncio.gather(*tasks)
     assert await threads.run("late", len) == 4
+
+
+class Blocking:
+    """Work in a thread that begins at once, and ends when a test says so."""
+
+    def __init__(self) -> None:
+        self.has_begun, self.may_end = threading.Event(), threading.Event()
+
+    def __call__(self, *_: object) -> int:
+        self.has_begun.set()
+        assert self.may_end.wait(60)
+        return 1
+
+    async def start_and_cancel(self, threads: FileThreads) -> None:
+        task = asyncio.create_task(threads.run("file", self))
+        await asyncio.to_thread(self.has_begun.wait)
+        task.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await task
+
+
+async def test_work_whose_request_was_cancelled_delays_further_work_on_its_file_only() -> None:
+    threads, work = FileThreads(), Blocking()
+    await work.start_and_cancel(threads)
+    later = [asyncio.create_task(threads.run("file", len)) for _ in range(3)]
+    assert await threads.run("other", len) == 5
+    assert not any(task.done() for task in later)
+    work.may_end.set()
+    assert await asyncio.gather(*later) == [4, 4, 4]
+    assert not threads._left
+
+
+async def test_work_whose_request_was_cancelled_hangs_after_a_while(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(threads_module, "LEFT_SECONDS", 0.02)
+    threads, work = FileThreads(), Blocking()
+    await work.start_and_cancel(threads)
+    with pytest.raises(TimeoutError, match="has not ended"):
+        await threads.run("file", len)
+    work.may_end.set()
+
+
+async def test_a_listing_that_was_cancelled_does_not_make_a_store_unready(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store = open_test_store("folder", tmp_path)
+    work = Blocking()
+
+    def walk(*_: object) -> Iterator[Entry]:
+        yield Entry("surfaces/x", work(), 0.0)
+
+    monkeypatch.setattr(folder, "walk", walk)
+    listing = asyncio.create_task(store.list())
+    await asyncio.to_thread(work.has_begun.wait)
+    listing.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await listing
+    assert await store.is_ready()
+    work.may_end.set()
 
 
 async def test_a_limited_number_of_long_operations_give_their_slots_away() -> None:
