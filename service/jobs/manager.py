@@ -127,6 +127,10 @@ class Jobs:
         ------
         UnknownJob
         """
+        job = self._work.open.get(id)
+        if job and not job.running:  # `save` looks only at those that run
+            with suppress(SurfaceError):
+                await self._work.look_for_withdrawal(job)
         if job := self._work.open.get(id):
             return job.state(self.dispatcher.waiting_for)
         state = await self._reader.state(id)

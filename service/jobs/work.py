@@ -95,7 +95,7 @@ class Work:
         await self._owners.forget_gone()
 
     async def save(self) -> None:
-        """Stores the states of jobs that have changed, and looks for withdrawals elsewhere."""
+        """Stores states that have changed, and looks whether jobs that run are withdrawn."""
         self._dispatcher.start_queued()
         for job in tuple(self.open.values()):
             async with self._lock(job.id):  # so that this state does not replace that of the end
@@ -103,10 +103,14 @@ class Work:
                     continue
                 if not job.is_saved:
                     await self._save_state(job)
-                is_active = job.running and not job.is_cancelled
-                if is_active and await self._files.has(cancelled_key(job.id)):
-                    await self._update_askers(job.id)
+            if job.running:
+                await self.look_for_withdrawal(job)
             self._end_if_over(job)
+
+    async def look_for_withdrawal(self, job: OpenJob) -> None:
+        """Cancels an open job if clients of other instances have withdrawn it."""
+        if not job.is_cancelled and await self._files.has(cancelled_key(job.id)):
+            await self._check_askers(job)
 
     async def close(self) -> None:
         """Ends all batches, and leaves the jobs to other instances."""

@@ -109,6 +109,20 @@ def test_callers_of_another_instance_join_and_withdraw() -> None:
     asyncio.run(run())
 
 
+def test_a_job_that_waits_is_cancelled_in_all_instances_at_once() -> None:
+    async def run() -> None:
+        async with Instance(slots=1) as first, Instance(first.backend) as second:
+            first.engine.gate.clear()
+            await first.submit(make_parts("p", 1))
+            waiting, _ = await first.submit(make_parts("q", 1))
+            await second.jobs.withdraw(waiting.id, "a")
+            for instance in (second, first):
+                assert (await instance.jobs.state(waiting.id)).state == "cancelled"
+            await until(lambda: len(first.jobs.open_jobs) == 1)
+
+    asyncio.run(run())
+
+
 def test_a_job_that_was_not_accepted_leaves_no_owner() -> None:
     async def run() -> None:
         instance = Instance()
