@@ -189,7 +189,7 @@ class Jobs:
 
         Raises
         ------
-        UnknownJob, UnknownResult, DamagedObject
+        UnknownJob, UnknownResult
         """
         await self.state(id)
         manifest = await self._reader.manifest(id)

@@ -85,9 +85,8 @@ class JobReader:
         Raises
         ------
         UnknownResult
-            The part has not succeeded.
-        DamagedObject
-            Its bytes are damaged or gone, and it is computed again when the job is asked for again.
+            The part has not succeeded. Or its bytes are damaged or gone; then it is computed again
+            when the job is asked for again.
         """
         if not 0 <= part < manifest.total:
             raise unknown_result("The job has no part of this index.")
@@ -106,7 +105,8 @@ class JobReader:
         except DamagedObject:
             await self._files.delete(part_key(record["id"]))
             await self._files.delete(results_key(manifest.id, number))
-            raise
+            message = "The file is damaged or gone. Post the job again: then it is computed again."
+            raise unknown_result(message) from None
 
     async def records(self, manifest: Manifest, number: int) -> list[dict[str, Any]] | None:
         """The records of a batch, in the order of the parts.

@@ -168,7 +168,20 @@ def test_names_are_unique_also_without_capitals(tmp_path: Path) -> None:
     assert files(tmp_path).keys() == {"Lid.off", "x.off"}
 
 
-UNSAFE = ("", ".", "..", ".hidden", "a/b", "../a", "a\\b", "a\nb", "a:b", "a.", " a", "x" * 201)
+UNSAFE: tuple[str, ...] = (
+    "",
+    ".",
+    "..",
+    ".hidden",
+    "a/b",
+    "../a",
+    "a\\b",
+    "a\nb",
+    "a:b",
+    "a.",
+    " a",
+    "x" * 201,
+)
 UNSAFE += ("nul", "COM1.old")
 
 
