@@ -6,6 +6,7 @@ from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from datetime import UTC, datetime
+from functools import partial
 from types import TracebackType
 from typing import Self
 
@@ -118,7 +119,7 @@ class Jobs:
     def start_intake(self, caller: str) -> "Intake":
         """Takes the parts of a job of this caller, in an `async with` block."""
         parts = PartWriter(self._files, self.usage, self._settings.max_job_parts)
-        return Intake(self._check_caller(caller), caller, parts, self._work)
+        return Intake(partial(self._check_caller, caller), caller, parts, self._work)
 
     async def state(self, id: str) -> JobState:
         """The state of a job.
@@ -228,7 +229,9 @@ class Jobs:
 class Intake:
     """Takes the parts of a job: an `async with` block that removes them unless it has finished."""
 
-    def __init__(self, check: Awaitable[None], caller: str, parts: PartWriter, work: Work) -> None:
+    def __init__(
+        self, check: Callable[[], Awaitable[None]], caller: str, parts: PartWriter, work: Work
+    ) -> None:
         self._check = check
         self._caller = caller
         self._parts = parts
@@ -236,7 +239,7 @@ class Intake:
         self._accepting: asyncio.Task[tuple[JobState, bool]] | None = None
 
     async def __aenter__(self) -> Self:
-        await self._check
+        await self._check()
         return self
 
     async def __aexit__(
@@ -265,10 +268,19 @@ class Intake:
         """Accepts the job: from now on nothing loses it. Returns whether it is new.
 
         If this is cancelled, the job is accepted all the same.
+
+        Raises
+        ------
+        TooManyJobs, JobQuotaFull, StoreFull, StoreFailed
         """
         id = await self._parts.finish()
-        self._accepting = asyncio.create_task(self._work.accept(id, self._caller, self._parts))
+        self._accepting = asyncio.create_task(self._accept(id))
         return await asyncio.shield(self._accepting)
+
+    async def _accept(self, id: str) -> tuple[JobState, bool]:
+        async with self._work.lock(self._caller):  # several intakes may have begun at once
+            await self._check()
+            return await self._work.accept(id, self._caller, self._parts)
 
 
 async def _repeat(action: Callable[[], Awaitable[None]], pause: float) -> None:

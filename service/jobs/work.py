@@ -62,7 +62,7 @@ class Work:
 
     async def accept(self, id: str, caller: str, parts: PartWriter) -> tuple[JobState, bool]:
         """Accepts a job whose parts are written; returns whether it is new."""
-        async with self._lock(id):
+        async with self.lock(id):
             manifest = await self._reader.manifest(id)
             if manifest is not None:
                 await parts.delete()
@@ -73,7 +73,7 @@ class Work:
 
     async def withdraw(self, id: str, caller: str) -> None:
         """Lets a caller wait for a job no longer; if no other caller waits for it, it ends."""
-        async with self._lock(id):
+        async with self.lock(id):
             await self._askers.remove(id, caller)
             if not (await self._reader.state(id)).has_ended or id in self.open:
                 await self._askers.mark_cancelled(id)
@@ -98,7 +98,7 @@ class Work:
         """Stores states that have changed, and looks whether jobs that run are withdrawn."""
         self._dispatcher.start_queued()
         for job in tuple(self.open.values()):
-            async with self._lock(job.id):  # so that this state does not replace that of the end
+            async with self.lock(job.id):  # so that this state does not replace that of the end
                 if self.open.get(job.id) is not job:
                     continue
                 if not job.is_saved:
@@ -164,7 +164,7 @@ class Work:
 
     async def _take_over(self, id: str, owner: str | None) -> None:
         """Takes a job over from an owner that is gone, unless another instance was faster."""
-        async with self._lock(id):
+        async with self.lock(id):
             if id in self.open or await self._owners.owner_of(id) != owner:
                 return
             manifest = await self._reader.manifest(id)
@@ -234,7 +234,7 @@ class Work:
 
     async def _check_askers(self, job: OpenJob) -> None:
         """Looks whether a caller waits for an open job that another instance has cancelled."""
-        async with self._lock(job.id):
+        async with self.lock(job.id):
             await self._update_askers(job.id)
 
     async def _update_askers(self, id: str) -> None:
@@ -268,7 +268,7 @@ class Work:
     async def _end(self, job: OpenJob) -> None:
         """Stores the end of a job, and forgets the job; if the store fails, `save` tries again."""
         try:
-            async with self._lock(job.id):
+            async with self.lock(job.id):
                 # A caller has asked for it again, or another instance has taken it over.
                 if not job.is_over or self.open.get(job.id) is not job:
                     return
@@ -282,6 +282,9 @@ class Work:
         finally:
             job.is_ending = False
 
-    def _lock(self, id: str) -> asyncio.Lock:
-        """Held while the askers or the owner of a job change."""
-        return self._locks.setdefault(id, asyncio.Lock())
+    def lock(self, name: str) -> asyncio.Lock:
+        """Held while the askers or the owner of a job change, or while a caller gets another job.
+
+        `name` is the id of the job, or the name of the caller.
+        """
+        return self._locks.setdefault(name, asyncio.Lock())

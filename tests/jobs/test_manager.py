@@ -196,6 +196,20 @@ def test_the_open_jobs_of_a_caller_are_limited() -> None:
     asyncio.run(run())
 
 
+def test_jobs_that_are_sent_at_the_same_time_are_counted_too() -> None:
+    async def run() -> None:
+        async with Instance(max_jobs=2) as instance:
+            instance.engine.gate.clear()
+            sending = (instance.submit(make_parts(f"p{number}-", 1)) for number in range(5))
+            results = await asyncio.gather(*sending, return_exceptions=True)
+            assert sum(isinstance(result, TooManyJobs) for result in results) == 3
+            assert len(instance.jobs.open_jobs) == 2
+            keys = [entry.key async for page in instance.backend.list("intake") for entry in page]
+            assert len(keys) == 2
+
+    asyncio.run(run())
+
+
 def test_an_intake_that_is_left_keeps_nothing() -> None:
     async def run() -> None:
         instance = Instance(max_job_parts=3)
