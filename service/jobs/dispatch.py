@@ -192,7 +192,7 @@ class Dispatcher:
         if content is None:
             _log.error("the parts of the batch %d of the job %s are gone", number, job.id)
             parts = range(batch.first, batch.first + batch.parts)
-            lost = SurfaceError(Issue("internal_error", "The request of the part is lost."))
+            lost = SurfaceError(Issue("damaged_object", "The request of the part is lost."))
             await self._keep(job, number, [failed_record({"part": part}, lost) for part in parts])
             return DONE
         lines = await asyncio.to_thread(read_lines, content)
