@@ -65,7 +65,10 @@ class BakeRecord:
         for line in content.splitlines():
             # A power failure may have torn a line: its part is then made again.
             with suppress(ValueError, KeyError, TypeError):
-                self._set_known(orjson.loads(line)["name"], line)
+                known = orjson.loads(line)
+                name, id, result = known["name"], known["id"], known["result"]
+                if isinstance(name, str) and isinstance(id, str) and isinstance(result, dict):
+                    self._set_known(name, line)
 
     def _set_known(self, name: str, line: bytes) -> None:
         self._database.execute("INSERT OR REPLACE INTO known VALUES (?, ?)", (name, line))

@@ -157,6 +157,17 @@ def test_a_part_that_fails_is_named_and_fails_alone(tmp_path: Path) -> None:
     assert (result.counts.made, result.counts.found) == (1, 2)
 
 
+@pytest.mark.parametrize(
+    "line", ['{"name": "a"}', '{"name": ["a"], "id": "", "result": {}}', "[1]"]
+)
+def test_a_damaged_record_is_made_again(tmp_path: Path, line: str) -> None:
+    bake(tmp_path, [entry("a")])
+    (record,) = (tmp_path / FOLDER).iterdir()
+    record.write_text(f"{line}\n", encoding="utf-8")
+    result, _ = bake(tmp_path, [entry("a")])
+    assert (result.counts.made, result.counts.failed) == (1, 0)
+
+
 def test_names_are_unique_also_without_capitals(tmp_path: Path) -> None:
     entries = [entry("Lid", place="line 1"), entry("lid", place="line 2"), entry("x"), entry("x")]
     result, _ = bake(tmp_path, entries)
