@@ -162,7 +162,7 @@ class Dispatcher:
 
     async def _run(self, job: OpenJob, number: int, caller: str) -> None:
         try:
-            end = await self._run_batch(job, number, caller)
+            end = await self._run_or_fail(job, number, caller)
             if end in (DONE, CANCELLED):
                 self.waiting_for = ""
             else:
@@ -172,8 +172,8 @@ class Dispatcher:
         except asyncio.CancelledError:
             if not job.is_cancelled:
                 raise
-        except Exception as error:
-            self._pause(_reason_of(error))
+        except (StoreFull, StoreFailed) as error:  # when the failure was to be kept
+            self._pause(_REASONS[type(error)])
         finally:
             del self._tasks[job, number]
             if number in job.running:
@@ -184,6 +184,26 @@ class Dispatcher:
                 self.on_change(job)
                 self.start_queued()
 
+    async def _run_or_fail(self, job: OpenJob, number: int, caller: str) -> str:
+        """Runs a batch; after an unexpected error its parts fail, and other batches go on."""
+        try:
+            return await self._run_batch(job, number, caller)
+        except EngineUnavailable as error:
+            return error.reason
+        except (StoreFull, StoreFailed, JobQuotaFull) as error:
+            return _REASONS[type(error)]
+        except Exception as error:
+            _log.error("a batch of a job could not be run", exc_info=error)
+            await self._fail(job, number, "internal_error", "The part failed; the log says why.")
+            return DONE
+
+    async def _fail(self, job: OpenJob, number: int, code: str, message: str) -> None:
+        """Lets all parts of a batch fail with one error."""
+        batch = job.manifest.batches[number]
+        parts = range(batch.first, batch.first + batch.parts)
+        error = SurfaceError(Issue(code, message))
+        await self._keep(job, number, [failed_record({"part": part}, error) for part in parts])
+
     async def _run_batch(self, job: OpenJob, number: int, caller: str) -> str:
         """Runs a batch, and keeps its records; returns how it ended (`service.jobs.batch`)."""
         batch, folder = job.manifest.batches[number], job.manifest.folder
@@ -191,9 +211,7 @@ class Dispatcher:
         content = await self._files.read(intake_key(folder, number))
         if content is None:
             _log.error("the parts of the batch %d of the job %s are gone", number, job.id)
-            parts = range(batch.first, batch.first + batch.parts)
-            lost = SurfaceError(Issue("damaged_object", "The request of the part is lost."))
-            await self._keep(job, number, [failed_record({"part": part}, lost) for part in parts])
+            await self._fail(job, number, "damaged_object", "The request of the part is lost.")
             return DONE
         lines = await asyncio.to_thread(read_lines, content)
         if self.surfaces is not None:
@@ -253,17 +271,8 @@ def _cancel_if_cancelled(job: OpenJob, task: asyncio.Task[None]) -> None:
         task.cancel()
 
 
-_REASONS: dict[type[Exception], str] = {
+_REASONS: Mapping[type[Exception], str] = {
     StoreFull: "disk_full",
     StoreFailed: STORE_FAILED,
     JobQuotaFull: "job_quota_full",
 }
-
-
-def _reason_of(error: Exception) -> str:
-    """The code of what a batch waits for after an error."""
-    if isinstance(error, EngineUnavailable):
-        return error.reason
-    if type(error) not in _REASONS:
-        _log.error("a batch of a job could not be run", exc_info=error)
-    return _REASONS.get(type(error), "internal_error")

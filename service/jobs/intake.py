@@ -19,6 +19,11 @@ BATCH_SECONDS, BATCH_PARTS, BATCH_BYTES = 1.0, 400, 4 << 20
 """The most that a batch has: estimated seconds of work, parts, and bytes of their lines. A part
 that alone has more is a batch of its own."""
 
+GROWTH = 1000
+"""The batches of a job after which the next batches have one more `BATCH_SECONDS` of work. Parts by
+tolerance have large estimates: 100,000 of them make 9,000 batches, not 50,000. A batch takes memory
+while the job is open, and a file on the disk."""
+
 
 class PartWriter:
     """Cuts parts into batches and writes these; each is on the disk when `add` returns.
@@ -81,9 +86,10 @@ class PartWriter:
 
     def _fits(self, part: CheckedPart) -> bool:
         """Whether the open batch has room for this part."""
+        seconds = BATCH_SECONDS * (1 + len(self.batches) // GROWTH)
         return (
             len(self._open) < BATCH_PARTS
-            and self._open_seconds + part.seconds <= BATCH_SECONDS
+            and self._open_seconds + part.seconds <= seconds
             and self._open_bytes + len(part.line) <= BATCH_BYTES
         )
 

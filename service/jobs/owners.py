@@ -111,6 +111,12 @@ class Owners:
             return True
         return time.monotonic() - sighting.since > GONE_AFTER
 
+    async def is_gone_now(self, instance: str | None) -> bool:
+        """Whether an owner is gone; of one that no look has seen yet, whether it gives no sign."""
+        if instance is None or instance == self.instance or instance in self._sightings:
+            return self.is_gone(instance)
+        return not await self._files.has(instance_key(instance))
+
     async def forget_gone(self) -> None:
         """Removes the signs of life of instances that are gone."""
         for instance in [name for name in self._sightings if self.is_gone(name)]:

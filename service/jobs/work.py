@@ -151,7 +151,7 @@ class Work:
             return job.state(self._dispatcher.waiting_for)
         state = await self._reader.state(id)
         owner = await self._owners.owner_of(id)
-        if not (state.has_ended or self._owners.is_gone(owner)):
+        if not (state.has_ended or await self._owners.is_gone_now(owner)):
             self._joined.add(id)
             return state
         half = timedelta(seconds=self._reader.lifetime / 2)

@@ -83,6 +83,22 @@ def test_the_state_of_a_job_is_the_same_in_all_instances() -> None:
     asyncio.run(run())
 
 
+def test_an_instance_that_has_just_started_takes_no_job_from_another() -> None:
+    async def run() -> None:
+        async with Instance(slots=1) as first:
+            first.engine.gate.clear()
+            parts = make_parts("p", 3, seconds=1)
+            state, _ = await first.submit(parts, "a")
+            second = Instance(first.backend)  # has not looked at the signs of life yet
+            assert (await second.submit(parts, "b"))[1] is False
+            assert not second.jobs.open_jobs
+            first.engine.gate.set()
+            assert (await first.wait(state.id)).succeeded == 3
+            assert not second.engine.names
+
+    asyncio.run(run())
+
+
 def test_callers_of_another_instance_join_and_withdraw() -> None:
     async def run() -> None:
         async with Instance(slots=1) as first, Instance(first.backend) as second:

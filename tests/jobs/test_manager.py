@@ -13,6 +13,7 @@ from service.errors import (
     UnknownJob,
     UnknownResult,
 )
+from service.jobs import intake
 from service.jobs.keys import part_key
 from service.storage.backends import Bucket
 from service.storage.keys import key_of
@@ -278,5 +279,20 @@ def test_surfaces_that_only_this_process_can_read_are_copied_for_the_others() ->
             assert await instance.backend.read(key_of(id)) == content
             keys = [entry.key async for page in instance.backend.list("surfaces") for entry in page]
             assert keys == [key_of(id)]
+
+    asyncio.run(run())
+
+
+def test_batches_grow_in_large_jobs(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(intake, "GROWTH", 2)
+
+    async def run() -> None:
+        async with Instance() as instance:
+            instance.engine.gate.clear()
+            await instance.submit(make_parts("p", 20))
+            (job,) = instance.jobs.open_jobs
+            assert [batch.parts for batch in job.manifest.batches] == [2, 2, 4, 4, 6, 2]
+            instance.engine.gate.set()
+            assert (await instance.wait(job.id)).succeeded == 20
 
     asyncio.run(run())

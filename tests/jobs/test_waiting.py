@@ -184,3 +184,32 @@ def test_a_batch_that_waits_for_memory_is_not_charged() -> None:
             assert instance.jobs.dispatcher.seconds == 1.0
 
     asyncio.run(run())
+
+
+def test_an_unexpected_error_fails_one_batch_and_stops_no_other(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async def run() -> None:
+        async with Instance(slots=1) as instance:
+            compute = instance.engine.run
+            errors = [RuntimeError("a secret")]
+
+            async def fail_once(task: bytes) -> bytes:
+                if errors:
+                    raise errors.pop()
+                return await compute(task)
+
+            monkeypatch.setattr(instance.engine, "run", fail_once)
+            state, _ = await instance.submit(make_parts("p", 4))
+            ended = await instance.wait(state.id)
+            assert (ended.state, ended.succeeded, ended.failed) == ("failed", 2, 2)
+            results = await instance.jobs.results(state.id, 0, 10)
+            assert [result.state for result in results] == ["failed"] * 2 + ["succeeded"] * 2
+            assert results[0].error is not None
+            assert [issue.code for issue in results[0].error.issues] == ["internal_error"]
+            assert "secret" not in str(results)
+            # Asking again computes what has failed.
+            await instance.submit(make_parts("p", 4))
+            assert (await instance.wait(state.id)).state == "succeeded"
+
+    asyncio.run(run())
