@@ -208,7 +208,7 @@ def kill_in_mid_job(folder: Path) -> str:
         server.wait_until_ready()
         started = time.monotonic()
         while owner_file.read_bytes() == owner:
-            assert time.monotonic() < started + 60, "no caller has taken the job over"
+            assert time.monotonic() < started + 60, "the job was not taken over"
             time.sleep(0.02)
         resumed = time.monotonic() - started
         assert client.wait_for_end(id)["state"] == "succeeded"

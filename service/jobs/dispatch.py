@@ -194,14 +194,15 @@ class Dispatcher:
             return _REASONS[type(error)]
         except Exception as error:
             _log.error("a batch of a job could not be run", exc_info=error)
-            await self._fail(job, number, "internal_error", "The part failed; the log says why.")
+            issue = Issue("internal_error", "The part failed; the log says why.")
+            await self._fail(job, number, issue)
             return DONE
 
-    async def _fail(self, job: OpenJob, number: int, code: str, message: str) -> None:
-        """Lets all parts of a batch fail with one error."""
+    async def _fail(self, job: OpenJob, number: int, issue: Issue) -> None:
+        """Lets all parts of a batch fail with one issue."""
         batch = job.manifest.batches[number]
         parts = range(batch.first, batch.first + batch.parts)
-        error = SurfaceError(Issue(code, message))
+        error = SurfaceError(issue)
         await self._keep(job, number, [failed_record({"part": part}, error) for part in parts])
 
     async def _run_batch(self, job: OpenJob, number: int, caller: str) -> str:
@@ -211,7 +212,8 @@ class Dispatcher:
         content = await self._files.read(intake_key(folder, number))
         if content is None:
             _log.error("the parts of the batch %d of the job %s are gone", number, job.id)
-            await self._fail(job, number, "damaged_object", "The request of the part is lost.")
+            issue = Issue("damaged_object", "The request of the part is lost.")
+            await self._fail(job, number, issue)
             return DONE
         lines = await asyncio.to_thread(read_lines, content)
         if self.surfaces is not None:
