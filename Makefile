@@ -99,7 +99,7 @@ test-jobs: $(VENV)/.dev ## Inject faults into jobs (kill -9, a full disk, a thou
 
 test-rolling: $(VENV)/.dev ## Restart and kill instances behind HAProxy, and workers, under load (LONGEST=180 s): no request may fail
 	@command -v haproxy >/dev/null || { echo 'haproxy is needed: apt-get install haproxy'; exit 1; }
-	LONGEST=$(LONGEST) $(BIN)/python -m pytest tools/deploy/rolling.py tools/deploy/faults.py
+	LONGEST=$(LONGEST) $(BIN)/python -m pytest tests/server/workers_ending.py tools/deploy/rolling.py tools/deploy/faults.py
 
 test-upgrade: $(VENV)/.dev ## Run this version and an older one (UPGRADE_FROM, a commit) on one store and one keys file
 	UPGRADE_FROM=$(UPGRADE_FROM) $(BIN)/python -m pytest tools/deploy/upgrade.py

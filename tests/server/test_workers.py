@@ -6,8 +6,7 @@ import signal
 import socket
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -19,102 +18,10 @@ from service.server.run import make_server
 from service.server.supervisor import Supervisor
 from service.server.worker import WorkerServer
 from service.settings.values import Settings
-from tests.server.test_draining import SlowApp, is_refused
-from tools.processes import PATIENCE, Server, free_ports, service_server
+from tests.server.test_draining import SlowApp
+from tests.server.workers import COUNT, Workers, is_running, start_workers, wait_until
+from tools.processes import PATIENCE
 from tools.programs import run_python
-
-COUNT = 2
-
-
-class Notified:
-    """A socket that stands in for systemd."""
-
-    def __init__(self, folder: Path) -> None:
-        self.path = folder / "notify"
-        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
-        self._socket.bind(str(self.path))
-        self._socket.settimeout(PATIENCE)
-
-    def close(self) -> None:
-        self._socket.close()
-
-    def read(self) -> str:
-        """The next state that the service sends."""
-        return self._socket.recv(100).decode()
-
-    def has_more(self) -> bool:
-        """Whether the service has sent a state that was not read."""
-        self._socket.settimeout(0)
-        try:
-            return bool(self._socket.recv(100))
-        except BlockingIOError:
-            return False
-        finally:
-            self._socket.settimeout(PATIENCE)
-
-
-class Workers:
-    """A service with two workers, and what a test sees of it."""
-
-    def __init__(self, folder: Path, **settings: str) -> None:
-        folder.mkdir(exist_ok=True)
-        self.systemd = Notified(folder)
-        self.metrics_port = free_ports(COUNT)
-        self.server: Server = service_server(
-            folder,
-            {
-                "NOTIFY_SOCKET": str(self.systemd.path),
-                "SURFACE_STORE": str(folder / "store"),
-                "SURFACE_WORKERS": str(COUNT),
-                "SURFACE_METRICS_PORT": str(self.metrics_port),
-                "SURFACE_ACCESS_LOG": "false",
-                **settings,
-            },
-        )
-
-    @property
-    def log(self) -> str:
-        return self.server.log.read_text(encoding="utf-8")
-
-    def ask_worker(self, number: int, path: str) -> httpx.Response:
-        """The response of one worker, at its port for metrics."""
-        return httpx.get(f"http://127.0.0.1:{self.metrics_port + number}{path}", timeout=PATIENCE)
-
-
-def wait_until(condition: Callable[[], object]) -> None:
-    """Waits until a condition is true; fails after `PATIENCE` seconds."""
-    end = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.02)
-
-
-@contextmanager
-def start_workers(folder: Path, **settings: str) -> Iterator[Workers]:
-    """Two workers that serve; they are killed after the block."""
-    workers = Workers(folder, **settings)
-    workers.server.start()
-    pids: list[int] = []
-    try:
-        assert workers.systemd.read() == "READY=1", workers.log
-        pids = workers.server.worker_pids()
-        yield workers
-    finally:
-        if workers.server.is_alive:
-            pids = workers.server.worker_pids()
-            workers.server.kill()
-        for pid in filter(is_running, pids):
-            os.kill(pid, signal.SIGKILL)
-        workers.systemd.close()
-
-
-def is_running(pid: int) -> bool:
-    """Whether a process runs that is not a zombie."""
-    try:
-        state = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()[0]
-    except OSError:
-        return False
-    return state != "Z"
 
 
 @pytest.fixture(scope="module")
@@ -223,69 +130,17 @@ def test_hangup_replaces_the_workers_one_by_one(workers: Workers) -> None:
     assert not workers.systemd.has_more()
 
 
-def test_workers_end_with_their_parent(workers: Workers) -> None:
+def test_a_stop_ends_all_workers_with_exit_code_0(workers: Workers) -> None:
     """The last test of the service that the tests above share."""
     pids = workers.server.worker_pids()
-    assert len(pids) == COUNT
-    workers.server.kill()
-    wait_until(lambda: not any(map(is_running, pids)))
-    assert is_refused(workers.server.url)
-
-
-def test_a_stop_ends_all_workers_with_exit_code_0(tmp_path: Path) -> None:
-    with start_workers(tmp_path) as workers:
-        pids = workers.server.worker_pids()
-        # Ctrl-C reaches the workers, too, so that each gets the signal twice.
-        for pid in pids:
-            os.kill(pid, signal.SIGINT)
-        workers.server.process.send_signal(signal.SIGINT)
-        assert workers.server.process.wait(PATIENCE) == 0
-        assert workers.systemd.read() == "STOPPING=1"
-        assert not workers.systemd.has_more()
-        assert not any(map(is_running, pids))
-        assert "Traceback" not in workers.log
-
-
-def test_ctrl_c_while_the_workers_start_prints_no_error(tmp_path: Path) -> None:
-    workers = Workers(tmp_path)
-    workers.server.start()
-    workers.systemd.close()
-    wait_until(lambda: len(workers.server.worker_pids()) == COUNT)
-    pids = workers.server.worker_pids()
-    # They import modules.
-    wait_until(lambda: "numpy" in Path(f"/proc/{pids[0]}/maps").read_text(encoding="utf-8"))
-    for pid in (workers.server.pid, *pids):
+    # Ctrl-C reaches the workers, too, so that each gets the signal twice.
+    for pid in pids:
         os.kill(pid, signal.SIGINT)
+    workers.server.process.send_signal(signal.SIGINT)
     assert workers.server.process.wait(PATIENCE) == 0
+    assert workers.systemd.read() == "STOPPING=1"
+    assert not workers.systemd.has_more()
     assert not any(map(is_running, pids))
-    assert "Traceback" not in workers.log
-
-
-def test_a_second_signal_ends_all_workers_at_once(tmp_path: Path) -> None:
-    with start_workers(tmp_path, SURFACE_DRAIN_DELAY="600") as workers:
-        pids = workers.server.worker_pids()
-        workers.server.process.send_signal(signal.SIGTERM)
-        assert workers.systemd.read() == "STOPPING=1"
-        # No connection waits for a worker that is not replaced any more.
-        os.kill(pids[0], signal.SIGKILL)
-        wait_until(lambda: not is_running(pids[0]))
-        for _ in range(16):
-            assert httpx.get(f"{workers.server.url}/v1/formats", timeout=5).status_code == 200
-        workers.server.process.send_signal(signal.SIGINT)
-        assert workers.server.process.wait(PATIENCE) == 128 + signal.SIGINT
-        wait_until(lambda: not any(map(is_running, pids)))
-
-
-def test_a_service_whose_workers_do_not_start_ends(tmp_path: Path) -> None:
-    file = tmp_path / "file"
-    file.touch()
-    workers = Workers(tmp_path, SURFACE_STORE=str(file))
-    workers.server.start()
-    workers.systemd.close()
-    assert workers.server.process.wait(PATIENCE) == 1
-    lines = workers.log.splitlines()
-    assert lines[-1].startswith("surface: cannot serve at 127.0.0.1")
-    assert "does not start" in workers.log
     assert "Traceback" not in workers.log
 
 
