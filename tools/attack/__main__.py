@@ -56,7 +56,7 @@ MAX_LATENCY, MAX_LATENCY_JSON = 0.1, 0.3
 """The largest 99th percentiles of the client's latencies in seconds: in general, and during an
 attack that sends the largest JSON."""
 
-MAX_LEFTOVER = 250e6
+MAX_LEFTOVER = 275e6
 """The largest number of bytes that the process may use after all attacks, with its caches."""
 
 MAX_NEW_FILES = 4
