@@ -4,6 +4,8 @@ The hooks choose which process runs which test, and make skipped tests fail in `
 """
 
 import os
+import time
+import tracemalloc
 from collections.abc import Generator, Iterator
 from typing import TypeVar
 
@@ -23,6 +25,21 @@ os.environ["SSL_CERT_DIR"] = os.path.dirname(__file__)
 hypothesis.settings.register_profile("surface", derandomize=True, deadline=None, max_examples=6)
 hypothesis.settings.register_profile("deep", deadline=None, max_examples=300)
 hypothesis.settings.load_profile("surface")
+
+_stop_tracing = tracemalloc.stop
+
+
+def _stop_tracing_when_quiet() -> None:
+    """Stops `tracemalloc` when threads of services in this process have ended their allocations.
+
+    Python 3.11 crashes if it stops while another thread, which waits for Python's lock in an
+    allocation, has yet to record it.
+    """
+    time.sleep(0.01)  # the other threads get the lock
+    _stop_tracing()
+
+
+tracemalloc.stop = _stop_tracing_when_quiet
 
 
 @pytest.fixture(scope="session")
