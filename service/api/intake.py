@@ -18,7 +18,7 @@ from service.api.stored import surface_of
 from service.cancellation import OutOfTime, checkpoint
 from service.encoders.format import FileFormat
 from service.errors import InvalidRequest, Issue, StoreFailed, SurfaceError, UnknownSurface
-from service.jobs.parts import CheckedPart, check_part
+from service.jobs.parts import CheckedPart, check_part, stored_surface
 from service.pipeline.calls import CallLimits
 from service.pipeline.cost import Cost, Work
 from service.surface.kinds import Surface
@@ -33,8 +33,6 @@ PART_SECONDS, BYTE_SECONDS = 5e-4, 1e-8
 
 MAX_STORED = 4
 """The most stored surfaces that one batch of parts may name: all are in memory at the same time."""
-
-_MESH_OF = re.compile(r"/v1/surfaces/([0-9a-f]{64})/mesh\.")
 
 
 def prefers_async(headers: Mapping[bytes, bytes]) -> bool:
@@ -129,8 +127,8 @@ def _split(parts: Sequence[object]) -> Iterator[Sequence[object]]:
 def _stored_ids(part: object) -> set[str]:
     """The id of the stored surface that a part names, if it names one."""
     path = part.get("path") if isinstance(part, dict) else getattr(part, "path", None)
-    match = _MESH_OF.match(path) if isinstance(path, str) else None
-    return {match[1]} if match else set()
+    id = stored_surface(path) if isinstance(path, str) else ""
+    return {id} if id else set()
 
 
 async def _check_in_turn(

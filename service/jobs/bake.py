@@ -17,18 +17,25 @@ from typing import Any
 from service.errors import InvalidRequest, Issue, SurfaceError
 from service.jobs.attempts import run_task
 from service.jobs.bake_record import BakeRecord, Failure
-from service.jobs.batch import DONE, FAILED, UNFINISHED, BatchResult, Line, Task
+from service.jobs.batch import (
+    BATCH_BYTES,
+    BATCH_PARTS,
+    BATCH_SECONDS,
+    DONE,
+    FAILED,
+    UNFINISHED,
+    BatchResult,
+    Line,
+    Task,
+)
 from service.jobs.engine import Engine, EngineUnavailable
 from service.jobs.list_reader import ListReader, Text
 from service.jobs.results import Result, write_error
 from service.storage.backends import Backend
 from service.storage.failures import translate_errors
 
-BATCH_SECONDS = 1.0
-"""The time that a batch takes: long beside the cost of a task, short beside that of stopping."""
-
-FIRST_PARTS, MAX_PARTS, MAX_BYTES = 8, 400, 4 << 20
-"""Parts of the first batches; the most parts of a batch, and the most bytes of their text."""
+FIRST_PARTS = 8
+"""Parts of the first batches, whose time is not known yet."""
 
 RECORD_SECONDS = 1.0
 """Time after which new files are recorded, at the earliest."""
@@ -193,7 +200,7 @@ class Bake:
         is_read = False
         try:
             while True:
-                if reading is None and not is_read and len(self._ready) < 2 * MAX_PARTS:
+                if reading is None and not is_read and len(self._ready) < 2 * BATCH_PARTS:
                     reading = asyncio.create_task(reader.take())
                 while self._ready and len(running) < self._engine.slots:
                     running.add(asyncio.create_task(self._run_batch(list(self._cut()))))
@@ -253,7 +260,7 @@ class Bake:
         """Takes the entries of the next batch."""
         size = 0
         for _ in range(min(self._batch_parts, len(self._ready))):
-            if size and size + self._ready[0].entry.size > MAX_BYTES:
+            if size and size + self._ready[0].entry.size > BATCH_BYTES:
                 return
             size += self._ready[0].entry.size
             yield self._ready.popleft()
@@ -303,7 +310,7 @@ class Bake:
         """Chooses the parts of the next batches, and multiplies their number by at most 4."""
         seconds = sum(record["seconds"] for record in records)
         parts = int(BATCH_SECONDS * len(records) / max(seconds, 1e-6))
-        self._batch_parts = max(1, min(parts, 4 * self._batch_parts, MAX_PARTS))
+        self._batch_parts = max(1, min(parts, 4 * self._batch_parts, BATCH_PARTS))
 
     async def _check_output(self, batch: list[_Ready], records: tuple[dict[str, Any], ...]) -> None:
         """Checks that a worker on another machine has written into this output."""

@@ -40,6 +40,10 @@ from service.storage.backends import Backend
 from service.storage.canonical import restore_surface
 from service.storage.failures import translate_errors
 
+BATCH_SECONDS, BATCH_PARTS, BATCH_BYTES = 1.0, 400, 4 << 20
+"""The size at which batches are cut: seconds of work, parts, and bytes of their lines. Passing a
+batch to a process costs little beside a second, and callers take turns after each batch."""
+
 MAX_WRITING = 8
 """Files that are being written while the next part is computed."""
 
@@ -157,8 +161,8 @@ class _Output(Protocol):
     async def find(self, line: Line) -> Result | None:
         """The result of a part whose file is there; None if it must be computed."""
 
-    async def write(self, line: Line, result: Result, content: bytes) -> None:
-        """Writes the file of a part."""
+    async def write(self, line: Line, result: Result, content: bytes) -> Result:
+        """Writes the file of a part; returns the result that stays."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,8 +184,13 @@ class _Parts:
             await self.backend.write(key, stored, durable=False)
         return result
 
-    async def write(self, line: Line, result: Result, content: bytes) -> None:
+    async def write(self, line: Line, result: Result, content: bytes) -> Result:
+        # Another process may have been faster. Its file stays: on another processor the last digit
+        # of a number may differ, and clients may have the file already.
+        if (first := await self.find(line)) is not None:
+            return first
         await self.backend.write(part_key(line["id"]), write_object(result, content), durable=False)
+        return result
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,8 +213,9 @@ class _NamedFiles:
                 return result
         return None
 
-    async def write(self, line: Line, result: Result, content: bytes) -> None:
+    async def write(self, line: Line, result: Result, content: bytes) -> Result:
         await self.backend.write(_file_key(line, result), content, durable=False)
+        return result
 
 
 def _file_key(line: Line, result: Result) -> str:
@@ -306,7 +316,7 @@ class _Batch:
         """Writes the file of a part, and then its record."""
         try:
             with translate_errors("writing the file of a part"):
-                await self._output.write(line, result, content)
+                result = await self._output.write(line, result, content)
             self._record(line, start, asdict(result))
         finally:
             self._write_slots.release()

@@ -9,15 +9,12 @@ from collections.abc import Iterator, Sequence
 from hashlib import sha256
 
 from service.errors import Issue, TooLarge
+from service.jobs.batch import BATCH_BYTES, BATCH_PARTS, BATCH_SECONDS
 from service.jobs.files import JobFiles
 from service.jobs.keys import INTAKE, intake_key
 from service.jobs.manifest import Batch
 from service.jobs.parts import CheckedPart
 from service.jobs.usage import JobUsage
-
-BATCH_SECONDS, BATCH_PARTS, BATCH_BYTES = 1.0, 400, 4 << 20
-"""The most that a batch has: estimated seconds of work, parts, and bytes of their lines. A part
-that alone has more is a batch of its own."""
 
 GROWTH = 1000
 """The batches of a job after which the next batches have one more `BATCH_SECONDS` of work. Parts by
@@ -85,7 +82,7 @@ class PartWriter:
         return self._hash.hexdigest()
 
     def _fits(self, part: CheckedPart) -> bool:
-        """Whether the open batch has room for this part."""
+        """Whether the open batch has room for this part, by its estimated seconds."""
         seconds = BATCH_SECONDS * (1 + len(self.batches) // GROWTH)
         return (
             len(self._open) < BATCH_PARTS

@@ -12,6 +12,7 @@ from service.jobs import bake as baking
 from service.jobs.bake import FILES_ELSEWHERE, Bake, BakeStopped, Entry, is_file_name
 from service.jobs.bake_record import FOLDER
 from service.jobs.batch import (
+    BATCH_SECONDS,
     DONE,
     UNFINISHED,
     WRONG_ENGINE,
@@ -234,7 +235,7 @@ def test_batches_take_about_a_second(tmp_path: Path, seconds: float, most: int) 
     sizes = [len(task.lines) for task in tasks][2:]
     assert max(sizes) <= most
     assert max(sizes) > most / 4
-    assert all(task.seconds == baking.BATCH_SECONDS for task in tasks)
+    assert all(task.seconds == BATCH_SECONDS for task in tasks)
 
 
 @pytest.mark.parametrize(("size", "most"), [(10, 5000), (100_000, 1000)])

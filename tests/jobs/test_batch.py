@@ -12,6 +12,7 @@ from typing import Any
 import orjson
 import pytest
 
+from service.encoders.registry import BY_NAME
 from service.engine.mesh.mesh import ENGINE
 from service.errors import UnknownSurface
 from service.jobs import batch as batches
@@ -28,7 +29,7 @@ from service.jobs.batch import (
 )
 from service.jobs.keys import cancelled_key, part_key
 from service.jobs.parts import check_part, read_part
-from service.jobs.results import describe_file, read_object
+from service.jobs.results import Result, describe_file, read_object, write_object
 from service.pipeline.calls import CallLimits, File
 from service.storage.address import open_store
 from service.storage.canonical import plan_content
@@ -134,6 +135,24 @@ def test_a_batch_begins_no_part_after_its_time(store: str) -> None:
     whole = run(Task(lines, store, LIMITS, 60.0, seconds=3600.0))
     assert whole.end == DONE
     assert len(whole.records) == len(lines)
+
+
+def test_the_first_file_of_a_part_stays(store: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two processes compute one part at the same time, and on two processors digits may differ."""
+    (line,) = by_path(PATHS[0])
+    path = Path(store) / part_key(line["id"])
+    first = File(b"of another processor", "saddle")
+    about = describe_file(first, b"of another processor", BY_NAME["glb"])
+
+    def let_another_write(file: File, content: bytes, fmt: Any) -> Result:
+        path.parent.mkdir(parents=True)
+        path.write_bytes(write_object(about, b"of another processor"))
+        return describe_file(file, content, fmt)
+
+    monkeypatch.setattr(batches, "describe_file", let_another_write)
+    (record,) = run(Task((line,), store, LIMITS, 60.0)).records
+    assert bytes(read_object(path.read_bytes())[1]) == b"of another processor"
+    assert record["sha256"] == about.sha256
 
 
 @pytest.mark.parametrize("damage", [b"", b"x", b"{}\nx"])

@@ -380,9 +380,10 @@ async def get_result(
         return FileResponse(b"", (*headers, length))
     # Takes the memory in turn with other responses, but no thread: nothing is computed.
     await job.run(Work(Cost(file.bytes, 0.0, response=file.bytes), bool), "result")
-    _, content = await jobs.result(state.id, index)
+    file, content = await jobs.result(state.id, index)
     job.finish_work(file.bytes)
-    return FileResponse(content, (*headers, length))
+    length = (b"content-length", b"%d" % file.bytes)
+    return FileResponse(content, (*_result_headers(file, result.name), length))
 
 
 def _parse_index(text: str, total: int) -> int:
