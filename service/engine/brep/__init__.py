@@ -1,0 +1,1 @@
+"""Meshes of parts: edges, borders of faces, triangulation, refinement and assembly."""
