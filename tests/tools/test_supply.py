@@ -70,10 +70,21 @@ def test_a_package_that_changes_its_statement_is_refused_until_a_person_read_it(
 
 
 # A licence that is not allowed is refused even as an alternative to an allowed one.
-@pytest.mark.parametrize("expression", ["GPL-3.0-only", "MIT OR AGPL-3.0-only", "(MIT)AND(X)", ""])
+@pytest.mark.parametrize(
+    "expression",
+    [
+        *("GPL-3.0-only", "MIT OR AGPL-3.0-only", "(MIT)AND(X)", ""),
+        *("GPL-2.0-only WITH Classpath-exception-2.0", "MIT WITH LLVM-exception"),
+    ],
+)
 def test_licences_that_are_not_allowed_are_refused(expression: str) -> None:
     with pytest.raises(UnknownLicence, match="not allowed"):
         check_licence("x", expression)
+
+
+def test_a_licence_with_an_exception_is_one_licence() -> None:
+    expression = "MPL-2.0 AND (Apache-2.0 WITH LLVM-exception OR MIT)"
+    assert check_licence("x", expression) == expression
 
 
 def test_the_image_copies_the_bundled_npm_packages() -> None:

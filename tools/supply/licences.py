@@ -15,12 +15,15 @@ from tools.supply.packages import ROOT, list_packages, list_scripts
 PAGE = ROOT / "docs" / "licences.md"
 
 ALLOWED_LICENCES = {
-    "0BSD", "Apache-2.0", "BSD-2-Clause", "BSD-3-Clause", "CC0-1.0", "ISC", "MIT", "MPL-2.0",
-    "PSF-2.0", "Unlicense", "Zlib",
+    "0BSD", "Apache-2.0", "Apache-2.0 WITH LLVM-exception", "BSD-2-Clause", "BSD-3-Clause",
+    "CC0-1.0", "ISC", "MIT", "MPL-2.0", "PSF-2.0", "Unlicense", "Zlib",
 }  # fmt: skip
 """Licences (SPDX) of packages that may be shipped with the service, unchanged. They require that
 their text is shipped, too; each package contains it. MPL-2.0 also requires that changes of its
-files are published."""
+files are published. A licence with an exception (`WITH`) is a licence of its own."""
+
+LICENCE = re.compile(r"[^\s()]+(?:\s+WITH\s+[^\s()]+)?")
+"""One licence of an SPDX expression, with its exception; or an operator between two."""
 
 READ_LICENCES = {
     "httpcore": ("BSD License", "BSD-3-Clause"),
@@ -100,7 +103,7 @@ def check_licence(name: str, expression: str) -> str:
     UnknownLicence
         The expression names a licence that is not allowed.
     """
-    names = set(re.findall(r"[^\s()]+", expression)) - {"AND", "OR", "WITH"}
+    names = {" ".join(name.split()) for name in LICENCE.findall(expression)} - {"AND", "OR"}
     if not names or names - ALLOWED_LICENCES:
         raise UnknownLicence(f"{name}: {expression!r} is not allowed")
     return expression
