@@ -61,9 +61,9 @@ class Places:
     def find_spans(
         self, face: Ints, axis: int, low: FloatArray | Ints, high: FloatArray | Ints
     ) -> tuple[Ints, Ints]:
-        """The first and the last span (m,) along an axis that intervals [low, high] of places touch.
+        """The first and the last span (m,) along an axis that intervals [low, high] touch.
 
-        A knot belongs to the span after it as `low`, and to the span before it as `high`.
+        `low` and `high` (m,) are places. A knot belongs to the span after it as `low`, and to the span before it as `high`.
         """
         raise NotImplementedError
 
@@ -71,9 +71,7 @@ class Places:
         """The knots (m,) at which spans begin and end."""
         raise NotImplementedError
 
-    def locate(
-        self, face: Ints, places: FloatArray | Ints
-    ) -> tuple[Ints, FloatArray, FloatArray]:
+    def locate(self, face: Ints, places: FloatArray | Ints) -> tuple[Ints, FloatArray, FloatArray]:
         """Patches (m,), their parameters (2, m) at places (m, 2), and widths (2, m) of spans."""
         raise NotImplementedError
 

@@ -1,4 +1,4 @@
-"""Many curves of one dimension as Bézier spans, grouped by degree, so that no loop runs over curves.
+"""Many curves as Bézier spans, grouped by degree, so that no Python loop runs over curves.
 
 A curve of degree n over a span [a, b] between two neighbouring breaks is a Bézier curve in the
 local parameter x = (t − a) / (b − a). Curves are right-continuous, as B-splines are
@@ -97,12 +97,14 @@ class Splines:
     @property
     def start(self) -> FloatArray:
         """The first parameter of each curve, (n,)."""
-        return self.breaks[self.first_break]
+        start: FloatArray = self.breaks[self.first_break]
+        return start
 
     @property
     def end(self) -> FloatArray:
         """The last parameter of each curve, (n,)."""
-        return self.breaks[self.first_break + self.span_count]
+        end: FloatArray = self.breaks[self.first_break + self.span_count]
+        return end
 
     def take(self, curves: Ints) -> "Splines":
         """The curves with these numbers, in this order; a curve may occur several times."""
@@ -114,11 +116,11 @@ class Splines:
         raise NotImplementedError
 
     def move_ranges(self, start: FloatArray, end: FloatArray) -> "Splines":
-        """The same curves with their parameters mapped affinely to [start, end], (n,) each."""
+        """The curves with their parameters mapped affinely to [start, end], (n,) each."""
         raise NotImplementedError
 
-    def map_points(self, curves: Ints, origin: FloatArray, scale: FloatArray) -> "Splines":
-        """The same curves after (P − origin) · scale, with a row (n, D) of each for each curve."""
+    def map_points(self, origin: FloatArray, scale: FloatArray) -> "Splines":
+        """The curves (P − origin) · scale, with a row of `origin` and `scale`, (n, D), for each."""
         raise NotImplementedError
 
     def split_by_group(self, curve: Ints) -> Iterator[tuple[SpanNets, Ints]]:

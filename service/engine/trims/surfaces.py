@@ -61,7 +61,7 @@ class FaceSurfaces:
         raise NotImplementedError
 
     def move_planes(self, low: FloatArray, high: FloatArray) -> "FaceSurfaces":
-        """The same surfaces; planes get the domains [low, high], (F, 2) each."""
+        """The surfaces after the domains of planes have become [low, high], (F, 2) each."""
         raise NotImplementedError
 
     def evaluate(self, face: Ints, parameters: FloatArray) -> FloatArray:
@@ -71,9 +71,7 @@ class FaceSurfaces:
         """
         raise NotImplementedError
 
-    def evaluate_partials(
-        self, face: Ints, parameters: FloatArray, order: int = 1
-    ) -> FloatArray:
+    def evaluate_partials(self, face: Ints, parameters: FloatArray, order: int = 1) -> FloatArray:
         """S, S_u, S_v and, if `order` is 2, S_uu, S_uv, S_vv: shape (3 or 6, m, 3).
 
         Partials are with respect to the parameters of the surface.
