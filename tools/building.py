@@ -8,7 +8,7 @@ from service.engine.options import MeshOptions
 from service.engine.scenes.scene import Scene
 from service.engine.stored_positions import Storage
 from service.surface.curve_model import SweepModel
-from service.surface.lowered import GroupModel, Model
+from service.surface.lowered import GroupModel, Model, PatchModel
 
 MAX_TRIANGLES = 1 << 31
 """The most triangles of a mesh by tolerance: no limit in practice."""
@@ -36,7 +36,7 @@ def _build_by_tolerance(
     model: Model, options: MeshOptions, *, is_float32: bool, has_nodes: bool
 ) -> Mesh | Scene:
     assert options.accuracy is not None
-    assert not isinstance(model, SweepModel)
+    assert isinstance(model, PatchModel | GroupModel)
     storage = Storage(is_float32, has_local_origin=True)
     mesher = build_mesher(model, options, storage, has_nodes=has_nodes)
     return mesher.build_mesh(build_goal(options.accuracy, model), MAX_TRIANGLES)

@@ -10,6 +10,7 @@ from service.engine.joining.join import Allow, allow_any, join
 from service.engine.joining.members import join_group, separate_members
 from service.engine.mesh.mesh import Mesh, Overlay
 from service.engine.mesh.overlays import draw_overlays
+from service.engine.models import TRIMMED
 from service.engine.options import MeshOptions
 from service.engine.quantize import quantize
 from service.engine.scenes.scene import Scene, arrange, flatten, round_to_single
@@ -17,9 +18,11 @@ from service.engine.sweeps.sweep import sweep
 from service.engine.tessellate import tessellate
 from service.engine.wires.draw import add_wires, draw_without_faces, line_overlay
 from service.engine.wires.isocurves import sample_isocurves
+from service.errors import InvalidRequest
 from service.measuring import Measured
+from service.surface.brep_model import BrepModel
 from service.surface.curve_model import SweepModel
-from service.surface.lowered import GroupModel, Model, PatchModel
+from service.surface.lowered import GroupModel, Model, PatchModel, SingleModel
 
 
 def build(
@@ -42,13 +45,13 @@ def build(
     return _build_single(model, options, is_float32, allow)
 
 
-def _build_single(
-    model: PatchModel | SweepModel, options: MeshOptions, is_float32: bool, allow: Allow
-) -> Mesh:
+def _build_single(model: SingleModel, options: MeshOptions, is_float32: bool, allow: Allow) -> Mesh:
     """The mesh of a model that is not a group."""
     if isinstance(model, SweepModel):
         with Measured("sweep"):
             return sweep(model, options, is_float32=is_float32)
+    if isinstance(model, BrepModel):
+        raise InvalidRequest(TRIMMED)  # the pipeline refuses it before
     # Wires and faces are drawn on the same joined model; `tessellate` would join only its own.
     if options.has_wires or not options.has_faces:
         model, _ = join(model, options.weld_tolerance, allow)

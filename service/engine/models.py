@@ -15,9 +15,17 @@ from service.surface.batches import (
     Patches,
     TrianglePatches,
 )
+from service.surface.brep_model import BrepModel
 from service.surface.channels import keep_channels
-from service.surface.curve_model import SweepModel
-from service.surface.lowered import Color, GroupModel, Model, Part, PatchModel, PlacedModel
+from service.surface.lowered import (
+    Color,
+    GroupModel,
+    Model,
+    Part,
+    PatchModel,
+    PlacedModel,
+    SingleModel,
+)
 from service.surface.placement import is_mirroring, place_box
 
 NOT_PATCHES = Issue(
@@ -26,6 +34,14 @@ NOT_PATCHES = Issue(
     "",
     "a tube or a ribbon",
     "a surface of patches",
+)
+
+TRIMMED = Issue(
+    "not_parametric",
+    "A brep has no parameters of its own; each of its faces is a part of a surface.",
+    "",
+    "a brep",
+    "the whole surface of one face: POST /v1/convert with the operation `untrim` returns it",
 )
 
 
@@ -68,7 +84,7 @@ def keep_model_channels(model: Model, kinds: frozenset[ChannelKind], *, has_node
         return channel.kind in kinds and not is_missing
 
     kept_models = tuple(
-        each if isinstance(each, SweepModel) else keep_channels(each, is_kept) for each in models
+        keep_channels(each, is_kept) if isinstance(each, PatchModel) else each for each in models
     )
     if not isinstance(model, GroupModel):
         return kept_models[0]
@@ -88,23 +104,26 @@ def to_patches(model: Model) -> PatchModel:
     Raises
     ------
     InvalidRequest
-        `not_parametric` for tubes and ribbons; its pointer is relative to the surface.
+        `not_parametric` for tubes, ribbons and breps; its pointer is relative to the surface.
     """
-    if isinstance(model, PatchModel):
-        return model
-    if isinstance(model, SweepModel):
-        raise InvalidRequest(NOT_PATCHES)
+    if not isinstance(model, GroupModel):
+        return _require_patches(model)
     batches: list[Patches] = []
     parts: list[Part] = []
     first = 0
     for member in model.members:
-        placed_model = model.models[member.model]
-        if isinstance(placed_model, SweepModel):
-            raise InvalidRequest(NOT_PATCHES)
+        placed_model = _require_patches(model.models[member.model])
         batches += [_place(batch, member) for batch in placed_model.batches]
         parts.append(Part(member.name, first, first + placed_model.patch_count))
         first += placed_model.patch_count
     return PatchModel(model.name, tuple(batches), tuple(parts), model.up)
+
+
+def _require_patches(model: SingleModel) -> PatchModel:
+    """The model, if it is made of patches."""
+    if isinstance(model, PatchModel):
+        return model
+    raise InvalidRequest(TRIMMED if isinstance(model, BrepModel) else NOT_PATCHES)
 
 
 def _place(batch: Patches, member: PlacedModel) -> Patches:
@@ -133,7 +152,7 @@ def _paint(batch: Patches, color: Color | None) -> tuple[Channel, ...]:
     return (*other_channels, Channel(name="colors", kind="colors", nets=painted))
 
 
-def _find_attributes(model: PatchModel | SweepModel) -> set[tuple[str, int]]:
+def _find_attributes(model: SingleModel) -> set[tuple[str, int]]:
     """Names and dimensions of the attributes of a model, which all its batches have."""
-    channels = () if isinstance(model, SweepModel) else model.batches[0].channels
+    channels = model.batches[0].channels if isinstance(model, PatchModel) else ()
     return {(c.name, c.dimension) for c in channels if c.kind == "attribute"}

@@ -33,7 +33,7 @@ from service.engine.stored_positions import (
 from service.engine.vectors import length
 from service.engine.wires.draw import find_width
 from service.surface.curve_model import SweepModel
-from service.surface.lowered import GroupModel, Model, PatchModel
+from service.surface.lowered import GroupModel, Model, PatchModel, SingleModel
 
 
 def find_grid_steps(model: Model, options: MeshOptions) -> tuple[float, ...]:
@@ -115,14 +115,14 @@ def _widen_step(mesh: Mesh, step: float) -> float:
     return max(step, find_step(bounds_in_model.min(axis=0), bounds_in_model.max(axis=0)))
 
 
-def _find_bounds(
-    model: PatchModel | SweepModel, options: MeshOptions
-) -> tuple[FloatArray, FloatArray]:
+def _find_bounds(model: SingleModel, options: MeshOptions) -> tuple[FloatArray, FloatArray]:
     """Least and greatest coordinates of a model with its control net and its wires, (3,) each."""
     low, high = model.bounds
     if isinstance(model, SweepModel):
         polygon = model.polygon
         return np.minimum(low, polygon.min(axis=0)), np.maximum(high, polygon.max(axis=0))
+    if not isinstance(model, PatchModel):
+        return low, high
     lows, highs = zip((low, high), *(net.bounds for net in model.nets), strict=True)
     low, high = np.min(lows, axis=0), np.max(highs, axis=0)
     wire_width = find_width(model, options) if options.has_solid_wires else 0.0
@@ -149,8 +149,8 @@ def _find_neighbours(group: GroupModel) -> Iterator[list[int]]:
         yield from np.unique(pairs, axis=0).tolist()
 
 
-def _corners(model: PatchModel | SweepModel) -> FloatArray:
-    """The corners of all patches, (N, 3); a sweep has no patches."""
-    if isinstance(model, SweepModel):
+def _corners(model: SingleModel) -> FloatArray:
+    """The corners of all patches, (N, 3); sweeps and breps have none."""
+    if not isinstance(model, PatchModel):
         return np.empty((0, 3))
     return np.concatenate([batch.corners.reshape(-1, 3) for batch in model.batches])

@@ -26,8 +26,7 @@ from service.pipeline.cost import (
     adaptive_triangles,
 )
 from service.pipeline.mesh_plan import MeshPlan
-from service.surface.curve_model import SweepModel
-from service.surface.lowered import Model
+from service.surface.lowered import GroupModel, Model, PatchModel
 
 AnyMesh: TypeAlias = Mesh | Scene
 Build: TypeAlias = Callable[[Accuracy, float | None], AnyMesh]
@@ -58,7 +57,7 @@ def prepare_meshes(
     effort : Effort, optional
         The most work of all meshes together.
     """
-    if isinstance(model, SweepModel):
+    if not isinstance(model, PatchModel | GroupModel):
         raise InvalidRequest(NOT_PATCHES)  # never reached: `plan_mesh` refuses such a request
     fmt, limits = plan.fmt, plan.limits
     all_effort = effort or Effort(EFFORT_FACTOR * limits.max_multiplications)

@@ -224,7 +224,7 @@ def check_model(model: Model, options: MeshOptions, limits: Limits) -> None:
                 "/resolution",
                 "fewer divisions, or a lower degree",
             )
-        elif options.curvatures:
+        elif options.curvatures and isinstance(submodel, PatchModel):
             _check_names(submodel)
     if options.method == "de_casteljau":
         patches = [submodel for submodel in models if isinstance(submodel, PatchModel)]

@@ -32,7 +32,6 @@ from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.pipeline.mesh import keep_storable_channels
 from service.pipeline.mesh_counts import count_models, mesh_size, sum_counts
 from service.pipeline.mesh_plan import PLAIN, build_plan, estimate_stored_size, shares_meshes
-from service.surface.curve_model import SweepModel
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sizes import SurfaceKind
 
@@ -211,7 +210,7 @@ def _predict(
     patch_models = [submodel for submodel in models if isinstance(submodel, PatchModel)]
     counts_bound = Counts(size.vertices, size.triangles, size.quads)
     # The second condition follows from the first, and only tells mypy the type of the model.
-    if len(patch_models) < len(models) or isinstance(model, SweepModel):
+    if len(patch_models) < len(models) or not isinstance(model, PatchModel | GroupModel):
         return _Prediction(counts_bound, counts_bound, exact=False)
     if options.accuracy is not None:
         return _predict_by_tolerance(model, patch_models, options, encode, limits)

@@ -13,8 +13,9 @@ from service.engine.tessellate import predict_size
 from service.engine.wires.divisions import bound_isocurves
 from service.engine.wires.draw import NAME as WIRES
 from service.engine.wires.draw import bound_solid_counts
+from service.surface.brep_model import BrepModel
 from service.surface.curve_model import SweepModel
-from service.surface.lowered import GroupModel, Model, PatchModel
+from service.surface.lowered import GroupModel, Model, SingleModel
 from service.surface.sizes import SurfaceSize
 
 
@@ -141,9 +142,11 @@ def count_models(model: Model, options: MeshOptions) -> tuple[Counts, Counts]:
     return sum_counts(model, [_count(submodel, options) for submodel in models])
 
 
-def _count(model: PatchModel | SweepModel, options: MeshOptions) -> Counts:
+def _count(model: SingleModel, options: MeshOptions) -> Counts:
     if isinstance(model, SweepModel):
         return Counts(*predict_sweep(model, options)[:3])
+    if isinstance(model, BrepModel):
+        return Counts(0, 0, 0)  # a mesh by resolution has no breps
     return Counts(*predict_size(model, options)) if options.has_faces else Counts(0, 0, 0)
 
 

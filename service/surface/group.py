@@ -10,8 +10,7 @@ import numpy as np
 from service.bases.arrays import FloatArray
 from service.errors import InvalidRequest, Issue, count_nouns, pointer
 from service.surface.checks import Up, check_up
-from service.surface.curve_model import SweepModel
-from service.surface.lowered import Color, GroupModel, PatchModel, PlacedModel
+from service.surface.lowered import Color, GroupModel, PlacedModel, SingleModel
 from service.surface.placement import check_box, place_box, turn_upright, validate_matrix
 from service.surface.sizes import SurfaceKind, SurfaceSize, group_sizes
 
@@ -131,7 +130,7 @@ class GroupSurface(SurfaceKind):
     def lower(self) -> GroupModel:
         """The distinct surfaces, each lowered once, and the placements of their copies."""
         surfaces, numbers = self._distinct
-        models: list[PatchModel | SweepModel] = []
+        models: list[SingleModel] = []
         for surface in surfaces:
             model = surface.lower()
             if isinstance(model, GroupModel):

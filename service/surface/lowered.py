@@ -1,8 +1,8 @@
 """Lowered models: what every kind of surface becomes before it is computed.
 
 A model is batches of Bézier patches (`service.surface.batches`), a sweep
-(`service.surface.curve_model`), or a group of these. The engine and the encoders use only models,
-and not the kinds of surface.
+(`service.surface.curve_model`), a brep (`service.surface.brep_model`), or a group of these. The
+engine and the encoders use only models, and not the kinds of surface.
 """
 
 from dataclasses import dataclass
@@ -13,6 +13,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.surface.batches import Patches
+from service.surface.brep_model import BrepModel
 from service.surface.checks import Up
 from service.surface.curve_model import SweepModel
 from service.surface.placement import Box, join_boxes, place_box
@@ -183,7 +184,7 @@ class GroupModel:
     """
 
     name: str
-    models: tuple[PatchModel | SweepModel, ...]
+    models: tuple["SingleModel", ...]
     members: tuple[PlacedModel, ...]
     up: Up = "y"
 
@@ -203,5 +204,8 @@ class GroupModel:
         return dist(*(bound.tolist() for bound in self.bounds))
 
 
-Model: TypeAlias = PatchModel | SweepModel | GroupModel
+SingleModel: TypeAlias = PatchModel | SweepModel | BrepModel
+"""A lowered surface of any kind but a group."""
+
+Model: TypeAlias = SingleModel | GroupModel
 """A lowered surface."""

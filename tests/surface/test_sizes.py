@@ -20,7 +20,7 @@ from service.surface.curve_model import SweepModel
 from service.surface.examples.catalogue import EXAMPLES, find
 from service.surface.group import GroupSurface
 from service.surface.kinds import Surface
-from service.surface.lowered import GroupModel, Model, PatchModel
+from service.surface.lowered import GroupModel, Model, PatchModel, SingleModel
 from service.surface.sizes import NetSurface, SurfaceKind
 from service.surface.sweeps import SweptSurface
 
@@ -49,7 +49,7 @@ def test_surfaces_of_a_class_without_size_cannot_be_created() -> None:
         class_without_size()
 
 
-def list_models(model: Model) -> list[PatchModel | SweepModel]:
+def list_models(model: Model) -> list[SingleModel]:
     """The models of all members of a group, or the only model."""
     if isinstance(model, GroupModel):
         return [model.models[member.model] for member in model.members]

@@ -48,6 +48,7 @@ from service.errors import Issue, UnknownSurface
 from service.pipeline.documents import plan_definition
 from service.schemas.request import SignRequest, SurfaceRequest
 from service.storage.canonical import plan_content
+from service.surface.brep_model import BrepModel
 from service.surface.curve_model import SweepModel
 from service.surface.examples.catalogue import EXAMPLES, Example
 from service.surface.lowered import GroupModel, Model
@@ -253,6 +254,9 @@ def _degree(model: Model) -> list[int]:
     for part in model.models if isinstance(model, GroupModel) else (model,):
         if isinstance(part, SweepModel):
             degrees.append((part.pieces.degree, 0))
+            continue
+        if isinstance(part, BrepModel):
+            degrees += part.surfaces.degrees.tolist()
             continue
         for batch in part.batches:
             along_v, _, along_u, _ = batch.side_degrees  # of the sides u=0, u=1, v=0 and v=1

@@ -20,8 +20,7 @@ from service.engine.joining.meeting_members import compose, find_neighbours
 from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.engine.scenes.scene import Scene
-from service.surface.curve_model import SweepModel
-from service.surface.lowered import GroupModel, Part, PatchModel, PlacedModel
+from service.surface.lowered import GroupModel, Part, PatchModel, PlacedModel, SingleModel
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +72,7 @@ def join_members(group: GroupModel, tolerance: float, allow: Allow = allow_any) 
     allow : callable
         Called with each model that was cut or joined; it raises an error if the model is too large.
     """
-    models: list[PatchModel | SweepModel] = []
+    models: list[SingleModel] = []
     seams_of: dict[int, Seams] = {}
     for number, original in enumerate(group.models):
         model = original
