@@ -1,0 +1,124 @@
+"""A brep made ready for meshing: all that does not depend on a tolerance, once for a surface."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.trims.places import Places
+from service.engine.trims.splines import Splines
+from service.engine.trims.surfaces import FaceSurfaces
+from service.surface.brep_model import BrepModel, SkippedFace
+
+
+@dataclass(frozen=True, eq=False)
+class PreparedBrep:
+    """A brep whose regions are given: every coedge has a parameter curve, every face has loops.
+
+    The faces are those of the model, with the same numbers. A face without loops is skipped: it
+    gets no triangles. The first `model_vertices` vertices are those of the model; natural borders,
+    poles, private seams and edges of loops that are given by parameter curves alone come after the
+    edges of the model. The region of a face is where its loops have the winding
+    number 1; material is on the left of a loop, seen against du × dv. Where a parameter curve does
+    not begin at the end of the one before, the straight segment between them belongs to the loop.
+
+    Attributes
+    ----------
+    model : BrepModel
+        The lowered brep, for names, colours and shells.
+    surfaces : FaceSurfaces
+        The surfaces of all faces.
+    places : Places
+        The parameters of all faces as whole numbers.
+    curves : Splines
+        Curves of space, one for each edge that is not degenerate.
+    pcurves : Splines
+        Parameter curves in places, one for each coedge, in its order. Curve c runs along the edge
+        of coedge c at the edge's own parameters, also where the coedge is reversed.
+    vertices : ndarray of float64, shape (V, 3)
+    vertex_uncertainties : ndarray of float64, shape (V,)
+    edge_vertices : ndarray of int, shape (E, 2)
+        First and last vertex.
+    edge_curves : ndarray of int, shape (E,)
+        The number of each edge's curve in `curves`; −1 for degenerate edges.
+    edge_ranges : ndarray of float64, shape (E, 2)
+        The first and the last parameter of each edge, also of degenerate ones.
+    edge_uncertainties : ndarray of float64, shape (E,)
+    is_degenerate : ndarray of bool, shape (E,)
+        Whether the edge is one point of space: a pole.
+    loop_faces : ndarray of int, shape (L,)
+        The face of each loop, in ascending order.
+    loop_counts : ndarray of int, shape (L,)
+        The number of coedges of each loop.
+    coedge_edges : ndarray of int, shape (C,)
+    coedge_faces : ndarray of int, shape (C,)
+    coedge_loops : ndarray of int, shape (C,)
+        Edge, face and loop of each coedge, in the order of loops.
+    coedge_reversed : ndarray of bool, shape (C,)
+        Whether the loop runs against the edge.
+    is_replaced : ndarray of bool, shape (C,)
+        Whether a parameter curve was made although one was given.
+    is_reversed : ndarray of bool, shape (F,)
+        Whether the normal of the face is −du × dv.
+    edge_sources : ndarray of int, shape (E,)
+        The edge of the model that an edge is, or is a piece of; −1 for edges that were added, and
+        −2 for private seams, which are no borders of the face.
+    model_vertices : int
+        The number of vertices of the model.
+    skipped_faces : tuple of SkippedFace
+        By number; with those that were left out when the brep was created.
+    box : ndarray of float64, shape (2, 3)
+        Least and greatest coordinates of vertices, of the control points of edges, and of nets
+        restricted to the boxes of the parameter curves.
+    """
+
+    model: BrepModel
+    surfaces: FaceSurfaces
+    places: Places
+    curves: Splines
+    pcurves: Splines
+    vertices: FloatArray
+    vertex_uncertainties: FloatArray
+    edge_vertices: Ints
+    edge_curves: Ints
+    edge_ranges: FloatArray
+    edge_uncertainties: FloatArray
+    is_degenerate: Bools
+    loop_faces: Ints
+    loop_counts: Ints
+    coedge_edges: Ints
+    coedge_faces: Ints
+    coedge_loops: Ints
+    coedge_reversed: Bools
+    is_replaced: Bools
+    is_reversed: Bools
+    edge_sources: Ints
+    model_vertices: int
+    skipped_faces: tuple[SkippedFace, ...]
+    box: FloatArray
+
+    @property
+    def diagonal(self) -> float:
+        """Diagonal of `box`."""
+        raise NotImplementedError
+
+    @property
+    def pcurves_replaced(self) -> int:
+        """Number of given parameter curves that were made anew."""
+        return int(self.is_replaced.sum())
+
+    @cached_property
+    def gaps(self) -> FloatArray:
+        """Proved bounds γ ≥ sup |E(t) − S(c(t))|, shape (C,); 0 for degenerate edges."""
+        raise NotImplementedError
+
+
+def prepare(model: BrepModel) -> PreparedBrep:
+    """Make a brep ready for meshing, whatever the tolerance.
+
+    Raises
+    ------
+    InvalidRequest
+        If a face is invalid and the model does not skip invalid faces: `edge_not_on_surface`,
+        `pcurve_outside`, `loop_reversed`, `loops_cross`, `loops_touch`; and `not_closed`.
+    """
+    raise NotImplementedError
