@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from oracles.topology import count_topology
 from service.bases.arrays import FloatArray, IndexArray, RealArray
 from service.encoders.format import MeshSize
+from service.engine.mesh.brep_report import BrepReport, SkippedFace
 from service.engine.mesh.mesh import Mesh, MeshPart, MeshReport, Overlay
 from service.surface.checks import Up
 
@@ -201,6 +202,27 @@ def weld_grids(name: str, grids: tuple[Grid, ...], faces: Faces) -> Mesh:
     )
 
 
+def build_brep(sides: int = 4, rows: int = 1, name: str = "bin") -> Mesh:
+    """The silo as the mesh of a brep of four faces: the roof and the base have one colour.
+
+    The first face has no triangles, because it was skipped. The name of no face is that of another.
+    """
+    silo = build_silo(sides, rows, name=name)
+    red = (0.8, 0.2, 0.1, 1.0)
+    base, wall, roof = (
+        replace(part, color=color, deviation_bound=bound)
+        for part, color, bound in zip(silo.parts, (red, None, red), (0.0, 0.25, 0.5), strict=True)
+    )
+    skipped = MeshPart("lid", (0, 0), (0, 0), color=(0.1, 0.2, 0.3, 0.5))
+    reason = SkippedFace(0, "loop_open", "an end 0.5 from the next begin", "a closed loop")
+    report = replace(
+        silo.report,
+        deviation_bound=0.5,
+        brep=BrepReport(complete=False, gap_bound=1e-7, skipped_faces=(reason,)),
+    )
+    return replace(silo, parts=(skipped, base, wall, roof), grids=(), report=report)
+
+
 def remove_faces(mesh: Mesh) -> Mesh:
     """The mesh without its faces, as if all of them had collapsed to points."""
     parts = tuple(MeshPart(part.name, (0, 0), (0, 0)) for part in mesh.parts)
@@ -223,13 +245,17 @@ def measure_size(mesh: Mesh) -> MeshSize:
         *(part.name for part in mesh.parts),
         *(overlay.name for overlay in mesh.overlays),
     ]
+    brep_faces = len(mesh.parts) if mesh.report.brep is not None else 0
     return MeshSize(
         vertices=sum(grid.size for grid in mesh.grids) or len(mesh.positions),
         triangles=len(mesh.triangles),
         quads=len(mesh.quads),
         patches=mesh.report.patches,
         control_points=0,
-        drawables=len(mesh.parts) + len(mesh.overlays),
+        drawables=(
+            len({part.color for part in mesh.parts} if brep_faces else mesh.parts)
+            + len(mesh.overlays)
+        ),
         name_bytes=sum(len(name.encode()) for name in names),
         overlay_points=sum(len(overlay.positions) for overlay in mesh.overlays),
         overlay_segments=sum(len(overlay.segments) for overlay in mesh.overlays),
@@ -238,6 +264,7 @@ def measure_size(mesh: Mesh) -> MeshSize:
         ),
         colors=0 if mesh.colors is None else mesh.colors.shape[1],
         attributes=tuple((name, rows.shape[1]) for name, rows in mesh.attributes),
+        faces=brep_faces,
     )
 
 

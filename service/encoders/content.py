@@ -1,6 +1,7 @@
 """Computes from a mesh what several formats write: positions, faces, colours, reports, comments."""
 
 from collections.abc import Callable, Hashable, Sequence
+from dataclasses import asdict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +10,7 @@ from service.bases.arrays import Bools, Bytes, FloatArray, IndexArray, Ints, Rea
 from service.bases.cache import Result, derive_once
 from service.encoders.text import FLOAT64_CHARS, rows
 from service.engine.clustering import find_leaders
+from service.engine.mesh.brep_report import BrepReport
 from service.engine.mesh.mesh import Mesh, MeshPart, MeshReport, Overlay
 from service.errors import Issue, UnsupportedByFormat
 
@@ -155,18 +157,35 @@ COMMENT_CHARS = len("comment deviation_bound \n") + FLOAT64_CHARS
 REPORT_PART_CHARS = len('{"name":"","deviation_bound":},') + FLOAT64_CHARS
 """The most characters of a part in a report, without its name."""
 
+MAX_LISTED_FACES = 10_000
+"""The most parts that a report or a JSON file lists, if a part is a face of a brep."""
+
+BREP_CHARS = 420 + 4 * FLOAT64_CHARS
+"""The most characters of the fields of a report that only breps have, without skipped faces."""
+
+SKIPPED_FACE_CHARS = 320
+"""The most characters of a skipped face in a report."""
+
+
+def bound_brep_chars(faces: int) -> int:
+    """The most characters that breps with this number of faces add to a report, without names."""
+    if not faces:
+        return 0
+    listed = min(faces, MAX_LISTED_FACES)
+    return BREP_CHARS + listed * REPORT_PART_CHARS + faces * SKIPPED_FACE_CHARS
+
 
 def report_object(report: MeshReport, parts: Sequence[MeshPart]) -> dict[str, object]:
     """The report on a mesh as a JSON object, for the formats that store a report.
 
     It has no values that were not computed. The parts are listed if at least one of them has a
-    deviation bound.
+    deviation bound; those of breps only if there are at most `MAX_LISTED_FACES`.
     """
     closure, curvature = report.closure, report.curvature
     # None along u or v: the surface is open in this direction.
     continuity = {} if closure is None else {"u": closure.u, "v": closure.v}
     has_bounds = any(part.deviation_bound is not None for part in parts)
-    return omit_none(
+    report_fields = omit_none(
         {
             "vertices": report.vertices,
             "triangles": report.triangles,
@@ -185,7 +204,7 @@ def report_object(report: MeshReport, parts: Sequence[MeshPart]) -> dict[str, ob
                 {"name": part.name} | omit_none({"deviation_bound": part.deviation_bound})
                 for part in parts
             ]
-            if has_bounds
+            if has_bounds and lists_parts(report, parts)
             else None,
             "curvature": curvature and dict(zip(("gaussian", "mean"), curvature, strict=True)),
             "merged_knots": report.merged_knots or None,
@@ -193,6 +212,30 @@ def report_object(report: MeshReport, parts: Sequence[MeshPart]) -> dict[str, ob
             "engine": report.engine,
         }
     )
+    return report_fields if report.brep is None else report_fields | _brep_fields(report.brep)
+
+
+def lists_parts(report: MeshReport, parts: Sequence[MeshPart]) -> bool:
+    """Whether a file lists the parts: always, unless they are the faces of very large breps."""
+    return report.brep is None or len(parts) <= MAX_LISTED_FACES
+
+
+def _brep_fields(brep: BrepReport) -> dict[str, object]:
+    """The fields of a report that only breps have."""
+    # A bound that was requested but is not finite is null, and has a reason.
+    no_bound = {"mesh_deviation_bound": None, "mesh_deviation_reason": brep.unbounded_reason}
+    return {
+        "reached": brep.reached,
+        "gap_bound": brep.gap_bound,
+        "pcurves_replaced": brep.pcurves_replaced,
+        "complete": brep.complete,
+        "non_manifold_edges": brep.non_manifold_edges,
+        "double_edges": brep.double_edges,
+        "degenerate_faces": brep.degenerate_faces,
+        "collapsed_edges": {"count": brep.collapsed_edges, "longest_chain": brep.longest_chain},
+        "skipped_faces": [asdict(face) for face in brep.skipped_faces],
+        **({} if brep.unbounded_reason is None else no_bound),
+    }
 
 
 def omit_none(fields: dict[str, object]) -> dict[str, object]:

@@ -97,6 +97,9 @@ class MeshSize:
         Number of components of a colour; 0 without colours.
     attributes : tuple of (name, int)
         The name of each attribute, and its number of components.
+    faces : int
+        Number of faces of breps. Each is a part of the mesh, but not a drawable: a drawable has all
+        faces of one colour.
     """
 
     vertices: int
@@ -111,6 +114,7 @@ class MeshSize:
     overlay_cells: int = 0
     colors: int = 0
     attributes: tuple[tuple[str, int], ...] = ()
+    faces: int = 0
 
 
 @dataclass(frozen=True, slots=True)

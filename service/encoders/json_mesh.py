@@ -18,11 +18,14 @@ import numpy as np
 
 from service.bases.arrays import IndexArray
 from service.encoders.content import (
+    MAX_LISTED_FACES,
     REPORT_PART_CHARS,
     absolute,
+    bound_brep_chars,
     find_nonempty,
     find_shared_positions,
     keep_with_faces,
+    lists_parts,
     rename_vertices,
     report_object,
 )
@@ -60,7 +63,8 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
         document["attributes"] = dict(mesh.attributes)
     if mesh.welds is not None and (rows or mesh.attributes):
         document["attribute_faces"] = _faces(mesh, None)
-    document["parts"] = list(_parts(mesh))
+    if lists_parts(mesh.report, mesh.parts):
+        document["parts"] = list(_parts(mesh))
     if overlays := find_nonempty(mesh.overlays):
         document["lines"] = [
             {
@@ -94,7 +98,8 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
         + size.quads * 2 * (4 * index + 2)
         + size.overlay_points * position
         + size.overlay_segments * (2 * index + 2)
-        + size.drawables * part
+        + (size.drawables + min(size.faces, MAX_LISTED_FACES)) * part
+        + bound_brep_chars(size.faces)
         # The report repeats the names of parts.
         + 2 * size.name_bytes * LONGEST_ESCAPE
         + sum(len(name) + 8 for name, _ in size.attributes)

@@ -78,7 +78,7 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
         + size.overlay_points * position
         + size.overlay_segments * (2 + 2 * index)
         + COMMENT_CHARS
-        + (size.drawables + 1) * len("o _\n")
+        + (size.drawables + size.faces + 1) * len("o _\n")
         + size.name_bytes
     )
 

@@ -100,13 +100,14 @@ def mesh_size(
         quads,
         patches,
         size.control_points,
-        drawables=size.parts + size.members * len(names),
+        drawables=size.parts + size.face_colors + size.members * len(names),
         name_bytes=size.name_bytes + len(names) * size.label_bytes + letters,
         overlay_points=points,
         overlay_segments=segments,
         overlay_cells=cells,
         colors=size.colors if "colors" in fmt.carries else 0,
         attributes=attributes,
+        faces=size.faces,
     )
 
 

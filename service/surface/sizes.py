@@ -58,6 +58,10 @@ class SurfaceSize:
         For sweeps: the number of Bézier pieces of the curves; the number of vertices if every piece
         has one division, without the vertices at the end of the curve; and an upper bound of the
         additional vertices at this end, of caps, and at bends.
+    faces, edges, coedges, face_colors : int
+        For breps: the number of faces, of edges, and of coedges of all loops; and the number of
+        distinct colours of faces, where faces without a colour count as one colour. The names of
+        faces count in `name_bytes`, but faces do not count in `parts`.
     """
 
     degree: tuple[int, int]
@@ -81,6 +85,10 @@ class SurfaceSize:
     curves: int = 0
     swept_vertices: int = 0
     extra_vertices: int = 0
+    faces: int = 0
+    edges: int = 0
+    coedges: int = 0
+    face_colors: int = 0
 
     @property
     def patches(self) -> int:
@@ -201,7 +209,7 @@ def _plain_size(
 _SUM_FIELDS = (
     "grids", "triangles", "control_points", "net_points", "net_segments", "net_cells", "parts",
     "name_bytes", "surface_bytes", "lowered_bytes", "peak_bytes", "side_bytes", "curves",
-    "swept_vertices", "extra_vertices",
+    "swept_vertices", "extra_vertices", "faces", "edges", "coedges", "face_colors",
 )  # fmt: skip
 
 

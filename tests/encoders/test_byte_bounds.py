@@ -17,6 +17,7 @@ from service.encoders.oogl_patches import HIGHEST_DEGREE, encode_patches
 from service.encoders.registry import FORMATS
 from service.encoders.text import FLOAT32_CHARS, FLOAT64_CHARS, json_array
 from service.engine.connectivity.closure import Closure
+from service.engine.mesh.brep_report import BrepReport, SkippedFace
 from service.engine.mesh.mesh import Mesh
 from service.engine.quantize import quantize_mesh
 from service.engine.stored_positions import MIN_STEP
@@ -27,6 +28,7 @@ from tools.meshes import (
     Faces,
     add_attributes,
     add_overlays,
+    build_brep,
     build_control_net,
     build_sheet,
     build_silo,
@@ -46,6 +48,12 @@ LONGEST_FLOAT64 = -1.2345678901234567e-305
 """A float64 whose text has the largest number of characters."""
 LONGEST_FLOAT32 = np.float32(-1.1754944e-38)
 """A float32 whose text has the largest number of characters."""
+LONGEST_BREP = BrepReport(
+    *(False, -LONGEST_FLOAT64, 10**9, False, 10**9, 10**9, 10**9, 10**9, -LONGEST_FLOAT64),
+    skipped_faces=(SkippedFace(10**5, "edge_not_on_surface", *(2 * ["a text of a refusal" * 5])),),
+    unbounded_reason="x" * 80,
+)
+"""A report of a brep with the longest numbers and texts."""
 LONGEST_NAME = "\x01" * 99
 """A name whose text in JSON has the largest number of characters for each byte: `\\u0001`."""
 
@@ -87,7 +95,9 @@ def test_files_with_any_positions_are_not_longer_than_the_bound(
     fmt: Format, data: st.DataObject
 ) -> None:
     faces: Faces = data.draw(st.sampled_from(["triangles", "quads"]))
-    mesh = build_silo(data.draw(st.integers(3, 6)), data.draw(st.integers(1, 3)), faces)
+    sides, rows = data.draw(st.integers(3, 6)), data.draw(st.integers(1, 3))
+    is_brep = data.draw(st.booleans())
+    mesh = build_brep(sides, rows) if is_brep else build_silo(sides, rows, faces)
     mesh = add_overlays(mesh) if data.draw(st.booleans()) else mesh
     mesh = add_attributes(mesh, data.draw(st.booleans())) if data.draw(st.booleans()) else mesh
     positions = data.draw(
@@ -104,7 +114,9 @@ def test_files_with_any_positions_are_not_longer_than_the_bound(
 
 @each_format
 @pytest.mark.parametrize(
-    "mesh", [build_sheet(20), build_silo(3, 1)], ids=["many vertices", "many parts"]
+    "mesh",
+    [build_sheet(20), build_silo(3, 1), build_brep(3, 1)],
+    ids=["many vertices", "many parts", "brep"],
 )
 def test_files_with_the_longest_numbers_and_names_are_not_longer_than_the_bound(
     fmt: Format, mesh: Mesh
@@ -124,6 +136,7 @@ def test_files_with_the_longest_numbers_and_names_are_not_longer_than_the_bound(
         deviation_bound=-LONGEST_FLOAT64,
         mesh_deviation_bound=-LONGEST_FLOAT64,
         normal_angle=-LONGEST_FLOAT64,
+        brep=mesh.report.brep and LONGEST_BREP,
     )
     mesh = replace(mesh, positions=positions, normals=normals, parts=parts, name=LONGEST_NAME)
     mesh = replace(mesh, report=report)

@@ -2,7 +2,8 @@
 
 The root node has the name of the mesh and, if z is up, the rotation from z up to y up. Below the
 root, every part with faces and every overlay is a named node with one mesh and with the local
-origin as its translation. Every attribute has a buffer view of its own, aligned to 4 bytes.
+origin as its translation; all faces of a brep are one such node. Every attribute has a buffer view
+of its own, aligned to 4 bytes.
 
 References
 ----------
@@ -16,7 +17,7 @@ from typing import TypeAlias
 
 from service.bases.arrays import FloatArray
 from service.bases.row_batches import row_runs
-from service.encoders.content import REPORT_PART_CHARS, report_object
+from service.encoders.content import REPORT_PART_CHARS, bound_brep_chars, report_object
 from service.encoders.format import EncodeOptions, MeshSize
 from service.encoders.gltf import meshopt
 from service.encoders.gltf.buffer import (
@@ -142,18 +143,15 @@ def encode_gltf(mesh: Mesh, options: EncodeOptions) -> bytes:
 def build_document(mesh: Mesh, options: EncodeOptions) -> File:
     """The glTF document of a mesh, and its buffer."""
     buffer = BufferBuilder()
-    pairs = [(each, each.material()) for each in build_drawables(mesh, buffer, options)]
+    meshes: list[JsonObject] = []
     materials: list[JsonObject] = []
-    for _, material in pairs:
-        if material not in materials:
-            materials.append(material)
-    meshes: list[JsonObject] = [
-        {
-            "name": drawable.name,
-            "primitives": [drawable.primitive | {"material": materials.index(material)}],
-        }
-        for drawable, material in pairs
-    ]
+    for drawable in build_drawables(mesh, buffer, options):
+        primitives = []
+        for primitive, material in drawable.paint():
+            if material not in materials:
+                materials.append(material)
+            primitives.append(primitive | {"material": materials.index(material)})
+        meshes.append({"name": drawable.name, "primitives": primitives})
     transform = node_transform(mesh)
     nodes = [{"name": m["name"], "mesh": k, **transform} for k, m in enumerate(meshes)]
 
@@ -180,6 +178,9 @@ shorter than those of other nodes."""
 COMPRESSED_CHARS = 320
 """The most additional characters of a compressed view, with numbers of ten digits."""
 
+FACE_CHARS = 2 * len("4294967295,") + len('"extras":{"faces":{"first_triangle":[],"face":[]}},')
+"""The most characters of the number and the first triangle of a face, and of their keys."""
+
 
 def glb_byte_bound(size: MeshSize, options: EncodeOptions) -> int:
     """The most bytes of a binary file: header, two chunk headers, padding, JSON and buffer."""
@@ -199,7 +200,7 @@ def _json_bound(size: MeshSize, options: EncodeOptions) -> int:
     maximum); and its name twice. The name of the surface occurs twice, too, and the report names
     every part. Each additional vertex attribute has its name, an accessor and a view. The constant
     covers the asset with the report, the root node and the scene. Quantizing adds characters to
-    each node, compression to each view.
+    each node, compression to each view. A colour of the faces of a brep counts as a node.
     """
     keys = [key for name, d in size.attributes for key, _ in attribute_columns(name, d)]
     keys = ["COLOR_0", *keys] if size.colors else keys
@@ -209,7 +210,9 @@ def _json_bound(size: MeshSize, options: EncodeOptions) -> int:
     if options.compression == "meshopt":
         # Views of indices, positions, normals and texture coordinates; then the other attributes.
         node += COMPRESSED_CHARS * (4 + len(keys))
-    return 2660 + 13 * FLOAT64_CHARS + size.drawables * node + 3 * LONGEST_ESCAPE * size.name_bytes
+    faces = bound_brep_chars(size.faces) + size.faces * FACE_CHARS
+    names = 3 * LONGEST_ESCAPE * size.name_bytes
+    return 2660 + 13 * FLOAT64_CHARS + size.drawables * node + names + faces
 
 
 def _buffer_bound(size: MeshSize, options: EncodeOptions) -> int:

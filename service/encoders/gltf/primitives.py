@@ -1,12 +1,20 @@
 """Converts parts and overlays of a mesh to primitives of glTF meshes, with their materials.
 
+The faces of a brep become one glTF mesh, with a primitive for each colour: with a node for each of
+its faces, a brep of a thousand faces would be drawn in a thousand steps. The `extras` of such a
+primitive tell its faces apart, so that a click finds its face: `faces.first_triangle[k]` is the
+first of the triangles, in the order of the indices, that belong to the face with the number
+`faces.face[k]` in the brep.
+
 References
 ----------
 Khronos, glTF 2.0 Specification: 3.7.2 meshes, 3.9 materials. KHR_materials_unlit.
 """
 
+from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 
 import numpy as np
 
@@ -68,26 +76,35 @@ LINES, TRIANGLES = 1, 4
 
 @dataclass(frozen=True, slots=True)
 class Drawable:
-    """A part or an overlay of a mesh, which becomes one glTF mesh.
+    """A part or an overlay of a mesh, or all faces of a brep; it becomes one glTF mesh.
 
-    `mesh` is the mesh that a part belongs to, None for an overlay. `color` is the base colour of a
-    part.
+    `primitives` are the primitives, each with its base colour or None. `mesh` is the mesh that a
+    part belongs to, None for an overlay.
     """
 
     name: str
-    primitive: JsonObject
+    primitives: tuple[tuple[JsonObject, Color | None], ...]
     mesh: Mesh | None = None
-    color: Color | None = None
 
-    def material(self, color: Color | None = None) -> JsonObject:
-        """The material; `color` is used for a part without a base colour.
+    @property
+    def is_repainted(self) -> bool:
+        """Whether a member's colour changes it: any part has no colour of its own."""
+        return self.mesh is not None and any(color is None for _, color in self.primitives)
+
+    def paint(self, color: Color | None = None) -> Iterator[tuple[JsonObject, JsonObject]]:
+        """Each primitive with its material; `color` is used for parts without a base colour."""
+        for primitive, own_color in self.primitives:
+            yield primitive, self.material(own_color or color)
+
+    def material(self, color: Color | None) -> JsonObject:
+        """The material for a base colour.
 
         The colours of vertices are multiplied by the base colour. The name of the material contains
         it. Without it, faces are grey, or white if vertices have colours.
         """
         if self.mesh is None:
             return LINE_MATERIAL
-        colors, color = self.mesh.colors, self.color or color
+        colors = self.mesh.colors
         is_blended = colors is not None and is_translucent(colors)
         material = SURFACE_MATERIAL if colors is None else COLORED_MATERIAL
         if color is not None:
@@ -107,16 +124,53 @@ def build_drawables(
     """The parts with faces and the overlays with lines; their arrays are added to the buffer."""
     refuse_quads(mesh, "glTF")
     columns = build_quantized_columns(mesh) if mesh.step else build_plain_columns(mesh)
-    for part, rows, triangles in split_parts(mesh):
-        checkpoint()
-        part_columns = {name: column.take(rows) for name, column in columns.items()}
-        primitive = _build_primitive(part_columns, triangles, buffer, options)
-        yield Drawable(part.name, primitive, mesh, part.color)
+    if mesh.report.brep is not None:
+        primitives = tuple(_join_faces(mesh, columns, buffer, options))
+        if primitives:
+            yield Drawable(mesh.name, primitives, mesh)
+    else:
+        for part, rows, triangles in split_parts(mesh):
+            checkpoint()
+            part_columns = {name: column.take(rows) for name, column in columns.items()}
+            primitive = _build_primitive(part_columns, triangles, buffer, options)
+            yield Drawable(part.name, ((primitive, part.color),), mesh)
     for overlay in find_nonempty(mesh.overlays):
         points = overlay.positions
         column = grid_positions(points, mesh) if mesh.step else Column(to_single(points))
         primitive = _build_primitive({"POSITION": column}, overlay.segments, buffer, options)
-        yield Drawable(overlay.name, primitive)
+        yield Drawable(overlay.name, ((primitive, None),))
+
+
+def _join_faces(
+    mesh: Mesh, columns: Columns, buffer: BufferBuilder, options: EncodeOptions
+) -> Iterator[tuple[JsonObject, Color | None]]:
+    """A primitive for each colour of the faces of a brep, in the order of their first faces."""
+    faces_by_color: dict[Color | None, list[int]] = defaultdict(list)
+    for number, part in enumerate(mesh.parts):
+        if part.triangles[0] < part.triangles[1]:
+            faces_by_color[part.color].append(number)
+    vertices = len(mesh.positions)
+    is_used, lookup = np.zeros(vertices, dtype=np.bool_), np.empty(vertices, dtype=np.uint32)
+    for color, faces in faces_by_color.items():
+        checkpoint()
+        runs = [mesh.triangles[slice(*mesh.parts[number].triangles)] for number in faces]
+        if options.compression == "meshopt":
+            runs = [_order_run(run, is_used, lookup) for run in runs]
+        rows, triangles = _split_run(np.concatenate(runs), is_used, lookup)
+        primitive = _store_primitive(
+            {name: column.take(rows) for name, column in columns.items()}, triangles, buffer
+        )
+        first_triangles = [0, *accumulate(map(len, runs[:-1]))]
+        extras = {"faces": {"first_triangle": first_triangles, "face": faces}}
+        yield primitive | {"extras": extras}, color
+
+
+def _order_run(triangles: IndexArray, is_used: Bools, lookup: IndexArray) -> IndexArray:
+    """The triangles in an order that compresses well; their vertices keep their numbers."""
+    rows, local_triangles = _split_run(triangles, is_used, lookup)
+    vertices = np.arange(rows.start, rows.stop) if isinstance(rows, slice) else rows
+    ordered, order = meshopt.order_faces(local_triangles, len(vertices))
+    return vertices[order][ordered].astype(np.uint32)
 
 
 def _build_primitive(
@@ -126,17 +180,24 @@ def _build_primitive(
 
     If the file is compressed, vertices and triangles get an order that compresses well.
     """
-    vertices = len(columns["POSITION"].values)
     if options.compression == "meshopt":
-        faces, order = meshopt.order_faces(faces, vertices)
+        faces, order = meshopt.order_faces(faces, len(columns["POSITION"].values))
         columns = {name: column.take(order) for name, column in columns.items()}
+    return _store_primitive(columns, faces, buffer)
+
+
+def _store_primitive(columns: Columns, faces: IndexArray, buffer: BufferBuilder) -> JsonObject:
+    """The primitive of triangles or lines with these vertices; its arrays are added to the buffer.
+
+    Vertices and faces keep their order.
+    """
     attributes = {
         name: buffer.add_positions(column) if name == "POSITION" else buffer.add(column)
         for name, column in columns.items()
     }
     return {
         "attributes": attributes,
-        "indices": buffer.add_indices(faces, vertices),
+        "indices": buffer.add_indices(faces, len(columns["POSITION"].values)),
         "mode": TRIANGLES if faces.shape[1] == 3 else LINES,
     }
 

@@ -26,7 +26,7 @@ from service.encoders.gltf.document import (
     write_gltf,
 )
 from service.encoders.gltf.glb import write_glb
-from service.encoders.gltf.primitives import Drawable, build_drawables
+from service.encoders.gltf.primitives import build_drawables
 from service.engine.scenes.scene import Scene, scene_parts
 from service.surface.lowered import Color, PlacedModel
 from service.surface.placement import is_mirroring
@@ -60,7 +60,7 @@ class _Document:
         self.meshes: list[JsonObject] = []
         self.materials: list[JsonObject] = []
         self._mesh_numbers: dict[tuple[int, int, Color | None], int] = {}
-        self._material_numbers: dict[tuple[str, bool, Color | None], int] = {}
+        self._material_numbers: dict[tuple[str, bool, tuple[float, ...]], int] = {}
 
     def finish(self) -> File:
         """Build the document, with a node for each copy, and the buffer."""
@@ -108,17 +108,21 @@ class _Document:
         The mesh is added, with this name, for the first copy in this colour.
         """
         drawable = self.drawables[member.model][k]
-        color = None if drawable.mesh is None else drawable.color or member.color
+        color = member.color if drawable.is_repainted else None
         key = (member.model, k, color)
         if key not in self._mesh_numbers:
             self._mesh_numbers[key] = len(self.meshes)
-            primitive = drawable.primitive | {"material": self._add_material(drawable, color)}
-            self.meshes.append({"name": name, "primitives": [primitive]})
+            primitives = [
+                primitive | {"material": self._add_material(material)}
+                for primitive, material in drawable.paint(color)
+            ]
+            self.meshes.append({"name": name, "primitives": primitives})
         return self._mesh_numbers[key]
 
-    def _add_material(self, drawable: Drawable, color: Color | None) -> int:
-        """The number of the material of a drawable in a base colour; added if it is new."""
-        material = drawable.material(color)
+    def _add_material(self, material: JsonObject) -> int:
+        """The number of a material; added if it is new."""
+        shade = material["pbrMetallicRoughness"]
+        color = tuple(shade.get("baseColorFactor", ()))
         key = (str(material["name"]), "alphaMode" in material, color)
         if key not in self._material_numbers:
             self._material_numbers[key] = len(self.materials)

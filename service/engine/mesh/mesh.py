@@ -8,6 +8,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, IndexArray, RealArray
 from service.engine.connectivity.closure import Closure
+from service.engine.mesh.brep_report import BrepReport
 from service.engine.vectors import length
 from service.surface.checks import Up
 from service.surface.lowered import Color
@@ -56,6 +57,8 @@ class MeshReport:
     moved : float
         Model units. Control points that were equal up to rounding were made equal; no point of the
         surface moved further than this. Both deviation bounds include this movement.
+    brep : BrepReport or None
+        The facts that only a brep has; None for other surfaces.
     engine : int
         The version of the engine (`ENGINE`).
     """
@@ -76,6 +79,7 @@ class MeshReport:
     curvature: Ranges | None = None
     merged_knots: int = 0
     moved: float = 0.0
+    brep: BrepReport | None = None
     engine: int = ENGINE
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from service.bases.arrays import IndexArray, RealArray
+from service.engine.mesh.brep_report import add_brep_reports
 from service.engine.mesh.mesh import Mesh, MeshPart, MeshReport, merge_ranges
 
 
@@ -68,6 +69,7 @@ def add_reports(reports: Sequence[MeshReport]) -> MeshReport:
         curvature=merge_ranges([report.curvature for report in reports]),
         merged_knots=sum(report.merged_knots for report in reports),
         moved=max(report.moved for report in reports),
+        brep=add_brep_reports([report.brep for report in reports]),
     )
 
 

@@ -231,6 +231,7 @@ def _spread_report(report: MeshReport, stretch: float, error: float) -> MeshRepo
         deviation_bound=_grow(report.deviation_bound, stretch, error),
         mesh_deviation_bound=_grow(report.mesh_deviation_bound, stretch, error),
         moved=report.moved * stretch,
+        brep=None if report.brep is None else report.brep.scale(stretch),
     )
 
 

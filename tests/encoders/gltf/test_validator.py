@@ -12,6 +12,7 @@ from tests.clients.gltf_validator import list_issues, validate
 from tools.meshes import (
     add_attributes,
     add_overlays,
+    build_brep,
     build_sheet,
     build_silo,
     remove_faces,
@@ -28,6 +29,7 @@ MESHES = {
     "overlays alone": to_single(remove_faces(add_overlays(build_silo()))),
     "odd name": replace(to_single(build_silo()), name='a "b" \\ \n ü \U0001f375'),
     "colours": to_single(add_attributes(build_silo(12, 3))),
+    "brep": to_single(add_overlays(build_brep(12, 3)), (1.0, 2.0, 3.0), "z"),
     "translucent colours": to_single(
         add_attributes(build_silo(5), opacity=True), (1.0, 2.0, 3.0), "z"
     ),
