@@ -44,7 +44,23 @@ def build_operators(knots: FloatArray, degree: int) -> FloatArray:
         and each row has the sum 1. Reversed knots give the reversed operators, bit for bit.
     """
     positions = spans(knots, degree)[:, np.newaxis] + np.arange(1 - degree, degree + 1)
-    knots_around = knots[positions]
+    return build_span_operators(knots[positions])
+
+
+def build_span_operators(knots_around: FloatArray) -> FloatArray:
+    """The operators of spans that may belong to many splines of one degree p.
+
+    Parameters
+    ----------
+    knots_around : ndarray of float64, shape (m, 2p)
+        The knots U_{s−p+1}, …, U_{s+p} around each span s.
+
+    Returns
+    -------
+    ndarray of float64, shape (m, p+1, p+1)
+        As in `build_operators`.
+    """
+    degree = knots_around.shape[1] // 2
     forwards = _compute_blossoms(knots_around[:, :degree], knots_around[:, degree:])
     # The same knots in reverse order, with the opposite sign, so that they ascend.
     knots_around = -knots_around[:, ::-1]

@@ -63,7 +63,8 @@ class Places:
     ) -> tuple[Ints, Ints]:
         """The first and the last span (m,) along an axis that intervals [low, high] touch.
 
-        `low` and `high` (m,) are places. A knot belongs to the span after it as `low`, and to the span before it as `high`.
+        `low` and `high` (m,) are places. A knot belongs to the span after it as `low`, and to the
+        span before it as `high`.
         """
         raise NotImplementedError
 

@@ -6,54 +6,28 @@ local parameter x = (t − a) / (b − a). Curves are right-continuous, as B-spl
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
+import numpy as np
+
+from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.vectors import Items
-from service.surface.spline_tables import CurveTable
+from service.bases.blossoms import build_span_operators
+from service.bases.row_batches import expand_runs
+from service.engine.nets.blossoms import build_blossoms
+from service.engine.trims.span_nets import Intervals, SpanNets, interpolate, project_levels
+from service.engine.trims.spans import (
+    combine_points,
+    find_general_spans,
+    find_knots_around,
+    list_breaks,
+    list_spans,
+)
+from service.surface.spline_tables import CurveTable, find_starts
 
-
-@dataclass(frozen=True, eq=False, slots=True)
-class SpanNets:
-    """The Bézier spans of all curves of one degree n, all polynomial or all rational.
-
-    Attributes
-    ----------
-    values : ndarray of float64, shape (n+1, D, k)
-        Control points; or, if rational, (w P, w), D + 1 numbers. The spans of a curve follow one
-        another.
-    is_rational : bool
-    """
-
-    values: FloatArray
-    is_rational: bool
-
-    @property
-    def degree(self) -> int:
-        """Degree n."""
-        return len(self.values) - 1
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Intervals(Items):
-    """m intervals of parameters, each within one span of a curve.
-
-    Attributes
-    ----------
-    source : ndarray of int, shape (m,)
-        For each interval, the row of the interval from which it was cut, in ascending order.
-    curve : ndarray of int, shape (m,)
-    low, high : ndarray of float64, shape (m,)
-        The ends: low ≤ high.
-    span : ndarray of int, shape (m,)
-        The number of the span among those of its curve.
-    """
-
-    source: Ints
-    curve: Ints
-    low: FloatArray
-    high: FloatArray
-    span: Ints
+STEP = 4.0
+"""Distance of the keys of two curves. The keys of the breaks of one curve run from 0 to 1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +63,44 @@ class Splines:
     @classmethod
     def of(cls, table: CurveTable) -> "Splines":
         """All curves of a table, lowered to Bézier spans."""
-        raise NotImplementedError
+        count = len(table)
+        position, owner = list_spans(table.knots, table.degrees, table.knot_starts)
+        span_count = np.bincount(owner, minlength=count)
+        first_point = table.point_starts[owner] + position - table.knot_starts[owner]
+        kind = 2 * table.degrees + table.is_rational
+        group, row = np.zeros((2, count), np.intp)
+        groups: list[SpanNets] = []
+        for key in np.unique(kind).tolist():
+            degree, is_rational = key // 2, bool(key % 2)
+            curves, chosen = (kind == key).nonzero()[0], (kind[owner] == key).nonzero()[0]
+            index = (first_point[chosen] - degree)[:, np.newaxis] + np.arange(degree + 1)
+            points, weights = table.points[index], table.weights[index] if is_rational else None
+            around = find_knots_around(table.knots, position[chosen], degree)
+            general = find_general_spans(around)
+            if len(general):
+                operators = build_span_operators(around[general])
+                mixed, mixed_weights = combine_points(
+                    points[general][:, :, np.newaxis],
+                    None if weights is None else weights[general][..., np.newaxis],
+                    operators,
+                )
+                points[general] = mixed[:, :, 0]
+                if weights is not None and mixed_weights is not None:
+                    weights[general] = mixed_weights[..., 0]
+            values = to_homogeneous(points, weights).transpose(1, 2, 0)
+            group[curves], row[curves] = len(groups), find_starts(span_count[curves])[:-1]
+            groups.append(SpanNets(np.ascontiguousarray(values), is_rational))
+        return cls(
+            table.points.shape[1],
+            table.degrees,
+            table.is_rational,
+            span_count,
+            find_starts(span_count + 1)[:-1],
+            list_breaks(table.knots, position, owner, span_count),
+            tuple(groups),
+            group,
+            row,
+        )
 
     def __len__(self) -> int:
         return len(self.degree)
@@ -108,24 +119,75 @@ class Splines:
 
     def take(self, curves: Ints) -> "Splines":
         """The curves with these numbers, in this order; a curve may occur several times."""
-        raise NotImplementedError
+        span_count = self.span_count[curves]
+        _, rows = expand_runs(span_count + 1, self.first_break[curves])
+        return replace(
+            self,
+            degree=self.degree[curves],
+            is_rational=self.is_rational[curves],
+            span_count=span_count,
+            first_break=find_starts(span_count + 1)[:-1],
+            breaks=self.breaks[rows],
+            group=self.group[curves],
+            row=self.row[curves],
+        )
 
     @classmethod
     def join(cls, parts: Sequence["Splines"]) -> "Splines":
         """The curves of several records of one dimension, one record after the other."""
-        raise NotImplementedError
+        if len(parts) == 1:
+            return parts[0]
+        nets: dict[tuple[int, bool], list[FloatArray]] = {}
+        columns: dict[tuple[int, bool], int] = {}
+        group, row = [], []
+        for part in parts:
+            keys = [(nets_.degree, nets_.is_rational) for nets_ in part.groups]
+            offsets = [columns.setdefault(key, 0) for key in keys]
+            for key, nets_ in zip(keys, part.groups, strict=True):
+                nets.setdefault(key, []).append(nets_.values)
+                columns[key] += nets_.values.shape[2]
+            numbers = np.array([list(nets).index(key) for key in keys], np.intp)
+            group.append(numbers[part.group])
+            row.append(part.row + np.array(offsets, np.intp)[part.group])
+        span_count = np.concatenate([part.span_count for part in parts])
+        return cls(
+            parts[0].dimension,
+            np.concatenate([part.degree for part in parts]),
+            np.concatenate([part.is_rational for part in parts]),
+            span_count,
+            find_starts(span_count + 1)[:-1],
+            np.concatenate([part.breaks for part in parts]),
+            tuple(SpanNets(np.concatenate(values, axis=2), key[1]) for key, values in nets.items()),
+            np.concatenate(group),
+            np.concatenate(row),
+        )
 
     def move_ranges(self, start: FloatArray, end: FloatArray) -> "Splines":
         """The curves with their parameters mapped affinely to [start, end], (n,) each."""
-        raise NotImplementedError
+        owner = np.repeat(np.arange(len(self)), self.span_count + 1)
+        scale = (end - start) / (self.end - self.start)
+        breaks = start[owner] + (self.breaks - self.start[owner]) * scale[owner]
+        unchanged = ((start == self.start) & (end == self.end))[owner]
+        breaks = np.where(unchanged, self.breaks, breaks)
+        breaks[self.first_break] = start
+        breaks[self.first_break + self.span_count] = end
+        return replace(self, breaks=breaks)
 
     def map_points(self, origin: FloatArray, scale: FloatArray) -> "Splines":
         """The curves (P − origin) · scale, with a row of `origin` and `scale`, (n, D), for each."""
-        raise NotImplementedError
-
-    def split_by_group(self, curve: Ints) -> Iterator[tuple[SpanNets, Ints]]:
-        """The groups that have some of the curves (m,), each with their indices in `curve`."""
-        raise NotImplementedError
+        spans = self.list_spans()
+        group, row = np.zeros((2, len(self)), np.intp)
+        groups = []
+        for k, (nets, rows) in enumerate(self.split(spans.curve)):
+            curve = spans.curve[rows]
+            values = nets.values.take(self.row[curve] + spans.span[rows], axis=2)
+            weights = values[:, -1:] if nets.is_rational else 1.0
+            values[:, : self.dimension] -= origin[curve].T * weights
+            values[:, : self.dimension] *= scale[curve].T
+            groups.append(SpanNets(values, nets.is_rational))
+            curves = np.unique(curve)
+            group[curves], row[curves] = k, find_starts(self.span_count[curves])[:-1]
+        return replace(self, groups=tuple(groups), group=group, row=row)
 
     def find_spans(self, curve: Ints, t: FloatArray, *, before: bool = False) -> Ints:
         """The spans (m,) of curves that contain the parameters t (m,).
@@ -133,23 +195,67 @@ class Splines:
         At a break it is the span that begins there, or with `before` the span that ends there.
         Parameters outside of the domain belong to the first or the last span.
         """
-        raise NotImplementedError
+        if not self._has_breaks:
+            return np.zeros(len(curve), np.intp)
+        start = self.start[curve]
+        key = STEP * curve + (t - start) / (self.end[curve] - start)
+        first, most = self.first_break[curve], self.span_count[curve] - 1
+        after = np.searchsorted(self._keys, key, side="left" if before else "right")
+        span: Ints = after - 1 - first
+        span = np.minimum(np.maximum(span, 0), most)
+        # Keys of many curves have fewer digits than parameters: nearly always, nothing is left.
+        while True:
+            low, high = self.breaks[first + span], self.breaks[first + span + 1]
+            down, up = (t <= low, t > high) if before else (t < low, t >= high)
+            step = (up & (span < most)).astype(np.intp) - (down & (span > 0))
+            if not step.any():
+                return span
+            span += step
 
     def evaluate(self, curve: Ints, t: FloatArray) -> FloatArray:
         """Points (m, D) of curves (m,) at parameters t (m,), which are clamped to the domain."""
-        raise NotImplementedError
+        points: FloatArray = self.evaluate_derivatives(curve, t, 0)[0]
+        return points
 
     def evaluate_derivatives(self, curve: Ints, t: FloatArray, order: int = 1) -> FloatArray:
         """Points and derivatives C, C′ and, if `order` is 2, C″: shape (order + 1, m, D)."""
-        raise NotImplementedError
+        span = self.find_spans(curve, t)
+        at = self.first_break[curve] + span
+        low = self.breaks[at]
+        width = self.breaks[at + 1] - low
+        x = np.minimum(np.maximum((t - low) / width, 0.0), 1.0)
+        column = self.row[curve] + span
+        out = np.zeros((order + 1, len(curve), self.dimension))
+        for nets, rows in self.split(curve):
+            levels = interpolate(nets.values.take(column[rows], axis=2), x[rows], order)
+            if nets.is_rational:
+                levels = project_levels(levels)
+            for k, level in enumerate(levels):
+                out[k, rows] = (level / width[rows] ** k if k else level).T
+        return out
 
     def cut(self, curve: Ints, low: FloatArray, high: FloatArray) -> Intervals:
         """Intervals [low, high] (m,) of curves, cut at their breaks."""
-        raise NotImplementedError
+        first = self.find_spans(curve, low)
+        if not self._has_breaks:
+            return Intervals(np.arange(len(curve)), curve, low, high, first)
+        last = np.maximum(self.find_spans(curve, high, before=True), first)
+        source, span = expand_runs(last - first + 1, first)
+        owner = curve[source]
+        at = self.first_break[owner] + span
+        return Intervals(
+            source,
+            owner,
+            np.maximum(low[source], self.breaks[at]),
+            np.minimum(high[source], self.breaks[at + 1]),
+            span,
+        )
 
     def list_spans(self) -> Intervals:
         """All spans of all curves, curve after curve; `source` is the curve."""
-        raise NotImplementedError
+        curve, span = expand_runs(self.span_count)
+        at = self.first_break[curve] + span
+        return Intervals(curve, curve, self.breaks[at], self.breaks[at + 1], span)
 
     def restrict(self, intervals: Intervals) -> Iterator[tuple[Ints, FloatArray]]:
         """The Bézier nets of curves over intervals, group by group.
@@ -160,26 +266,38 @@ class Splines:
             Rows of `intervals`, ascending.
         nets : ndarray of float64, shape (r, n+1, D), or (r, n+1, D + 1) if rational
         """
-        raise NotImplementedError
+        at = self.first_break[intervals.curve] + intervals.span
+        low = self.breaks[at]
+        width = self.breaks[at + 1] - low
+        ends = np.stack([(intervals.low - low) / width, (intervals.high - low) / width])
+        ends = np.minimum(np.maximum(ends, 0.0), 1.0)
+        ends = 1.0 - (1.0 - ends)  # so that 1 − t is exact, too
+        column = self.row[intervals.curve] + intervals.span
+        for nets, rows in self.split(intervals.curve):
+            blossoms = build_blossoms(nets.degree, ends[:, rows])
+            yield rows, blossoms @ nets.nets.take(column[rows], axis=0)
 
-    def find_kinks(self, scale: FloatArray | None = None) -> tuple[Ints, FloatArray]:
-        """The breaks at which the direction of a curve turns by more than `KINK`.
+    def split(self, curve: Ints) -> Iterator[tuple[SpanNets, Ints]]:
+        """The groups that have some of the curves (m,), each with their indices in `curve`."""
+        if len(self.groups) == 1:
+            if len(curve):
+                yield self.groups[0], np.arange(len(curve))
+            return
+        group = self.group[curve]
+        for k, nets in enumerate(self.groups):
+            rows = (group == k).nonzero()[0]
+            if len(rows):
+                yield nets, rows
 
-        Parameters
-        ----------
-        scale : ndarray of float64, shape (n, D), optional
-            Factors of the coordinates of each curve, before directions are compared.
+    @cached_property
+    def _has_breaks(self) -> bool:
+        """Whether some curve has more than one span."""
+        return bool((self.span_count > 1).any())
 
-        Returns
-        -------
-        curve, t : ndarray of int and of float64, shape (k,)
-        """
-        raise NotImplementedError
-
-    def measure_polygons(self) -> FloatArray:
-        """Lengths (n,) of the control polygons of the Bézier spans: no curve is longer."""
-        raise NotImplementedError
-
-    def find_boxes(self) -> tuple[FloatArray, FloatArray]:
-        """Least and greatest coordinates, (n, D) each, of the control points of the spans."""
-        raise NotImplementedError
+    @cached_property
+    def _keys(self) -> FloatArray:
+        """For each break: `STEP` times its curve, and its share of the domain; ascending."""
+        owner = np.repeat(np.arange(len(self)), self.span_count + 1)
+        start = self.start[owner]
+        keys: FloatArray = STEP * owner + (self.breaks - start) / (self.end[owner] - start)
+        return keys
