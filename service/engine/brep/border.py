@@ -9,51 +9,72 @@ from service.bases.arrays import FloatArray, Ints
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Border:
-    """M pieces of loops, in the order of faces, loops and coedges, and along each loop.
+class Polygons:
+    """Closed polygons of places with M sides in all, in the order of faces and loops.
 
-    Piece i runs from place `begins[i]` to place `ends[i]`, in the direction of its loop, with the
-    material on its left; `ends[i]` is `begins[nexts[i]]`. Its chord in the mesh runs from vertex
-    `begin_vertices[i]` to vertex `end_vertices[i]`. Two pieces with one `samples[i]` are the two
-    images of one piece of an edge.
+    Side i runs from place `begins[i]` to place `ends[i]`, with the material on its left; `ends[i]`
+    is `begins[nexts[i]]`. In the mesh it runs from vertex `begin_vertices[i]` to vertex
+    `end_vertices[i]`. They are equal in poles and in collapsed edges.
 
     Attributes
     ----------
     faces : ndarray of int, shape (M,)
         In ascending order.
-    coedges : ndarray of int, shape (M,)
+    loops : ndarray of int, shape (M,)
         In ascending order.
-    samples : ndarray of int, shape (M,)
-        The piece of the edge (the sample at which it begins, in the direction of the edge).
     nexts : ndarray of int, shape (M,)
-        The next piece of the loop.
+        The next side of the loop.
     begins, ends : ndarray of int, shape (M, 2)
         Places.
     begin_vertices, end_vertices : ndarray of int, shape (M,)
-        Vertices of the mesh. They are equal in pieces of poles and of collapsed edges.
-    segment_bounds : ndarray of float64, shape (M,)
-        No point of the surface over the segment of places is further from the chord than this.
-    sliver_bounds : ndarray of float64, shape (M,)
-        The surface over the part of the trimmed region that is beyond the segment, outside of the
-        polygon, is no further from the chord than this.
-    places : ndarray of float64, shape (C, 2)
-        The places of all samples of all coedges before they are rounded and joined, coedge after
-        coedge, each in the direction of its edge.
-    offsets : ndarray of int, shape (coedges + 1,)
-        The rows of `places` of coedge c are those from `offsets[c]` to `offsets[c + 1] - 1`.
+        Vertices of the mesh.
     """
 
     faces: Ints
-    coedges: Ints
-    samples: Ints
+    loops: Ints
     nexts: Ints
     begins: Ints
     ends: Ints
     begin_vertices: Ints
     end_vertices: Ints
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Border(Polygons):
+    """The polygons of all loops: each side is the image of a piece of an edge, in its chord.
+
+    Two sides with one `samples[i]` are the two images of one piece of an edge.
+
+    Attributes
+    ----------
+    coedges : ndarray of int, shape (M,)
+        In ascending order.
+    samples : ndarray of int, shape (M,)
+        The piece of the edge (the sample at which it begins, in the direction of the edge).
+    segment_bounds : ndarray of float64, shape (M,)
+        No point of the surface over the segment of places is further from the chord than this; NaN
+        if it was not measured yet.
+    sliver_bounds : ndarray of float64, shape (M,)
+        The surface over the part of the trimmed region that is beyond the segment, outside of the
+        polygon, is no further from the chord than this; NaN if it was not measured yet.
+    rows : ndarray of int, shape (M,)
+        The row of `places` at which each side begins.
+    places : ndarray of float64, shape (C, 2)
+        The places of all samples of all coedges before they are rounded and joined, coedge after
+        coedge, each in the direction of its edge.
+    shifts : ndarray of int, shape (C, 2)
+        Units by which rounded places were moved, to keep loops apart: −1, 0 or 1.
+    offsets : ndarray of int, shape (coedges + 1,)
+        The rows of `places` of coedge c are those from `offsets[c]` to `offsets[c + 1] - 1`.
+    """
+
+    coedges: Ints
+    samples: Ints
     segment_bounds: FloatArray
     sliver_bounds: FloatArray
+    rows: Ints
     places: FloatArray
+    shifts: Ints
     offsets: Ints
 
 

@@ -1,0 +1,177 @@
+"""Crossings and touchings of the sides of polygons of places, found exactly, for all faces at once.
+
+Two sides of one face are in conflict if they cross, if an end of one lies inside the other, or if
+ends with different vertices of the mesh are at one place. Where no side is in conflict, a
+constrained triangulation has every side as an edge, with the vertices of its own edge of the brep.
+
+Proof in docs/proofs.md: "No crack between trimmed faces".
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.row_batches import unique_values
+from service.engine.brep.border import Polygons
+from service.engine.brep.box_pairs import BoxTree
+from service.engine.brep.predicates import Segments, classify_pairs
+from service.engine.trims.places import SIZE
+from service.engine.vectors import normalize
+
+STEPS = np.array([[1, 0], [0, 1], [-1, 0], [0, -1], [1, 1], [-1, 1], [-1, -1], [1, -1]])
+"""The moves of a place to its neighbours."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Conflicts:
+    """Pairs of sides that are in conflict; and where they only touch, which corners touch.
+
+    Attributes
+    ----------
+    first, second : ndarray of int, shape (k,)
+        Sides. A side whose ends are two vertices at one place is in conflict with itself.
+    crosses : ndarray of bool, shape (k,)
+        Whether the two sides cross at a point inside both.
+    corners : ndarray of int, shape (t,)
+        The sides that begin at a place that touches another side; one of them may occur twice.
+    """
+
+    first: Ints
+    second: Ints
+    crosses: Bools
+    corners: Ints
+
+    def __len__(self) -> int:
+        return len(self.first)
+
+
+def find_conflicts(polygons: Polygons) -> Conflicts:
+    """All conflicts between sides of one face."""
+    low = np.minimum(polygons.begins, polygons.ends)
+    high = np.maximum(polygons.begins, polygons.ends)
+    first, second = BoxTree.of(polygons.faces, low, high).find_own_pairs()
+    sides = _list_segments(polygons)
+    meetings = classify_pairs(sides.take(first), sides.take(second))
+    rows = (meetings.crosses | meetings.touches.any(axis=0)).nonzero()[0]
+    first, second, meetings = first[rows], second[rows], meetings.take(rows)
+    # Sides without a length between two vertices.
+    short = (polygons.begins == polygons.ends).all(axis=1)
+    short &= polygons.begin_vertices != polygons.end_vertices
+    short_sides = short.nonzero()[0]
+    nexts = polygons.nexts
+    ends = np.stack([first, nexts[first], second, nexts[second]])
+    return Conflicts(
+        np.concatenate([first, short_sides]),
+        np.concatenate([second, short_sides]),
+        np.concatenate([meetings.crosses, np.zeros(len(short_sides), bool)]),
+        np.unique(np.concatenate([ends[meetings.touches], short_sides, nexts[short_sides]])),
+    )
+
+
+def find_steps(polygons: Polygons, corners: Ints, is_fixed: Bools) -> tuple[Ints, Ints]:
+    """Moves of single corners by one unit, each of which ends all conflicts of the corner.
+
+    Where several corners are at one place, only one of them moves. Moves of different corners may
+    still be in conflict with each other.
+
+    Parameters
+    ----------
+    corners : ndarray of int, shape (k,)
+        Sides whose beginnings are in conflict.
+    is_fixed : ndarray of bool, shape (M,)
+        Whether the beginning of each side must not move.
+
+    Returns
+    -------
+    sides : ndarray of int, shape (m,)
+        The sides whose beginnings move. All sides that begin at one place and vertex move together.
+    steps : ndarray of int, shape (m, 2)
+    """
+    places, groups = _group_corners(polygons, polygons.begin_vertices)
+    fixed = np.zeros(len(groups), bool)
+    fixed[groups[is_fixed]] = True
+    chosen = np.unique(groups[corners])
+    chosen = chosen[~fixed[chosen]]
+    number = np.full(len(groups), -1)
+    number[chosen] = np.arange(len(chosen))
+    begin_group = number[groups]
+    fits = _try_steps(polygons, begin_group, len(chosen))
+    preference = _find_left(polygons, begin_group, len(chosen)) @ STEPS.T
+    best = np.where(fits, preference, -np.inf).argmax(axis=1)
+    moves: Bools = fits.any(axis=1)
+    # One corner of each place.
+    at = np.zeros(len(chosen), np.intp)
+    at[begin_group[begin_group >= 0]] = places[begin_group >= 0]
+    movable = moves.nonzero()[0]
+    first = movable[np.unique(at[movable], return_index=True)[1]]
+    moves[:] = False
+    moves[first] = True
+    sides = (begin_group >= 0).nonzero()[0]
+    sides = sides[moves[begin_group[sides]]]
+    return sides, STEPS[best[begin_group[sides]]]
+
+
+def _try_steps(polygons: Polygons, begin_group: Ints, count: int) -> Bools:
+    """Whether each of the moves of a group of corners ends all its conflicts: (count, 8).
+
+    `begin_group` (M,) is the group of the beginning of each side, or −1.
+    """
+    end_group = begin_group[polygons.nexts]
+    # The sides that move, once for each group; and all sides that are, or come, near.
+    side = np.concatenate([(begin_group >= 0).nonzero()[0], (end_group >= 0).nonzero()[0]])
+    group = np.concatenate([begin_group[begin_group >= 0], end_group[end_group >= 0]])
+    low = np.minimum(polygons.begins, polygons.ends)
+    high = np.maximum(polygons.begins, polygons.ends)
+    tree = BoxTree.of(polygons.faces, low, high)
+    pair, other = tree.find_pairs(polygons.faces[side], low[side] - 1, high[side] + 1)
+    side, group = side[pair], group[pair]
+    distinct = side != other
+    side, group, other = side[distinct], group[distinct], other[distinct]
+    sides = _list_segments(polygons)
+    fits = np.ones((count, len(STEPS)), bool)
+    moved = begin_group >= 0
+    for column, step in enumerate(STEPS):
+        pairs = []
+        for rows in (side, other):
+            segments, move = sides.take(rows), step[:, np.newaxis]
+            begins = segments.begins + move * (begin_group[rows] == group)
+            ends = segments.ends + move * (end_group[rows] == group)
+            vertices = segments.begin_vertices, segments.end_vertices
+            pairs.append(Segments(begins, ends, *vertices))
+        meetings = classify_pairs(pairs[0], pairs[1])
+        fits[group[meetings.crosses | meetings.touches.any(axis=0)], column] = False
+        target = polygons.begins[moved] + step
+        fits[begin_group[moved][((target < 0) | (target > SIZE)).any(axis=1)], column] = False
+    return fits
+
+
+def _find_left(polygons: Polygons, begin_group: Ints, count: int) -> FloatArray:
+    """A direction (count, 2) from the corner of each group into the material."""
+    along = normalize((polygons.ends - polygons.begins).astype(float), axis=-1)
+    left = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    total = np.zeros((count, 2))
+    for groups in (begin_group, begin_group[polygons.nexts]):
+        rows = (groups >= 0).nonzero()[0]
+        np.add.at(total, groups[rows], left[rows])
+    return total
+
+
+def _group_corners(polygons: Polygons, vertices: Ints) -> tuple[Ints, Ints]:
+    """Numbers (M,) of the places at which sides begin, and of the pairs of place and vertex.
+
+    Places of different faces have different numbers.
+    """
+    codes = unique_values(polygons.begins[:, 0] << 31 | polygons.begins[:, 1])[1]
+    places = unique_values(codes << 32 | polygons.faces)[1]
+    return places, unique_values(places << 32 | vertices)[1]
+
+
+def _list_segments(polygons: Polygons) -> Segments:
+    """All sides as segments."""
+    return Segments(
+        np.ascontiguousarray(polygons.begins.T),
+        np.ascontiguousarray(polygons.ends.T),
+        polygons.begin_vertices,
+        polygons.end_vertices,
+    )

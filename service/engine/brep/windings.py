@@ -1,0 +1,96 @@
+"""Whether the material is on the left of loops: exact winding numbers beside sides of polygons.
+
+The plane around polygons that are not in conflict is divided into regions; just left of a side is
+one of them. Its winding number about all polygons of the face is 1, or a loop is wrong. It is the
+same along a chain of sides between places that are corners of several sides, so one side of each
+chain is tested, with a ray.
+
+Proof in docs/proofs.md: "The polygon of a trimmed face".
+"""
+
+import numpy as np
+
+from service.bases.arrays import Bools, Ints
+from service.bases.row_batches import unique_values
+from service.engine.brep.border import Polygons
+from service.engine.brep.box_pairs import BoxTree
+from service.engine.brep.predicates import orient
+from service.engine.trims.places import SIZE
+
+
+def find_windings(polygons: Polygons) -> tuple[Ints, Ints]:
+    """Sides, one of each chain, and the winding numbers (k,) just left of them.
+
+    The sides of all chains must not be in conflict. A chain without a length has no side here.
+    """
+    sides = _choose_sides(polygons)
+    along = np.abs(polygons.ends[sides] - polygons.begins[sides])
+    is_steep = along[:, 1] >= along[:, 0]
+    windings = np.zeros(len(sides), np.intp)
+    for rows, begins, ends in (
+        (is_steep, polygons.begins, polygons.ends),
+        (~is_steep, _turn(polygons.begins), _turn(polygons.ends)),
+    ):
+        chosen = rows.nonzero()[0]
+        if len(chosen):
+            windings[chosen] = _count_windings(polygons.faces, begins, ends, sides[chosen])
+    return sides, windings
+
+
+def _choose_sides(polygons: Polygons) -> Ints:
+    """The longest side of each chain of sides between places that several sides share."""
+    count = len(polygons.faces)
+    codes = unique_values(polygons.begins[:, 0] << 31 | polygons.begins[:, 1])[1]
+    places = unique_values(codes << 32 | polygons.faces)[1]
+    has_length = (polygons.begins != polygons.ends).any(axis=1)
+    shared = np.bincount(places[has_length], minlength=count)[places] > 1
+    # Sides are sorted by loop, and along each loop, so a chain is a run; the last run of a loop,
+    # and the first, are parts of one chain, which is tested twice.
+    starts = np.append(True, np.diff(polygons.loops) != 0)
+    chain = np.cumsum(starts | shared)
+    lengths = np.abs(polygons.ends - polygons.begins).max(axis=1)
+    order = np.lexsort((-lengths, chain))
+    first = order[np.append(True, np.diff(chain[order]) != 0)] if count else order
+    chosen: Ints = np.sort(first[lengths[first] > 0])
+    return chosen
+
+
+def _turn(places: Ints) -> Ints:
+    """Places turned by a right angle inside the square of places: (x, y) becomes (y, SIZE − x)."""
+    return np.stack([places[:, 1], SIZE - places[:, 0]], axis=1)
+
+
+def _count_windings(faces: Ints, begins: Ints, ends: Ints, sides: Ints) -> Ints:
+    """Winding numbers (k,) just left of the middles of sides (k,) that are not horizontal.
+
+    A ray runs from there along x, a little above all places of this height. Twice the places are
+    used, so that middles are whole numbers: areas of triangles in a square of 2^31 fit into int64.
+    """
+    low, high = np.minimum(begins, ends), np.maximum(begins, ends)
+    middle = begins[sides] + ends[sides]
+    ray_low = middle >> 1
+    ray_high = np.stack([np.full(len(sides), SIZE), (middle[:, 1] + 1) >> 1], axis=1)
+    ray, side = BoxTree.of(faces, low, high).find_pairs(faces[sides], ray_low, ray_high)
+    a, b, point = 2 * begins[side], 2 * ends[side], middle[ray]
+    rises = (a[:, 1] <= point[:, 1]) & (point[:, 1] < b[:, 1])
+    falls = (b[:, 1] <= point[:, 1]) & (point[:, 1] < a[:, 1])
+    # Left of a side that rises is towards smaller x. A side through the point itself counts as if
+    # the point were moved there.
+    own_rises = (ends[sides, 1] > begins[sides, 1])[ray]
+    area = orient(a, b, point)
+    is_left = (area > 0) | (area == 0) & own_rises
+    is_right = (area < 0) | (area == 0) & own_rises
+    steps = (rises & is_left).astype(np.intp) - (falls & is_right)
+    windings: Ints = np.zeros(len(sides), np.intp)
+    np.add.at(windings, ray, steps)
+    return windings
+
+
+def find_reversed_loops(polygons: Polygons) -> tuple[Ints, Bools]:
+    """Loops (k,) without the material on their left; whether that holds for all sides of each."""
+    sides, windings = find_windings(polygons)
+    loops, wrong = polygons.loops[sides], windings != 1
+    number = np.unique(loops[wrong])
+    size = int(loops.max(initial=-1)) + 1
+    totals = np.bincount(loops, minlength=size)[number]
+    return number, np.bincount(loops[wrong], minlength=size)[number] == totals
