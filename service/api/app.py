@@ -25,6 +25,8 @@ from service.api.observing.middleware import Write, add_telemetry
 from service.api.openapi.document import describe
 from service.api.routes import (
     evaluation,
+    job_events,
+    job_results,
     jobs,
     meshes,
     meshes_by_url,
@@ -34,7 +36,7 @@ from service.api.routes import (
     stored,
     surfaces,
 )
-from service.api.services import JobMiddleware, Services
+from service.api.services import ComputationMiddleware, Services
 from service.api.single_flight import SingleFlight
 from service.api.static_files import StaticFiles
 from service.api.threads import Threads
@@ -84,7 +86,7 @@ def create_app(settings: Settings | None = None, log: Write | None = None) -> "A
     problem_handlers.add_error_handlers(app)
     app.state.ready = True
     app.state.is_ready = partial(is_ready, app.state)
-    inner = JobMiddleware(partial(FastAPI.__call__, app), services.threads)
+    inner = ComputationMiddleware(partial(FastAPI.__call__, app), services.threads)
     cached = CacheMiddleware(
         inner, services.cache, services.store, services.threads.unread, services.origins
     )
@@ -158,7 +160,7 @@ def _select_routers(settings: Settings) -> list[APIRouter]:
         pages.pages,
     ]
     if settings.jobs:
-        routers += [jobs.asking, jobs.jobs]
+        routers += [jobs.asking, jobs.jobs, job_events.events, job_results.results]
     if settings.allow_delete:
         routers.append(surfaces.deleting)
     if needs_keys(settings):

@@ -10,8 +10,8 @@ from dataclasses import replace
 from typing import Any, ClassVar
 
 from service.api.body import BodyRoute
+from service.api.computation import Computation
 from service.api.errors import InvalidQuery
-from service.api.job import Job
 from service.api.negotiation import Pairs
 from service.api.services import Services
 from service.api.stored import surface_of
@@ -53,12 +53,16 @@ class ArrayRoute(BodyRoute):
         return read_array(body)
 
     async def _build_decode(
-        self, decoder: Decoder, other_fields: dict[str, Any], services: Services, job: Job
+        self,
+        decoder: Decoder,
+        other_fields: dict[str, Any],
+        services: Services,
+        computation: Computation,
     ) -> Callable[[bytes], Tree]:
         """Loads the surface of the query; returns a function from a file to the document."""
         del decoder
         try:
-            named_surface = await surface_of(services, job, other_fields["surface"])
+            named_surface = await surface_of(services, computation, other_fields["surface"])
         except (UnknownSurface, InvalidRequest) as error:
             issue = replace(error.issues[0], pointer="/surface")
             error_class = UnknownSurface if isinstance(error, UnknownSurface) else InvalidQuery

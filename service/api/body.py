@@ -18,9 +18,9 @@ from fastapi import Request, Response
 from fastapi.routing import APIRoute
 from starlette.requests import ClientDisconnect
 
+from service.api.computation import Computation
 from service.api.errors import BodyTooLarge, BodyTooSlow, UnsupportedMediaType
 from service.api.intake import accept_call, prefers_async
-from service.api.job import Job
 from service.api.negotiation import (
     Pairs,
     format_by_accept,
@@ -81,32 +81,32 @@ class BodyRoute(APIRoute):
         scope = request.scope
         headers = dict(scope["headers"])
         services: Services = scope["app"].state.services
-        job: Job = scope["state"]["job"]
+        computation: Computation = scope["state"]["computation"]
         if services.threads.accounts.limit is not None:
-            job.check_compute_limit()  # before the body takes memory
+            computation.check_compute_limit()  # before the body takes memory
         decoder = decoder_of_body(
             headers.get(b"content-type", b"").decode("latin-1"), self.decoders
         )
         scope["state"]["posts_file"] = decoder is not None  # errors then point into file and query
         name, other_fields = self._parse_query(request, decoder)
         fmt = self._choose_format(name, request)
-        body = await read_body(request, headers, services, job, decoder)
-        context = Context(services, job, request, fmt)
+        body = await read_body(request, headers, services, computation, decoder)
+        context = Context(services, computation, request, fmt)
         if b"prefer" in headers and decoder is None and self._makes_job(services, headers):
             parse_json = partial(parse_document, body, services.document_limits.max_depth)
-            document = await job.parse(parse_json, is_long=is_long_body(body, None))
+            document = await computation.parse(parse_json, is_long=is_long_body(body, None))
             return await accept_call(context, self.path, document)
         decode = (
             None
             if decoder is None
-            else await self._build_decode(decoder, other_fields, services, job)
+            else await self._build_decode(decoder, other_fields, services, computation)
         )
         parse = partial(_parse_body, model, body, decode, services)
-        parsed = await job.parse(parse, is_long=is_long_body(body, decoder))
+        parsed = await computation.parse(parse, is_long=is_long_body(body, decoder))
         if not self.keeps_document:
             # From here on the numbers of the body are in arrays, 8 bytes each. In JSON a number and
             # its comma take at least 2 bytes.
-            job.shrink_body(4 * len(body))
+            computation.shrink_body(4 * len(body))
         response: Response = await self.endpoint(parsed, context)
         return response
 
@@ -132,10 +132,14 @@ class BodyRoute(APIRoute):
         return document_from_query(pairs)
 
     async def _build_decode(
-        self, decoder: Decoder, other_fields: dict[str, Any], services: Services, job: Job
+        self,
+        decoder: Decoder,
+        other_fields: dict[str, Any],
+        services: Services,
+        computation: Computation,
     ) -> Callable[[bytes], Tree]:
         """A function from the bytes of a file to the document, which has the query's fields too."""
-        del job
+        del computation
         fields, max_points = other_fields["surface"], services.document_limits.max_control_points
 
         def decode(body: bytes) -> Tree:
@@ -189,7 +193,7 @@ async def read_body(
     request: Request,
     headers: Mapping[bytes, bytes],
     services: Services,
-    job: Job,
+    computation: Computation,
     decoder: Decoder | None,
 ) -> bytes:
     """Reads the whole body; reserves memory for the bytes that have arrived.
@@ -214,7 +218,7 @@ async def read_body(
     chunks: list[bytes] = []
     received_bytes, is_complete = 0, False
     try:
-        with job.timing.step("read"):
+        with computation.timing.step("read"):
             async with timeout(settings.body_timeout):
                 while not is_complete:
                     event = await request.receive()
@@ -227,7 +231,9 @@ async def read_body(
                         raise body_too_large(max_bytes, settings)
                     if decoder is None:
                         budget.take(chunk)
-                    job.hold_body(decoder.memory(received_bytes) if decoder else budget.memory)
+                    computation.hold_body(
+                        decoder.memory(received_bytes) if decoder else budget.memory
+                    )
                     chunks.append(chunk)
     except TimeoutError:
         raise body_too_slow(received_bytes, settings) from None

@@ -10,8 +10,8 @@ from service.api.caching.cache import ResponseCache
 from service.api.caching.cached_response import CachedResponse, Variant, find_match, matches_all
 from service.api.caching.codings import Codings, parse_accepted_codings
 from service.api.callers import caller_of
+from service.api.computation import MAX_BUFFERED
 from service.api.cors import Origins
-from service.api.job import MAX_BUFFERED
 from service.api.record import record_of
 from service.api.removals import is_removed
 from service.api.responses import CHUNK, send_buffers

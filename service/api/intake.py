@@ -11,7 +11,7 @@ from functools import partial
 
 from fastapi import Response
 
-from service.api.job import Job
+from service.api.computation import Computation
 from service.api.job_documents import state_response
 from service.api.services import Context, Services
 from service.api.stored import surface_of
@@ -55,23 +55,23 @@ async def accept_job(context: Context, batches: AsyncIterable[Sequence[object]])
         A part is refused; its pointer begins with `/parts/3`, for example.
     TooManyJobs, JobQuotaFull, Busy, OutOfTime, StoreFailed, StoreFull
     """
-    services, job, request, _ = context
+    services, computation, request, _ = context
     if services.jobs is None:  # there is no place to keep them
         raise StoreFailed
     count = 0
-    async with services.jobs.start_intake(job.caller) as intake:
+    async with services.jobs.start_intake(computation.caller) as intake:
         async for parts in batches:
             for group in _split(parts):
-                with job.timing.step("check"):
+                with computation.timing.step("check"):
                     checked = await _check_in_turn(context, services.part_limits, group, count)
-                with job.timing.step("store"):
+                with computation.timing.step("store"):
                     await intake.add(checked)
                 count += len(group)
         if not count:
             raise no_parts()
-        with job.timing.step("store"):
+        with computation.timing.step("store"):
             state, _ = await intake.finish()
-    return state_response(state, request, {"Server-Timing": str(job.timing)})
+    return state_response(state, request, {"Server-Timing": str(computation.timing)})
 
 
 def no_parts() -> InvalidRequest:
@@ -136,29 +136,31 @@ async def _check_in_turn(
 ) -> list[CheckedPart]:
     """Checks parts in turn with the work of other callers; `first` is the index of the first.
 
-    The work has a job of its own, which does not watch the connection: it would read, and lose, the
-    rest of the body. If the client has disconnected, the next reading notices it.
+    It is a computation of its own, which does not watch the connection: it would read, and lose,
+    the rest of the body. If the client has disconnected, the next reading notices it.
     """
-    services, request_job, *_ = context
-    job = Job(services.threads, find_caller=lambda: request_job.caller)
+    services, asking, *_ = context
+    computation = Computation(services.threads, find_caller=lambda: asking.caller)
     try:
         async with timeout(services.settings.request_timeout):
             ids = set[str]().union(*map(_stored_ids, parts))
-            surfaces = {id: await _find_stored(services, job, id) for id in ids}
+            surfaces = {id: await _find_stored(services, computation, id) for id in ids}
             check = partial(_check_parts, parts, limits, surfaces, first)
-            memory = request_job.body_memory
+            memory = asking.body_memory
             cost = Cost(memory, PART_SECONDS * len(parts) + BYTE_SECONDS * memory)
-            return await job.run(Work(cost, check), "check")
+            return await computation.run(Work(cost, check), "check")
     except TimeoutError:
         raise OutOfTime from None
     finally:
-        job.close()
+        computation.close()
 
 
-async def _find_stored(services: Services, job: Job, id: str) -> Surface | SurfaceError:
+async def _find_stored(
+    services: Services, computation: Computation, id: str
+) -> Surface | SurfaceError:
     """A stored surface, or the error of the parts that name it."""
     try:
-        return await surface_of(services, job, id)
+        return await surface_of(services, computation, id)
     except (UnknownSurface, InvalidRequest) as error:
         # The job exists: it is invalid because of what it names.
         return InvalidRequest(*error.issues)

@@ -94,7 +94,7 @@ async def read_lines(
     ClientDisconnect
         The pointer of an error in a line is that of its part, `/parts/3`.
     """
-    services, job, request, _ = context
+    services, computation, request, _ = context
     settings = services.settings
     refuse_coding(headers)
     max_line = min(settings.max_json_bytes, settings.max_job_bytes)
@@ -106,7 +106,7 @@ async def read_lines(
     while not is_complete:
         start = time.monotonic()
         try:
-            with job.timing.step("read"):
+            with computation.timing.step("read"):
                 async with timeout(seconds):
                     chunk, is_complete = await _receive(request)
         except TimeoutError:
@@ -122,12 +122,12 @@ async def read_lines(
             _add(batch, piece, first, max_line)
             batch.end_line()
             if batch.is_full:
-                job.hold_body(batch.memory + len(chunk))
+                computation.hold_body(batch.memory + len(chunk))
                 lines = batch.take_lines()
                 yield first, lines
                 first += len(lines)
         _add(batch, rest, first, max_line)
-        job.hold_body(batch.memory + batch.budget.memory)
+        computation.hold_body(batch.memory + batch.budget.memory)
     if b"".join(batch.pieces).strip():
         batch.end_line()
     if batch.lines:

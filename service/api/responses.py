@@ -11,7 +11,7 @@ from starlette.responses import Response
 from starlette.types import Message, Receive, Scope, Send
 
 from service.api.caching.cached_response import RawHeaders
-from service.api.job import MAX_BUFFERED, Job
+from service.api.computation import MAX_BUFFERED, Computation
 from service.encoders.format import Content, FileFormat, SplitContent
 from service.engine.mesh.mesh import MeshReport
 from service.jobs.results import Result
@@ -89,13 +89,13 @@ def _list_buffers(body: Content | memoryview) -> list[Any]:
 
 
 def _find_release(scope: Scope) -> Callable[[int], None]:
-    """The function that gives back the memory of sent bytes: that of the request's job."""
-    job: Job | None = scope.get("state", {}).get("job")
-    return _release_nothing if job is None else job.release_sent
+    """The function that gives back the memory of sent bytes: that of the request's computation."""
+    computation: Computation | None = scope.get("state", {}).get("computation")
+    return _release_nothing if computation is None else computation.release_sent
 
 
 def _release_nothing(_: int) -> None:
-    """For bodies that no job holds, such as cached responses."""
+    """For bodies that no computation holds, such as cached responses."""
 
 
 async def send_buffers(
@@ -134,10 +134,12 @@ def json_response(
     return ChunkedResponse(orjson.dumps(content), status, headers, media_type)
 
 
-def bytes_response(content: bytes, job: Job, headers: Mapping[str, str] = HEADERS) -> Response:
-    """The response with a JSON document that a job wrote, and with `Server-Timing`."""
-    job.finish_work(len(content))
-    timed_headers = {**headers, "Server-Timing": str(job.timing)}
+def bytes_response(
+    content: bytes, computation: Computation, headers: Mapping[str, str] = HEADERS
+) -> Response:
+    """The response with a JSON document that a computation wrote, and with `Server-Timing`."""
+    computation.finish_work(len(content))
+    timed_headers = {**headers, "Server-Timing": str(computation.timing)}
     return ChunkedResponse(content, 200, timed_headers, "application/json")
 
 
@@ -155,13 +157,17 @@ def report_headers(report: MeshReport | Result | None) -> RawHeaders:
 
 
 def file_response(
-    content: Content, fmt: FileFormat, name: str, job: Job, report: MeshReport | None = None
+    content: Content,
+    fmt: FileFormat,
+    name: str,
+    computation: Computation,
+    report: MeshReport | None = None,
 ) -> Response:
-    """The response with a job's file. Unless the file is JSON, it is sent with a file name."""
-    job.finish_work(len(content))
+    """The response with a file. Unless the file is JSON, it is sent with a file name."""
+    computation.finish_work(len(content))
     body_headers = (
         (b"content-length", b"%d" % len(content)),
-        (b"server-timing", str(job.timing).encode()),
+        (b"server-timing", str(computation.timing).encode()),
     )
     headers = (*_POST_HEADERS, *_type_headers(fmt, name), *report_headers(report), *body_headers)
     return FileResponse(content, headers)

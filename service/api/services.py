@@ -1,4 +1,4 @@
-"""The parts of the application that routes use, and the job of each request."""
+"""The parts of the application that routes use, and the computation of each request."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -9,10 +9,10 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.api.caching.cache import ResponseCache
 from service.api.callers import caller_of
+from service.api.computation import Computation
 from service.api.cors import Origins
 from service.api.guard.key_file import KnownKeys
 from service.api.guard.signatures import Signer
-from service.api.job import Job
 from service.api.single_flight import SingleFlight
 from service.api.static_files import StaticFiles
 from service.api.threads import Threads
@@ -48,29 +48,29 @@ class Services:
 
 
 class Context(NamedTuple):
-    """The arguments of a route's function: the application's parts, the request and its job.
+    """The application's parts, the request and its computation: what a route's function needs.
 
-    `job` holds the request's share of the threads; `format` is the response's format where the
-    route's class chooses it (`service.api.body`).
+    `computation` holds the request's share of the threads; `format` is the response's format where
+    the route's class chooses it (`service.api.body`).
     """
 
     services: Services
-    job: Job
+    computation: Computation
     request: Request
     format: Any = None
 
 
 async def context_of(request: Request) -> Context:
     """The context of a request: the only dependency, because FastAPI takes 30 µs for each."""
-    return Context(request.app.state.services, request.scope["state"]["job"], request)
+    return Context(request.app.state.services, request.scope["state"]["computation"], request)
 
 
 ContextDep = Annotated[Context, Depends(context_of)]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class JobMiddleware:
-    """Gives every request its job, `scope["state"]["job"]`, and closes it after the response.
+class ComputationMiddleware:
+    """Gives each request its `scope["state"]["computation"]`, and closes it after the response.
 
     Passes a HEAD request on as GET and drops the body: a GET route of FastAPI does not answer HEAD.
     """
@@ -82,13 +82,13 @@ class JobMiddleware:
         """Handles one request."""
         if scope["method"] == "HEAD":
             scope, send = {**scope, "method": "GET"}, partial(_send_head, send)
-        job = Job(self.threads, receive, partial(caller_of, scope))
-        scope.setdefault("state", {})["job"] = job
+        computation = Computation(self.threads, receive, partial(caller_of, scope))
+        scope.setdefault("state", {})["computation"] = computation
         try:
             await self.app(scope, receive, send)
         finally:
-            del scope["state"]["job"]
-            job.close()
+            del scope["state"]["computation"]
+            computation.close()
 
 
 async def _send_head(send: Send, message: Message) -> None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, TypeVar
 
-from service.api.job import Callbacks, Job
+from service.api.computation import Callbacks, Computation
 from service.api.threads import Threads
 
 Result = TypeVar("Result")
@@ -17,7 +17,7 @@ class _Flight:
     """One computation, and the number of requests that wait for or use its result."""
 
     key: Hashable
-    job: Job
+    computation: Computation
     task: asyncio.Task[Any]
     users: int = 0
 
@@ -43,16 +43,16 @@ class SingleFlight:
     async def join(
         self,
         key: Hashable,
-        work: Callable[[Job], Awaitable[Result]],
-        asker: Job,
+        work: Callable[[Computation], Awaitable[Result]],
+        asker: Computation,
         callbacks: Callbacks,
     ) -> Result:
         """The result of the computation with this key; starts `work` if none is running.
 
         Parameters
         ----------
-        asker : Job
-            The job that asks. The caller of the first one is charged for the work.
+        asker : Computation
+            The computation that asks. The caller of the first one is charged for the work.
         callbacks : list of callables
             `join` appends one. The caller calls them when it no longer uses the result that `join`
             returned.
@@ -60,8 +60,10 @@ class SingleFlight:
         flight = self._flights.get(key)
         if flight is None:
             caller = asker.caller
-            job = Job(self._threads, find_caller=lambda: caller, is_shared=True)
-            flight = self._flights[key] = _Flight(key, job, asyncio.create_task(_run(work, job)))
+            computation = Computation(self._threads, find_caller=lambda: caller, is_shared=True)
+            flight = self._flights[key] = _Flight(
+                key, computation, asyncio.create_task(_run(work, computation))
+            )
             flight.task.add_done_callback(partial(self._end_if_failed, flight))
         flight.users += 1
         callbacks.append(partial(self._leave, flight))
@@ -87,9 +89,11 @@ class SingleFlight:
         if self._flights.get(flight.key) is flight:
             del self._flights[flight.key]
         flight.task.cancel()
-        flight.job.close()
+        flight.computation.close()
 
 
-async def _run(work: Callable[[Job], Awaitable[Result]], job: Job) -> Result:
+async def _run(
+    work: Callable[[Computation], Awaitable[Result]], computation: Computation
+) -> Result:
     """Makes a coroutine, which a task needs, of any awaitable."""
-    return await work(job)
+    return await work(computation)

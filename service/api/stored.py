@@ -8,7 +8,7 @@ from dataclasses import replace
 from difflib import get_close_matches
 from functools import cache, partial
 
-from service.api.job import Job
+from service.api.computation import Computation
 from service.api.services import Services
 from service.encoders.registry import FORMATS
 from service.engine.mesh.mesh import ENGINE
@@ -31,7 +31,7 @@ INLINE_BYTES = 1 << 16
 """Most bytes of a content that is parsed on the event loop; a thread parses larger contents."""
 
 
-async def surface_of(services: Services, job: Job, id: str) -> Surface:
+async def surface_of(services: Services, computation: Computation, id: str) -> Surface:
     """The surface with this id; requests for the same stored surface share one load.
 
     Raises
@@ -45,7 +45,9 @@ async def surface_of(services: Services, job: Job, id: str) -> Surface:
         return find(id).surface()
     # Each deletion raises the generation: later requests do not share a load from before it.
     key = ("surface", content_id(id), services.cache.generation)
-    return await services.flights.join(key, partial(_load, services, id), job, job.on_ready)
+    return await services.flights.join(
+        key, partial(_load, services, id), computation, computation.on_ready
+    )
 
 
 async def exists(store: SurfaceStore, id: str) -> bool:
@@ -86,16 +88,18 @@ def _hash_of_example(name: str) -> str:
     return surface_id(canonical_content(find(name).surface()))
 
 
-async def _load(services: Services, id: str, job: Job) -> Surface:
-    """Loads a stored surface, in a job of its own."""
+async def _load(services: Services, id: str, computation: Computation) -> Surface:
+    """Loads a stored surface, in a computation of its own."""
     try:
-        content = await services.store.get(id, job.hold_body)  # reserves memory before it reads
+        content = await services.store.get(
+            id, computation.hold_body
+        )  # reserves memory before it reads
     except UnknownSurface as error:
         raise error.within("/id") from None
-    job.hold_body(estimate_restore_memory(content))
+    computation.hold_body(estimate_restore_memory(content))
     work = partial(_restore, id, content, services.document_limits)
-    surface = await job.parse(work, is_long=len(content) > INLINE_BYTES)
-    job.hold_body(len(content))  # the surface has the same numbers as its content
+    surface = await computation.parse(work, is_long=len(content) > INLINE_BYTES)
+    computation.hold_body(len(content))  # the surface has the same numbers as its content
     return surface
 
 

@@ -2,7 +2,7 @@
 
 Short work runs on the event loop. Other work waits until a thread and enough memory are free and no
 thread has just begun (`ALONE_SECONDS`). What one request does with its threads and its memory is in
-`job`.
+`computation`.
 
 **Turns.** The caller that has used the fewest thread seconds is served first (`service.fair`). One
 thread more than the setting says takes only work of callers that hold no thread: so one caller with
@@ -121,7 +121,7 @@ class Threads:
     limiter : CapacityLimiter
         Limits all these threads and the one of `trim`; so large that no work waits for it.
     request_timeout : float
-        Seconds from a request's first block of `Job.until_deadline` to its deadline.
+        Seconds from a request's first block of `Computation.until_deadline` to its deadline.
     seconds_waited : float
         The waiting time of all requests since the start.
     on_wait : callable

@@ -164,24 +164,23 @@ class Jobs:
         await self.state(id)
         await self._work.withdraw(id, caller)
 
-    async def results(self, id: str, first: int, limit: int) -> Sequence[PartResult]:
-        """The parts of a job from the index `first`, at most `limit`.
+    async def results(self, state: JobState, first: int, limit: int) -> Sequence[PartResult]:
+        """The parts of the job with this state, from the index `first`, at most `limit`.
 
         Raises
         ------
         UnknownJob
         """
-        state, job = await self.state(id), self._work.open.get(id)
-        manifest = await self._reader.manifest(id)
+        job, manifest = self._work.open.get(state.id), await self._reader.manifest(state.id)
         if manifest is None:
             raise unknown_job()
         running = job.running if job else set()
         return await self._reader.results(manifest, state, running, first, limit)
 
-    async def result(
-        self, id: str, part: int, reserve: Callable[[int], None] = reserve_nothing
+    async def content(
+        self, id: str, part: PartResult, reserve: Callable[[int], None] = reserve_nothing
     ) -> tuple[Result, memoryview]:
-        """The result of a part, and its bytes.
+        """The result of a part of the job `id`, of those that `results` lists, and its bytes.
 
         Parameters
         ----------
@@ -190,13 +189,11 @@ class Jobs:
 
         Raises
         ------
-        UnknownJob, UnknownResult
+        UnknownResult
+            The part has not succeeded. Or its bytes are damaged or gone; then it is computed again
+            when the job is asked for again.
         """
-        await self.state(id)
-        manifest = await self._reader.manifest(id)
-        if manifest is None:
-            raise unknown_job()
-        return await self._reader.result(manifest, part, reserve)
+        return await self._reader.content(id, part, reserve)
 
     async def list(self, caller: str | None) -> Sequence[JobState]:
         """The jobs of a caller, or of all if it is None, the newest first."""

@@ -77,10 +77,10 @@ class JobReader:
         offset = first - manifest.batches[begin].first
         return results[offset : offset + limit]
 
-    async def result(
-        self, manifest: Manifest, part: int, reserve: Callable[[int], None]
+    async def content(
+        self, id: str, part: PartResult, reserve: Callable[[int], None]
     ) -> tuple[Result, memoryview]:
-        """The result of a part, and its bytes; `reserve` as in `Backend.read`.
+        """The result of a part of the job `id`, and its bytes; `reserve` as in `Backend.read`.
 
         Raises
         ------
@@ -88,23 +88,16 @@ class JobReader:
             The part has not succeeded. Or its bytes are damaged or gone; then it is computed again
             when the job is asked for again.
         """
-        if not 0 <= part < manifest.total:
-            raise unknown_result("The job has no part of this index.")
-        number = manifest.batch_of(part)
-        records = await self.records(manifest, number) or []
-        record = next((record for record in records if record["part"] == part), None)
-        if record is None:
-            raise unknown_result("This part has no result yet.")
-        if record["state"] != "succeeded":
-            raise unknown_result("This part has failed; the list of results says why.")
-        stored = await self._files.read(part_key(record["id"]), reserve)
+        file_of(part)
+        stored = await self._files.read(part_key(part.id), reserve)
         try:
             if stored is None:
                 raise DamagedObject
             return await asyncio.to_thread(read_object, stored)
         except DamagedObject:
-            await self._files.delete(part_key(record["id"]))
-            await self._files.delete(results_key(manifest.id, number))
+            await self._files.delete(part_key(part.id))
+            if (manifest := await self.manifest(id)) is not None:
+                await self._files.delete(results_key(id, manifest.batch_of(part.part)))
             message = "The file is damaged or gone. Post the job again: then it is computed again."
             raise unknown_result(message) from None
 
@@ -147,6 +140,21 @@ def unknown_job() -> UnknownJob:
 def unknown_result(message: str) -> UnknownResult:
     """The error for a part without a result."""
     return UnknownResult(Issue("unknown_result", message, "/part"))
+
+
+def file_of(part: PartResult) -> Result:
+    """The properties of the file of a part.
+
+    Raises
+    ------
+    UnknownResult
+        The part has not succeeded.
+    """
+    if part.error is not None:
+        raise unknown_result("This part has failed; the list of results says why.")
+    if part.result is None:
+        raise unknown_result("This part has no result yet.")
+    return part.result
 
 
 def queued_state(manifest: Manifest, lifetime: float) -> JobState:

@@ -13,7 +13,7 @@ import orjson
 from service.engine.mesh.mesh import ENGINE
 from service.errors import SurfaceError
 from service.jobs.parts import CheckedPart
-from service.jobs.reading import unknown_job, unknown_result
+from service.jobs.reading import file_of, unknown_job
 from service.jobs.results import Result
 from service.jobs.state import JobState, PartResult, StateName
 
@@ -29,8 +29,9 @@ class FakeJobs:
         The states by id.
     askers : dict
         The callers that wait for a job, by id.
-    discarded, read_count : int
-        The number of intakes that were left without `finish`, and of results that were read.
+    discarded, read_count, state_count : int
+        The number of intakes that were left without `finish`, of results that were read, and of
+        calls of `state`.
     batches : list of int
         The number of parts in each call of `add`.
     """
@@ -45,7 +46,7 @@ class FakeJobs:
         self.parts: dict[str, list[PartResult]] = {}
         self.contents: dict[tuple[str, int], bytes] = {}
         self.askers: dict[str, set[str]] = {}
-        self.discarded = self.read_count = 0
+        self.discarded = self.read_count = self.state_count = 0
         self.batches: list[int] = []
         self.lines: list[bytes] = []
         self.error: SurfaceError | None = None
@@ -58,6 +59,7 @@ class FakeJobs:
         return FakeIntake(self, caller)
 
     async def state(self, id: str) -> JobState:
+        self.state_count += 1
         if id not in self.states:
             raise unknown_job()
         return self.states[id]
@@ -75,15 +77,12 @@ class FakeJobs:
         if not self.askers[id]:
             self.states[id] = replace(self.states[id], state="cancelled")
 
-    async def results(self, id: str, first: int, limit: int) -> list[PartResult]:
-        return self.parts[id][first : first + limit]
+    async def results(self, state: JobState, first: int, limit: int) -> list[PartResult]:
+        return self.parts[state.id][first : first + limit]
 
-    async def result(self, id: str, part: int) -> tuple[Result, memoryview]:
+    async def content(self, id: str, part: PartResult) -> tuple[Result, memoryview]:
         self.read_count += 1
-        result = self.parts[id][part].result
-        if result is None:
-            raise unknown_result("This part has no result yet.")
-        return result, memoryview(self.contents[id, part])
+        return file_of(part), memoryview(self.contents[id, part.part])
 
     async def list(self, caller: str | None) -> list[JobState]:
         return [s for id, s in self.states.items() if caller is None or caller in self.askers[id]]

@@ -9,8 +9,8 @@ from starlette.types import Message, Receive, Scope, Send
 from service.api.cache_middleware import CacheMiddleware
 from service.api.caching.cache import ResponseCache
 from service.api.caching.cached_response import CachedResponse, Subject
+from service.api.computation import MAX_BUFFERED
 from service.api.cors import Origins
-from service.api.job import MAX_BUFFERED
 from service.api.record import NO_ROUTE, SCOPE_ITEM, RequestRecord
 from service.api.responses import CHUNK
 from service.api.unread import UnreadBytes

@@ -1,18 +1,21 @@
 """Jobs over HTTP: how they are asked for, watched, read and withdrawn."""
 
 import asyncio
+import inspect
 import re
 from collections.abc import AsyncIterator, Iterator
 from dataclasses import replace
 from hashlib import sha256
 from typing import Any, NamedTuple
 
+import fastapi.sse
 import httpx
 import orjson
 import pytest
 
 from service.api.app import Application, create_app
 from service.api.guard.keys import KeyScope, format_entry, make_key
+from service.api.routes.job_events import get_job_events
 from service.engine.mesh.mesh import ENGINE
 from service.errors import Issue, JobQuotaFull, StoreFailed, TooLarge, TooManyJobs
 from service.jobs.state import JobState
@@ -408,8 +411,10 @@ def test_a_result_is_read_when_there_is_memory_for_it(service: Service) -> None:
         threads.hold(-threads.capacity)
         return await request
 
+    states_before = service.jobs.state_count
     assert service.client.call(get).content == b"glTF"
     assert service.jobs.read_count == 1
+    assert service.jobs.state_count == states_before + 1
 
 
 @pytest.mark.parametrize("part", ["2", "-1", "x", "0x0", "9" * 30])
@@ -467,6 +472,29 @@ def test_the_events_of_a_job_that_has_ended_are_its_end(service: Service) -> Non
         service.jobs.end_part(id, part, b"mesh")
     events = read_events(service.client.get(f"/v1/jobs/{id}/events").text)
     assert [name for name, _ in events] == ["end"]
+
+
+def test_comments_keep_a_stream_open_between_events(
+    service: Service, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    id = start_job(service)
+    path = f"/v1/jobs/{id}/events"
+    # The documentation promises these seconds, for which no test waits.
+    assert fastapi.sse._PING_INTERVAL == 15.0
+    assert "a comment every 15 s" in inspect.cleandoc(str(get_job_events.__doc__)).replace(
+        "\n", " "
+    )
+    monkeypatch.setattr("fastapi.routing._PING_INTERVAL", 0.01)
+
+    async def watch() -> httpx.Response:
+        watching = asyncio.create_task(service.client._request("GET", path, None, None))
+        await asyncio.sleep(0.1)
+        service.app.state.ready = False
+        return await watching
+
+    text = service.client.call(watch).text
+    assert [name for name, _ in read_events(text)] == ["progress"]
+    assert text.count(": ping\n\n") > 1
 
 
 def test_a_stream_ends_when_the_service_is_about_to_stop(service: Service) -> None:

@@ -8,7 +8,7 @@ from fastapi import FastAPI
 
 from service.api import stored
 from service.api.app import create_app
-from service.api.job import Job
+from service.api.computation import Computation
 from service.api.routes import meshes_by_url
 from service.api.services import Services
 from service.pipeline.mesh import MeshFile, make_file
@@ -86,8 +86,8 @@ def test_meshes_of_one_surface_share_it_and_are_computed_one_after_the_other(
     surfaces: list[Surface] = []
     reads: list[str] = []
 
-    async def find_and_record(services: Services, job: Job, id: str) -> Surface:
-        surfaces.append(await surface_of(services, job, id))
+    async def find_and_record(services: Services, computation: Computation, id: str) -> Surface:
+        surfaces.append(await surface_of(services, computation, id))
         counter.has_surface.release()
         return surfaces[-1]
 
@@ -113,8 +113,8 @@ def test_deleted_surfaces_are_not_shared(client: Client, app: FastAPI) -> None:
     services: Services = app.state.services
     url = client.post("/v1/surfaces", LARGE).json()["links"]["self"]
     id = url.rpartition("/")[2]
-    job = Job(services.threads)  # does not end, so it keeps the surface
-    surface = client.call(stored.surface_of, services, job, id)
+    computation = Computation(services.threads)  # does not end, so it keeps the surface
+    surface = client.call(stored.surface_of, services, computation, id)
     assert client.get(url).status_code == 200
     assert client.request("DELETE", url).status_code == 204
     assert client.get(url).status_code == 404

@@ -11,7 +11,7 @@ from contextlib import closing
 import pytest
 
 from service.api.caching.cache import ResponseCache
-from service.api.job import Job
+from service.api.computation import Computation
 from service.api.single_flight import SingleFlight
 from service.api.threads import Threads
 from service.cancellation import Cancelled, checkpoint
@@ -29,10 +29,12 @@ class Flights(SingleFlight):
         self.threads = Threads(Settings(threads=2, memory_bytes=1 << 24), ResponseCache(0))
         super().__init__(self.threads)
 
-    async def send_request(self, key: str, work: Callable[[Job], Awaitable[object]]) -> object:
+    async def send_request(
+        self, key: str, work: Callable[[Computation], Awaitable[object]]
+    ) -> object:
         """The result of one request, which ends when it has the result."""
-        with closing(Job(self.threads)) as job:
-            return await self.join(key, work, job, job.on_ready)
+        with closing(Computation(self.threads)) as computation:
+            return await self.join(key, work, computation, computation.on_ready)
 
 
 class Work:
@@ -43,7 +45,7 @@ class Work:
         self.may_end = asyncio.Event()
         self.result = result
 
-    async def __call__(self, _: Job) -> object:
+    async def __call__(self, _: Computation) -> object:
         self.calls += 1
         await self.may_end.wait()
         if isinstance(self.result, Exception):
@@ -105,16 +107,16 @@ async def test_work_is_cancelled_with_its_last_request_and_a_later_request_start
 
 
 async def test_a_result_is_shared_as_long_as_a_request_uses_it() -> None:
-    """`finish_work` of a job calls its `on_ready`, and `close` its `on_end`."""
+    """`finish_work` of a computation calls its `on_ready`, and `close` its `on_end`."""
     flights, work = Flights(), Work()
     work.may_end.set()
-    first, second = Job(flights.threads), Job(flights.threads)
+    first, second = Computation(flights.threads), Computation(flights.threads)
     await flights.join("key", work, first, first.on_ready)
     first.finish_work(0)
     assert len(flights) == 0, "the request needs the result no longer"
-    for job in (first, second):
-        await flights.join("key", work, job, job.on_end)
-        job.finish_work(0)
+    for computation in (first, second):
+        await flights.join("key", work, computation, computation.on_end)
+        computation.finish_work(0)
     assert (work.calls, len(flights)) == (2, 1)
     first.close()
     assert len(flights) == 1
@@ -135,9 +137,9 @@ async def test_a_thread_without_requests_is_cancelled_and_keeps_its_memory_until
             assert may_end.wait(10)
             raise
 
-    async def work(job: Job) -> None:
+    async def work(computation: Computation) -> None:
         cost = Cost(memory=1000, seconds=1.0)
-        await job.run(LongWork(cost, compute), "x")
+        await computation.run(LongWork(cost, compute), "x")
 
     flights = Flights()
     threads = flights.threads
@@ -187,11 +189,11 @@ def test_the_error_of_work_without_requests_is_not_logged() -> None:
 
 
 def test_failed_work_leaves_no_reference_cycles() -> None:
-    jobs: list[weakref.ref[Job]] = []
+    references: list[weakref.ref[Computation]] = []
 
-    async def fail(job: Job) -> object:
-        jobs.append(weakref.ref(job))
-        del job  # the traceback of the error refers to the local variables of this function
+    async def fail(computation: Computation) -> object:
+        references.append(weakref.ref(computation))
+        del computation  # the traceback of the error refers to the local variables of this function
         await asyncio.sleep(0)
         raise ArithmeticError
 
@@ -206,6 +208,6 @@ def test_failed_work_leaves_no_reference_cycles() -> None:
     gc.disable()
     try:
         asyncio.run(send_requests())
-        assert [job() for job in jobs] == [None, None]
+        assert [reference() for reference in references] == [None, None]
     finally:
         gc.enable()

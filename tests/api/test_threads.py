@@ -1,4 +1,4 @@
-"""Threads and memory are lent in turn and within limits; jobs always release them.
+"""Threads and memory are lent in turn and within limits; computations always release them.
 
 `acquire(turn)` takes a thread and memory, `release_thread(turn)` gives back the thread, and
 `give_back(turn)` the memory.
@@ -22,7 +22,13 @@ from starlette.requests import ClientDisconnect
 from service.api import threads as threads_module
 from service.api.caching.cache import ResponseCache
 from service.api.caching.cached_response import CachedResponse, Subject
-from service.api.job import INLINE_SECONDS, MAX_INLINE_SECONDS, SMALL_BODY, TRIM_BYTES, Job
+from service.api.computation import (
+    INLINE_SECONDS,
+    MAX_INLINE_SECONDS,
+    SMALL_BODY,
+    TRIM_BYTES,
+    Computation,
+)
 from service.api.threads import (
     ALONE_SECONDS,
     EXTRA_ALONE_SECONDS,
@@ -81,7 +87,7 @@ async def lend_threads(
 
 async def test_short_work_runs_on_the_event_loop_and_long_work_in_a_thread() -> None:
     async with lend_threads() as threads:
-        job = Job(threads)
+        computation = Computation(threads)
         in_thread = []
         for is_long in (False, True):
             work = build_work(
@@ -89,15 +95,15 @@ async def test_short_work_runs_on_the_event_loop_and_long_work_in_a_thread() -> 
                 lambda: threading.current_thread() is not threading.main_thread(),
                 is_long=is_long,
             )
-            in_thread.append(await job.run(work, "mesh"))
+            in_thread.append(await computation.run(work, "mesh"))
             assert threads.used_bytes == 1000
-            job.finish_work(10)  # the response, of 10 bytes, is ready
+            computation.finish_work(10)  # the response, of 10 bytes, is ready
             assert threads.used_bytes == 10
-            job.finish_work(0)
+            computation.finish_work(0)
         assert in_thread == [False, True]
-        assert "mesh;dur=" in str(job.timing)
-        assert "wait;dur=" in str(job.timing)
-        job.close()
+        assert "mesh;dur=" in str(computation.timing)
+        assert "wait;dur=" in str(computation.timing)
+        computation.close()
 
 
 async def test_work_that_takes_longer_than_estimated_moves_to_a_thread() -> None:
@@ -110,11 +116,11 @@ async def test_work_that_takes_longer_than_estimated_moves_to_a_thread() -> None
         return "done"
 
     async with lend_threads() as threads:
-        job = Job(threads)
-        assert await job.run(build_work(call=call, is_long=False), "mesh") == "done"
+        computation = Computation(threads)
+        assert await computation.run(build_work(call=call, is_long=False), "mesh") == "done"
         # The checkpoint on the event loop stops the work, which begins again in a thread.
         assert [thread is threading.main_thread() for thread in callers] == [True, False]
-        job.close()
+        computation.close()
 
 
 async def test_other_tasks_run_between_short_pieces_of_work() -> None:
@@ -129,18 +135,21 @@ async def test_other_tasks_run_between_short_pieces_of_work() -> None:
                 turns += 1
                 await asyncio.sleep(0)
 
-        jobs = [Job(threads) for _ in range(5)]
+        computations = [Computation(threads) for _ in range(5)]
 
         def compute() -> None:
             time.sleep(1.5 * ROUND_SECONDS)  # so each of these runs is a round
             turns_before.append(turns)
 
-        runs = [job.run(build_work(10, compute, is_long=False), "x") for job in jobs]
+        runs = [
+            computation.run(build_work(10, compute, is_long=False), "x")
+            for computation in computations
+        ]
         await asyncio.gather(count_turns(), *runs)
         # The other task had a turn before each piece of work.
         assert len(set(turns_before)) == 5
-        for job in jobs:
-            job.close()
+        for computation in computations:
+            computation.close()
 
 
 async def acquire(threads: Threads, memory: int = 10, caller: str = "a", **needs: Any) -> Turn:
@@ -384,27 +393,27 @@ async def test_a_caller_that_reads_slowly_waits_and_others_do_not() -> None:
 
 async def test_a_response_is_counted_until_it_is_read_buffer_by_buffer() -> None:
     async with lend_threads() as threads:
-        job = Job(threads, find_caller=lambda: "a")
+        computation = Computation(threads, find_caller=lambda: "a")
         size = 1 << 18
         work = Work(Cost(4 * size, 10.0, response=3 * size), lambda: "done")
-        await job.run(work, "mesh")
+        await computation.run(work, "mesh")
         assert threads.unread.totals == {"a": 3 * size}
-        job.finish_work(2 * size)
+        computation.finish_work(2 * size)
         assert threads.unread.totals == {"a": 2 * size} == {"a": threads.used_bytes}
-        job.release_sent(size)
+        computation.release_sent(size)
         assert threads.unread.totals == {"a": size} == {"a": threads.used_bytes}
-        job.close()
+        computation.close()
         assert threads.unread.totals == {}
 
 
 async def test_short_work_and_parsing_are_charged_beside_other_work() -> None:
     async with lend_threads() as threads:
         turn = await acquire(threads, caller="other")
-        job = Job(threads, find_caller=lambda: "short")
-        await job.run(build_work(call=lambda: time.sleep(0.02), is_long=False), "mesh")
-        await job.parse(lambda: time.sleep(0.02), is_long=False)
-        await job.parse(lambda: time.sleep(0.02), is_long=True)
-        job.close()
+        computation = Computation(threads, find_caller=lambda: "short")
+        await computation.run(build_work(call=lambda: time.sleep(0.02), is_long=False), "mesh")
+        await computation.parse(lambda: time.sleep(0.02), is_long=False)
+        await computation.parse(lambda: time.sleep(0.02), is_long=True)
+        computation.close()
         assert threads.accounts._used["short"] >= 0.06
         release(threads, turn)
 
@@ -457,26 +466,26 @@ def test_cancelled_requests_release_threads_and_memory(requests: list[tuple[int,
 
 async def test_bodies_have_a_memory_budget_of_their_own_and_never_wait() -> None:
     async with lend_threads() as threads:
-        large_job, small_job, third_job = Job(threads), Job(threads), Job(threads)
+        large, small, third = Computation(threads), Computation(threads), Computation(threads)
         large_size = threads.max_body * 9 // 10  # the rest is for small bodies
         with pytest.raises(TooLarge) as error:
-            large_job.hold_body(large_size + 1)
+            large.hold_body(large_size + 1)
         assert error.value.issues[0].code == "too_much_memory"
-        large_job.hold_body(large_size)
+        large.hold_body(large_size)
         with pytest.raises(Busy):
-            third_job.hold_body(SMALL_BODY + 1)
-        small_job.hold_body(threads.max_body - large_size)
+            third.hold_body(SMALL_BODY + 1)
+        small.hold_body(threads.max_body - large_size)
         with pytest.raises(Busy):
-            third_job.hold_body(1)
+            third.hold_body(1)
         # The largest work has memory besides the bodies, and short work besides the largest work.
         turn = await acquire(threads, threads.max_memory)
-        assert await third_job.run(build_work(1000, is_long=False), "x") == "done"
+        assert await third.run(build_work(1000, is_long=False), "x") == "done"
         release(threads, turn)
-        large_job.shrink_body(10)
-        large_job.shrink_body(20)  # no effect, because the body takes less
+        large.shrink_body(10)
+        large.shrink_body(20)  # no effect, because the body takes less
         assert threads.body_bytes == 10 + threads.max_body - large_size
-        for job in (large_job, small_job, third_job):
-            job.close()
+        for computation in (large, small, third):
+            computation.close()
 
 
 def build_entry(name: str, size: int) -> CachedResponse:
@@ -527,15 +536,15 @@ async def test_a_cancelled_thread_keeps_its_memory_until_it_ends(client_leaves: 
                 time.sleep(0.001)
                 checkpoint()
 
-        job = Job(threads, receive)
-        task = asyncio.create_task(job.run(build_work(1000, compute), "x"))
+        computation = Computation(threads, receive)
+        task = asyncio.create_task(computation.run(build_work(1000, compute), "x"))
         while not threads.busy_count:
             await asyncio.sleep(0.001)
         if client_leaves:
             has_left.set()
         with pytest.raises(ClientDisconnect if client_leaves else OutOfTime):
             await task
-        job.close()
+        computation.close()
         while threads.busy_count:
             assert threads.used_bytes == 1000
             await asyncio.sleep(0.001)
@@ -549,11 +558,11 @@ async def test_large_requests_that_end_together_trim_the_heap_once(
     counts = []
     async with lend_threads() as threads:
         for sizes in ((TRIM_BYTES - 1,), (TRIM_BYTES, TRIM_BYTES), (TRIM_BYTES,)):
-            jobs = [Job(threads) for _ in sizes]
-            for job, size in zip(jobs, sizes, strict=True):
-                await job.run(build_work(size, is_long=False), "x")
-            for job in jobs:  # all end before the event loop continues
-                job.close()
+            computations = [Computation(threads) for _ in sizes]
+            for computation, size in zip(computations, sizes, strict=True):
+                await computation.run(build_work(size, is_long=False), "x")
+            for computation in computations:  # all end before the event loop continues
+                computation.close()
             await asyncio.sleep(TRIM_PAUSE + 0.1)
             counts.append(len(calls))
     assert counts == [0, 1, 2]
@@ -584,12 +593,12 @@ def test_the_error_of_failed_work_does_not_keep_its_local_variables() -> None:
 
     async def run_work() -> None:
         async with lend_threads() as threads:
-            job = Job(threads)
+            computation = Computation(threads)
             with pytest.raises(ArithmeticError) as error:
-                await job.run(build_work(1000, work), "x")
+                await computation.run(build_work(1000, work), "x")
             assert extract_tb(error.value.__traceback__)[-1].name == "work"
             del error
-            job.close()
+            computation.close()
 
     gc.collect()
     gc.disable()

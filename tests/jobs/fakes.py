@@ -19,7 +19,7 @@ from service.jobs.keys import part_key
 from service.jobs.manager import Jobs
 from service.jobs.parts import CheckedPart
 from service.jobs.results import Result, write_error, write_object
-from service.jobs.state import JobState
+from service.jobs.state import JobState, PartResult
 from service.settings.values import Settings
 from service.storage.backends import Backend, Bucket
 from tests.clock import Clock
@@ -140,6 +140,15 @@ class Instance:
             while not (state := await self.jobs.state(id)).has_ended:
                 await asyncio.sleep(0.005)
             return state
+
+    async def results(self, id: str, first: int, limit: int) -> Sequence[PartResult]:
+        """Parts of a job."""
+        return await self.jobs.results(await self.jobs.state(id), first, limit)
+
+    async def content(self, id: str, part: int) -> tuple[Result, memoryview]:
+        """The result of a part, and its bytes."""
+        (found,) = await self.results(id, part, 1)
+        return await self.jobs.content(id, found)
 
 
 async def until(condition: Callable[[], bool]) -> None:

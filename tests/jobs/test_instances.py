@@ -76,9 +76,9 @@ def test_the_state_of_a_job_is_the_same_in_all_instances() -> None:
             await until(lambda: not first.jobs.open_jobs)
             assert await second.jobs.state(state.id) == end
             assert end.state == "failed"
-            seen = [repr(await each.jobs.results(state.id, 0, 9)) for each in (first, second)]
+            seen = [repr(await each.results(state.id, 0, 9)) for each in (first, second)]
             assert seen[0] == seen[1]
-            assert bytes((await second.jobs.result(state.id, 0))[1]) == b"p"
+            assert bytes((await second.content(state.id, 0))[1]) == b"p"
 
     asyncio.run(run())
 

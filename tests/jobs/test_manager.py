@@ -1,6 +1,8 @@
 """Jobs from their acceptance to their end, with a fake engine."""
 
 import asyncio
+from collections.abc import Callable
+from dataclasses import replace
 from hashlib import sha256
 
 import pytest
@@ -14,8 +16,8 @@ from service.errors import (
     UnknownResult,
 )
 from service.jobs import intake
-from service.jobs.keys import part_key
-from service.storage.backends import Bucket
+from service.jobs.keys import manifest_key, part_key, results_key, state_key
+from service.storage.backends import Bucket, reserve_nothing
 from service.storage.keys import key_of
 from service.storage.store import SurfaceStore
 from tests.clock import stop_clock
@@ -35,13 +37,13 @@ def test_a_job_runs_and_its_results_can_be_read() -> None:
             assert end.started is not None
             assert end.ended is not None
             assert (end.expires - end.ended).total_seconds() == 7 * 86400
-            results = await instance.jobs.results(state.id, 1, 3)
+            results = await instance.results(state.id, 1, 3)
             assert [(each.part, each.name, each.state) for each in results] == [
                 (1, "p1", "succeeded"),
                 (2, "p2", "succeeded"),
                 (3, "p3", "succeeded"),
             ]
-            result, content = await instance.jobs.result(state.id, 4)
+            result, content = await instance.content(state.id, 4)
             assert bytes(content) == b"p4"
             assert results[0].result is not None
             assert result.bytes == 2
@@ -55,11 +57,11 @@ def test_a_part_that_fails_is_named_and_fails_alone() -> None:
             state, _ = await instance.submit([make_part("p"), make_part("fail"), make_part("q")])
             end = await instance.wait(state.id)
             assert (end.state, end.succeeded, end.failed) == ("failed", 2, 1)
-            results = await instance.jobs.results(state.id, 0, 10)
+            results = await instance.results(state.id, 0, 10)
             assert [each.state for each in results] == ["succeeded", "failed", "succeeded"]
             assert isinstance(results[1].error, TooLarge)
             with pytest.raises(UnknownResult):
-                await instance.jobs.result(state.id, 1)
+                await instance.content(state.id, 1)
 
     asyncio.run(run())
 
@@ -71,7 +73,7 @@ def test_a_part_that_kills_its_process_is_named_and_fails_alone() -> None:
             state, _ = await instance.submit(parts)
             end = await instance.wait(state.id)
             assert (end.state, end.succeeded, end.failed) == ("failed", 2, 1)
-            results = await instance.jobs.results(state.id, 0, 10)
+            results = await instance.results(state.id, 0, 10)
             assert [type(each.error) for each in results] == [type(None), PartCrashed, type(None)]
 
     asyncio.run(run())
@@ -130,7 +132,7 @@ def test_a_job_ends_when_its_last_asker_withdraws_and_resumes_when_asked_again()
                 while instance.engine.running or instance.jobs.open_jobs:
                     await asyncio.sleep(0.01)
             assert (await instance.jobs.state(state.id)).state == "cancelled"
-            results = await instance.jobs.results(state.id, 0, 10)
+            results = await instance.results(state.id, 0, 10)
             assert {each.state for each in results} == {"succeeded", "cancelled"}
             assert [each.state for each in await instance.jobs.list("b")] == ["cancelled"]
             instance.engine.gate.set()
@@ -151,15 +153,38 @@ def test_unknown_jobs_and_results_are_errors() -> None:
                 with pytest.raises(UnknownJob):
                     await jobs.state(id)
                 with pytest.raises(UnknownJob):
-                    await jobs.results(id, 0, 10)
-                with pytest.raises(UnknownJob):
                     await jobs.withdraw(id, "a")
             instance.engine.gate.clear()
             state, _ = await instance.submit(make_parts("p", 1))
-            for part in (0, 1, -1):
-                with pytest.raises(UnknownResult):
-                    await jobs.result(state.id, part)
-            assert await jobs.results(state.id, 1, 10) == []
+            with pytest.raises(UnknownJob):
+                await jobs.results(replace(state, id=UNKNOWN), 0, 10)
+            with pytest.raises(UnknownResult):
+                await instance.content(state.id, 0)
+            assert await jobs.results(state, 1, 10) == []
+
+
+def test_the_file_of_a_part_takes_one_reading_of_each_object() -> None:
+    keys: list[str] = []
+
+    class Recorder(Bucket):
+        """A backend that remembers what is read."""
+
+        async def read(self, key: str, reserve: Callable[[int], None] = reserve_nothing) -> bytes:
+            keys.append(key)
+            return await super().read(key, reserve)
+
+    async def run() -> None:
+        async with Instance(Recorder(MemoryStore())) as instance:
+            parts = make_parts("p", 2)
+            state, _ = await instance.submit(parts)
+            await instance.wait(state.id)
+            await until(lambda: not instance.jobs.open_jobs)
+            keys.clear()
+            await instance.content(state.id, 1)
+            about_job = [state_key(state.id), manifest_key(state.id), results_key(state.id, 0)]
+            assert keys == [*about_job, part_key(parts[1].id)]
+
+    asyncio.run(run())
 
     asyncio.run(run())
 
@@ -172,10 +197,10 @@ def test_a_damaged_result_is_made_again_when_the_job_is_asked_for_again() -> Non
             await instance.wait(state.id)
             await instance.backend.write(part_key(parts[1].id), b"{}\nother")
             with pytest.raises(UnknownResult, match="damaged"):
-                await instance.jobs.result(state.id, 1)
+                await instance.content(state.id, 1)
             await instance.submit(parts)
             assert (await instance.wait(state.id)).state == "succeeded"
-            assert bytes((await instance.jobs.result(state.id, 1))[1]) == b"p1"
+            assert bytes((await instance.content(state.id, 1))[1]) == b"p1"
             assert sorted(instance.engine.names) == ["p0", "p1", "p1", "p2"]
 
     asyncio.run(run())

@@ -75,7 +75,8 @@ async def wait(jobs: Jobs, id: str) -> JobState:
 
 async def digests(jobs: Jobs, id: str) -> list[str]:
     state = await jobs.state(id)
-    return [sha256((await jobs.result(id, part))[1]).hexdigest() for part in range(state.succeeded)]
+    parts = await jobs.results(state, 0, state.total)
+    return [sha256((await jobs.content(id, part))[1]).hexdigest() for part in parts if part.result]
 
 
 def compute(part: CheckedPart) -> str:

@@ -176,7 +176,7 @@ def test_a_job_whose_parts_are_lost_fails_and_keeps_no_other_waiting() -> None:
             end = await instance.wait(state.id)
             assert (end.state, end.succeeded, end.failed) == ("failed", 1, 1)
             assert (await instance.jobs.state(state.id)).waiting_for == ""
-            lost = (await instance.jobs.results(state.id, 1, 1))[0]
+            lost = (await instance.results(state.id, 1, 1))[0]
             assert (lost.part, lost.state, lost.name) == (1, "failed", "")
 
     asyncio.run(run())
@@ -224,7 +224,7 @@ def test_parts_whose_lines_are_lost_are_listed() -> None:
             state, _ = await instance.submit(make_parts("p", 3, seconds=1))
             folder = instance.jobs.open_jobs[0].manifest.folder
             await disk.delete(f"{INTAKE}/{folder}/000001")
-            results = await instance.jobs.results(state.id, 0, 9)
+            results = await instance.results(state.id, 0, 9)
             assert [(each.part, each.name) for each in results] == [(0, "p0"), (1, ""), (2, "p2")]
 
     asyncio.run(run())

@@ -203,7 +203,7 @@ def test_an_unexpected_error_fails_one_batch_and_stops_no_other(
             state, _ = await instance.submit(make_parts("p", 4))
             ended = await instance.wait(state.id)
             assert (ended.state, ended.succeeded, ended.failed) == ("failed", 2, 2)
-            results = await instance.jobs.results(state.id, 0, 10)
+            results = await instance.results(state.id, 0, 10)
             assert [result.state for result in results] == ["failed"] * 2 + ["succeeded"] * 2
             assert results[0].error is not None
             assert [issue.code for issue in results[0].error.issues] == ["internal_error"]

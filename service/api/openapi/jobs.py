@@ -56,6 +56,14 @@ def _id_of(document: Json) -> str:
 
 _ID = _id_of(JOBS["meshes"]["value"])
 
+JOB_ERRORS: dict[int | str, Json] = {
+    404: error("UnknownJob"),
+    422: error("InvalidQuery"),
+    500: error("InternalError"),
+    503: error("StoreFailed"),
+}
+"""The errors of the routes about one job."""
+
 JobId: TypeAlias = Annotated[
     str,
     WithJsonSchema({"type": "string", "pattern": "^[0-9a-f]{64}$"}),

@@ -75,9 +75,9 @@ async def query_points(body: PointsRequest, context: ContextDep) -> Response:
     respect to the surface's own parameters; at a knot they are the limits from the right. Tubes,
     ribbons and groups have no parameters (`not_parametric`).
     """
-    services, job, *_ = context
+    services, computation, *_ = context
     work = plan_points(body.to_surface(), body.to_query(), services.limits)
-    return bytes_response(await job.run(work, "points"), job)
+    return bytes_response(await computation.run(work, "points"), computation)
 
 
 @conversions.post(
@@ -96,12 +96,12 @@ async def convert_surface(body: ConvertRequest, context: ContextDep) -> Response
     The response is a body for the other calls. Corner points keep their digits, and patches that
     shared an edge still share it. Colours, texture coordinates and attributes are converted too.
     """
-    services, job, *_ = context
+    services, computation, *_ = context
     settings = services.settings
     size_limits = SizeLimits(settings.max_control_points, settings.max_degree)
     operations = body.to_operations()
     work = plan_conversion(body.to_surface(), operations, size_limits, services.limits)
-    return bytes_response(await job.run(work, "convert"), job)
+    return bytes_response(await computation.run(work, "convert"), computation)
 
 
 @curves.post(
@@ -124,7 +124,7 @@ async def create_curve(body: CurveRequest, context: ContextDep) -> Response:
     The response is in the format that `format` names or `Accept` prefers; JSON without either. In
     glTF, OOGL and OBJ a plane curve has z = 0.
     """
-    services, job, _, fmt = context
+    services, computation, _, fmt = context
     work = plan_curve(body.to_curve(), body.curve_options(), fmt, services.limits)
-    content = await job.run(work, "curve")
-    return file_response(content, fmt, body.to_curve().name, job)
+    content = await computation.run(work, "curve")
+    return file_response(content, fmt, body.to_curve().name, computation)

@@ -101,12 +101,12 @@ async def create_mesh(body: MeshRequest, context: ContextDep) -> Response:
     body is a JSON document with the options in it, or a file of control points with the options in
     the query.
     """
-    services, job, request, fmt = context
+    services, computation, request, fmt = context
     options, encode = body.mesh_options(), select_encode_options(body)
     work = plan_mesh(body.to_surface(), options, fmt, encode, services.limits)
-    mesh_file = await job.run(work, "mesh")
+    mesh_file = await computation.run(work, "mesh")
     request.app.state.counters.count_mesh(mesh_file.report)
-    return file_response(mesh_file.content, fmt, mesh_file.name, job, mesh_file.report)
+    return file_response(mesh_file.content, fmt, mesh_file.name, computation, mesh_file.report)
 
 
 @estimates.post(
@@ -129,8 +129,8 @@ async def estimate_mesh(body: MeshRequest, context: ContextDep) -> Response:
     `POST /v1/mesh` would refuse the request. An estimate takes a small part of the time of the
     mesh. An invalid body is an error here too.
     """
-    services, job, _, fmt = context
+    services, computation, _, fmt = context
     formats: Sequence[Format] = FORMATS if fmt is None else (fmt,)
     options, encode = body.mesh_options(), select_encode_options(body)
     work = plan_estimate(body.to_surface(), options, encode, services.limits, formats)
-    return bytes_response(await job.run(work, "estimate"), job)
+    return bytes_response(await computation.run(work, "estimate"), computation)

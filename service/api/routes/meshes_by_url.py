@@ -14,7 +14,7 @@ from service.api.caching.cached_response import (
     matches_all,
 )
 from service.api.caching.codings import COMPRESS_FUNCTIONS, Codings, compress
-from service.api.job import MAX_BUFFERED, Job
+from service.api.computation import MAX_BUFFERED, Computation
 from service.api.models.meshes import Mesh
 from service.api.negotiation import check_engine, codings_of, condition_of, format_by_suffix
 from service.api.observing.metrics import RequestCounters
@@ -76,7 +76,7 @@ async def get_surface_mesh(
     The service computes equal requests at the same time once, and keeps responses in memory,
     compressed ones too.
     """
-    services, job, *_ = context
+    services, computation, *_ = context
     fmt = format_by_suffix(suffix)
     fields = parse_mesh_query(request.query_params.multi_items())
     check_engine(fields.engine)
@@ -96,7 +96,7 @@ async def get_surface_mesh(
     cache, record = services.cache, record_of(request.scope)
     entry = cache.get(subject.url)
     unchanged_coding = find_match(condition, accepted, subject.tag)
-    async with job.until_deadline():
+    async with computation.until_deadline():
         if entry is not None and await is_removed(services.store, cache, entry):
             entry = None
         if unchanged_coding is not None and (entry is not None or await exists(services.store, id)):
@@ -104,29 +104,29 @@ async def get_surface_mesh(
                 b"", subject.build_304_headers(unchanged_coding, has_engine=has_engine), 304
             )
         # Before the response takes memory: wait until the caller has read others.
-        entry, computed = await _wait_for_room(services, job, subject.url, entry), None
+        entry, computed = await _wait_for_room(services, computation, subject.url, entry), None
         if entry is not None:
             cache.hits += 1
             record.cache = "hit"
             timing = Timing("cache;desc=hit")
             # Until the response is sent, the cache keeps the memory of the entry.
             cache.begin(entry)
-            job.on_end.append(partial(cache.end, entry))
+            computation.on_end.append(partial(cache.end, entry))
         else:
             cache.misses += 1
             record.cache = "miss"
-            job.check_compute_limit()
+            computation.check_compute_limit()
             counters: RequestCounters = request.app.state.counters
             compute = partial(_compute, services, counters, subject, fmt=fmt, query=query)
             # With the generation in the key, requests after a deletion share no older computation.
             key = (subject.url, cache.generation)
-            computed = await services.flights.join(key, compute, job, job.on_end)
+            computed = await services.flights.join(key, compute, computation, computation.on_end)
             entry, timing = computed[0], Timing("cache;desc=miss", computed[1])
-        variant = await _choose_variant(services, job, entry, accepted, timing)
+        variant = await _choose_variant(services, computation, entry, accepted, timing)
     body = variant.body
     if len(body) > MAX_BUFFERED:
-        services.threads.unread.begin(job.caller, body)
-        job.on_end.append(partial(services.threads.unread.end, job.caller, body))
+        services.threads.unread.begin(computation.caller, body)
+        computation.on_end.append(partial(services.threads.unread.end, computation.caller, body))
     if computed is not None:
         computed[2].share_response()
     # The next request with the same spelling of the URL is answered from the cache at once.
@@ -143,7 +143,7 @@ async def get_surface_mesh(
 
 
 async def _wait_for_room(
-    services: Services, job: Job, url: str, entry: CachedResponse | None
+    services: Services, computation: Computation, url: str, entry: CachedResponse | None
 ) -> CachedResponse | None:
     """Waits until the caller may begin another response; returns the entry that the cache has then.
 
@@ -154,7 +154,7 @@ async def _wait_for_room(
     if not unread.totals:
         return entry
     bodies = () if entry is None else (entry.plain, *(v.body for v in entry.variants.values()))
-    await unread.wait(job.caller, bodies, len(entry.plain) if entry is not None else 1)
+    await unread.wait(computation.caller, bodies, len(entry.plain) if entry is not None else 1)
     return services.cache.get(url)
 
 
@@ -162,25 +162,25 @@ async def _compute(
     services: Services,
     counters: RequestCounters,
     subject: Subject,
-    job: Job,
+    computation: Computation,
     *,
     fmt: Format,
     query: str,
-) -> tuple[CachedResponse, Timing, Job]:
+) -> tuple[CachedResponse, Timing, Computation]:
     """Computes the mesh of the canonical query, and puts the response into the cache if it fits.
 
-    Returns the response, the times of its steps, and the job, which counts the response for the
-    caller that asked first until a request begins to send it.
+    Returns the response, the times of its steps, and the computation, which counts the response for
+    the caller that asked first until a request begins to send it.
     """
     cache = services.cache
     generation, start = cache.generation, time.monotonic()
-    with job.timing.step("surface"):
-        surface = await surface_of(services, job, subject.surface)
+    with computation.timing.step("surface"):
+        surface = await surface_of(services, computation, subject.surface)
     options = parse_mesh_query(parse_qsl(query))
     encode = select_encode_options(options)
     work = plan_mesh(surface, options.mesh_options(), fmt, encode, services.limits)
-    mesh_file = await job.run(work, "mesh")
-    job.finish_work(len(mesh_file.content))
+    mesh_file = await computation.run(work, "mesh")
+    computation.finish_work(len(mesh_file.content))
     counters.count_mesh(mesh_file.report)
     # A hash is no good file name, so the surface's own name is taken; the id of an example is one.
     name = mesh_file.name if subject.is_permanent else subject.surface
@@ -192,11 +192,15 @@ async def _compute(
     )
     entry = CachedResponse(subject, bytes(mesh_file.content), headers, start)
     cache.put(entry, generation)
-    return entry, job.timing, job
+    return entry, computation.timing, computation
 
 
 async def _choose_variant(
-    services: Services, job: Job, entry: CachedResponse, accepted: Codings, timing: Timing
+    services: Services,
+    computation: Computation,
+    entry: CachedResponse,
+    accepted: Codings,
+    timing: Timing,
 ) -> Variant:
     """The response in the coding that the client prefers, compressed now if necessary.
 
@@ -221,11 +225,11 @@ async def _choose_variant(
     if accepts_plain and not has_room:
         return entry.variants["identity"]
 
-    async def compress_entry(job: Job) -> Variant:
-        body = await job.run(work, "compress")
-        job.finish_work(0 if body is None else len(body), is_response=False)
+    async def compress_entry(computation: Computation) -> Variant:
+        body = await computation.run(work, "compress")
+        computation.finish_work(0 if body is None else len(body), is_response=False)
         return cache.add(entry, coding, body)
 
     key = (entry.subject.url, cache.generation, coding, accepts_plain)
     with timing.step("compress"):
-        return await services.flights.join(key, compress_entry, job, job.on_end)
+        return await services.flights.join(key, compress_entry, computation, computation.on_end)

@@ -104,9 +104,9 @@ async def project_points(body: ProjectRequest, context: ContextDep) -> Response:
     Many points are sent faster as a NumPy file. Then the query of the URL names a stored or
     built-in surface, and has the other fields.
     """
-    services, job, *_ = context
+    services, computation, *_ = context
     work = plan_project(body.to_shape(), body.to_query(), services.limits)
-    return bytes_response(await job.run(work, "project"), job)
+    return bytes_response(await computation.run(work, "project"), computation)
 
 
 @intersections.post(
@@ -143,11 +143,11 @@ async def intersect_surface(body: IntersectRequest, context: ContextDep) -> Resp
 
     Tubes and ribbons have no hits and no sections (`not_parametric`).
     """
-    services, job, request, fmt = context
+    services, computation, request, fmt = context
     if body.planes is not None:
         work = plan_sections(body.to_surface(), body.to_sections(), fmt, services.limits)
-        content = await job.run(work, "intersect")
-        return file_response(content, fmt, body.to_surface().name, job)
+        content = await computation.run(work, "intersect")
+        return file_response(content, fmt, body.to_surface().name, computation)
     if fmt.name != "json" and "format" not in request.query_params:
         # `Accept` prefers a format of sections, but hits are only JSON: raises if it excludes JSON.
         format_by_accept(request.headers.get("accept"), (SECTIONS_BY_NAME["json"],))
@@ -155,7 +155,7 @@ async def intersect_surface(body: IntersectRequest, context: ContextDep) -> Resp
         message, got = "Hits of rays are written as JSON.", "a format of sections"
         raise InvalidQuery(Issue("unsupported_by_format", message, "/format", got, "json"))
     hits = plan_intersect(body.to_surface(), body.to_query(), services.limits)
-    return bytes_response(await job.run(hits, "intersect"), job)
+    return bytes_response(await computation.run(hits, "intersect"), computation)
 
 
 @measures.post(
@@ -176,9 +176,9 @@ async def measure_surface(body: MeasureRequest, context: ContextDep) -> Response
     may take is refused (`too_costly`); the error names the tolerance that can be reached for each
     quantity. Tubes and ribbons are not measured (`not_parametric`).
     """
-    services, job, *_ = context
+    services, computation, *_ = context
     for work in plan_trials(body.to_surface(), body.to_query(), services.limits):
         with suppress(BudgetEnded):
-            return bytes_response(await job.run(work, "measure"), job)
-        job.drop_work()
+            return bytes_response(await computation.run(work, "measure"), computation)
+        computation.drop_work()
     raise AssertionError("the last trial has a result or another error")

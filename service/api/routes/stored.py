@@ -41,7 +41,7 @@ async def list_stored(request: Request, context: ContextDep) -> Response:
     missing or listed.
     """
     after, limit = parse_page(request.query_params.multi_items())
-    async with context.job.until_deadline():
+    async with context.computation.until_deadline():
         entries = await context.services.store.list(after, limit + 1)
     surfaces = [
         {"id": find_id(entry.key), "bytes": entry.size, "time": timestamp(entry.modified)}

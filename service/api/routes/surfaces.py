@@ -120,15 +120,15 @@ async def store_surface(body: SurfaceRequest, context: ContextDep) -> Response:
     file of control points, with the other fields in the query, is the same surface as in JSON.
     `links` has the URLs of the meshes, which clients may cache for ever.
     """
-    services, job, request, _ = context
-    id, content = await job.run(plan_content(body.to_surface()), "content")
-    async with job.until_deadline():
-        with job.timing.step("store"):
+    services, computation, request, _ = context
+    id, content = await computation.run(plan_content(body.to_surface()), "content")
+    async with computation.until_deadline():
+        with computation.timing.step("store"):
             is_new = await services.store.put(id, content)
     root = request.scope.get("root_path", "")
     url = surface_url(root, id)
     links = {"self": url, "mesh": mesh_links(root, id)}
-    headers = HEADERS | {"Location": url, "Server-Timing": str(job.timing)}
+    headers = HEADERS | {"Location": url, "Server-Timing": str(computation.timing)}
     return json_response({"id": id, "links": links}, 201 if is_new else 200, headers)
 
 
@@ -175,20 +175,20 @@ async def get_surface(id: SurfaceId, request: Request, context: ContextDep) -> R
 
     The definition under a hash never changes. The `ETag` is the hash of the content, in quotes.
     """
-    services, job, *_ = context
+    services, computation, *_ = context
     refuse_parameters(request.query_params)
     tag = f'"{content_id(id)}"'
     headers = {"ETag": tag, "Cache-Control": FOR_AN_HOUR if id in EXAMPLES else FOR_EVER}
-    async with job.until_deadline():
+    async with computation.until_deadline():
         condition = condition_of(request) or b""
         is_unchanged = matches_all(condition) or tag.encode() in parse_tags(condition)
         if is_unchanged and await exists(services.store, id):
             return Response(status_code=304, headers=HEADERS | headers)
-        job.check_compute_limit()
-        with job.timing.step("surface"):
-            surface = await surface_of(services, job, id)
-        content = await job.run(plan_definition(surface, services.limits), "definition")
-    return bytes_response(content, job, HEADERS | headers)
+        computation.check_compute_limit()
+        with computation.timing.step("surface"):
+            surface = await surface_of(services, computation, id)
+        content = await computation.run(plan_definition(surface, services.limits), "definition")
+    return bytes_response(content, computation, HEADERS | headers)
 
 
 @deleting.delete(

@@ -242,6 +242,6 @@ def test_every_computation_has_a_server_timing_header(client: Client) -> None:
         parts = [part.partition(";dur=") for part in response.headers["server-timing"].split(", ")]
         names = [name for name, _, _ in parts]
         # Only work in a thread waits.
-        message = f"{path}: `job.run(work, name)` names the work after the path"
+        message = f"{path}: `computation.run(work, name)` names the work after the path"
         assert [name for name in names if name != "wait"] == steps.split(), message
         assert all(float(milliseconds) >= 0 for _, _, milliseconds in parts)

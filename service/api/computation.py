@@ -1,4 +1,4 @@
-"""A job: the memory and the threads of one request, its deadline and its cancellation.
+"""A computation: the memory and the threads of one request, its deadline and its cancellation.
 
 Short work runs on the event loop; if it takes longer than expected, it begins again in a thread.
 Other work runs in a thread as soon as `Threads` grants one. A request ends at its deadline, or when
@@ -50,11 +50,12 @@ Callbacks: TypeAlias = list[Callable[[], None]]
 Result = TypeVar("Result")
 
 
-class Job:
+class Computation:
     """Memory and threads of one request, or of one computation that several requests share.
 
-    At its end, a job gives its memory and threads back. Memory that a thread still uses is given
-    back when that thread ends: the thread may notice its cancellation only after half a second.
+    At its end, a computation gives its memory and threads back. Memory that a thread still uses is
+    given back when that thread ends: the thread may notice its cancellation only after half a
+    second.
 
     Parameters
     ----------
@@ -87,8 +88,8 @@ class Job:
         self._receive = receive
         self._deadline = math.inf
         self._body = self._memory = self._peak = 0
-        # Of `_memory`: bytes with which the job has passed a claim, and bytes of the response that
-        # the caller has not read.
+        # Of `_memory`: bytes with which the computation has passed a claim, and bytes of the
+        # response that the caller has not read.
         self._passed = self._unread = 0
         self._inline_seconds = 0.0
         self._running: set[asyncio.Task[Any]] = set()
@@ -268,7 +269,7 @@ class Job:
         self._count_memory(self._memory, is_response=False)
 
     def _count_memory(self, size: int, *, is_response: bool) -> None:
-        """Sets the bytes that the job has passed a claim with, and that its caller has not read."""
+        """Sets the bytes that have passed a claim, and those that the caller has not read."""
         passed = min(self._passed, size)
         self.threads.passed_bytes += passed - self._passed
         self._passed = passed
@@ -278,7 +279,7 @@ class Job:
             self.threads.unread.add(self.caller, growth)
 
     def close(self) -> None:
-        """Ends the job, and cancels its work in threads."""
+        """Ends the computation, and cancels its work in threads."""
         self.cancellation.cancel()
         accounts = self.threads.accounts
         # Seconds on the event loop matter only beside other work, or for a limit.
