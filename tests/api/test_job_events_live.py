@@ -48,6 +48,7 @@ def test_a_stream_outlives_all_deadlines_while_it_is_read() -> None:
     jobs = FakeJobs()
     with run_with(jobs) as (url, _):
         links = httpx.post(f"{url}/v1/jobs", json=PARTS).json()["links"]
+        start = time.monotonic()
         with httpx.stream("GET", url + links["events"]) as response:
             lines = response.iter_lines()
             assert next(lines) == "event: progress"
@@ -57,14 +58,15 @@ def test_a_stream_outlives_all_deadlines_while_it_is_read() -> None:
                 jobs.end_part(id, part, b"mesh")
             data = [line.removeprefix("data: ") for line in lines if line.startswith("data: ")]
         assert orjson.loads(data[-1])["state"] == "succeeded"
-        # The stream does not count as a slow request.
+        # What counts as the duration of the request ends before the sleep.
+        most = time.monotonic() - start - 5 * SHORT
         metrics = httpx.get(f"{url}/metrics").text
         line = next(
             line
             for line in metrics.splitlines()
             if "duration_seconds_sum" in line and "/events" in line
         )
-        assert float(line.rpartition(" ")[2]) < 4 * SHORT
+        assert float(line.rpartition(" ")[2]) < most
 
 
 def test_a_client_that_does_not_read_loses_its_stream() -> None:

@@ -198,4 +198,4 @@ def test_a_limit_of_computing_time_alone_has_one_item_in_the_headers() -> None:
         assert response.headers["ratelimit-policy"] == '"compute";q=6;w=60;qu="thread-seconds"'
         # Short work on the event loop is charged too.
         state = app.state.services.threads.accounts.limit.state("127.0.0.1")
-        assert state.reset == 1
+        assert state.reset >= 1
