@@ -137,7 +137,7 @@ class Task:
     def estimate_work(self, face: Ints, places: Ints) -> float:
         """Approximate cost of certifying triangles (3, 2, m) of places, in multiplications."""
         costs = np.array(
-            [_estimate_piece_cost(*nets.degree) for nets in self.patch_nets.groups],
+            [estimate_piece_cost(*nets.degree) for nets in self.patch_nets.groups],
             dtype=np.float64,
         )
         costs = costs[self.patch_nets.group[self.faces.first[face]]]
@@ -228,7 +228,7 @@ def restrict_to_cells(nets: Nets, rows: Ints, cells: FaceCells) -> FloatArray:
     return elevate_to_quadratics(np.ascontiguousarray(boxes.transpose(2, 3, 1, 0)))
 
 
-def _estimate_piece_cost(p: int, q: int) -> int:
+def estimate_piece_cost(p: int, q: int) -> int:
     """Approximate cost of certifying a piece over a patch of degree (p, q), in multiplications.
 
     Blossoming takes about p + q steps, each with 10 multiplications for each of (p+1)(q+1) points.

@@ -1,0 +1,125 @@
+"""Constrained Delaunay triangulations of faces, by the library pythoncdt.
+
+Every face has a triangulation of its own: the segments of its loops, then points inside. The
+library's predicates are exact, it adds no points, and it keeps the order of those it gets. Before
+the Delaunay test v is multiplied by a power of two (`scales`), so places stay exact.
+
+Segments of one face must not cross, and none may have a vertex inside it (`crossings`).
+"""
+
+from collections.abc import Iterable
+
+import numpy as np
+import pythoncdt
+
+from service.bases.arrays import FloatArray, Ints
+from service.cancellation import checkpoint
+from service.engine.brep.border import BorderVertices
+
+SUPER = 3
+"""Vertices that the library puts around all others; they have the number −1 here."""
+
+
+class FaceTriangulations:
+    """The triangulations of F faces, which grow by points inside.
+
+    Corners have one number over all faces: first those of `BorderVertices`, then inner ones in the
+    order in which they are inserted.
+
+    Parameters
+    ----------
+    border : BorderVertices
+    scales : ndarray of float64, shape (F,)
+        Powers of two by which v is multiplied.
+    """
+
+    def __init__(self, border: BorderVertices, scales: FloatArray) -> None:
+        self._scales, self._count = scales, len(border.places)
+        self._triangulations: dict[int, pythoncdt.Triangulation] = {}
+        self._numbers: dict[int, Ints] = {}
+        self._seen: dict[int, tuple[Ints, Ints]] = {}
+        points = self._scale(border.faces, border.places)
+        starts, segment_starts = border.offsets, border.segment_offsets
+        owners = border.faces[border.segments[:, 0]]
+        segments = (border.segments - starts[owners][:, np.newaxis]).astype(np.uint32)
+        with_segments = np.flatnonzero(np.diff(segment_starts))
+        for face, first, last, begin, end in zip(
+            with_segments.tolist(),
+            *(starts[with_segments + k].tolist() for k in (0, 1)),
+            *(segment_starts[with_segments + k].tolist() for k in (0, 1)),
+            strict=True,
+        ):
+            checkpoint()
+            triangulation = pythoncdt.Triangulation(
+                pythoncdt.VertexInsertionOrder.AUTO,
+                pythoncdt.IntersectingConstraintEdges.NOT_ALLOWED,
+                0.0,
+            )
+            triangulation.insert_vertices(points[first:last].data)
+            triangulation.insert_edges(segments[begin:end].data)
+            self._triangulations[face] = triangulation
+            self._numbers[face] = np.concatenate([np.full(SUPER, -1), np.arange(first, last)])
+
+    @property
+    def faces(self) -> list[int]:
+        """The faces that have a triangulation, ascending; others have no segments."""
+        return list(self._triangulations)
+
+    def insert(self, faces: Ints, places: Ints, first: int | None = None) -> None:
+        """Insert points inside faces, (m,) ascending and (m, 2); no two at one place.
+
+        They get the next numbers, or those from `first` on.
+        """
+        if not len(faces):
+            return
+        first = self._count if first is None else first
+        self._count = first + len(faces)
+        points = self._scale(faces, places)
+        begins = np.flatnonzero(np.diff(faces, prepend=-1))
+        ends = np.append(begins[1:], len(faces))
+        for face, begin, end in zip(
+            faces[begins].tolist(), begins.tolist(), ends.tolist(), strict=True
+        ):
+            checkpoint()
+            self._triangulations[face].insert_vertices(points[begin:end].data)
+            numbers = np.arange(first + begin, first + end)
+            self._numbers[face] = np.concatenate([self._numbers[face], numbers])
+
+    def read(self, faces: Iterable[int]) -> tuple[Ints, Ints]:
+        """The triangles inside of these faces, face after face.
+
+        Inside are the triangles that an odd number of segments separates from the outside.
+
+        Returns
+        -------
+        corners : ndarray of int, shape (3, T)
+            Counter-clockwise in places.
+        previous : ndarray of int, shape (T,)
+            The number of the same triangle among those of its face when this face was last read;
+            −1 for new triangles.
+        """
+        corners, previous = [np.empty((0, SUPER), np.intp)], [np.empty(0, np.intp)]
+        for face in faces:
+            triangulation = self._triangulations[face]
+            vertices = triangulation.triangles_array()["vertices"].astype(np.intp)
+            depths = np.asarray(triangulation.calculate_triangle_depths())
+            inside = np.flatnonzero(depths & 1)
+            rows = np.full(len(vertices), -1)
+            rows[inside] = np.arange(len(inside))
+            # The library keeps a triangle at its place until it changes.
+            before = np.full(len(vertices), -1)
+            if face in self._seen:
+                old_vertices, old_rows = self._seen[face]
+                known = len(old_rows)
+                same = (vertices[:known] == old_vertices).all(axis=1)
+                before[:known] = np.where(same, old_rows, -1)
+            self._seen[face] = vertices, rows
+            corners.append(self._numbers[face].take(vertices[inside]))
+            previous.append(before[inside])
+        return np.ascontiguousarray(np.concatenate(corners).T), np.concatenate(previous)
+
+    def _scale(self, faces: Ints, places: Ints) -> FloatArray:
+        """Places (m, 2) as the library gets them."""
+        points = places.astype(np.float64)
+        points[:, 1] *= self._scales[faces]
+        return points
