@@ -99,7 +99,7 @@ def find_steps(polygons: Polygons, corners: Ints, is_fixed: Bools) -> tuple[Ints
     fits = _try_steps(polygons, begin_group, len(chosen))
     preference = _find_left(polygons, begin_group, len(chosen)) @ STEPS.T
     best = np.where(fits, preference, -np.inf).argmax(axis=1)
-    moves: Bools = fits.any(axis=1)
+    moves = np.logical_or.reduce(fits, axis=1)
     # One corner of each place.
     at = np.zeros(len(chosen), np.intp)
     at[begin_group[begin_group >= 0]] = places[begin_group >= 0]

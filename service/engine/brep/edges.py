@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.brep.prepared import PreparedBrep
+from service.surface.spline_tables import find_starts
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -34,6 +36,8 @@ class EdgeSamples:
         last sample of an edge, and for poles.
     is_point : ndarray of bool, shape (E,)
         Whether an edge is one point of the mesh: a pole (degenerate edge), or collapsed.
+    ends : ndarray of int, shape (E, 2)
+        The first and the last vertex of each edge. Those of edges that collapsed are one.
     positions : ndarray of float64, shape (N, 3)
         The vertices of the part, then one vertex for each inner sample of an edge that is not a
         point.
@@ -45,9 +49,55 @@ class EdgeSamples:
     vertices: Ints
     bounds: FloatArray
     is_point: Bools
+    ends: Ints
     positions: FloatArray
 
     @property
     def counts(self) -> Ints:
         """Numbers (E,) of samples of each edge."""
         return np.diff(self.offsets)
+
+    @property
+    def edge_bounds(self) -> FloatArray:
+        """For each edge (E,), no point of its curve is further than this from its polyline."""
+        bounds = np.zeros(len(self.is_point))
+        first = np.diff(self.edges, prepend=-1).nonzero()[0]
+        if len(first):
+            bounds[self.edges[first]] = np.maximum.reduceat(self.bounds, first)
+        return bounds
+
+    @classmethod
+    def number(
+        cls,
+        prepared: PreparedBrep,
+        *,
+        edges: Ints,
+        parameters: FloatArray,
+        bounds: FloatArray,
+        is_point: Bools,
+        ends: Ints,
+        known: FloatArray,
+    ) -> "EdgeSamples":
+        """Number the vertices of samples, and evaluate those that are not known.
+
+        Parameters
+        ----------
+        known : ndarray of float64, shape (T, 3)
+            Positions of inner samples; NaN where a sample is new.
+        """
+        offsets = find_starts(np.bincount(edges, minlength=len(is_point)))
+        is_inner = np.ones(len(edges), bool)
+        used = np.diff(offsets).nonzero()[0]
+        first, last = offsets[used], offsets[used + 1] - 1
+        is_inner[first] = is_inner[last] = False
+        is_inner &= ~is_point[edges]
+        vertices = ends[edges, 0]
+        vertices[last] = ends[used, 1]
+        inner = is_inner.nonzero()[0]
+        vertices[inner] = len(prepared.vertices) + np.arange(len(inner))
+        points = known[inner]
+        new = np.isnan(points[:, 0]).nonzero()[0]
+        curves = prepared.edge_curves[edges[inner[new]]]
+        points[new] = prepared.curves.evaluate(curves, parameters[inner[new]])
+        positions = np.concatenate([prepared.vertices, points])
+        return cls(edges, parameters, offsets, vertices, bounds, is_point, ends, positions)

@@ -1,0 +1,92 @@
+"""Edges that become one vertex: shorter than their own uncertainty, in chains that are short, too.
+
+Proof in docs/proofs.md: "Edges and their polylines".
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.brep.prepared import PreparedBrep
+from service.engine.trims.spline_shapes import measure_polygons
+from service.engine.vectors import length
+
+CHAIN = 0.1
+"""A chain of edges collapses if it is at most this share of the tolerance long."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Collapse:
+    """Edges that become points, and the vertices that become one.
+
+    Attributes
+    ----------
+    is_collapsed : ndarray of bool, shape (E,)
+    chains : ndarray of float64, shape (E,)
+        The length of the chain of each collapsed edge: no point of an edge of the chain is further
+        from the vertex that remains. 0 for other edges.
+    ends : ndarray of int, shape (E, 2)
+        First and last vertex of each edge, of those that remain.
+    """
+
+    is_collapsed: Bools
+    chains: FloatArray
+    ends: Ints
+
+
+def collapse_edges(prepared: PreparedBrep, end_gaps: FloatArray, tolerance: float) -> Collapse:
+    """The edges that collapse at a tolerance.
+
+    Chains are connected sets of edges that are not longer than their uncertainty. A chain collapses
+    as a whole or not at all.
+
+    Parameters
+    ----------
+    end_gaps : ndarray of float64, shape (E, 2)
+        Distances between the ends of curves and their vertices.
+    """
+    count, ends = len(prepared.edge_curves), prepared.edge_vertices
+    has_curve = prepared.edge_curves >= 0
+    lengths = np.full(count, np.inf)
+    lengths[has_curve] = measure_polygons(prepared.curves)[prepared.edge_curves[has_curve]]
+    is_short = lengths <= np.minimum(prepared.edge_uncertainties, CHAIN * tolerance)
+    chains = np.zeros(count)
+    edges = is_short.nonzero()[0]
+    if not len(edges):
+        return Collapse(is_short, chains, ends)
+    root = _find_components(len(prepared.vertices), ends[edges])
+    chain = root[ends[edges, 0]]
+    total = np.bincount(chain, lengths[edges] + end_gaps[edges].sum(axis=1))[chain]
+    is_short[edges] = total <= CHAIN * tolerance
+    chains[edges] = np.where(is_short[edges], total, 0.0)
+    merged = _find_components(len(prepared.vertices), ends[is_short])
+    return Collapse(is_short, chains, merged[ends])
+
+
+def _find_components(count: int, pairs: Ints) -> Ints:
+    """For each of `count` vertices, the least vertex to which pairs (k, 2) connect it."""
+    root = np.arange(count)
+    while True:
+        least = root[pairs].min(axis=1)
+        before = root.copy()
+        np.minimum.at(root, pairs[:, 0], least)
+        np.minimum.at(root, pairs[:, 1], least)
+        root = root[root]
+        if np.array_equal(root, before):
+            return root
+
+
+def measure_end_gaps(prepared: PreparedBrep, ends: Ints) -> FloatArray:
+    """Distances (E, 2) of the first and last points of curves from the vertices `ends` (E, 2).
+
+    They are 0 for edges without a curve.
+    """
+    gaps = np.zeros(ends.shape)
+    edges = (prepared.edge_curves >= 0).nonzero()[0]
+    for column in range(2):
+        points = prepared.curves.evaluate(
+            prepared.edge_curves[edges], prepared.edge_ranges[edges, column]
+        )
+        gaps[edges, column] = length(points - prepared.vertices[ends[edges, column]], -1)
+    return gaps
