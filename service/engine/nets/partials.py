@@ -60,12 +60,15 @@ def net_partials(nets: QueryNets, net: Ints, parameters: FloatArray, order: int 
             chunk = rows[part]
             u, v = parameters[:, chunk]
             chosen = group.nets[net[chunk] - group.first]
-            partials[:, :, chunk] = _evaluate_group(chosen, u, v, order)
+            partials[:, :, chunk] = evaluate_partials(chosen, u, v, order)
     return partials
 
 
-def _evaluate_group(nets: FloatArray, u: FloatArray, v: FloatArray, order: int) -> FloatArray:
-    """Evaluate nets (m, p+1, q+1, 3 or 4) of one degree, each at its own u and v (m,)."""
+def evaluate_partials(nets: FloatArray, u: FloatArray, v: FloatArray, order: int) -> FloatArray:
+    """Points and partials of nets (m, p+1, q+1, 3 or 4) of one degree, each at its own u and v.
+
+    The result is that of `net_partials`.
+    """
     m, rows, columns, width = nets.shape
     basis_u, basis_v = _compute_bases(rows - 1, u, order), _compute_bases(columns - 1, v, order)
     # Two matrix products for each net: with more and smaller products, the calls would take longer

@@ -1,9 +1,88 @@
 """Spans of many B-splines whose knots stand one after the other in one column."""
 
+from dataclasses import dataclass
+from functools import cached_property
+
 import numpy as np
 
 from service.bases.affine_combination import WeightedPoints, to_homogeneous
 from service.bases.arrays import FloatArray, Ints
+from service.surface.spline_tables import find_starts
+
+STEP = 4.0
+"""Distance of the keys of two domains. The keys of the breaks of one domain run from 0 to 1."""
+
+
+@dataclass(frozen=True, eq=False)
+class Breaks:
+    """The distinct knots of n domains, in ascending order for each.
+
+    Attributes
+    ----------
+    values : ndarray of float64, shape (Σ (count + 1),)
+    count : ndarray of int, shape (n,)
+        Number of spans of each domain.
+    first : ndarray of int, shape (n,)
+        The row in `values` of the first break of each domain.
+    """
+
+    values: FloatArray
+    count: Ints
+    first: Ints
+
+    @cached_property
+    def start(self) -> FloatArray:
+        """The first parameter of each domain, (n,)."""
+        start: FloatArray = self.values[self.first]
+        return start
+
+    @cached_property
+    def end(self) -> FloatArray:
+        """The last parameter of each domain, (n,)."""
+        end: FloatArray = self.values[self.first + self.count]
+        return end
+
+    @cached_property
+    def owner(self) -> Ints:
+        """The domain of each break."""
+        return np.repeat(np.arange(len(self.count)), self.count + 1)
+
+    def find_spans(self, domain: Ints, t: FloatArray, *, before: bool = False) -> Ints:
+        """The spans (m,) of domains that contain the parameters t (m,).
+
+        At a break it is the span that begins there, or with `before` the span that ends there.
+        Parameters outside of a domain belong to its first or its last span.
+        """
+        if not self._has_inner:
+            return np.zeros(len(domain), np.intp)
+        start = self.start[domain]
+        key = STEP * domain + (t - start) / (self.end[domain] - start)
+        first, most = self.first[domain], self.count[domain] - 1
+        after = np.searchsorted(self._keys, key, side="left" if before else "right")
+        span: Ints = after - 1 - first
+        span = np.minimum(np.maximum(span, 0), most)
+        # Keys of many domains have fewer digits than parameters: nearly always, nothing is left.
+        while True:
+            low, high = self.values[first + span], self.values[first + span + 1]
+            down, up = (t <= low, t > high) if before else (t < low, t >= high)
+            step = (up & (span < most)).astype(np.intp) - (down & (span > 0))
+            if not step.any():
+                return span
+            span += step
+
+    @cached_property
+    def _has_inner(self) -> bool:
+        """Whether some domain has more than one span."""
+        return bool((self.count > 1).any())
+
+    @cached_property
+    def _keys(self) -> FloatArray:
+        """For each break: `STEP` times its domain, and its share of the domain; ascending."""
+        start = self.start[self.owner]
+        keys: FloatArray = STEP * self.owner + (self.values - start) / (
+            self.end[self.owner] - start
+        )
+        return keys
 
 
 def list_spans(knots: FloatArray, degrees: Ints, starts: Ints) -> tuple[Ints, Ints]:
@@ -30,13 +109,14 @@ def list_spans(knots: FloatArray, degrees: Ints, starts: Ints) -> tuple[Ints, In
     return position, owner[position]
 
 
-def list_breaks(knots: FloatArray, position: Ints, owner: Ints, span_count: Ints) -> FloatArray:
-    """The knots between spans, with both ends of each domain: Σ (span_count + 1) numbers."""
-    breaks = np.empty(len(position) + len(span_count))
-    breaks[np.arange(len(position)) + owner] = knots[position]
-    last = span_count.cumsum() - 1
-    breaks[last + 1 + np.arange(len(span_count))] = knots[position[last] + 1]
-    return breaks
+def find_breaks(knots: FloatArray, position: Ints, owner: Ints, count: int) -> Breaks:
+    """The breaks of `count` splines with the spans that `list_spans` found."""
+    span_count = np.bincount(owner, minlength=count)
+    values = np.empty(len(position) + count)
+    values[np.arange(len(position)) + owner] = knots[position]
+    first = find_starts(span_count + 1)[:-1]
+    values[first + span_count] = knots[position[span_count.cumsum() - 1] + 1]
+    return Breaks(values, span_count, first)
 
 
 def find_knots_around(knots: FloatArray, position: Ints, degree: int) -> FloatArray:

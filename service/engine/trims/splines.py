@@ -18,16 +18,14 @@ from service.bases.row_batches import expand_runs
 from service.engine.nets.blossoms import build_blossoms
 from service.engine.trims.span_nets import Intervals, SpanNets, interpolate, project_levels
 from service.engine.trims.spans import (
+    Breaks,
     combine_points,
+    find_breaks,
     find_general_spans,
     find_knots_around,
-    list_breaks,
     list_spans,
 )
 from service.surface.spline_tables import CurveTable, find_starts
-
-STEP = 4.0
-"""Distance of the keys of two curves. The keys of the breaks of one curve run from 0 to 1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +63,8 @@ class Splines:
         """All curves of a table, lowered to Bézier spans."""
         count = len(table)
         position, owner = list_spans(table.knots, table.degrees, table.knot_starts)
-        span_count = np.bincount(owner, minlength=count)
+        breaks = find_breaks(table.knots, position, owner, count)
+        span_count = breaks.count
         first_point = table.point_starts[owner] + position - table.knot_starts[owner]
         kind = 2 * table.degrees + table.is_rational
         group, row = np.zeros((2, count), np.intp)
@@ -95,8 +94,8 @@ class Splines:
             table.degrees,
             table.is_rational,
             span_count,
-            find_starts(span_count + 1)[:-1],
-            list_breaks(table.knots, position, owner, span_count),
+            breaks.first,
+            breaks.values,
             tuple(groups),
             group,
             row,
@@ -108,14 +107,12 @@ class Splines:
     @property
     def start(self) -> FloatArray:
         """The first parameter of each curve, (n,)."""
-        start: FloatArray = self.breaks[self.first_break]
-        return start
+        return self._breaks.start
 
     @property
     def end(self) -> FloatArray:
         """The last parameter of each curve, (n,)."""
-        end: FloatArray = self.breaks[self.first_break + self.span_count]
-        return end
+        return self._breaks.end
 
     def take(self, curves: Ints) -> "Splines":
         """The curves with these numbers, in this order; a curve may occur several times."""
@@ -195,22 +192,7 @@ class Splines:
         At a break it is the span that begins there, or with `before` the span that ends there.
         Parameters outside of the domain belong to the first or the last span.
         """
-        if not self._has_breaks:
-            return np.zeros(len(curve), np.intp)
-        start = self.start[curve]
-        key = STEP * curve + (t - start) / (self.end[curve] - start)
-        first, most = self.first_break[curve], self.span_count[curve] - 1
-        after = np.searchsorted(self._keys, key, side="left" if before else "right")
-        span: Ints = after - 1 - first
-        span = np.minimum(np.maximum(span, 0), most)
-        # Keys of many curves have fewer digits than parameters: nearly always, nothing is left.
-        while True:
-            low, high = self.breaks[first + span], self.breaks[first + span + 1]
-            down, up = (t <= low, t > high) if before else (t < low, t >= high)
-            step = (up & (span < most)).astype(np.intp) - (down & (span > 0))
-            if not step.any():
-                return span
-            span += step
+        return self._breaks.find_spans(curve, t, before=before)
 
     def evaluate(self, curve: Ints, t: FloatArray) -> FloatArray:
         """Points (m, D) of curves (m,) at parameters t (m,), which are clamped to the domain."""
@@ -237,7 +219,7 @@ class Splines:
     def cut(self, curve: Ints, low: FloatArray, high: FloatArray) -> Intervals:
         """Intervals [low, high] (m,) of curves, cut at their breaks."""
         first = self.find_spans(curve, low)
-        if not self._has_breaks:
+        if not len(curve) or int(self.span_count.max()) == 1:
             return Intervals(np.arange(len(curve)), curve, low, high, first)
         last = np.maximum(self.find_spans(curve, high, before=True), first)
         source, span = expand_runs(last - first + 1, first)
@@ -290,14 +272,6 @@ class Splines:
                 yield nets, rows
 
     @cached_property
-    def _has_breaks(self) -> bool:
-        """Whether some curve has more than one span."""
-        return bool((self.span_count > 1).any())
-
-    @cached_property
-    def _keys(self) -> FloatArray:
-        """For each break: `STEP` times its curve, and its share of the domain; ascending."""
-        owner = np.repeat(np.arange(len(self)), self.span_count + 1)
-        start = self.start[owner]
-        keys: FloatArray = STEP * owner + (self.breaks - start) / (self.end[owner] - start)
-        return keys
+    def _breaks(self) -> Breaks:
+        """The breaks of all curves, for `find_spans`."""
+        return Breaks(self.breaks, self.span_count, self.first_break)

@@ -3,10 +3,13 @@
 from fractions import Fraction
 
 import numpy as np
+from hypothesis import strategies as st
 
 from oracles import splines
 from service.bases.arrays import FloatArray
 from service.surface.spline_tables import CurveTable, SurfaceTable
+
+seeds = st.integers(0, 2**32 - 1)
 
 
 def build_knots(rng: np.random.Generator, count: int, degree: int) -> FloatArray:

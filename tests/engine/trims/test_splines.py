@@ -10,9 +10,7 @@ from hypothesis import strategies as st
 from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import bernstein
 from service.engine.trims.splines import Splines
-from tests.engine.trims.tables import build_curves, find_curve_point
-
-seeds = st.integers(0, 2**32 - 1)
+from tests.engine.trims.tables import build_curves, find_curve_point, seeds
 
 
 def draw_parameters(

@@ -1,0 +1,119 @@
+"""The surfaces of all faces as Bézier patches: extraction for all spans of one degree at once."""
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, Ints
+from service.bases.blossoms import build_span_operators
+from service.bases.row_batches import expand_runs
+from service.engine.trims.spans import (
+    Breaks,
+    combine_points,
+    find_general_spans,
+    find_knots_around,
+)
+from service.surface.batches import TensorPatches
+from service.surface.spline_tables import SurfaceTable, find_starts
+
+EXTENT_ERROR, COORDINATE_ERROR = 2.0**-38, 2.0**-50
+"""A Bézier point is off by at most this share of the extent of its control points, and this share
+of their largest coordinate."""
+
+
+def lower_surfaces(
+    table: SurfaceTable, position: Ints, breaks: Breaks
+) -> tuple[tuple[TensorPatches, ...], Ints, FloatArray]:
+    """The patches of surfaces in batches, one for each degree, polynomial degree (1, 1) first.
+
+    Parameters
+    ----------
+    table : SurfaceTable
+        F surfaces.
+    position : ndarray of int, shape (m,)
+        The rows of `table.knots` at which spans begin, for u and for v of surface after surface.
+    breaks : Breaks
+        The breaks between these spans.
+
+    Returns
+    -------
+    batches : tuple of TensorPatches
+    first : ndarray of int, shape (F,)
+        The first patch of each surface; v varies fastest.
+    errors : ndarray of float64, shape (F,)
+        Bounds of the distances of the patches from the surfaces.
+    """
+    operators = _SpanOperators(table, position, breaks)
+    spans = breaks.count.reshape(-1, 2)
+    first_span = find_starts(breaks.count)[:-1].reshape(-1, 2)
+    local = position - np.repeat(table.knot_starts[:-1], breaks.count)
+    first, errors = np.zeros(len(table), np.intp), np.zeros(len(table))
+    kind = 2 * (table.degrees[:, 0] * 65 + table.degrees[:, 1]) + table.is_rational
+    batches, count = [], 0
+    for key in np.unique(kind).tolist():
+        faces = (kind == key).nonzero()[0]
+        p, q = table.degrees[faces[0]].tolist()
+        patch_counts = spans[faces].prod(axis=1)
+        run, number = expand_runs(patch_counts)
+        face = faces[run]
+        # The spans of each patch along u and along v, among all spans.
+        u = first_span[face, 0] + number // spans[face, 1]
+        v = first_span[face, 1] + number % spans[face, 1]
+        rows = (local[u] - p)[:, np.newaxis] + np.arange(p + 1)
+        columns = (local[v] - q)[:, np.newaxis] + np.arange(q + 1)
+        index = rows[:, :, np.newaxis] * table.counts[face, 1][:, np.newaxis, np.newaxis]
+        index = index + columns[:, np.newaxis] + table.point_starts[face][:, None, None]
+        points = table.points[index]
+        weights = table.weights[index] if key % 2 else None
+        general = (operators.is_general[u] | operators.is_general[v]).nonzero()[0]
+        if len(general):
+            chosen = points[general]
+            points[general], mixed = combine_points(
+                chosen,
+                None if weights is None else weights[general],
+                operators.take(p, u[general]),
+                operators.take(q, v[general]),
+            )
+            if weights is not None and mixed is not None:
+                weights[general] = mixed
+            error = EXTENT_ERROR * np.ptp(chosen, axis=(1, 2)).max(axis=1)
+            error += COORDINATE_ERROR * np.abs(chosen).max(axis=(1, 2, 3))
+            np.maximum.at(errors, face[general], error)
+        first[faces] = count + find_starts(patch_counts)[:-1]
+        count += len(face)
+        batches.append(TensorPatches(points, weights))
+    return tuple(batches), first, errors
+
+
+class _SpanOperators:
+    """The operators of extraction of all spans, along u and v alike, in arrays of one degree."""
+
+    def __init__(self, table: SurfaceTable, position: Ints, breaks: Breaks) -> None:
+        degrees = np.repeat(table.degrees.ravel(), breaks.count)
+        self.is_general = np.zeros(len(position), bool)
+        self._row = np.zeros(len(position), np.intp)
+        self._operators: dict[int, FloatArray] = {}
+        for degree in np.unique(degrees).tolist():
+            chosen = (degrees == degree).nonzero()[0]
+            around = find_knots_around(table.knots, position[chosen], degree)
+            general = find_general_spans(around)
+            self.is_general[chosen[general]] = True
+            # Row 0 is the identity, for spans whose control points are their Bézier points.
+            self._row[chosen[general]] = 1 + np.arange(len(general))
+            self._operators[degree] = np.concatenate(
+                [np.eye(degree + 1)[np.newaxis], build_span_operators(around[general])]
+            )
+
+    def take(self, degree: int, spans: Ints) -> FloatArray:
+        """The operators (m, n+1, n+1) of spans (m,) of one degree n."""
+        operators: FloatArray = self._operators[degree][self._row[spans]]
+        return operators
+
+
+def move_plane_corners(corners: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """The nets (m, 2, 2, 3) of planes over [low, high], (m, 2) each, if they were over [0, 1]²."""
+    origin = corners[:, 0, 0]
+    du, dv = corners[:, 1, 0] - origin, corners[:, 0, 1] - origin
+    u, v = np.stack([low[:, 0], high[:, 0]], axis=1), np.stack([low[:, 1], high[:, 1]], axis=1)
+    moved = u[:, :, np.newaxis, np.newaxis] * du[:, np.newaxis, np.newaxis]
+    moved = moved + v[:, np.newaxis, :, np.newaxis] * dv[:, np.newaxis, np.newaxis]
+    result: FloatArray = origin[:, np.newaxis, np.newaxis] + moved
+    return result
