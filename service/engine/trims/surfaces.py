@@ -25,6 +25,9 @@ BEND = 1e-12
 """A bilinear surface is a plane if P_00 − P_01 − P_10 + P_11 is at most this share of its largest
 coordinate."""
 
+MARGIN = 2.0**-10
+"""The domains of planes are wider than the boxes of parameter curves by this share on each side."""
+
 
 @dataclass(frozen=True, eq=False)
 class FaceSurfaces:
@@ -90,8 +93,8 @@ class FaceSurfaces:
     def move_planes(self, low: FloatArray, high: FloatArray) -> "FaceSurfaces":
         """The surfaces after the domains of planes have become [low, high], (F, 2) each.
 
-        Planes with low = high in both directions, or without a finite box, keep their domains; a
-        box without width in one direction is made a little wider.
+        The domains become a little wider than that. Planes with low = high in both directions, or
+        without a finite box, keep their domains.
         """
         planes = self.is_planar.nonzero()[0]
         old_low, width = self.low[planes], (self.high - self.low)[planes]
@@ -109,8 +112,8 @@ class FaceSurfaces:
         fastest = np.maximum(speed.max(axis=1, keepdims=True), np.finfo(np.float64).tiny)
         speed = np.where(speed > 2.0**-40 * fastest, speed, fastest)
         least = 2.0**-10 * (side * speed).max(axis=1, keepdims=True) / speed
-        narrow = np.maximum(least - side, 0.0)
-        new_low, side = new_low - narrow / 2, side + narrow
+        margin = np.maximum((least - side) / 2, MARGIN * side)
+        new_low, side = new_low - margin, side + 2 * margin
         points = self.model.batches[0].points.copy()
         points[self.faces.first[planes]] = move_plane_corners(
             corners, (new_low - old_low) / width, (new_low + side - old_low) / width

@@ -95,7 +95,7 @@ def test_planes_have_no_ends_and_move_to_their_pcurves() -> None:
     np.testing.assert_allclose(
         moved.evaluate_partials(face, parameters)[1:, 0], [[3, 1, 0], [0, 2, 0]], atol=1e-12
     )
-    assert moved.low[0, 0] == -2
+    assert -2.01 < moved.low[0, 0] < -2
     assert moved.low[0, 1] < 0.5 < moved.high[0, 1]
     np.testing.assert_array_equal(moved.low[1:], 0)
     assert (surfaces.errors[1:] == 0).all()
