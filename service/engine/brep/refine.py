@@ -15,10 +15,12 @@ from typing import TypeAlias
 import numpy as np
 
 from service.bases.arrays import Ints
+from service.engine.brep.angles import find_turning_edges
+from service.engine.brep.double_edges import find_double_edges
 from service.engine.brep.flips import flip_edges
 from service.engine.brep.insertion import choose_places
 from service.engine.brep.measure import TriangleMeasure
-from service.engine.brep.splits import add_middles, choose_edges, cut_edges
+from service.engine.brep.splits import add_middles, choose_edges, cut_edges, join_mates
 from service.engine.brep.triangles import Mates, Triangles, find_mates
 from service.engine.brep.triangulation import FaceTriangulations
 
@@ -27,6 +29,9 @@ CUTTING_ROUNDS = 15
 
 INSERTION_ROUNDS = 60
 """How often they are measured then."""
+
+REPAIRS = 10
+"""How often edges are cut that exist twice, or whose normals turn too far."""
 
 Step: TypeAlias = Callable[[Triangles, Mates, Ints], Triangles]
 """Refines faces, given their triangles and the rows of the failing ones."""
@@ -59,6 +64,15 @@ class Refinement:
         if len(failing):
             self._drop(failing)
             self._refine(self._read(failing.tolist()), self._insert, INSERTION_ROUNDS)
+        for _ in range(REPAIRS):
+            triangles = self._join()
+            edges = self._find_faulty_edges(triangles)
+            if not len(edges):
+                break
+            self._done = []
+            mates = find_mates(triangles.corners)
+            triangles = self._divide(triangles, mates, join_mates(mates, edges), edges[:0])
+            self._refine(triangles, self._cut, CUTTING_ROUNDS)
         return self._join()
 
     def _read(self, faces: list[int]) -> Triangles:
@@ -106,6 +120,11 @@ class Refinement:
             mates = find_mates(triangles.corners)
             rows = np.setdiff1d(rows, flipped)
         edges, without = choose_edges(corners, triangles, mates, rows)
+        return self._divide(triangles, mates, edges, without)
+
+    def _divide(self, triangles: Triangles, mates: Mates, edges: Ints, without: Ints) -> Triangles:
+        """Cut edges, and divide the triangles `without` such edges at their middles."""
+        corners = self._measure.corners
         removed, added = cut_edges(corners, triangles, mates, edges)
         without = without[~removed[without]]
         if len(without):
@@ -131,6 +150,16 @@ class Refinement:
         result.bounds[known], result.is_wide[known] = before.bounds, before.is_wide
         result.is_changed[known] = False
         return result
+
+    def _find_faulty_edges(self, triangles: Triangles) -> Ints:
+        """Edges inside faces that exist twice, or whose normals turn too far."""
+        corners, angle = self._measure.corners, self._measure.goal.angle
+        fixed = corners.find_fixed(triangles.corners)
+        edges = find_double_edges(corners.points[triangles.corners], fixed)
+        if angle < np.pi:
+            turning = find_turning_edges(corners, triangles.corners, angle)
+            edges = np.concatenate([edges, turning.ravel().nonzero()[0]])
+        return edges
 
     def _drop(self, faces: Ints) -> None:
         """Forget the triangles of these faces."""

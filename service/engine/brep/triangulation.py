@@ -8,11 +8,12 @@ Segments of one face must not cross, and none may have a vertex inside it (`cros
 """
 
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 import pythoncdt
 
-from service.bases.arrays import FloatArray, Ints
+from service.bases.arrays import AnyArray, FloatArray, Ints
 from service.cancellation import checkpoint
 from service.engine.brep.border import BorderVertices
 
@@ -55,8 +56,8 @@ class FaceTriangulations:
                 pythoncdt.IntersectingConstraintEdges.NOT_ALLOWED,
                 0.0,
             )
-            triangulation.insert_vertices(points[first:last].data)
-            triangulation.insert_edges(segments[begin:end].data)
+            triangulation.insert_vertices(_to_buffer(points[first:last]))
+            triangulation.insert_edges(_to_buffer(segments[begin:end]))
             self._triangulations[face] = triangulation
             self._numbers[face] = np.concatenate([np.full(SUPER, -1), np.arange(first, last)])
 
@@ -81,7 +82,7 @@ class FaceTriangulations:
             faces[begins].tolist(), begins.tolist(), ends.tolist(), strict=True
         ):
             checkpoint()
-            self._triangulations[face].insert_vertices(points[begin:end].data)
+            self._triangulations[face].insert_vertices(_to_buffer(points[begin:end]))
             numbers = np.arange(first + begin, first + end)
             self._numbers[face] = np.concatenate([self._numbers[face], numbers])
 
@@ -123,3 +124,8 @@ class FaceTriangulations:
         points = places.astype(np.float64)
         points[:, 1] *= self._scales[faces]
         return points
+
+
+def _to_buffer(array: AnyArray) -> Any:
+    """The array as an argument of the library; NumPy has types for this from Python 3.12 on."""
+    return array
