@@ -1,9 +1,9 @@
 """Builds the mesh or the scene of a model, by resolution or by tolerance, without limits."""
 
 from service.engine import build as by_resolution
-from service.engine.adaptive.meshing import build_mesher
 from service.engine.adaptive.tolerances import build_goal
 from service.engine.mesh.mesh import Mesh
+from service.engine.meshers import build_mesher
 from service.engine.options import MeshOptions
 from service.engine.scenes.scene import Scene
 from service.engine.stored_positions import Storage

@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 from oracles.topology import count_topology
 from service.bases.arrays import FloatArray, IndexArray, RealArray
 from service.encoders.format import MeshSize
-from service.engine.mesh.brep_report import BrepReport, SkippedFace
+from service.engine.mesh.brep_report import BrepReport
 from service.engine.mesh.mesh import Mesh, MeshPart, MeshReport, Overlay
+from service.errors import Issue
+from service.surface.brep_model import SkippedFace
 from service.surface.checks import Up
 
 Faces = Literal["triangles", "quads"]
@@ -214,11 +216,11 @@ def build_brep(sides: int = 4, rows: int = 1, name: str = "bin") -> Mesh:
         for part, color, bound in zip(silo.parts, (red, None, red), (0.0, 0.25, 0.5), strict=True)
     )
     skipped = MeshPart("lid", (0, 0), (0, 0), color=(0.1, 0.2, 0.3, 0.5))
-    reason = SkippedFace(0, "loop_open", "an end 0.5 from the next begin", "a closed loop")
+    issue = Issue("loop_open", "The loop is open.", "", "a distance of 0.5", "a closed loop")
     report = replace(
         silo.report,
         deviation_bound=0.5,
-        brep=BrepReport(complete=False, gap_bound=1e-7, skipped_faces=(reason,)),
+        brep=BrepReport(complete=False, gap_bound=1e-7, skipped_faces=(SkippedFace(0, issue),)),
     )
     return replace(silo, parts=(skipped, base, wall, roof), grids=(), report=report)
 

@@ -1,7 +1,6 @@
 """Computes from a mesh what several formats write: positions, faces, colours, reports, comments."""
 
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import asdict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -233,7 +232,15 @@ def _brep_fields(brep: BrepReport) -> dict[str, object]:
         "double_edges": brep.double_edges,
         "degenerate_faces": brep.degenerate_faces,
         "collapsed_edges": {"count": brep.collapsed_edges, "longest_chain": brep.longest_chain},
-        "skipped_faces": [asdict(face) for face in brep.skipped_faces],
+        "skipped_faces": [
+            {
+                "face": each.face,
+                "code": each.issue.code,
+                "got": each.issue.got,
+                "needed": each.issue.needed,
+            }
+            for each in brep.skipped_faces
+        ],
         **({} if brep.unbounded_reason is None else no_bound),
     }
 

@@ -1,6 +1,6 @@
 """Builds what a format writes from a model of any form, by resolution: a mesh, a scene or lines.
 
-`service.engine.adaptive.meshing` builds meshes by tolerance.
+`service.engine.meshers` builds meshes by tolerance.
 """
 
 import numpy as np

@@ -8,9 +8,9 @@ from typing import TypeAlias
 from service.encoders.format import Content, MeshSize
 from service.engine.accuracy import Accuracy
 from service.engine.adaptive.limits import Effort
-from service.engine.adaptive.meshing import build_mesher
 from service.engine.adaptive.tolerances import build_goal
 from service.engine.mesh.mesh import Mesh
+from service.engine.meshers import build_mesher
 from service.engine.models import NOT_PATCHES
 from service.engine.options import MeshOptions
 from service.engine.scenes.scene import Scene
@@ -26,7 +26,8 @@ from service.pipeline.cost import (
     adaptive_triangles,
 )
 from service.pipeline.mesh_plan import MeshPlan
-from service.surface.lowered import GroupModel, Model, PatchModel
+from service.surface.curve_model import SweepModel
+from service.surface.lowered import Model
 
 AnyMesh: TypeAlias = Mesh | Scene
 Build: TypeAlias = Callable[[Accuracy, float | None], AnyMesh]
@@ -45,29 +46,43 @@ NO_LIMIT = 2**62
 
 def prepare_meshes(
     plan: MeshPlan, model: Model, options: MeshOptions, effort: Effort | None = None
-) -> Build:
+) -> tuple[Build, float]:
     """A function that builds meshes of one model by tolerance; data that they share is made once.
 
     Parameters
     ----------
     plan : MeshPlan
         The request, its limits, and the number of triangles that fit into its memory.
-    model : PatchModel or GroupModel
+    model : PatchModel, BrepModel or GroupModel
     options : MeshOptions
     effort : Effort, optional
         The most work of all meshes together.
+
+    Returns
+    -------
+    build : callable
+    diagonal : float
+        The diagonal of the model, of which relative tolerances are shares.
+
+    Raises
+    ------
+    InvalidRequest
+        A brep is invalid.
     """
-    if not isinstance(model, PatchModel | GroupModel):
+    if isinstance(model, SweepModel):
         raise InvalidRequest(NOT_PATCHES)  # never reached: `plan_mesh` refuses such a request
     fmt, limits = plan.fmt, plan.limits
     all_effort = effort or Effort(EFFORT_FACTOR * limits.max_multiplications)
-    mesher = build_mesher(
-        model,
-        options,
-        Storage(fmt.is_float32, fmt.has_local_origin),
-        has_nodes=fmt.encode_scene is not None,
-        is_quantized=plan.encode.quantize,
-    )
+    try:
+        mesher = build_mesher(
+            model,
+            options,
+            Storage(fmt.is_float32, fmt.has_local_origin),
+            has_nodes=fmt.encode_scene is not None,
+            is_quantized=plan.encode.quantize,
+        )
+    except InvalidRequest as error:
+        raise error.within("/surface") from None
 
     def build(accuracy: Accuracy, tolerance: float | None) -> AnyMesh:
         """Build the mesh for an accuracy; `tolerance`, in model units, replaces its tolerance.
@@ -84,7 +99,7 @@ def prepare_meshes(
         is_memory_limit = plan.max_triangles < min(allowed_triangles, max_triangles)
         memory = plan.cost.memory if is_memory_limit else None
         max_triangles = min(max_triangles, plan.max_triangles)
-        goal = build_goal(accuracy, model)
+        goal = build_goal(accuracy, mesher.model)
         if tolerance is not None:
             goal = replace(goal, tolerance=tolerance)
         try:
@@ -103,7 +118,7 @@ def prepare_meshes(
         check_mesh(mesh, plan, accuracy)
         return mesh
 
-    return build
+    return build, mesher.model.diagonal
 
 
 def build_within_budget(
@@ -122,7 +137,7 @@ def build_within_budget(
         Even the coarsest mesh exceeds a limit.
     """
     effort = Effort(EFFORT_FACTOR * plan.limits.max_multiplications)
-    build = prepare_meshes(plan, model, options, effort)
+    build, diagonal = prepare_meshes(plan, model, options, effort)
     effort_for_mesh = effort.limit / ATTEMPTS
 
     def try_tolerance(allowed: Accuracy, tolerance: float) -> Attempt[tuple[AnyMesh, Content]]:
@@ -156,7 +171,7 @@ def build_within_budget(
             return None
 
     min_share = MIN_TOLERANCE_SINGLE if plan.fmt.is_float32 else MIN_TOLERANCE
-    return search_tolerances(attempt, coarsest_attempt, min_share * model.diagonal).result
+    return search_tolerances(attempt, coarsest_attempt, min_share * diagonal).result
 
 
 def check_mesh(mesh: AnyMesh, plan: MeshPlan, accuracy: Accuracy) -> None:

@@ -78,7 +78,8 @@ def make_file(plan: MeshPlan, surface: SurfaceKind) -> MeshFile:
 def build_planned(plan: MeshPlan, model: Model, options: MeshOptions) -> Mesh | Scene:
     """Build the mesh; or, for a group in a format with nodes, a scene of several meshes."""
     if options.accuracy is not None:
-        return prepare_meshes(plan, model, options)(options.accuracy, None)
+        build, _ = prepare_meshes(plan, model, options)
+        return build(options.accuracy, None)
     is_quantized = plan.encode.quantize
     if isinstance(model, GroupModel) and plan.fmt.encode_scene is not None:
         return build_scene(

@@ -88,6 +88,11 @@ class BrepModel:
         Whether invalid faces are left out and listed; otherwise they refuse the brep.
     skipped : tuple of SkippedFace
         The faces that were left out on creation, by number.
+    stretch : ndarray of float64, shape (4, 4), or None
+        For copies in a group: their placement without its translation and rotation. Curvatures are
+        those of the surfaces after this matrix.
+    prepared_box : Box or None
+        A smaller box than that of whole nets, if the brep has been prepared for meshing.
     """
 
     name: str
@@ -116,6 +121,8 @@ class BrepModel:
     uncertainty: float
     skips_invalid: bool = False
     skipped: tuple[SkippedFace, ...] = ()
+    stretch: FloatArray | None = None
+    prepared_box: Box | None = None
 
     @property
     def patch_count(self) -> int:
@@ -156,6 +163,8 @@ class BrepModel:
         The brep is inside. The box of a prepared brep is smaller, because there the nets are
         restricted to the boxes of the pcurves.
         """
+        if self.prepared_box is not None:
+            return self.prepared_box
         return find_box(np.concatenate([self.vertices, self.curves.points, self.surfaces.points]))
 
     @property

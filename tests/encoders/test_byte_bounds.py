@@ -17,12 +17,13 @@ from service.encoders.oogl_patches import HIGHEST_DEGREE, encode_patches
 from service.encoders.registry import FORMATS
 from service.encoders.text import FLOAT32_CHARS, FLOAT64_CHARS, json_array
 from service.engine.connectivity.closure import Closure
-from service.engine.mesh.brep_report import BrepReport, SkippedFace
+from service.engine.mesh.brep_report import BrepReport
 from service.engine.mesh.mesh import Mesh
 from service.engine.quantize import quantize_mesh
 from service.engine.stored_positions import MIN_STEP
-from service.errors import UnsupportedByFormat
+from service.errors import Issue, UnsupportedByFormat
 from service.surface.batches import TensorPatches
+from service.surface.brep_model import SkippedFace
 from service.surface.lowered import Part, PatchModel
 from tools.meshes import (
     Faces,
@@ -50,7 +51,9 @@ LONGEST_FLOAT32 = np.float32(-1.1754944e-38)
 """A float32 whose text has the largest number of characters."""
 LONGEST_BREP = BrepReport(
     *(False, -LONGEST_FLOAT64, 10**9, False, 10**9, 10**9, 10**9, 10**9, -LONGEST_FLOAT64),
-    skipped_faces=(SkippedFace(10**5, "edge_not_on_surface", *(2 * ["a text of a refusal" * 5])),),
+    skipped_faces=(
+        SkippedFace(10**5, Issue("edge_not_on_surface", "", "", *(2 * ["text of a refusal" * 5]))),
+    ),
     unbounded_reason="x" * 80,
 )
 """A report of a brep with the longest numbers and texts."""

@@ -86,7 +86,7 @@ def assemble(
     channels = evaluate_channels(model, samples, dtype, uvs=options.uvs)
     if options.curvatures:
         channels += evaluate_curvatures(model, samples, dtype)
-    welding = _weld_samples(samples, normals, channels, options)
+    welding = weld_samples(samples, normals, channels, options)
     triangles = welding.vertex.astype(np.uint32)[corners]
     welds = find_shared_positions(welding) if options.weld else None
     boundary, watertight = count_borders((triangles, NO_QUADS), welds)
@@ -150,7 +150,7 @@ def assemble(
     )
 
 
-def _weld_samples(
+def weld_samples(
     samples: PatchPlaces,
     normals: FloatArray | None,
     channels: tuple[ChannelRows, ...],

@@ -1,12 +1,13 @@
-"""Meshes by tolerance: from models and goals to meshes and scenes.
+"""Meshes by tolerance of one model of patches.
 
-1. The goal is converted to the units of each model (`tolerances`).
+1. The goal is converted to the units of the model (`tolerances`).
 2. Patches are joined to faces, and the sides of faces are divided (`faces`, `border`).
 3. The faces are divided until every triangle is certified (`refine`).
-4. Triangles become a mesh (`assemble`), and meshes a scene.
+4. Triangles become a mesh (`assemble`).
+
+`service.engine.meshers` chooses the mesher of a model, and makes scenes of groups.
 """
 
-from collections import Counter
 from dataclasses import replace
 from math import pi
 
@@ -20,28 +21,18 @@ from service.engine.adaptive.limits import (
     sample_goal_isocurves,
 )
 from service.engine.adaptive.refine import triangulate
-from service.engine.adaptive.tolerances import (
-    build_model_goals,
-    limit_tolerance,
-    move_goal,
-    separate_copies,
-    tighten_for_border,
-)
+from service.engine.adaptive.tolerances import limit_tolerance, move_goal, tighten_for_border
 from service.engine.bounds.faces import find_faces
 from service.engine.bounds.goal import Goal, check_goal, find_least_tolerance
 from service.engine.connectivity.closure import find_closure
 from service.engine.connectivity.curve_patches import leave_out_curves
 from service.engine.connectivity.seams import find_seams
-from service.engine.joining.join import join
-from service.engine.joining.members import JoinedGroup, join_group, separate_members
 from service.engine.mesh.mesh import Mesh
 from service.engine.nets.patch_nets import PatchNets
 from service.engine.options import MeshOptions
-from service.engine.quantize import find_grid_steps
-from service.engine.scenes.scene import Scene, arrange, flatten, round_to_single
 from service.engine.stored_positions import Storage, bound_origin_error
 from service.engine.wires.draw import add_wires, build_line_mesh
-from service.surface.lowered import GroupModel, PatchModel
+from service.surface.lowered import PatchModel
 
 
 class ModelMesher:
@@ -130,90 +121,3 @@ class ModelMesher:
             curves = sample_goal_isocurves(model, self.seams, goal, options, most)
             mesh = add_wires(mesh, model, options, curves)
         return mesh
-
-
-class GroupMesher:
-    """Builds scenes of a group: each different model is meshed once, for all its copies.
-
-    If the goal has a camera, every copy has a mesh of its own.
-
-    Parameters
-    ----------
-    joined : JoinedGroup
-        A group of patch models.
-    options : MeshOptions
-    storage : Storage
-    has_nodes : bool
-        Whether the format stores meshes and placements separately; otherwise the result is one
-        mesh.
-    is_quantized : bool
-        Whether positions are rounded to grids; only for formats with nodes.
-    """
-
-    def __init__(
-        self,
-        joined: JoinedGroup,
-        options: MeshOptions,
-        storage: Storage,
-        *,
-        has_nodes: bool,
-        is_quantized: bool,
-    ) -> None:
-        has_camera = options.accuracy is not None and options.accuracy.camera is not None
-        self._joined, self._is_welded = joined, options.weld
-        self._group = separate_copies(joined.group) if has_camera else joined.group
-        self._storage, self._has_nodes = storage, has_nodes
-        # If copies become one mesh, they are placed before they are rounded.
-        node_storage = storage if has_nodes else Storage()
-        models = self._group.models
-        steps = find_grid_steps(self._group, options) if is_quantized else (0.0,) * len(models)
-        self._meshers = [
-            ModelMesher(model, options, replace(node_storage, step=step))
-            for model, step in zip(models, steps, strict=True)
-            if isinstance(model, PatchModel)  # always: groups with other models are refused before
-        ]
-
-    def build_mesh(self, goal: Goal, most: int, effort: Effort | None = None) -> Mesh | Scene:
-        """The scene or the mesh that meets a goal; errors are those of `ModelMesher`."""
-        group, low, high = self._group, *self._group.bounds
-        is_rounded_last = self._storage.is_float32 and not self._has_nodes
-        origin = self._storage.choose_origin(low, high)
-        rounding = (
-            self._storage.bound_storage_rounding(origin, low, high) if is_rounded_last else 0.0
-        )
-        goals = build_model_goals(goal, group, rounding)
-        copies = Counter(member.model for member in group.members)
-        meshes = []
-        normals: list[SideNormals | None] = [None] * len(self._meshers)
-        if goal.angle < pi:
-            normals[:] = build_side_normals(
-                [(mesher.model.batches, mesher.seams) for mesher in self._meshers]
-            )
-        for number, (mesher, model_goal) in enumerate(zip(self._meshers, goals, strict=True)):
-            mesh = mesher.build_mesh(model_goal, most // copies[number], effort, normals[number])
-            most -= len(mesh.triangles) * copies[number]
-            meshes.append(mesh)
-        scene = separate_members(
-            arrange(group, tuple(meshes)), self._joined, is_welded=self._is_welded
-        )
-        if self._has_nodes:
-            return scene
-        flat_mesh = flatten(scene)
-        return round_to_single(flat_mesh, origin) if is_rounded_last else flat_mesh
-
-
-def build_mesher(
-    model: PatchModel | GroupModel,
-    options: MeshOptions,
-    storage: Storage,
-    *,
-    has_nodes: bool,
-    is_quantized: bool = False,
-) -> ModelMesher | GroupMesher:
-    """The mesher of a model or group; see `GroupMesher` for the parameters."""
-    if isinstance(model, GroupModel):
-        joined = join_group(model, options)
-        return GroupMesher(joined, options, storage, has_nodes=has_nodes, is_quantized=is_quantized)
-    model, _ = join(model, options.weld_tolerance)
-    step = find_grid_steps(model, options)[0] if is_quantized else 0.0
-    return ModelMesher(model, options, replace(storage, step=step))

@@ -64,9 +64,7 @@ def drop_flat_triangles(triangulation: Triangulation, stored: RealArray) -> Tria
     vertex[ends] = ends[sets.list_roots()]
     corners = vertex[corners]
     flat = (corners == corners[:, [1, 2, 0]]).any(axis=1)
-    beside = _find_triangles_beside(
-        triangulation.face[triangulation.triangles[:, 0]], corners, flat
-    )
+    beside = find_triangles_beside(triangulation.face[triangulation.triangles[:, 0]], corners, flat)
     if (beside < 0).any():
         return triangulation
     raised = _raise_bounds(triangulation.bounds, flat, beside)
@@ -82,7 +80,7 @@ def drop_flat_triangles(triangulation: Triangulation, stored: RealArray) -> Tria
     )
 
 
-def _find_triangles_beside(face: Ints, corners: Ints, flat: Bools) -> Ints:
+def find_triangles_beside(face: Ints, corners: Ints, flat: Bools) -> Ints:
     """For each flat triangle a triangle of its face that stays and has its segment; or −1.
 
     `face`, `corners` and `flat` have the face, the three merged vertices and the mark of each

@@ -15,6 +15,7 @@ from service.bases.arrays import FloatArray
 from service.engine.accuracy import Accuracy
 from service.engine.bounds.goal import Goal, View, build_tolerance_error
 from service.engine.scenes.placing import bound_placing_error, scalings
+from service.surface.brep_model import BrepModel
 from service.surface.lowered import GroupModel, PatchModel
 from service.surface.placement import place_box
 
@@ -44,7 +45,7 @@ LESS = 1 - 2.0**-40
 larger than before, in spite of rounding."""
 
 
-def build_goal(accuracy: Accuracy, model: PatchModel | GroupModel) -> Goal:
+def build_goal(accuracy: Accuracy, model: PatchModel | BrepModel | GroupModel) -> Goal:
     """The goal of the mesh of a model or group, in its coordinates.
 
     Let φ be the camera's field of view, and n the height of the picture in pixels. At the distance

@@ -12,7 +12,8 @@ from typing import TypeVar
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.surface.lowered import GroupModel, Model, PatchModel, SingleModel
+from service.surface.curve_model import SweepModel
+from service.surface.lowered import GroupModel, Model, SingleModel
 
 EQUAL_SCALINGS = 1e-10
 """The largest relative difference of two scalings that count as equal."""
@@ -28,8 +29,8 @@ def add_stretches(model: AnyModel) -> AnyModel:
     """The model with stretches: a group gets one model for each pair of a surface and a stretch.
 
     A model that is not a group is returned as it is. Copies that are only moved, rotated or
-    reflected share one model. Models that differ in their stretches share their arrays. Only models
-    of patches get a stretch: tubes and ribbons have no curvatures. The function is idempotent.
+    reflected share one model. Models that differ in their stretches share their arrays. Tubes and
+    ribbons (`SweepModel`) have no curvatures, so they get no stretch. The function is idempotent.
     """
     if not isinstance(model, GroupModel):
         return model
@@ -38,12 +39,11 @@ def add_stretches(model: AnyModel) -> AnyModel:
     members = []
     for member in model.members:
         model_of_member = model.models[member.model]
-        is_patches = isinstance(model_of_member, PatchModel)
-        stretch = find_stretch(member.matrix) if is_patches else None
+        stretch = None if isinstance(model_of_member, SweepModel) else find_stretch(member.matrix)
         key = member.model, b"" if stretch is None else stretch.tobytes()
         number = numbers.setdefault(key, len(models))
         if number == len(models):
-            if isinstance(model_of_member, PatchModel):
+            if not isinstance(model_of_member, SweepModel):
                 model_of_member = replace(model_of_member, stretch=stretch)
             models.append(model_of_member)
         members.append(replace(member, model=number))

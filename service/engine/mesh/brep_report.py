@@ -3,18 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-
-@dataclass(frozen=True, slots=True)
-class SkippedFace:
-    """A face that was left out because it is invalid.
-
-    `face` is its number in the brep; `code`, `got` and `needed` are those of the refusal.
-    """
-
-    face: int
-    code: str
-    got: str
-    needed: str
+from service.surface.brep_model import SkippedFace
 
 
 @dataclass(frozen=True, slots=True)

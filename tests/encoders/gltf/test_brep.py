@@ -85,7 +85,7 @@ def test_the_report_has_the_facts_of_breps() -> None:
         {
             "face": 0,
             "code": "loop_open",
-            "got": "an end 0.5 from the next begin",
+            "got": "a distance of 0.5",
             "needed": "a closed loop",
         }
     ]

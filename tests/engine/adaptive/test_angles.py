@@ -7,9 +7,9 @@ import pytest
 
 from service.engine.accuracy import Accuracy
 from service.engine.adaptive.limits import Effort, estimate_least_triangles
-from service.engine.adaptive.meshing import build_mesher
 from service.engine.adaptive.tolerances import build_goal
 from service.engine.mesh.mesh import Mesh
+from service.engine.meshers import build_mesher
 from service.engine.options import MeshOptions
 from service.engine.stored_positions import Storage
 from service.errors import TooLarge

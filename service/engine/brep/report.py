@@ -1,0 +1,143 @@
+"""The report on the mesh of a brep: its bounds, and the edges and faces that need a look."""
+
+from dataclasses import replace
+from math import isfinite
+
+import numpy as np
+
+from service.bases.arrays import Ints
+from service.engine.bounds.goal import Goal
+from service.engine.brep.brep_triangulation import BrepTriangulation
+from service.engine.brep.prepared import PreparedBrep
+from service.engine.clustering import DisjointSets
+from service.engine.mesh.brep_report import BrepReport
+from service.engine.mesh.mesh import MeshReport
+from service.engine.trims.spline_shapes import measure_polygons
+
+NOT_FINITE = "The part is too thin for this tolerance."
+"""The reason for which the second bound is not finite: a triangle of the mesh is as near to another
+face as to its own."""
+
+
+def list_bounds(triangulation: BrepTriangulation, faces: Ints, error: float) -> list[float | None]:
+    """The bound of each face, plus `error`; None without triangles, or if nothing was proved.
+
+    `faces` (T,) are the faces of the triangles of the mesh.
+    """
+    counts = np.bincount(faces, minlength=len(triangulation.face_bounds))
+    bounds: list[float] = (triangulation.face_bounds + error).tolist()
+    return [
+        bound if count and isfinite(bound) else None
+        for bound, count in zip(bounds, counts.tolist(), strict=True)
+    ]
+
+
+def build_report(
+    prepared: PreparedBrep,
+    triangulation: BrepTriangulation,
+    report: MeshReport,
+    goal: Goal,
+    *,
+    faces: Ints,
+    merged: Ints,
+    error: float,
+) -> MeshReport:
+    """The report on a mesh with the facts of its brep.
+
+    Parameters
+    ----------
+    prepared : PreparedBrep
+    triangulation : BrepTriangulation
+    report : MeshReport
+        Without bounds, and without the facts of breps.
+    goal : Goal
+    faces : ndarray of int, shape (T,)
+        The faces of all triangles in the file.
+    merged : ndarray of int, shape (T, 3)
+        The points of all triangles in the file.
+    error : float
+        Bound of the distance by which storing moved a vertex.
+    """
+    skipped = [face.face for face in prepared.skipped_faces]
+    counts = np.bincount(faces, minlength=prepared.model.face_count)
+    degenerate = int(np.count_nonzero(counts == 0)) - len(skipped)
+    bound, mesh_bound, reason = triangulation.bound + error, None, None
+    if triangulation.mesh_bounds is not None:
+        mesh_bound = float(triangulation.mesh_bounds[counts > 0].max(initial=0.0)) + error
+        if not isfinite(mesh_bound):
+            mesh_bound, reason = None, NOT_FINITE
+    collapsed, longest = measure_collapsed_chains(prepared, triangulation)
+    return replace(
+        report,
+        deviation_bound=bound if isfinite(bound) and len(merged) else None,
+        mesh_deviation_bound=mesh_bound,
+        brep=BrepReport(
+            reached=bound <= goal.tolerance,
+            gap_bound=float(prepared.gaps.max(initial=0.0)),
+            pcurves_replaced=prepared.pcurves_replaced,
+            complete=not skipped and not degenerate,
+            non_manifold_edges=count_non_manifold_edges(prepared),
+            double_edges=count_double_edges(prepared, triangulation, merged),
+            degenerate_faces=degenerate,
+            collapsed_edges=collapsed,
+            longest_chain=longest,
+            skipped_faces=prepared.skipped_faces,
+            unbounded_reason=reason,
+        ),
+    )
+
+
+def count_non_manifold_edges(prepared: PreparedBrep) -> int:
+    """The number of edges with more than two coedges in one shell."""
+    shells = prepared.model.face_shells[prepared.coedge_faces]
+    keys = prepared.coedge_edges * (len(prepared.model.shell_counts) + 1) + shells + 1
+    key, counts = np.unique(keys, return_counts=True)
+    crowded = key[counts > 2] // (len(prepared.model.shell_counts) + 1)
+    return len(np.unique(crowded))
+
+
+def count_double_edges(
+    prepared: PreparedBrep, triangulation: BrepTriangulation, merged: Ints
+) -> int:
+    """The number of pairs of points that more than two triangles join.
+
+    Pieces of edges with more than two coedges do not count. `merged` (T, 3) are the points of the
+    triangles.
+    """
+    lines = np.sort(np.stack([merged, merged[:, [1, 2, 0]]], axis=2).reshape(-1, 2), axis=1)
+    size = len(triangulation.positions)
+    keys, counts = np.unique(lines[:, 0] * size + lines[:, 1], return_counts=True)
+    starts, points = triangulation.edge_starts, triangulation.edge_points
+    uses = np.bincount(prepared.coedge_edges, minlength=len(starts) - 1)
+    edges = np.repeat(np.arange(len(starts) - 1), np.diff(starts))
+    begin = np.flatnonzero((uses[edges[:-1]] > 2) & (edges[:-1] == edges[1:]))
+    ends = np.sort(np.stack([points[begin], points[begin + 1]], axis=1), axis=1)
+    crowded = np.isin(keys, ends[:, 0] * size + ends[:, 1])
+    return int(np.count_nonzero((counts > 2) & ~crowded))
+
+
+def measure_collapsed_chains(
+    prepared: PreparedBrep, triangulation: BrepTriangulation
+) -> tuple[int, float]:
+    """The number of edges that became one vertex, and the greatest length of a chain of them.
+
+    A chain is all such edges that are connected at vertices; its length is that of their control
+    polygons together.
+    """
+    starts, points = triangulation.edge_starts, triangulation.edge_points
+    sampled = np.flatnonzero(np.diff(starts) > 0)
+    if not len(sampled):
+        return 0, 0.0
+    least, greatest = (
+        extreme.reduceat(points, starts[sampled]) for extreme in (np.minimum, np.maximum)
+    )
+    collapsed = sampled[(least == greatest) & (prepared.edge_curves[sampled] >= 0)]
+    if not len(collapsed):
+        return 0, 0.0
+    lengths = measure_polygons(prepared.curves)[prepared.edge_curves[collapsed]]
+    ends, number = np.unique(prepared.edge_vertices[collapsed], return_inverse=True)
+    sets = DisjointSets(len(ends))
+    for first, second in number.reshape(-1, 2).tolist():
+        sets.unite(first, second)
+    roots = np.array(sets.list_roots())[number.reshape(-1, 2)[:, 0]]
+    return len(collapsed), float(np.bincount(roots, lengths).max())
