@@ -1,19 +1,19 @@
 """Parts of faces, cut at knot lines: pieces, each over one patch, that together cover each part.
 
 Where an edge of a part crosses a knot line, it is cut at the nearest place; the coordinates of
-places are integers (`service.engine.bounds.faces`). That place is computed from the two ends of the
+places are integers (`service.engine.bounds.faces`, `service.engine.trims.places`). That place is computed from the two ends of the
 edge, sorted by their coordinates, so it is the same for the two parts that share the edge.
 
 Proof in docs/proofs.md: "Pieces cover their parts".
 """
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import expand_runs
-from service.engine.bounds.faces import SPAN, Faces
 from service.engine.vectors import Items
 
 ON_EDGE = 2.0**-16
@@ -50,6 +50,30 @@ class Parts(Items):
     is_own: Bools
 
 
+class KnotLines(Protocol):
+    """Faces with their knot lines among places: `Faces`, and `Places` of trimmed faces.
+
+    Span (k, l) of face f is patch `first[f] + k stride[f] + l`.
+    """
+
+    @property
+    def first(self) -> Ints:
+        """The first patch (F,) of each face."""
+
+    @property
+    def stride(self) -> Ints:
+        """The step (F,) from a patch to the next one along u."""
+
+    def has_single_spans(self, face: Ints) -> bool:
+        """Whether each of these faces (m,) is one patch."""
+
+    def find_spans(self, face: Ints, axis: int, low: Ints, high: Ints) -> tuple[Ints, Ints]:
+        """The first and the last span (m,) along an axis that intervals [low, high] touch."""
+
+    def knots_at(self, face: Ints, axis: int, span: Ints) -> tuple[Ints, Ints]:
+        """The knots (m,) at which spans begin and end; equal for a span that has no places."""
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class PatchPieces:
     """M triangles of parameters, each over one patch.
@@ -60,7 +84,8 @@ class PatchPieces:
         The part of each piece, in ascending order.
     patch : ndarray of int, shape (M,)
     parameters : ndarray of float64, shape (3, 2, M)
-        The corners, as parameters of the patch: multiples of 1 / SPAN, exactly.
+        The corners, as parameters t of the patch, for which 1 − t is exact, too. Of `Faces` they
+        are multiples of 1 / SPAN, exactly; else they are rounded to multiples of 2^-53.
     corners : ndarray of int, shape (3, 2, M)
         The corners as places of the face.
     """
@@ -71,7 +96,7 @@ class PatchPieces:
     corners: Ints
 
 
-def clip_parts(faces: Faces, face: Ints, corners: Ints) -> PatchPieces:
+def clip_parts(faces: KnotLines, face: Ints, corners: Ints) -> PatchPieces:
     """Cut parts, triangles of places, at the knot lines of their faces.
 
     Parameters
@@ -81,19 +106,31 @@ def clip_parts(faces: Faces, face: Ints, corners: Ints) -> PatchPieces:
         Places of the faces.
     """
     part, pieces = np.arange(len(face)), corners
-    counts = faces.spans.take(face, axis=1)
-    if int(counts.max(initial=1)) == 1:
-        return PatchPieces(part, faces.first[face], np.divide(pieces, SPAN, order="C"), pieces)
     spans = np.zeros((2, len(face)), dtype=np.intp)
-    for axis in range(2):
-        source, pieces, span = _cut_at_knots(pieces, counts[axis, part], axis)
-        part, spans = part[source], spans.take(source, axis=1)
-        spans[axis] = span
-    order = np.argsort(part, kind="stable")
-    part, pieces, spans = part[order], pieces.take(order, axis=2), spans.take(order, axis=1)
+    if not faces.has_single_spans(face):
+        for axis in range(2):
+            source, pieces, span = _cut_at_knots(faces, face[part], pieces, axis)
+            part, spans = part[source], spans.take(source, axis=1)
+            spans[axis] = span
+        order = np.argsort(part, kind="stable")
+        part, pieces, spans = part[order], pieces.take(order, axis=2), spans.take(order, axis=1)
+    return locate_pieces(faces, face, part, pieces, spans)
+
+
+def locate_pieces(
+    faces: KnotLines, face: Ints, part: Ints, corners: Ints, spans: Ints
+) -> PatchPieces:
+    """Pieces with these corners (3, 2, M), each in one span (2, M) of the face of its part (M,)."""
     owner = face[part]
     patch = faces.first[owner] + spans[0] * faces.stride[owner] + spans[1]
-    return PatchPieces(part, patch, (pieces - spans * SPAN) / SPAN, pieces)
+    parameters = np.empty(corners.shape)
+    for axis in range(2):
+        begin, end = faces.knots_at(owner, axis, spans[axis])
+        np.divide(corners[:, axis] - begin, end - begin, out=parameters[:, axis])
+    # After this, 1 − t is exact; nothing changes for multiples of 2^-53.
+    np.subtract(1.0, parameters, out=parameters)
+    np.subtract(1.0, parameters, out=parameters)
+    return PatchPieces(part, patch, parameters, corners)
 
 
 def find_images(pieces: PatchPieces, corners: Ints) -> FloatArray:
@@ -128,10 +165,10 @@ def find_images(pieces: PatchPieces, corners: Ints) -> FloatArray:
     return images
 
 
-def _cut_at_knots(corners: Ints, counts: Ints, axis: int) -> tuple[Ints, Ints, Ints]:
-    """Triangles (3, 2, m) cut at the knot lines of one direction.
-
-    `counts` (m,) has the number of spans of the face of each triangle, in that direction.
+def _cut_at_knots(
+    faces: KnotLines, face: Ints, corners: Ints, axis: int
+) -> tuple[Ints, Ints, Ints]:
+    """Triangles (3, 2, m) of faces (m,) cut at the knot lines of one direction.
 
     Returns
     -------
@@ -142,15 +179,18 @@ def _cut_at_knots(corners: Ints, counts: Ints, axis: int) -> tuple[Ints, Ints, I
         Number of the span of each piece, in that direction.
     """
     along = corners[:, axis]
-    begin = np.minimum(along.min(axis=0) // SPAN, counts - 1)
-    end = np.maximum(-(-along.max(axis=0) // SPAN), begin + 1)
-    unsplit = (end - begin == 1).nonzero()[0]
-    several = (end - begin > 1).nonzero()[0]
+    begin, last = faces.find_spans(face, axis, along.min(axis=0), along.max(axis=0))
+    unsplit = (last == begin).nonzero()[0]
+    several = (last > begin).nonzero()[0]
     if not len(several):
         return unsplit, corners.take(unsplit, axis=2), begin[unsplit]
-    run, span = expand_runs((end - begin)[several], begin[several])
+    run, span = expand_runs((last - begin)[several] + 1, begin[several])
+    low, high = faces.knots_at(face[several[run]], axis, span)
+    if (low == high).any():
+        has_places = (low < high).nonzero()[0]
+        run, span, low, high = (values[has_places] for values in (run, span, low, high))
     source = several[run]
-    rings = _slice_triangles(corners.take(several, axis=2), run, span, axis)
+    rings = _slice_triangles(corners.take(several, axis=2), run, (low, high), axis)
     sources, pieces, spans = [unsplit], [corners.take(unsplit, axis=2)], [begin[unsplit]]
     # A polygon of five corners as three triangles at its corner 0.
     for k in (1, 2, 3):
@@ -164,10 +204,13 @@ def _cut_at_knots(corners: Ints, counts: Ints, axis: int) -> tuple[Ints, Ints, I
     return np.concatenate(sources), np.concatenate(pieces, axis=2), np.concatenate(spans)
 
 
-def _slice_triangles(corners: Ints, source: Ints, span: Ints, axis: int) -> Ints:
+def _slice_triangles(
+    corners: Ints, source: Ints, knots: tuple[Ints, Ints], axis: int
+) -> Ints:
     """The intersections of triangles with spans: convex polygons (5, 2, M); corners may repeat.
 
-    Polygon i is the triangle `source[i]`, where its coordinate `axis` is in span `span[i]`.
+    Polygon i is the triangle `source[i]`, where its coordinate `axis` is between the two `knots`,
+    shape (M,) each.
     """
     # A, B, C: the corners (coordinate along the axis, other coordinate), sorted by the first, then
     # by the second.
@@ -176,18 +219,18 @@ def _slice_triangles(corners: Ints, source: Ints, span: Ints, axis: int) -> Ints
     along = np.take_along_axis(along, order, axis=0).take(source, axis=1)
     across = np.take_along_axis(across, order, axis=0).take(source, axis=1)
     a, b, c = ((along[k], across[k]) for k in range(3))
-    low, high = np.maximum(span * SPAN, a[0]), np.minimum((span + 1) * SPAN, c[0])
+    low, high = np.maximum(knots[0], a[0]), np.minimum(knots[1], c[0])
     # Where B is not inside the span, the third corner repeats the second.
     has_b = (low < b[0]) & (b[0] < high)
     at_low, at_high = _cross_chain(a, b, c, low), _cross_chain(a, b, c, high)
-    ring = np.empty((5, 2, len(span)), dtype=corners.dtype)
+    ring = np.empty((5, 2, len(source)), dtype=corners.dtype)
     ring[:, axis] = low, low, np.where(has_b, b[0], low), high, high
     ring[:, 1 - axis] = (
-        _cross_edge(a, c, low),
+        cross_edge(a, c, low),
         at_low,
         np.where(has_b, b[1], at_low),
         at_high,
-        _cross_edge(a, c, high),
+        cross_edge(a, c, high),
     )
     return ring
 
@@ -196,10 +239,10 @@ def _cross_chain(
     a: tuple[Ints, Ints], b: tuple[Ints, Ints], c: tuple[Ints, Ints], at: Ints
 ) -> Ints:
     """The second coordinate where the line from A over B to C has the first coordinate `at`."""
-    return np.where(at <= b[0], _cross_edge(a, b, at), _cross_edge(b, c, at))
+    return np.where(at <= b[0], cross_edge(a, b, at), cross_edge(b, c, at))
 
 
-def _cross_edge(a: tuple[Ints, Ints], b: tuple[Ints, Ints], at: Ints) -> Ints:
+def cross_edge(a: tuple[Ints, Ints], b: tuple[Ints, Ints], at: Ints) -> Ints:
     """The second coordinate, rounded, where an edge has the first coordinate `at`."""
     run = np.maximum(b[0] - a[0], 1)
     share = np.clip((at - a[0]) / run, 0.0, 1.0)

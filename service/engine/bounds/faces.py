@@ -36,6 +36,24 @@ class Faces(Items):
     stride: Ints
     spans: Ints
 
+    def has_single_spans(self, face: Ints) -> bool:
+        """Whether each of these faces (m,) is one patch."""
+        return int(self.spans.take(face, axis=1).max(initial=1)) == 1
+
+    def find_spans(self, face: Ints, axis: int, low: Ints, high: Ints) -> tuple[Ints, Ints]:
+        """The first and the last span (m,) along an axis that intervals [low, high] touch.
+
+        `low` and `high` (m,) are places. A knot belongs to the span after it as `low`, and to the
+        span before it as `high`.
+        """
+        begin = np.minimum(low // SPAN, self.spans[axis].take(face) - 1)
+        return begin, np.maximum(-(-high // SPAN) - 1, begin)
+
+    def knots_at(self, face: Ints, axis: int, span: Ints) -> tuple[Ints, Ints]:
+        """The knots (m,) at which spans begin and end."""
+        begin = span * SPAN
+        return begin, begin + SPAN
+
     def list_sides(self) -> tuple[Ints, Ints, Ints]:
         """First patch, step from patch to patch, and number of patches along each side: (F, 4)."""
         rows, columns = self.spans

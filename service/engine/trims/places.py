@@ -120,7 +120,7 @@ class Places:
         `low` and `high` (m,) are places. A knot belongs to the span after it as `low`, and to the
         span before it as `high`. Both spans have places.
         """
-        if self.is_single:
+        if self._is_single:
             zeros = np.zeros(len(face), np.intp)
             return zeros, zeros
         domain = 2 * face + axis
@@ -141,7 +141,7 @@ class Places:
         local, width = np.empty((2, 2, len(face)))
         for axis in range(2):
             x = places[:, axis]
-            if self.is_single:
+            if self._is_single:
                 span = np.zeros(len(face), np.intp)
             else:
                 span = self._find_spans(2 * face + axis, x, "right")
@@ -167,9 +167,13 @@ class Places:
         """
         return evaluate_patches(self.surfaces.nets, *self.locate(face, places), order)
 
+    def has_single_spans(self, face: Ints) -> bool:
+        """Whether each of these faces (m,) is one patch in the box of its places."""
+        return self._is_single or int(self.faces.spans.take(face, axis=1).max(initial=1)) == 1
+
     @cached_property
-    def is_single(self) -> bool:
-        """Whether every face has one span in both directions."""
+    def _is_single(self) -> bool:
+        """Whether every face is one patch."""
         return int(self.faces.spans.max(initial=1)) == 1
 
     @cached_property
