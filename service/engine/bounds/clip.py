@@ -1,8 +1,9 @@
 """Parts of faces, cut at knot lines: pieces, each over one patch, that together cover each part.
 
 Where an edge of a part crosses a knot line, it is cut at the nearest place; the coordinates of
-places are integers (`service.engine.bounds.faces`, `service.engine.trims.places`). That place is computed from the two ends of the
-edge, sorted by their coordinates, so it is the same for the two parts that share the edge.
+places are integers (`service.engine.bounds.faces`, `service.engine.trims.places`). That place is
+computed from the two ends of the edge, sorted by their coordinates, so it is the same for the two
+parts that share the edge.
 
 Proof in docs/proofs.md: "Pieces cover their parts".
 """
@@ -204,9 +205,7 @@ def _cut_at_knots(
     return np.concatenate(sources), np.concatenate(pieces, axis=2), np.concatenate(spans)
 
 
-def _slice_triangles(
-    corners: Ints, source: Ints, knots: tuple[Ints, Ints], axis: int
-) -> Ints:
+def _slice_triangles(corners: Ints, source: Ints, knots: tuple[Ints, Ints], axis: int) -> Ints:
     """The intersections of triangles with spans: convex polygons (5, 2, M); corners may repeat.
 
     Polygon i is the triangle `source[i]`, where its coordinate `axis` is between the two `knots`,

@@ -21,11 +21,10 @@ from service.bases.row_batches import row_slices
 from service.engine.adaptive.cutting.cells import estimate_piece_cost
 from service.engine.adaptive.limits import MeshLimits
 from service.engine.bounds.certificate import PieceMeasure
-from service.engine.bounds.clip import Parts
+from service.engine.bounds.clip import Parts, clip_parts
 from service.engine.bounds.goal import Goal
 from service.engine.brep.corners import FaceCorners
 from service.engine.brep.triangles import Mates, Triangles, build_triangles
-from service.engine.trims.clip import clip_triangles
 from service.engine.vectors import NEXT, cross, dot, length
 
 THIN = 4.0
@@ -135,7 +134,7 @@ class TriangleMeasure:
         """Bounds (m,) of the distances from the surface over parts to their references."""
         surface = self.corners.surface
         nets = surface.surfaces.nets
-        pieces = clip_triangles(surface, parts.face, parts.corners)
+        pieces = clip_parts(surface, parts.face, parts.corners)
         costs = np.array([estimate_piece_cost(*group.degree) for group in nets.groups], np.float64)
         self.limits.spend(float(costs[nets.group[pieces.patch]].sum()))
         bounds = np.zeros((3, len(pieces.part)))
