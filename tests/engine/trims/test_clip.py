@@ -100,7 +100,7 @@ def test_pieces_of_segments_are_chains_that_triangles_share(seed: int) -> None:
     # A triangle is cut at the same places as its sides.
     corners = ends[0, :, :3].T[..., np.newaxis]
     whole = clip_parts(places, np.zeros(1, dtype=np.intp), corners)
-    sides = np.stack([corners[..., 0].T, corners[[1, 2, 0], :, 0].T])
-    cut = clip_segments(places, np.zeros(3, dtype=np.intp), sides)
+    edges = np.stack([corners[..., 0].T, corners[[1, 2, 0], :, 0].T])
+    cut = clip_segments(places, np.zeros(3, dtype=np.intp), edges)
     in_triangle = {tuple(p) for p in np.moveaxis(whole.corners, 1, 2).reshape(-1, 2).tolist()}
     assert {tuple(p) for p in np.moveaxis(cut.corners, 1, 2).reshape(-1, 2).tolist()} <= in_triangle
