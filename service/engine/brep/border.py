@@ -3,9 +3,16 @@
 A *place* is a pair of whole numbers from 0 to 2^30 over the box of the parameter curves of a face.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
+from service.bases.row_batches import expand_runs, unique_values
+from service.engine.brep.edges import EdgeSamples
+from service.engine.brep.prepared import PreparedBrep
+from service.engine.trims.places import BITS, SIZE
+from service.surface.spline_tables import find_starts
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -37,6 +44,11 @@ class Polygons:
     ends: Ints
     begin_vertices: Ints
     end_vertices: Ints
+
+    def number_places(self) -> Ints:
+        """Numbers (M,) of the places at which sides begin; those of each face are its own."""
+        codes = unique_values(self.begins[:, 0] << (BITS + 1) | self.begins[:, 1])[1]
+        return unique_values(codes << 32 | self.faces)[1]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -78,35 +90,112 @@ class Border(Polygons):
     offsets: Ints
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class BorderVertices:
-    """The corners of the polygons of all faces as numbered vertices, for triangulation.
+def build_border(prepared: PreparedBrep, samples: EdgeSamples) -> Border:
+    """The polygons of all loops, with sides that were not measured yet."""
+    counts = samples.counts[prepared.coedge_edges]
+    coedge, sample = expand_runs(counts, samples.offsets[prepared.coedge_edges])
+    places = prepared.pcurves.evaluate(coedge, samples.parameters[sample])
+    shifts = np.zeros((len(coedge), 2), np.intp)
+    return _join_coedges(prepared, samples, places, shifts)
 
-    Vertices have one number over all faces, those of face after face. Pieces of one face that begin
-    at one place share the vertex: a crossing test has made sure that they share the vertex of the
-    mesh, too. A piece whose ends are one place has no segment.
 
-    Attributes
+def renew_border(
+    prepared: PreparedBrep, samples: EdgeSamples, border: Border, source: Ints
+) -> Border:
+    """The border after samples were inserted; sides that did not change keep their bounds.
+
+    Parameters
     ----------
-    places : ndarray of int, shape (n, 2)
-    vertices : ndarray of int, shape (n,)
-        Vertices of the mesh.
-    faces : ndarray of int, shape (n,)
-        In ascending order.
-    offsets : ndarray of int, shape (F + 1,)
-        The vertices of face f are those from `offsets[f]` to `offsets[f + 1] - 1`.
-    segments : ndarray of int, shape (s, 2)
-        The segments between vertices, in the order and direction of the pieces of the border.
-    pieces : ndarray of int, shape (s,)
-        The row in `Border` of each segment.
-    segment_offsets : ndarray of int, shape (F + 1,)
-        The segments of face f are those from `segment_offsets[f]` to `segment_offsets[f + 1] - 1`.
+    samples : EdgeSamples
+        The new samples.
+    border : Border
+        That of the old ones.
+    source : ndarray of int, shape (T,)
+        The old number of each sample; −1 for new samples.
     """
+    edges, old_offsets = prepared.coedge_edges, _find_old_offsets(samples, source)
+    coedge, sample = expand_runs(samples.counts[edges], samples.offsets[edges])
+    old = source[sample]
+    row = border.offsets[coedge] + old - old_offsets[edges[coedge]]
+    kept, new = (old >= 0).nonzero()[0], (old < 0).nonzero()[0]
+    places, shifts = np.empty((len(coedge), 2)), np.zeros((len(coedge), 2), np.intp)
+    places[kept], shifts[kept] = border.places[row[kept]], border.shifts[row[kept]]
+    places[new] = prepared.pcurves.evaluate(coedge[new], samples.parameters[sample[new]])
+    renewed = _join_coedges(prepared, samples, places, shifts)
+    begin, end = source[renewed.samples], source[renewed.samples + 1]
+    same = ((begin >= 0) & (end == begin + 1)).nonzero()[0]
+    owner = renewed.coedges[same]
+    number = begin[same] - old_offsets[edges[owner]]
+    count = border.offsets[owner + 1] - border.offsets[owner] - 1
+    number = np.where(prepared.coedge_reversed[owner], count - 1 - number, number)
+    # A coedge of n samples has n − 1 sides.
+    side = border.offsets[owner] - owner + number
+    renewed.segment_bounds[same] = border.segment_bounds[side]
+    renewed.sliver_bounds[same] = border.sliver_bounds[side]
+    return renewed
 
-    places: Ints
-    vertices: Ints
-    faces: Ints
-    offsets: Ints
-    segments: Ints
-    pieces: Ints
-    segment_offsets: Ints
+
+def _find_old_offsets(samples: EdgeSamples, source: Ints) -> Ints:
+    """The old offsets (E + 1,) of samples: no sample is inserted before the first of an edge."""
+    return find_starts(np.bincount(samples.edges[source >= 0], minlength=len(samples.is_point)))
+
+
+def _join_coedges(
+    prepared: PreparedBrep, samples: EdgeSamples, places: FloatArray, shifts: Ints
+) -> Border:
+    """Sides between the samples of coedges, in the direction of loops."""
+    counts = samples.counts[prepared.coedge_edges]
+    offsets = find_starts(counts)
+    coedge, number = expand_runs(counts - 1)
+    is_reversed = prepared.coedge_reversed[coedge]
+    number = np.where(is_reversed, counts[coedge] - 1 - number, number)
+    row = offsets[coedge] + number
+    sample = samples.offsets[prepared.coedge_edges[coedge]] + number
+    loops = prepared.coedge_loops[coedge]
+    nexts = np.arange(1, len(coedge) + 1)
+    starts = np.diff(loops, prepend=-1).nonzero()[0]
+    nexts[np.append(starts[1:], len(coedge))[: len(starts)] - 1] = starts
+    begins = np.clip(np.rint(places[row]).astype(np.intp) + shifts[row], 0, SIZE)
+    vertices = samples.vertices[sample]
+    unknown = np.full((2, len(coedge)), np.nan)
+    return Border(
+        faces=prepared.coedge_faces[coedge],
+        loops=loops,
+        nexts=nexts,
+        begins=begins,
+        ends=begins[nexts],
+        begin_vertices=vertices,
+        end_vertices=vertices[nexts],
+        coedges=coedge,
+        samples=sample - is_reversed,
+        segment_bounds=unknown[0],
+        sliver_bounds=unknown[1],
+        rows=row,
+        places=places,
+        shifts=shifts,
+        offsets=offsets,
+    )
+
+
+def shift_corners(border: Border, sides: Ints, steps: Ints) -> Border:
+    """The border after the beginnings of sides (k,) moved by steps (k, 2) of one unit.
+
+    The sides that changed must be measured again.
+    """
+    shifts = border.shifts.copy()
+    shifts[border.rows[sides]] += steps
+    begins = border.begins.copy()
+    begins[sides] += steps
+    is_moved = np.zeros(len(begins), bool)
+    is_moved[sides] = True
+    changed = is_moved | is_moved[border.nexts]
+    segment_bounds = np.where(changed, np.nan, border.segment_bounds)
+    sliver_bounds = np.where(changed, np.nan, border.sliver_bounds)
+    return replace(
+        border,
+        begins=begins,
+        ends=begins[border.nexts],
+        shifts=shifts,
+        segment_bounds=segment_bounds,
+        sliver_bounds=sliver_bounds,
+    )

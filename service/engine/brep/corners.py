@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.brep.border import BorderVertices
+from service.engine.brep.border_vertices import BorderVertices
 from service.engine.brep.triangles import join_ends
 from service.engine.trims.places import Places
 from service.engine.vectors import NEXT, length

@@ -88,7 +88,8 @@ def find_steps(polygons: Polygons, corners: Ints, is_fixed: Bools) -> tuple[Ints
         The sides whose beginnings move. All sides that begin at one place and vertex move together.
     steps : ndarray of int, shape (m, 2)
     """
-    places, groups = _group_corners(polygons, polygons.begin_vertices)
+    places = polygons.number_places()
+    groups = unique_values(places << 32 | polygons.begin_vertices)[1]
     fixed = np.zeros(len(groups), bool)
     fixed[groups[is_fixed]] = True
     chosen = np.unique(groups[corners])
@@ -155,16 +156,6 @@ def _find_left(polygons: Polygons, begin_group: Ints, count: int) -> FloatArray:
         rows = (groups >= 0).nonzero()[0]
         np.add.at(total, groups[rows], left[rows])
     return total
-
-
-def _group_corners(polygons: Polygons, vertices: Ints) -> tuple[Ints, Ints]:
-    """Numbers (M,) of the places at which sides begin, and of the pairs of place and vertex.
-
-    Places of different faces have different numbers.
-    """
-    codes = unique_values(polygons.begins[:, 0] << 31 | polygons.begins[:, 1])[1]
-    places = unique_values(codes << 32 | polygons.faces)[1]
-    return places, unique_values(places << 32 | vertices)[1]
 
 
 def _list_segments(polygons: Polygons) -> Segments:

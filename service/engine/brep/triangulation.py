@@ -15,7 +15,7 @@ import pythoncdt
 
 from service.bases.arrays import AnyArray, FloatArray, Ints
 from service.cancellation import checkpoint
-from service.engine.brep.border import BorderVertices
+from service.engine.brep.border_vertices import BorderVertices
 
 SUPER = 3
 """Vertices that the library puts around all others; they have the number −1 here."""

@@ -11,7 +11,6 @@ Proof in docs/proofs.md: "The polygon of a trimmed face".
 import numpy as np
 
 from service.bases.arrays import Bools, Ints
-from service.bases.row_batches import unique_values
 from service.engine.brep.border import Polygons
 from service.engine.brep.box_pairs import BoxTree
 from service.engine.brep.predicates import orient
@@ -40,8 +39,7 @@ def find_windings(polygons: Polygons) -> tuple[Ints, Ints]:
 def _choose_sides(polygons: Polygons) -> Ints:
     """The longest side of each chain of sides between places that several sides share."""
     count = len(polygons.faces)
-    codes = unique_values(polygons.begins[:, 0] << 31 | polygons.begins[:, 1])[1]
-    places = unique_values(codes << 32 | polygons.faces)[1]
+    places = polygons.number_places()
     has_length = (polygons.begins != polygons.ends).any(axis=1)
     shared = np.bincount(places[has_length], minlength=count)[places] > 1
     # Sides are sorted by loop, and along each loop, so a chain is a run; the last run of a loop,
@@ -87,10 +85,20 @@ def _count_windings(faces: Ints, begins: Ints, ends: Ints, sides: Ints) -> Ints:
 
 
 def find_reversed_loops(polygons: Polygons) -> tuple[Ints, Bools]:
-    """Loops (k,) without the material on their left; whether that holds for all sides of each."""
+    """Loops that do not have the material on their left everywhere.
+
+    Returns
+    -------
+    sides : ndarray of int, shape (k,)
+        A wrong side of each such loop, in the order of loops.
+    is_whole : ndarray of bool, shape (k,)
+        Whether all of the loop is wrong.
+    """
     sides, windings = find_windings(polygons)
-    loops, wrong = polygons.loops[sides], windings != 1
-    number = np.unique(loops[wrong])
+    loops, is_wrong = polygons.loops[sides], windings != 1
+    wrong = sides[is_wrong]
+    first = np.diff(polygons.loops[wrong], prepend=-1).nonzero()[0]
+    number = polygons.loops[wrong[first]]
     size = int(loops.max(initial=-1)) + 1
-    totals = np.bincount(loops, minlength=size)[number]
-    return number, np.bincount(loops[wrong], minlength=size)[number] == totals
+    counts = np.bincount(loops[is_wrong], minlength=size)
+    return wrong[first], (counts == np.bincount(loops, minlength=size))[number]

@@ -72,5 +72,5 @@ def test_loops_with_the_material_on_their_right_are_found(
 ) -> None:
     polygons = build_polygons(loops)
     assert not len(find_conflicts(polygons))
-    found, whole = find_reversed_loops(polygons)
-    assert dict(zip(found.tolist(), whole.tolist(), strict=True)) == wrong
+    sides, whole = find_reversed_loops(polygons)
+    assert dict(zip(polygons.loops[sides].tolist(), whole.tolist(), strict=True)) == wrong
