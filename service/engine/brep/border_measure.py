@@ -15,14 +15,14 @@ from service.bases.row_batches import row_slices
 from service.cancellation import checkpoint
 from service.engine.bounds.certificate import PieceMeasure
 from service.engine.bounds.chords import measure_distances
-from service.engine.bounds.clip import Parts, PatchPieces
+from service.engine.bounds.clip import Parts, PatchPieces, clip_parts
 from service.engine.bounds.goal import Goal
 from service.engine.brep.border import Border, renew_border
 from service.engine.brep.edges import EdgeSamples
 from service.engine.brep.prepared import PreparedBrep
 from service.engine.brep.sampling import halve_pieces
 from service.engine.brep.slivers import Slivers, find_slivers
-from service.engine.trims.clip import clip_segments, clip_triangles
+from service.engine.trims.clip import clip_segments
 from service.engine.vectors import UNIT, length
 
 NET_SHARE = 0.95
@@ -172,7 +172,7 @@ class _SideMeasure:
         places, own = self.prepared.places, faces[slivers.owners]
         found = [
             clip_segments(places, faces, np.stack([begins, ends])),
-            clip_triangles(places, own, slivers.corners),
+            clip_parts(places, own, slivers.corners),
         ]
         pieces = PatchPieces(
             np.concatenate([found[0].part, found[1].part + count]),

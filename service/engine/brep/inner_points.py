@@ -15,7 +15,7 @@ from service.engine.adaptive.cutting.subdivision import AHEAD, divide_cells
 from service.engine.adaptive.limits import MeshLimits
 from service.engine.bounds.faces import SPAN
 from service.engine.bounds.goal import Goal
-from service.engine.brep.border import Border
+from service.engine.brep.border import Polygons
 from service.engine.brep.box_pairs import BoxTree
 from service.engine.trims.places import Places
 
@@ -99,7 +99,7 @@ def find_leaf_points(
     return _join_equal(LeafPoints(owners, places, sizes, means))
 
 
-def find_points_inside(points: LeafPoints, border: Border, boxes: tuple[Ints, Ints]) -> Bools:
+def find_points_inside(points: LeafPoints, border: Polygons, boxes: tuple[Ints, Ints]) -> Bools:
     """Which points are inside the boxes of polygons, and further than `NEAR` from all segments."""
     own_low, own_high = (box[points.faces] for box in boxes)
     inside: Bools = np.all((points.places > own_low) & (points.places < own_high), axis=1)
@@ -164,7 +164,7 @@ def _join_equal(points: LeafPoints) -> LeafPoints:
     return LeafPoints(points.faces[begins], points.places[begins], least, points.cells)
 
 
-def _are_far(points: LeafPoints, border: Border) -> Bools:
+def _are_far(points: LeafPoints, border: Polygons) -> Bools:
     """Which points are further than `NEAR` times their size from all segments of their faces."""
     far = np.ones(len(points.faces), bool)
     places, reach = points.places.astype(np.float64), NEAR * points.sizes

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Ints
-from service.engine.brep.border import BorderVertices, Polygons
+from service.engine.brep.border import Polygons
+from service.engine.brep.border_vertices import BorderVertices
 from service.engine.brep.corners import FaceCorners
 from service.engine.brep.predicates import orient
 from service.engine.brep.triangulation import FaceTriangulations

@@ -1,4 +1,4 @@
-"""Points inside faces: away from borders by a slow test, dense where surfaces bend, few on planes."""
+"""Points inside faces: away from borders by a slow test, dense where surfaces bend."""
 
 import numpy as np
 import pytest
