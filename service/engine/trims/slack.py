@@ -1,27 +1,169 @@
-"""How far surfaces move where places of their borders and knots are rounded.
+"""How far surfaces move where places of their borders, and knots, are rounded.
 
 Proof in docs/proofs.md: "Places of trimmed faces".
 """
 
-from service.bases.arrays import FloatArray, Ints
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.row_batches import expand_runs
+from service.engine.nets.nets import Nets
 from service.engine.trims.places import Places
 from service.engine.trims.splines import Splines
+from service.engine.vectors import length, project
+from service.surface.spline_tables import find_starts
 
 UNITS = 2.5
 """Places may move by up to this number of units along both axes."""
 
+REACH = 2 * UNITS
+"""Spans nearer to the border than this number of units count."""
 
-def bound_slack(places: Places, pcurves: Splines, face: Ints) -> FloatArray:
-    """Bounds σ (F,) of how far a surface moves over `UNITS` units along both axes.
+_PARTS = 4
+"""Spans of parameter curves are cut into this number of parts, whose boxes show where they are."""
 
-    Only the spans that a border touches, or comes near, count; and all spans that are shorter than
-    a unit, which have no places.
+
+def bound_slack(
+    places: Places, pcurves: Splines, face: Ints, loop: Ints, is_reversed: Bools
+) -> FloatArray:
+    """Bounds σ (F,) of how far surfaces move over `UNITS` units along both axes near the border.
+
+    Spans that the border neither touches nor comes near do not count: there, rounded knots only
+    change the parameters of the surface. The lengths of spans without places are added.
 
     Parameters
     ----------
     pcurves : Splines
-        Parameter curves, in places.
-    face : ndarray of int, shape (n,)
-        The face of each parameter curve.
+        n parameter curves, in places, in the order of loops.
+    face, loop : ndarray of int, shape (n,)
+        The face and the loop of each curve; loops are in ascending order.
+    is_reversed : ndarray of bool, shape (n,)
+        Whether the loop runs against the curve.
     """
-    raise NotImplementedError
+    boxes = [_box_curves(pcurves), _box_joins(pcurves, loop, is_reversed)]
+    curve, low, high = (np.concatenate(values) for values in zip(*boxes, strict=True))
+    patch, widths, owner = _list_patches(places, _mark_spans(places, face[curve], low, high))
+    rates, lengths = np.zeros((2, 2, len(patch)))
+    nets = places.surfaces.nets
+    for group, rows in nets.split_by_group(patch):
+        lengths[:, rows] = bound_lengths(group, nets.row[patch[rows]])
+    np.divide(lengths, widths, out=rates, where=widths > 0)
+    slack = np.zeros((2, len(places.first)))
+    for axis in range(2):
+        np.maximum.at(slack[axis], owner, rates[axis])
+    bounds: FloatArray = UNITS * slack.sum(axis=0) + _measure_skipped(places)
+    return bounds
+
+
+def bound_lengths(group: Nets, rows: Ints) -> FloatArray:
+    """Bounds (2, m) of |S_u| and |S_v| over whole patches, whose parameters are from 0 to 1.
+
+    They are n max |P_{i+1} − P_i| for polynomial patches. A rational patch X / w has S_u = (X_u −
+    w_u S) / w. With the radius r ≥ |S| about the middle of the patch, |S_u| is at most n max
+    (|X_{i+1} − X_i| + r |w_{i+1} − w_i|) / min w.
+    """
+    values = group.values.take(rows, axis=3)
+    bounds = np.empty((2, len(rows)))
+    for axis in range(2):
+        steps = np.diff(values, axis=axis)
+        longest = length(steps[:, :, :3])
+        if group.is_rational:
+            radius = length(project(values)).max(axis=(0, 1))
+            longest = longest + radius * np.abs(steps[:, :, 3])
+            longest = longest / values[:, :, 3].min(axis=(0, 1))
+        bounds[axis] = group.degree[axis] * longest.max(axis=(0, 1))
+    return bounds
+
+
+def _box_curves(pcurves: Splines) -> tuple[Ints, FloatArray, FloatArray]:
+    """Boxes about the parts of curves: the curve, and the least and greatest places (m, 2)."""
+    spans = pcurves.list_spans().take(np.repeat(np.arange(int(pcurves.span_count.sum())), _PARTS))
+    part = np.tile(np.arange(_PARTS), len(spans.curve) // _PARTS)
+    step = (spans.high - spans.low) / _PARTS
+    ends = (spans.low + part * step, np.minimum(spans.low + (part + 1) * step, spans.high))
+    low, high = np.empty((2, len(part), 2))
+    parts = type(spans)(spans.source, spans.curve, *ends, spans.span)
+    for rows, nets in pcurves.restrict(parts):
+        points = project(nets, -1, 2)
+        low[rows], high[rows] = points.min(axis=1), points.max(axis=1)
+    return spans.curve, low, high
+
+
+def _box_joins(
+    pcurves: Splines, loop: Ints, is_reversed: Bools
+) -> tuple[Ints, FloatArray, FloatArray]:
+    """Boxes about the segments from the end of each curve of a loop to the start of the next."""
+    curve = np.arange(len(loop))
+    first, last = pcurves.start, pcurves.end
+    begins = pcurves.evaluate(curve, np.where(is_reversed, last, first))
+    ends = pcurves.evaluate(curve, np.where(is_reversed, first, last))
+    is_first = np.diff(loop, prepend=-1) != 0
+    following = curve + 1
+    following[np.append(is_first[1:], True)] = curve[is_first]
+    begins = begins[following]
+    return curve, np.minimum(ends, begins), np.maximum(ends, begins)
+
+
+def _mark_spans(places: Places, face: Ints, low: FloatArray, high: FloatArray) -> Ints:
+    """How many of the boxes (m,) come near each pair of spans of their faces, as a column.
+
+    Boxes are added up as differences: 1 at the first corner, −1 behind the last one, then sums
+    along both axes. For each face, the column has (n_u + 1) (n_v + 1) numbers, v fastest.
+    """
+    rows, columns = places.faces.spans + 1
+    start = find_starts(rows * columns)
+    begin, end = np.empty((2, 2, len(face)), np.intp)
+    for axis in range(2):
+        begin[axis], end[axis] = places.find_spans(
+            face, axis, low[:, axis] - REACH, high[:, axis] + REACH
+        )
+    marks = np.zeros(start[-1], np.intp)
+    for u, v, sign in (
+        (begin[0], begin[1], 1),
+        (begin[0], end[1] + 1, -1),
+        (end[0] + 1, begin[1], -1),
+        (end[0] + 1, end[1] + 1, 1),
+    ):
+        np.add.at(marks, start[face] + u * columns[face] + v, sign)
+    marks = marks.cumsum()
+    # The same with u fastest: every row and every column adds up to 0, so that sums end there.
+    owner, number = expand_runs(rows * columns)
+    order = start[owner] + number % rows[owner] * columns[owner] + number // rows[owner]
+    marks[order] = marks[order].cumsum()
+    return marks
+
+
+def _list_patches(places: Places, marks: Ints) -> tuple[Ints, Ints, Ints]:
+    """The marked patches (k,), the widths (2, k) of their spans in units, and their faces."""
+    rows, columns = places.faces.spans + 1
+    owner, number = expand_runs(rows * columns)
+    chosen = (marks > 0).nonzero()[0]
+    owner, number = owner[chosen], number[chosen]
+    spans = number // columns[owner], number % columns[owner]
+    widths = np.empty((2, len(owner)), np.intp)
+    for axis in range(2):
+        begin, end = places.knots_at(owner, axis, spans[axis])
+        widths[axis] = end - begin
+    return places.first[owner] + spans[0] * places.stride[owner] + spans[1], widths, owner
+
+
+def _measure_skipped(places: Places) -> FloatArray:
+    """For each face, (F,), bounds of the lengths of all spans without places, added up."""
+    faces, nets = places.faces, places.surfaces.nets
+    total = np.zeros(len(faces.first))
+    for axis in range(2):
+        owner, span = expand_runs(faces.spans[axis])
+        begin, end = places.knots_at(owner, axis, span)
+        skipped = (begin == end).nonzero()[0]
+        if not len(skipped):
+            continue
+        run, across = expand_runs(faces.spans[1 - axis].take(owner[skipped]))
+        face, along = owner[skipped[run]], span[skipped[run]]
+        u, v = (along, across) if axis == 0 else (across, along)
+        patch = faces.first[face] + u * faces.stride[face] + v
+        lengths = np.zeros(len(patch))
+        for group, rows in nets.split_by_group(patch):
+            lengths[rows] = bound_lengths(group, nets.row[patch[rows]])[axis]
+        longest = np.maximum.reduceat(lengths, (across == 0).nonzero()[0])
+        total += np.bincount(owner[skipped], longest, minlength=len(total))
+    return total
