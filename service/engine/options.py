@@ -73,6 +73,8 @@ class MeshOptions:
     curvatures : bool
         Whether vertices have Gaussian and mean curvature as attributes. If so, the models of a
         group must be results of `service.engine.curvatures.placement_scale.add_stretches`.
+    has_resolution : bool
+        Whether the request names the resolution, which may be the default.
     """
 
     resolution: tuple[int, int] = (16, 16)
@@ -91,6 +93,7 @@ class MeshOptions:
     method: Method = "matrix"
     accuracy: Accuracy | None = None
     curvatures: bool = False
+    has_resolution: bool = False
 
     has_wires: bool = field(init=False)
     """Whether isoparametric curves are drawn."""

@@ -26,12 +26,14 @@ from service.engine.options import MeshOptions
 from service.engine.plans.counts import Counts, count_mesh
 from service.engine.quantize import find_grid_error
 from service.errors import InvalidRequest, Issue, SurfaceError, TooLarge
+from service.pipeline.brep_checks import settle_accuracy
 from service.pipeline.checks import check_surface
 from service.pipeline.cost import EFFORT_FACTOR, Work, adaptive_triangles, estimation_cost
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.pipeline.mesh import keep_storable_channels
 from service.pipeline.mesh_counts import count_models, mesh_size, sum_counts
 from service.pipeline.mesh_plan import PLAIN, build_plan, estimate_stored_size, shares_meshes
+from service.surface.brep_model import BrepModel
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sizes import SurfaceKind
 
@@ -102,7 +104,9 @@ def plan_estimate(
         The surface exceeds a limit.
     """
     check_surface(surface.stored_size(), limits)
-    cost = estimation_cost(surface.size(), options, len(formats), limits)
+    size = surface.size()
+    options = settle_accuracy(size, options)
+    cost = estimation_cost(size, options, len(formats), limits)
     return Work(cost, partial(_estimate, surface, options, encode, limits, formats))
 
 
@@ -209,6 +213,8 @@ def _predict(
     models = model.models if isinstance(model, GroupModel) else (model,)
     patch_models = [submodel for submodel in models if isinstance(submodel, PatchModel)]
     counts_bound = Counts(size.vertices, size.triangles, size.quads)
+    if any(isinstance(submodel, BrepModel) for submodel in models):
+        return _predict_breps(options, limits)
     # The second condition follows from the first, and only tells mypy the type of the model.
     if len(patch_models) < len(models) or not isinstance(model, PatchModel | GroupModel):
         return _Prediction(counts_bound, counts_bound, exact=False)
@@ -222,6 +228,15 @@ def _predict(
     ]
     certain = not options.curvatures or is_affordable(patch_models, size.vertices)
     return _Prediction(*sum_counts(model, counts), exact=True, certain=certain)
+
+
+def _predict_breps(options: MeshOptions, limits: Limits) -> _Prediction:
+    """The limits of triangles and vertices: only meshing a brep shows how many it needs."""
+    triangles = adaptive_triangles(options.accuracy or Accuracy(), limits)
+    most = Counts(min(limits.max_vertices, 2 * triangles), triangles, 0)
+    # Each edge with a point of a line is an edge of a triangle.
+    line_points = most.vertices if options.overlays else 0
+    return _Prediction(most, most, exact=False, certain=False, line_points=line_points)
 
 
 def _predict_by_tolerance(

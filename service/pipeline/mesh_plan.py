@@ -10,6 +10,7 @@ from service.engine.options import MeshOptions
 from service.engine.plans.counts import Counts
 from service.engine.scenes.scene import Scene
 from service.engine.tessellate import predict_size
+from service.pipeline.brep_checks import check_brep_options, settle_accuracy
 from service.pipeline.checks import (
     check_bytes,
     check_model,
@@ -121,6 +122,8 @@ def build_plan(
         The format cannot store what the options ask for.
     """
     size = surface.size()
+    check_brep_options(size, options, fmt, encode)
+    options = settle_accuracy(size, options)
     distinct_size = size if size.members == 1 else surface.stored_size()
     return plan_sizes(size, distinct_size, options, (fmt, encode), limits)
 

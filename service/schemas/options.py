@@ -227,7 +227,9 @@ class MeshOptionFields(StrictModel):
         """
         has_accuracy = not self.model_fields_set.isdisjoint(ACCURACY_FIELDS)
         return _mesh_options(
-            _get_engine_values(self), build_accuracy(self) if has_accuracy else None
+            _get_engine_values(self),
+            build_accuracy(self) if has_accuracy else None,
+            has_resolution="resolution" in self.model_fields_set,
         )
 
 
@@ -240,7 +242,9 @@ _get_engine_values = attrgetter(*_ENGINE_NAMES)
 
 
 @lru_cache(256)
-def _mesh_options(engine_values: tuple[object, ...], accuracy: Accuracy | None) -> MeshOptions:
+def _mesh_options(
+    engine_values: tuple[object, ...], accuracy: Accuracy | None, *, has_resolution: bool
+) -> MeshOptions:
     """The options for the engine, from the values of the options `_ENGINE_NAMES`.
 
     The result is cached, because clients often repeat the same options.
@@ -249,4 +253,4 @@ def _mesh_options(engine_values: tuple[object, ...], accuracy: Accuracy | None) 
     if values["faces"] == "none":
         # For the engine, the kind of faces is one option, and whether there are faces is another.
         values |= {"faces": "triangles", "has_faces": False}
-    return MeshOptions(**values, accuracy=accuracy)
+    return MeshOptions(**values, accuracy=accuracy, has_resolution=has_resolution)
