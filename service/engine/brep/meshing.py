@@ -1,18 +1,59 @@
-"""Triangles of a whole brep, by tolerance: no crack between its faces, and a bound for each."""
+"""Triangles of a whole brep, by tolerance: no crack between its faces, and a bound for each.
 
+1. Edges are sampled once, in space (`sampling`). Both faces of an edge take these very points.
+2. Loops become polygons of places (`border`), near enough to the surface (`border_measure`), and
+   without crossings (`settling`).
+3. Curved faces get points inside (`inner_points`), poles samples (`poles`).
+4. Polygons are triangulated (`triangulation`).
+5. Triangles are measured and refined (`refine`).
+
+Proofs in docs/proofs.md: "Trimmed faces", "No crack between trimmed faces".
+"""
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.limits import MeshLimits
 from service.engine.bounds.goal import Goal
+from service.engine.brep.angles import find_turning_sides
+from service.engine.brep.border import Border, build_border, renew_border
+from service.engine.brep.border_measure import measure_border, refine_border
+from service.engine.brep.border_vertices import BorderVertices
 from service.engine.brep.brep_triangulation import BrepTriangulation
+from service.engine.brep.corners import FaceCorners
+from service.engine.brep.edges import EdgeSamples
+from service.engine.brep.inner_points import LeafPoints, find_leaf_points, find_points_inside
+from service.engine.brep.measure import TriangleMeasure
+from service.engine.brep.poles import split_poles
+from service.engine.brep.prepared import PreparedBrep
+from service.engine.brep.refine import Refinement
+from service.engine.brep.sampling import halve_pieces, sample_edges
+from service.engine.brep.scales import find_scales
+from service.engine.brep.settling import settle_border, take_faces
+from service.engine.brep.triangles import Triangles
+from service.engine.brep.triangulation import FaceTriangulations
+from service.engine.trims.places import SIZE
+from service.engine.trims.slack import bound_slack
+from service.engine.vectors import NEXT
+
+TURNS = 8
+"""How often the sides of polygons are halved because normals turn too far."""
+
+SIDE_WORK = 2e4
+"""Multiplications to sample and measure a side of a polygon, approximately."""
+
+SLACK = 0.1
+"""Slack up to this share of the tolerance is subtracted from what triangles may take."""
 
 
-def triangulate_brep(prepared: object, goal: Goal, limits: MeshLimits) -> BrepTriangulation:
-    """The triangles of all faces of a prepared brep (`PreparedBrep`).
+def triangulate_brep(prepared: PreparedBrep, goal: Goal, limits: MeshLimits) -> BrepTriangulation:
+    """The triangles of all faces of a brep.
 
     Parameters
     ----------
     prepared : PreparedBrep
     goal : Goal
-        Model units. A view becomes the tolerance that it allows at the nearest point of the box.
+        Model units, without a view.
     limits : MeshLimits
         Of triangles and of work.
 
@@ -24,4 +65,139 @@ def triangulate_brep(prepared: object, goal: Goal, limits: MeshLimits) -> BrepTr
         `tolerance_too_small`.
     Cancelled
     """
-    raise NotImplementedError
+    samples, border = _sample_borders(prepared, goal, limits)
+    boxes = _find_boxes(border, len(prepared.surfaces))
+    leaves = _find_leaves(prepared, border, boxes, goal, limits)
+    samples, border, is_valid = _settle(prepared, samples, border, leaves, goal)
+    scales = find_scales(prepared.places, *boxes, leaves.cells)
+    polygons = take_faces(border, is_valid[border.faces].nonzero()[0])
+    vertices = BorderVertices.of(polygons, len(prepared.surfaces))
+    triangulations = FaceTriangulations(vertices, scales)
+    corners = FaceCorners.of(prepared.places, vertices, samples.positions, scales)
+    inside = leaves.take(find_points_inside(leaves, border, boxes) & is_valid[leaves.faces])
+    triangulations.insert(inside.faces, inside.places)
+    corners.add(inside.faces, inside.places)
+    slack = bound_slack(prepared.places, prepared.pcurves, prepared.coedge_faces)
+    aims = goal.tolerance - np.where(slack < SLACK * goal.tolerance, slack, 0.0)
+    refinement = Refinement(TriangleMeasure(corners, aims, goal, limits), triangulations)
+    triangles = refinement.run()
+    bounds = _join_bounds(corners, triangles, border, slack)
+    bounds[~is_valid] = np.inf
+    return _build(prepared, samples, corners, triangles, bounds, rounds=refinement.rounds)
+
+
+def _sample_borders(
+    prepared: PreparedBrep, goal: Goal, limits: MeshLimits
+) -> tuple[EdgeSamples, Border]:
+    """Samples of edges, and polygons of loops that are near enough to the surfaces."""
+    samples = sample_edges(prepared, goal.tolerance)
+    border = build_border(prepared, samples)
+    if goal.angle < np.pi:
+        for _ in range(TURNS):
+            _check_sides(border, limits)
+            turning = find_turning_sides(prepared.places, border, goal.angle)
+            samples, source = halve_pieces(prepared, samples, border.samples[turning])
+            if not (source < 0).any():
+                break
+            border = renew_border(prepared, samples, border, source)
+    _check_sides(border, limits)
+    return refine_border(prepared, samples, border, goal)
+
+
+def _check_sides(border: Border, limits: MeshLimits) -> None:
+    """Count the work of sides, and the triangles that faces have at least.
+
+    A polygon of k sides has at least k − 2 triangles.
+    """
+    limits.spend(SIDE_WORK * len(border.faces))
+    is_side = border.begin_vertices != border.end_vertices
+    sides = np.bincount(border.faces[is_side])
+    limits.count(int(np.maximum(sides - 2, 0).sum()))
+
+
+def _find_boxes(border: Border, count: int) -> tuple[Ints, Ints]:
+    """The least and the greatest places (F, 2) of the polygons of faces."""
+    low, high = np.zeros((count, 2), np.intp), np.full((count, 2), SIZE)
+    first = np.diff(border.faces, prepend=-1).nonzero()[0]
+    if len(first):
+        faces = border.faces[first]
+        low[faces] = np.minimum.reduceat(border.begins, first)
+        high[faces] = np.maximum.reduceat(border.begins, first)
+    return low, high
+
+
+def _find_leaves(
+    prepared: PreparedBrep,
+    border: Border,
+    boxes: tuple[Ints, Ints],
+    goal: Goal,
+    limits: MeshLimits,
+) -> LeafPoints:
+    """The corners of the leaves of curved faces that have loops."""
+    has_loops = np.zeros(len(prepared.surfaces), bool)
+    has_loops[border.faces] = True
+    faces = (has_loops & ~prepared.surfaces.is_planar).nonzero()[0]
+    return find_leaf_points(prepared.places, faces, boxes, goal, limits)
+
+
+def _settle(
+    prepared: PreparedBrep,
+    samples: EdgeSamples,
+    border: Border,
+    leaves: LeafPoints,
+    goal: Goal,
+) -> tuple[EdgeSamples, Border, Bools]:
+    """Samples of poles, polygons without conflicts; and the faces (F,) for which there are such."""
+    at_poles = split_poles(prepared, samples, leaves.faces, leaves.places)
+    if at_poles is not None:
+        samples, source = at_poles
+        border = renew_border(prepared, samples, border, source)
+    samples, border, faults = settle_border(prepared, samples, border)
+    is_valid = np.ones(len(prepared.surfaces), bool)
+    is_valid[faults.faces] = False
+    return samples, measure_border(prepared, samples, border, goal), is_valid
+
+
+def _join_bounds(
+    corners: FaceCorners, triangles: Triangles, border: Border, slack: FloatArray
+) -> FloatArray:
+    """The bounds (F,) of faces: of triangles, of borders, and of rounded places."""
+    bounds = np.zeros(len(slack))
+    np.maximum.at(bounds, corners.faces[triangles.corners[0]], triangles.bounds)
+    beside = np.maximum(border.segment_bounds, border.sliver_bounds)
+    np.maximum.at(bounds, border.faces, beside)
+    return bounds + slack
+
+
+def _build(
+    prepared: PreparedBrep,
+    samples: EdgeSamples,
+    corners: FaceCorners,
+    triangles: Triangles,
+    bounds: FloatArray,
+    *,
+    rounds: int,
+) -> BrepTriangulation:
+    """The result: triangles with three points, with the orientation of their faces."""
+    points = corners.points[triangles.corners]
+    proper = np.all(points != points[NEXT], axis=0)
+    chosen = triangles.corners[:, proper].T
+    faces = corners.faces[chosen[:, 0]]
+    backward = prepared.is_reversed[faces]
+    chosen[backward] = chosen[backward, ::-1]
+    edge_bounds = np.zeros(len(prepared.edge_vertices))
+    np.maximum.at(edge_bounds, samples.edges, samples.bounds)
+    return BrepTriangulation(
+        positions=corners.positions,
+        triangles=np.ascontiguousarray(chosen),
+        faces=faces,
+        points=corners.points,
+        corner_faces=corners.faces,
+        places=corners.places,
+        face_bounds=bounds,
+        edge_bounds=edge_bounds,
+        mesh_bounds=None,
+        edge_starts=samples.offsets,
+        edge_points=samples.vertices,
+        rounds=rounds,
+    )

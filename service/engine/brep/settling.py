@@ -120,7 +120,7 @@ def _list_faults(polygons: Polygons, conflicts: Conflicts) -> LoopFaults:
     rest = (~np.isin(polygons.faces, bad_faces)).nonzero()[0]
     if not len(rest):
         return found
-    reversed_sides, whole = find_reversed_loops(_take_faces(polygons, rest))
+    reversed_sides, whole = find_reversed_loops(take_faces(polygons, rest))
     codes = np.where(whole, "loop_reversed", "loops_cross")
     none = np.where(whole, -1, polygons.loops[rest[reversed_sides]])
     found = LoopFaults.join([found, _build_faults(polygons, rest[reversed_sides], codes, none)])
@@ -139,7 +139,7 @@ def _build_faults(
     )
 
 
-def _take_faces(polygons: Polygons, sides: Ints) -> Polygons:
+def take_faces(polygons: Polygons, sides: Ints) -> Polygons:
     """The polygons of some faces: `sides` are all sides of these, in ascending order."""
     number = np.full(len(polygons.faces), -1)
     number[sides] = np.arange(len(sides))
