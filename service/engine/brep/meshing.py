@@ -77,7 +77,13 @@ def triangulate_brep(prepared: PreparedBrep, goal: Goal, limits: MeshLimits) -> 
     inside = leaves.take(find_points_inside(leaves, border, boxes) & is_valid[leaves.faces])
     triangulations.insert(inside.faces, inside.places)
     corners.add(inside.faces, inside.places)
-    slack = bound_slack(prepared.places, prepared.pcurves, prepared.coedge_faces)
+    slack = bound_slack(
+        prepared.places,
+        prepared.pcurves,
+        prepared.coedge_faces,
+        prepared.coedge_loops,
+        prepared.coedge_reversed,
+    )
     aims = goal.tolerance - np.where(slack < SLACK * goal.tolerance, slack, 0.0)
     refinement = Refinement(TriangleMeasure(corners, aims, goal, limits), triangulations)
     triangles = refinement.run()
