@@ -4,6 +4,7 @@ The boxes of a list are sorted along a Z-order curve, and four at a time get a b
 so on: a tree in arrays. Other boxes descend it together, level by level.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,8 +16,8 @@ from service.engine.trims.places import BITS
 BRANCHES = 4
 """Boxes below each box of the tree."""
 
-CHUNK = 1 << 13
-"""Boxes that descend together: it limits memory."""
+CHUNK = 1 << 9
+"""Boxes that descend together: it limits memory, also where all boxes meet each other."""
 
 COARSE = 16
 """Bits of the coordinates by which boxes are sorted."""
@@ -68,16 +69,13 @@ class BoxTree:
         ]
         return _join(found)
 
-    def find_own_pairs(self) -> tuple[Ints, Ints]:
-        """All pairs of boxes of the tree that meet, each pair once."""
+    def list_own_pairs(self) -> Iterator[tuple[Ints, Ints]]:
+        """All pairs of boxes of the tree that meet, each pair once, in several lists."""
         leaves = self.levels[-1]
         count = leaves.shape[1]
-        found = [
-            self._descend(leaves[:, rows], np.arange(count)[rows], rows.start)
-            for rows in row_slices(count, 1, CHUNK)
-        ]
-        first, second = _join(found)
-        return self.order[first], second
+        for rows in row_slices(count, 1, CHUNK):
+            rank, second = self._descend(leaves[:, rows], np.arange(count)[rows], rows.start)
+            yield self.order[rank], second
 
     def _descend(self, boxes: Ints, ranks: Ints, start: int) -> tuple[Ints, Ints]:
         """Pairs of boxes (4, m), numbered from `start`, and boxes of the tree.

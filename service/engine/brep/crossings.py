@@ -25,48 +25,56 @@ STEPS = np.array([[1, 0], [0, 1], [-1, 0], [0, -1], [1, 1], [-1, 1], [-1, -1], [
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Conflicts:
-    """Pairs of sides that are in conflict; and where they only touch, which corners touch.
+    """Which of M sides are in conflict with others; and where they only touch, the corners there.
 
     Attributes
     ----------
-    first, second : ndarray of int, shape (k,)
-        Sides. A side whose ends are two vertices at one place is in conflict with itself.
-    crosses : ndarray of bool, shape (k,)
-        Whether the two sides cross at a point inside both.
+    crosses : ndarray of bool, shape (M,)
+        Whether a side crosses another one at a point inside both.
+    touches : ndarray of bool, shape (M,)
+        Whether an end of one touches the other, or both its own ends are two vertices at one place.
+    others : ndarray of int, shape (M,)
+        A side with which each is in conflict, maybe itself; −1 for sides without a conflict.
     corners : ndarray of int, shape (t,)
-        The sides that begin at a place that touches another side; one of them may occur twice.
+        The sides that begin at a place that touches a side.
     """
 
-    first: Ints
-    second: Ints
     crosses: Bools
+    touches: Bools
+    others: Ints
     corners: Ints
 
-    def __len__(self) -> int:
-        return len(self.first)
+    @property
+    def sides(self) -> Ints:
+        """The sides in conflict, in ascending order."""
+        return (self.others >= 0).nonzero()[0]
 
 
 def find_conflicts(polygons: Polygons) -> Conflicts:
     """All conflicts between sides of one face."""
+    count, nexts = len(polygons.faces), polygons.nexts
+    crosses, touches, is_corner = np.zeros((3, count), bool)
+    others = np.full(count, -1)
     low = np.minimum(polygons.begins, polygons.ends)
     high = np.maximum(polygons.begins, polygons.ends)
-    first, second = BoxTree.of(polygons.faces, low, high).find_own_pairs()
-    sides = _list_segments(polygons)
-    meetings = classify_pairs(sides.take(first), sides.take(second))
-    rows = (meetings.crosses | meetings.touches.any(axis=0)).nonzero()[0]
-    first, second, meetings = first[rows], second[rows], meetings.take(rows)
+    all_sides = _list_segments(polygons)
+    for pairs in BoxTree.of(polygons.faces, low, high).list_own_pairs():
+        meetings = classify_pairs(all_sides.take(pairs[0]), all_sides.take(pairs[1]))
+        rows = (meetings.crosses | meetings.touches.any(axis=0)).nonzero()[0]
+        first, second, found = pairs[0][rows], pairs[1][rows], meetings.take(rows)
+        others[first], others[second] = second, first
+        ends = np.stack([first, nexts[first], second, nexts[second]])
+        is_corner[ends[found.touches]] = True
+        for sides in (first, second):
+            crosses[sides[found.crosses]] = True
+            touches[sides[~found.crosses]] = True
     # Sides without a length between two vertices.
     short = (polygons.begins == polygons.ends).all(axis=1)
     short &= polygons.begin_vertices != polygons.end_vertices
-    short_sides = short.nonzero()[0]
-    nexts = polygons.nexts
-    ends = np.stack([first, nexts[first], second, nexts[second]])
-    return Conflicts(
-        np.concatenate([first, short_sides]),
-        np.concatenate([second, short_sides]),
-        np.concatenate([meetings.crosses, np.zeros(len(short_sides), bool)]),
-        np.unique(np.concatenate([ends[meetings.touches], short_sides, nexts[short_sides]])),
-    )
+    sides = short.nonzero()[0]
+    touches[sides] = is_corner[sides] = is_corner[nexts[sides]] = True
+    others[sides] = sides
+    return Conflicts(crosses, touches, others, is_corner.nonzero()[0])
 
 
 def find_steps(polygons: Polygons, corners: Ints, is_fixed: Bools) -> tuple[Ints, Ints]:

@@ -14,15 +14,16 @@ from service.engine.brep.crossings import Conflicts, find_conflicts, find_steps
 from service.engine.brep.edges import EdgeSamples
 from service.engine.brep.prepared import PreparedBrep
 from service.engine.brep.sampling import halve_pieces, sample_edges
-from service.engine.brep.windings import find_reversed_loops
+from service.engine.brep.slivers import measure_heights
+from service.engine.brep.windings import count_windings, find_reversed_loops
 from service.engine.vectors import Items
 
 ROUNDS = 24
 """The most rounds of halving and moving. Halving a curve quarters its height over the chord, and
 places have 30 bits."""
 
-LEAST = 4
-"""Sides shorter than this number of units are not halved."""
+LEAST = 0.5
+"""Sides with a parameter curve nearer than this, in units, are straight: halving does not help."""
 
 CHECKED_SHARE = 1e-3
 """Loops are checked on polygons with this tolerance, as a share of the diagonal of the part."""
@@ -55,27 +56,23 @@ class LoopFaults(Items):
 def settle_border(
     prepared: PreparedBrep, samples: EdgeSamples, border: Border
 ) -> tuple[EdgeSamples, Border, LoopFaults]:
-    """Halve the pieces of sides in conflict, and move corners that touch, until none is left.
+    """Halve curved sides in conflict, and move corners that touch, until no conflict is left.
 
     Sides that changed have unknown bounds.
     """
-    conflicts = find_conflicts(border)
     for _ in range(ROUNDS):
-        if not len(conflicts):
+        conflicts = find_conflicts(border)
+        if not len(conflicts.sides):
             break
         checkpoint()
-        border, moved = _separate_corners(border, conflicts)
-        sides = _choose_sides(border, conflicts, moved)
-        edges = prepared.coedge_edges[border.coedges[sides]]
-        sides = sides[~samples.is_point[edges]]
-        samples, source = halve_pieces(prepared, samples, border.samples[sides])
-        is_halved = (source < 0).any()
-        if is_halved:
+        border, is_moved = _separate_corners(border, conflicts)
+        pieces = _choose_pieces(prepared, samples, border, conflicts, is_moved)
+        samples, source = halve_pieces(prepared, samples, pieces)
+        if (source < 0).any():
             border = renew_border(prepared, samples, border, source)
-        if not is_halved and not moved.any():
+        elif not is_moved.any():
             break
-        conflicts = find_conflicts(border)
-    return samples, border, _list_faults(border, conflicts)
+    return samples, border, find_faults(border)
 
 
 def check_loops(prepared: PreparedBrep) -> LoopFaults:
@@ -97,33 +94,44 @@ def _separate_corners(border: Border, conflicts: Conflicts) -> tuple[Border, Boo
     return shift_corners(border, sides, steps), is_moved | is_moved[border.nexts]
 
 
-def _choose_sides(border: Border, conflicts: Conflicts, moved: Bools) -> Ints:
-    """Sides to be halved: those in conflict that no move has changed, and that are long enough."""
-    settled = moved[conflicts.first] | moved[conflicts.second]
-    sides = np.concatenate([conflicts.first[~settled], conflicts.second[~settled]])
-    lengths = np.abs(border.ends - border.begins).max(axis=1)
-    chosen: Ints = np.unique(sides[lengths[sides] >= LEAST])
-    return chosen
+def _choose_pieces(
+    prepared: PreparedBrep,
+    samples: EdgeSamples,
+    border: Border,
+    conflicts: Conflicts,
+    is_moved: Bools,
+) -> Ints:
+    """Pieces to be halved: of curved sides whose conflicts are left after corners were moved."""
+    sides = conflicts.sides
+    sides = sides[~is_moved[sides] & ~is_moved[conflicts.others[sides]]]
+    sides = sides[~samples.is_point[prepared.coedge_edges[border.coedges[sides]]]]
+    heights = measure_heights(prepared, samples, border, sides)
+    return border.samples[sides[heights > LEAST]]
 
 
-def _list_faults(polygons: Polygons, conflicts: Conflicts) -> LoopFaults:
-    """The faults of loops whose sides are in conflict, or that are on the wrong side."""
-    bad_faces = np.unique(polygons.faces[conflicts.first])
-    sides = np.concatenate([conflicts.first, conflicts.second])
-    others = np.concatenate([conflicts.second, conflicts.first])
-    crosses = np.tile(conflicts.crosses, 2)
-    # Crossings first; then one row for each loop.
-    order = np.lexsort((sides, ~crosses, polygons.loops[sides]))
-    order = order[np.diff(polygons.loops[sides[order]], prepend=-1) != 0]
-    codes = np.where(crosses[order], "loops_cross", "loops_touch")
-    found = _build_faults(polygons, sides[order], codes, polygons.loops[others[order]])
-    rest = (~np.isin(polygons.faces, bad_faces)).nonzero()[0]
-    if not len(rest):
-        return found
-    reversed_sides, whole = find_reversed_loops(take_faces(polygons, rest))
-    codes = np.where(whole, "loop_reversed", "loops_cross")
-    none = np.where(whole, -1, polygons.loops[rest[reversed_sides]])
-    found = LoopFaults.join([found, _build_faults(polygons, rest[reversed_sides], codes, none)])
+def find_faults(polygons: Polygons) -> LoopFaults:
+    """The loops whose sides are in conflict, or that have the material on the wrong side."""
+    conflicts = find_conflicts(polygons)
+    sides = conflicts.sides
+    is_bad = np.zeros(int(polygons.faces.max(initial=-1)) + 1, bool)
+    is_bad[polygons.faces[sides]] = True
+    # Loops that touch in a few places may cross there.
+    windings = np.ones(len(polygons.faces), np.intp)
+    tested = (is_bad[polygons.faces] & (polygons.begins != polygons.ends).any(axis=1)).nonzero()[0]
+    windings[tested] = count_windings(polygons, tested)
+    crosses = np.zeros(int(polygons.loops.max(initial=-1)) + 1, bool)
+    crosses[polygons.loops[conflicts.crosses]] = True
+    crosses[polygons.loops[windings != 1]] = True
+    first = sides[np.diff(polygons.loops[sides], prepend=-1) != 0]
+    others = polygons.loops[conflicts.others[first]]
+    codes = np.where(crosses[polygons.loops[first]] | crosses[others], "loops_cross", "loops_touch")
+    found = _build_faults(polygons, first, codes, others)
+    rest = (~is_bad[polygons.faces]).nonzero()[0]
+    wrong, is_whole = find_reversed_loops(take_faces(polygons, rest))
+    wrong = rest[wrong]
+    codes = np.where(is_whole, "loop_reversed", "loops_cross")
+    others = np.where(is_whole, -1, polygons.loops[wrong])
+    found = LoopFaults.join([found, _build_faults(polygons, wrong, codes, others)])
     return found.take(found.loops.argsort(kind="stable"))
 
 

@@ -107,6 +107,17 @@ def find_slivers(
     return Slivers(rows[high[number]], triangles)
 
 
+def measure_heights(
+    prepared: PreparedBrep, samples: EdgeSamples, border: Border, sides: Ints
+) -> FloatArray:
+    """How far control points of parameter curves are from the sides (m,), in units of places."""
+    heights = np.zeros(len(sides))
+    rows = _find_curved(prepared, border, sides).nonzero()[0]
+    frames = _measure_extents(prepared, samples, border, sides[rows])
+    heights[rows] = np.maximum(frames.right, frames.left)
+    return heights
+
+
 def _find_curved(prepared: PreparedBrep, border: Border, sides: Ints) -> Bools:
     """Which sides (m,) need a sliver: all but those of straight parameter curves.
 

@@ -17,12 +17,11 @@ from service.engine.brep.predicates import orient
 from service.engine.trims.places import SIZE
 
 
-def find_windings(polygons: Polygons) -> tuple[Ints, Ints]:
-    """Sides, one of each chain, and the winding numbers (k,) just left of them.
+def count_windings(polygons: Polygons, sides: Ints) -> Ints:
+    """The winding numbers (k,) of all polygons of a face just left of the middles of sides (k,).
 
-    The sides of all chains must not be in conflict. A chain without a length has no side here.
+    The sides must have a length.
     """
-    sides = _choose_sides(polygons)
     along = np.abs(polygons.ends[sides] - polygons.begins[sides])
     is_steep = along[:, 1] >= along[:, 0]
     windings = np.zeros(len(sides), np.intp)
@@ -33,11 +32,15 @@ def find_windings(polygons: Polygons) -> tuple[Ints, Ints]:
         chosen = rows.nonzero()[0]
         if len(chosen):
             windings[chosen] = _count_windings(polygons.faces, begins, ends, sides[chosen])
-    return sides, windings
+    return windings
 
 
-def _choose_sides(polygons: Polygons) -> Ints:
-    """The longest side of each chain of sides between places that several sides share."""
+def choose_sides(polygons: Polygons) -> Ints:
+    """The longest side of each chain of sides between places that several sides share.
+
+    If no sides are in conflict, the winding number just left of all sides of a chain is the same. A
+    chain without a length has no side here.
+    """
     count = len(polygons.faces)
     places = polygons.number_places()
     has_length = (polygons.begins != polygons.ends).any(axis=1)
@@ -94,7 +97,8 @@ def find_reversed_loops(polygons: Polygons) -> tuple[Ints, Bools]:
     is_whole : ndarray of bool, shape (k,)
         Whether all of the loop is wrong.
     """
-    sides, windings = find_windings(polygons)
+    sides = choose_sides(polygons)
+    windings = count_windings(polygons, sides)
     loops, is_wrong = polygons.loops[sides], windings != 1
     wrong = sides[is_wrong]
     first = np.diff(polygons.loops[wrong], prepend=-1).nonzero()[0]

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from fractions import Fraction
+from itertools import permutations
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.engine.brep.border import Polygons
-from service.engine.brep.crossings import Conflicts, find_conflicts, find_steps
+from service.engine.brep.crossings import find_conflicts, find_steps
 from tests.engine.brep.polygons import Loop, build_polygons
 
 SQUARE = [(0, 0), (100, 0), (100, 100), (0, 100)]
@@ -34,8 +35,16 @@ def _are_in_conflict(polygons: Polygons, i: int, j: int) -> bool:
         (a, _), (b, _) = other
         if any(_is_on(end[0], a, b) and end not in other for end in own):
             return True
-    (a, _), (b, _) = ends[0]
-    (c, _), (d, _) = ends[1]
+    return _cross(polygons, i, j)
+
+
+def _cross(polygons: Polygons, i: int, j: int) -> bool:
+    """Whether two sides cross at a point inside both."""
+    a, b, c, d = (
+        tuple(map(Fraction, places[k].tolist()))
+        for k in (i, j)
+        for places in (polygons.begins, polygons.ends)
+    )
     r, s = (b[0] - a[0], b[1] - a[1]), (d[0] - c[0], d[1] - c[1])
     determinant = r[0] * s[1] - r[1] * s[0]
     if not determinant:
@@ -54,11 +63,6 @@ def _is_on(p: Point, a: Point, b: Point) -> bool:
     return area == 0 and within
 
 
-def _list_pairs(conflicts: Conflicts) -> set[tuple[int, int]]:
-    pairs = zip(conflicts.first.tolist(), conflicts.second.tolist(), strict=True)
-    return {(min(pair), max(pair)) for pair in pairs if pair[0] != pair[1]}
-
-
 @given(
     st.lists(st.lists(small, min_size=3, max_size=7), min_size=1, max_size=3),
     st.lists(st.lists(large, min_size=3, max_size=4), min_size=1, max_size=2),
@@ -72,20 +76,29 @@ def test_conflicts_are_those_of_rational_numbers(
     numbers = polygons.begin_vertices * 100 + np.arange(len(polygons.faces)) // vertices
     polygons = replace(polygons, begin_vertices=numbers, end_vertices=numbers[polygons.nexts])
     count = len(polygons.faces)
-    expected = {
-        (i, j)
-        for i in range(count)
-        for j in range(i + 1, count)
-        if polygons.faces[i] == polygons.faces[j] and _are_in_conflict(polygons, i, j)
+    pairs = {
+        pair
+        for pair in permutations(range(count), 2)
+        if polygons.faces[pair[0]] == polygons.faces[pair[1]] and _are_in_conflict(polygons, *pair)
     }
-    assert _list_pairs(find_conflicts(polygons)) == expected
+    conflicts = find_conflicts(polygons)
+    short = (polygons.begins == polygons.ends).all(axis=1)
+    short &= polygons.begin_vertices != polygons.end_vertices
+    own = {(side, side) for side in np.flatnonzero(short).tolist()}
+    assert set(conflicts.sides.tolist()) == {pair[0] for pair in pairs | own}
+    assert set(enumerate(conflicts.others.tolist())) - pairs - own <= {
+        (side, -1) for side in range(count)
+    }
+    crossing = {pair[0] for pair in pairs if _cross(polygons, *pair)}
+    assert set(np.flatnonzero(conflicts.crosses).tolist()) == crossing
+    assert ((conflicts.crosses | conflicts.touches) == (conflicts.others >= 0)).all()
 
 
 def test_a_side_without_length_between_two_vertices_is_in_conflict() -> None:
     loop = [(0, 0), (9, 0), (9, 0), (9, 9)]
-    assert not len(find_conflicts(build_polygons([loop])))
+    assert not len(find_conflicts(build_polygons([loop])).sides)
     conflicts = find_conflicts(build_polygons([loop], vertices=[[0, 1, 2, 3]]))
-    assert (1, 1) in list(zip(conflicts.first.tolist(), conflicts.second.tolist(), strict=True))
+    assert conflicts.touches[1]
     assert set(conflicts.corners.tolist()) == {1, 2}
 
 
@@ -101,12 +114,12 @@ def test_a_side_without_length_between_two_vertices_is_in_conflict() -> None:
 def test_a_corner_that_touches_moves_by_a_unit(hole: Loop) -> None:
     polygons = build_polygons([SQUARE, hole], vertices=[range(4), range(4, 7)])
     conflicts = find_conflicts(polygons)
-    assert len(conflicts)
+    assert len(conflicts.sides)
     assert not conflicts.crosses.any()
     sides, steps = find_steps(polygons, conflicts.corners, np.zeros(7, bool))
     assert len(sides) == 1
     assert np.abs(steps).max() == 1
-    assert not len(find_conflicts(_move(polygons, sides, steps)))
+    assert not len(find_conflicts(_move(polygons, sides, steps)).sides)
     # A corner that must not move stays; that of the border moves, if it can.
     fixed = np.zeros(7, bool)
     fixed[sides] = True
@@ -121,7 +134,7 @@ def test_two_sides_of_a_slit_are_moved_apart_into_the_material() -> None:
     sides, steps = find_steps(polygons, conflicts.corners, np.zeros(8, bool))
     assert sides.tolist() == [4]
     assert steps.tolist() == [[1, 0]]
-    assert not len(find_conflicts(_move(polygons, sides, steps)))
+    assert not len(find_conflicts(_move(polygons, sides, steps)).sides)
 
 
 def test_crossing_sides_are_not_moved() -> None:
@@ -129,7 +142,7 @@ def test_crossing_sides_are_not_moved() -> None:
     conflicts = find_conflicts(polygons)
     assert conflicts.crosses.any()
     sides, steps = find_steps(polygons, conflicts.corners, np.zeros(7, bool))
-    assert len(find_conflicts(_move(polygons, sides, steps)))
+    assert len(find_conflicts(_move(polygons, sides, steps)).sides)
 
 
 def _move(polygons: Polygons, sides: np.ndarray, steps: np.ndarray) -> Polygons:

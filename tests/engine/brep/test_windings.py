@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from service.engine.brep.border import Polygons
 from service.engine.brep.crossings import find_conflicts
-from service.engine.brep.windings import find_reversed_loops, find_windings
+from service.engine.brep.windings import choose_sides, count_windings, find_reversed_loops
 from tests.engine.brep.polygons import Loop, build_polygons
 
 OUTER = [(0, 0), (100, 0), (100, 100), (0, 100)]
@@ -39,8 +39,9 @@ far = st.sampled_from([1, 1 << 27])
 @given(st.lists(st.lists(places, min_size=3, max_size=6), min_size=1, max_size=3), far)
 def test_windings_are_those_of_rational_numbers(loops: list[Loop], scale: int) -> None:
     polygons = build_polygons([[(x * scale, y * scale) for x, y in loop] for loop in loops])
-    assume(not len(find_conflicts(polygons)))
-    sides, windings = find_windings(polygons)
+    assume(not len(find_conflicts(polygons).sides))
+    sides = choose_sides(polygons)
+    windings = count_windings(polygons, sides)
     assert [_count_winding(polygons, side) for side in sides.tolist()] == windings.tolist()
     # The other sides of a loop have the same number, or one of the chains between shared places.
     for loop in range(len(loops)):
@@ -71,6 +72,6 @@ def test_loops_with_the_material_on_their_right_are_found(
     loops: list[Loop], wrong: dict[int, bool]
 ) -> None:
     polygons = build_polygons(loops)
-    assert not len(find_conflicts(polygons))
+    assert not len(find_conflicts(polygons).sides)
     sides, whole = find_reversed_loops(polygons)
     assert dict(zip(polygons.loops[sides].tolist(), whole.tolist(), strict=True)) == wrong
