@@ -85,26 +85,31 @@ def find_face_samples(
     `chosen` (T, 3) are triangles of the triangulation, as corners.
     """
     faces, at = triangulation.corner_faces, triangulation.places
-    spans = [places.find_spans(faces, axis, at[:, axis], at[:, axis]) for axis in (0, 1)]
+    # For each axis, the span after and the span before each corner; they differ at knots.
+    spans: list[tuple[Ints, Ints]] = []
+    for axis, x in enumerate(at.T):
+        after, _ = places.find_spans(faces, axis, x, x)
+        _, before = places.find_spans(faces, axis, np.maximum(x - 1, 0), x)
+        spans.append((after, before))
     # For each corner of a triangle: 1 if the triangle is before a knot of u through it, 2 if of v.
-    before = np.zeros(chosen.shape, dtype=np.intp)
-    for axis, (after_knot, before_knot) in enumerate(spans):
-        is_on_knot = before_knot < after_knot
+    sides = np.zeros(chosen.shape, dtype=np.intp)
+    for axis, (after, before) in enumerate(spans):
+        is_on_knot = before < after
         if is_on_knot.any():
             # A triangle with a corner on a knot is judged by the mean of its three corners.
             corners = at[chosen, axis]
             is_before = corners.sum(axis=1, keepdims=True) < 3 * corners
-            before |= (is_on_knot[chosen] & is_before).astype(np.intp) << axis
-    key = chosen * 4 + before
+            sides |= (is_on_knot[chosen] & is_before).astype(np.intp) << axis
+    key = chosen * 4 + sides
     is_used = np.zeros(4 * len(faces), dtype=bool)
     is_used[key] = True
     number = np.cumsum(is_used, dtype=np.uint32) - np.uint32(1)
-    row, row_before = np.divmod(is_used.nonzero()[0], 4)
+    row, side = np.divmod(is_used.nonzero()[0], 4)
     face = faces[row]
     patch: Ints = places.faces.first[face]
     parameters: list[FloatArray] = []
-    for axis, (after_knot, before_knot) in enumerate(spans):
-        span: Ints = np.where(row_before >> axis & 1, before_knot[row], after_knot[row])
+    for axis, (after, before) in enumerate(spans):
+        span: Ints = np.where(side >> axis & 1, before[row], after[row])
         begin, end = places.knots_at(face, axis, span)
         parameters.append((at[row, axis] - begin) / (end - begin))
         patch = patch + (span * places.faces.stride[face] if axis == 0 else span)
