@@ -7,7 +7,7 @@ from types import FrameType
 import numpy as np
 import pytest
 
-from service.bases.arrays import FloatArray, Ints
+from service.bases.arrays import Ints
 from service.engine.bounds.clip import clip_parts
 from service.engine.trims.boxes import find_part_box
 from service.engine.trims.clip import clip_segments
@@ -41,7 +41,7 @@ def count_calls(function: Callable[[], object]) -> int:
 
 
 def repeat(times: int) -> dict[str, Callable[[], object]]:
-    """What is done with `times` times as many faces, curves and places."""
+    """All that is done, with `times` times as many faces, curves and places."""
     rng = np.random.default_rng(7)
     numbers = np.tile(np.arange(6), times)
     surface_table = build_surfaces(rng, 6).select(numbers)
@@ -50,7 +50,7 @@ def repeat(times: int) -> dict[str, Callable[[], object]]:
     places = Places.of(surfaces, surfaces.low, surfaces.high)
     planes = FaceSurfaces.of(build_planes().select(np.zeros(len(numbers), np.intp)))
     splines = Splines.of(curve_table)
-    corners: FloatArray = rng.integers(0, SIZE + 1, (6, 3, 2))[numbers]
+    corners: Ints = rng.integers(0, SIZE + 1, (6, 3, 2))[numbers]
     polygons = build_polygons(corners.astype(float))
     face = np.arange(len(numbers))
     triangles: Ints = corners.transpose(1, 2, 0)
