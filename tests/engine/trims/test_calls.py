@@ -66,7 +66,7 @@ def repeat(times: int) -> dict[str, Callable[[], object]]:
         "cuts of curves": lambda: [*splines.restrict(splines.cut(face, splines.start, middle))],
         "kinks": lambda: find_kinks(splines),
         "lengths": lambda: measure_polygons(splines),
-        "other places": lambda: splines.map_points(corners[:, 0] * 1.0, corners[:, 1] + 1.0),
+        "other places": lambda: splines.map_points(box[1], box[1]),
         "points": lambda: places.evaluate(face, corners[:, 0]),
         "partials": lambda: places.evaluate_partials(face, corners[:, 0], 2),
         "triangles": lambda: clip_parts(places, face, triangles),
