@@ -24,10 +24,10 @@ from tools.judge.exact import Exact, list_nets, read_glb, to_fractions
 from tools.judge.hulls import cut_net, is_hull_near, measure_squared_distance
 from tools.judge.proof import (
     Mesh,
-    _bound_distances,
     _find_closest,
-    _halve_pieces,
-    _project_points,
+    bound_distances,
+    halve_pieces,
+    project_points,
     prove,
 )
 
@@ -223,9 +223,9 @@ def test_distances_of_all_points_of_a_piece_are_within_its_bound(spread: float) 
         for _ in range(6):
             points = np.einsum("ai,bj,kmij->mabk", grid, grid, pieces)
             distances = mesh.soup.distances((points[..., :3] / points[..., 3:]).reshape(-1, 3))
-            bounds, _, _ = _bound_distances(mesh, _project_points(pieces), of_all=False)
+            bounds, _, _ = bound_distances(mesh, project_points(pieces), of_all=False)
             assert (distances.reshape(len(bounds), -1).max(axis=1) <= bounds + 1e-12).all()
-            pieces, places = _halve_pieces(pieces, places, _project_points(pieces))
+            pieces, places = halve_pieces(pieces, places, project_points(pieces))
             for piece, (_, u, v) in zip(np.moveaxis(pieces, 0, -1), places.T, strict=True):
                 cut = cut_net(to_fractions(net), u, v).astype(np.float64)
                 np.testing.assert_allclose(piece, cut, rtol=0, atol=1e-15)

@@ -56,7 +56,7 @@ def enclose_least_distances(nets: list[Array], points: Array, width: float) -> t
     for _ in range(MAX_HALVINGS):
         lows = []
         for numbers, pieces in pairs:
-            low, corner_distance = _bound_distances(pieces, points[numbers])
+            low, corner_distance = bound_distances(pieces, points[numbers])
             np.minimum.at(high, numbers, corner_distance + rounding[numbers])
             lows.append(low - rounding[numbers])
         are_near = [
@@ -78,7 +78,7 @@ def enclose_least_distances(nets: list[Array], points: Array, width: float) -> t
     return high - width, high
 
 
-def _bound_distances(nets: Array, x: Array) -> tuple[Array, Array]:
+def bound_distances(nets: Array, x: Array) -> tuple[Array, Array]:
     """Bounds of the distances of nets (m, p+1, q+1, 4) from points (m, 3), one point for each net.
 
     Returns lower bounds (m,) by the convex hulls, and the distances (m,) of the nearest corners.

@@ -167,7 +167,7 @@ def prove(nets: list[Exact], corners: Array, bound: float) -> Proof:
         scale = np.abs(rounded).reshape(-1, 4).max(axis=0)
         # Pieces much larger than triangles cannot be proved: begins with one for two triangles.
         while pieces.shape[1] < len(corners) / 2 * len(net) / total:
-            pieces, labels = _halve_pieces(pieces, labels, _project_points(pieces))
+            pieces, labels = halve_pieces(pieces, labels, project_points(pieces))
             halvings += 1
         for start in range(0, pieces.shape[1], CHUNK):
             some = slice(start, start + CHUNK)
@@ -191,7 +191,7 @@ def _prove(
     halvings_before = halvings
     while pieces.shape[1]:
         proof.pieces += pieces.shape[1]
-        points = _project_points(pieces)
+        points = project_points(pieces)
         size = max(mesh.size, float(np.abs(points).max()))
         # Errors of homogeneous numbers, as a share of `scale`; of weights; of projected points.
         share = (1 + halvings * max(pieces.shape[2:])) * U
@@ -201,7 +201,7 @@ def _prove(
         point_error /= least_weight - weight_error
         radius = 2 * point_error + 512 * U * size
         late = halvings - halvings_before >= LATE
-        bounds, edges, gaps = _bound_distances(mesh, points, of_all=late)
+        bounds, edges, gaps = bound_distances(mesh, points, of_all=late)
         is_left = ~(bounds + radius <= bound)
         for k in np.flatnonzero(is_left & (bounds - radius <= bound)):
             row, u, v = labels[:, k].tolist()
@@ -210,7 +210,7 @@ def _prove(
         left = np.flatnonzero(is_left)
         pieces, labels, points = pieces[:, left], labels[:, left], points[:, left]
         if late and len(left):
-            proof.beyond = _find_violation(mesh, net, points, labels, bound=bound, radius=radius)
+            proof.beyond = find_violation(mesh, net, points, labels, bound=bound, radius=radius)
             if proof.beyond is not None:
                 return
         if halvings == DEEPEST or len(left) > MOST:
@@ -220,11 +220,11 @@ def _prove(
         # narrow triangles is halved in the direction across them, until it is SLENDER times as long
         # in the other.
         points_and_gaps = np.concatenate([points / SLENDER, gaps[np.newaxis, left]])
-        pieces, labels = _halve_pieces(pieces, labels, points_and_gaps)
+        pieces, labels = halve_pieces(pieces, labels, points_and_gaps)
         halvings += 1
 
 
-def _find_violation(
+def find_violation(
     mesh: Mesh, net: Exact, points: Array, labels: Index, *, bound: float, radius: float
 ) -> float | None:
     """The distance of a corner of a piece that is further than `bound` from the mesh, or None.
@@ -246,12 +246,12 @@ def _find_violation(
     return None
 
 
-def _project_points(pieces: Array) -> Array:
+def project_points(pieces: Array) -> Array:
     """The projected control points of pieces, (3, m, p+1, q+1)."""
     return np.asarray(pieces[:3] / pieces[3])
 
 
-def _halve_pieces(pieces: Array, labels: Index, points: Array) -> tuple[Array, Index]:
+def halve_pieces(pieces: Array, labels: Index, points: Array) -> tuple[Array, Index]:
     """Both halves of every piece, and their labels; see `_prove`.
 
     A piece is halved in the direction in which its net of `points` (d, m, p+1, q+1) is longer.
@@ -278,7 +278,7 @@ def _split(pieces: Array) -> Array:
     return np.concatenate([np.stack(left, axis=2), np.stack(right[::-1], axis=2)], axis=1)
 
 
-def _bound_distances(mesh: Mesh, points: Array, *, of_all: bool) -> tuple[Array, Index, Array]:
+def bound_distances(mesh: Mesh, points: Array, *, of_all: bool) -> tuple[Array, Index, Array]:
     """For each piece with the control points (3, m, p+1, q+1), a bound and how it was found.
 
     Returns an upper bound (m,) of the distance of the hull from a near triangle, or from this
