@@ -2,9 +2,9 @@
 
     python -m tools.judge [share] [family …]
 
-`share` is the share of the surfaces that is judged, 1 for all: 200 of every family. The exit status
-is 1 if a point was found beyond a bound, if a file could not be judged, or if a case stayed
-undecided.
+`share` is the share of the surfaces that is judged, 1 for all: 200 of every family. The solids of
+`oracles.solids` are one family, `solids`, whose shells must also be closed. The exit status is 1
+if a point was found beyond a bound, if a file could not be judged, or if a case stayed undecided.
 """
 
 import sys
@@ -15,6 +15,10 @@ from itertools import chain
 from multiprocessing import Pool, cpu_count
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from oracles.breps import count_cracks
+from oracles.solids import VALID, read_solid
 from service.api.app import create_app
 from service.settings.runtime import pin_blas
 from service.settings.values import Settings
@@ -23,6 +27,7 @@ from service.surface.bspline import BsplineSurface
 from service.surface.examples.catalogue import EXAMPLES
 from tools.certify.surfaces import FAMILIES, Surface
 from tools.client import Client, start_client
+from tools.judge.breps import prove_brep
 from tools.judge.exact import list_nets, read_glb, read_stl
 from tools.judge.proof import Proof, prove
 
@@ -49,8 +54,16 @@ PROCESSES = min(2, cpu_count())
 """Number of processes that judge cases at the same time."""
 
 
+SOLID_TOLERANCES = 1e-2, 1e-3
+"""Relative tolerances of the meshes of solids."""
+
+
+SOLID = "solid "
+"""The names of families of solids begin with this."""
+
+
 class Case(NamedTuple):
-    """A mesh of one surface of a family; without a seed, of an example."""
+    """A mesh of one surface of a family; without a seed, of an example or of a solid."""
 
     family: str
     seed: int | None
@@ -83,6 +96,9 @@ def list_cases(share: float = 1.0, names: tuple[str, ...] = ()) -> Iterator[Case
             yield Case(name, FIRST + k, options, ("glb", "stl")[(k + number) // 2 % 2])
     for number, name in enumerate(EXAMPLES if not names or "examples" in names else ()):
         yield Case(name, None, OPTIONS[number % len(OPTIONS)], ("stl", "glb")[number % 2])
+    for name in VALID if not names or "solids" in names else ():
+        for relative in SOLID_TOLERANCES:
+            yield Case(SOLID + name, None, {"relative_tolerance": relative}, "glb")
 
 
 def write_document(surface: Surface) -> dict[str, Any]:
@@ -115,6 +131,8 @@ def judge(client: Client, case: Case) -> Verdict | None:
 
     None if the surface has no patches, or if the service refuses the tolerance as too small.
     """
+    if case.family.startswith(SOLID):
+        return judge_solid(client, case)
     if case.seed is None:
         surface = client.get(f"/v1/surfaces/{case.family}").json()["surface"]
         surface["up"] = "y"  # so that glTF does not turn the surface
@@ -132,6 +150,27 @@ def judge(client: Client, case: Case) -> Verdict | None:
     bound = float(response.headers["surface-deviation-bound"])
     start = time.process_time()
     proof = prove(list_nets(surface, origin), corners, bound)
+    return Verdict(case, len(corners), bound, proof, time.process_time() - start)
+
+
+def judge_solid(client: Client, case: Case) -> Verdict:
+    """Requests the mesh of a solid, counts its cracks, and proves its bound."""
+    surface = read_solid(case.family.removeprefix(SOLID)) | {
+        "up": "y"
+    }  # so that glTF does not turn the solid
+    request = {"surface": surface, "normals": False, **case.options}
+    response = client.post(f"/v1/mesh?format={case.suffix}", request)
+    assert response.status_code == 200, f"{case}: {response.text}"
+    corners, origin = read_glb(response.content)
+    cracks = count_cracks(corners.reshape(-1, 3), np.arange(corners.size // 3).reshape(-1, 3))
+    assert not cracks, f"{case}: {len(cracks)} edges without their reverse"
+    bound = float(response.headers["surface-deviation-bound"])
+    start = time.process_time()
+    tolerance = case.options["relative_tolerance"] * float(
+        np.linalg.norm(np.ptp(corners, axis=(0, 1)))
+    )
+    result = prove_brep(surface, corners, origin, bound, tolerance)
+    proof = Proof(result.pieces, result.exact, result.undecided, result.beyond)
     return Verdict(case, len(corners), bound, proof, time.process_time() - start)
 
 
@@ -173,6 +212,7 @@ def main(arguments: list[str]) -> int:
                 milliseconds=round(1e3 * verdict.seconds),
             )  # fmt: skip
             name = "examples" if case.seed is None else case.family
+            name = "solids" if case.family.startswith(SOLID) else name
             for row in (name, "all"):
                 totals.setdefault(row, Counter()).update(counts)
             if totals["all"]["surfaces"] % 100 == 0:
@@ -184,7 +224,7 @@ def main(arguments: list[str]) -> int:
         "surfaces", "triangles", "pieces", "exact", "violations", "undecided", "milliseconds"
     )  # fmt: skip
     print(f"{'family':28}" + "".join(f"{name:>13}" for name in columns))
-    for row in sorted(totals, key=[*FAMILIES, "examples", "all"].index):
+    for row in sorted(totals, key=[*FAMILIES, "examples", "solids", "all"].index):
         print(f"{row:28}" + "".join(f"{totals[row][name]:13}" for name in columns))
     print("\n".join([*lines, "Something is wrong." if failed else "Nothing is wrong."]))
     return int(failed)
