@@ -22,8 +22,8 @@ HOLE = [(6, 6), (6, 10), (9, 11), (10, 6)]
 """Loops in units of `UNIT`."""
 
 
-def build_surfaces() -> Places:
-    """Places over whole domains: degree (2, 3) with 3 × 2 spans; a rational quadratic; a plane."""
+def build_table() -> SurfaceTable:
+    """Degree (2, 3) with 3 × 2 spans; a rational quadratic; a plane."""
     u, v = np.meshgrid(np.linspace(0, 4, 5), np.linspace(0, 3, 5), indexing="ij")
     bump = np.stack([u, v, np.sin(u) * np.cos(v)], axis=-1).reshape(-1, 3)
     quarter = np.array([[x, y, z] for x, y in ((1, 0), (1, 1), (0, 1)) for z in (0, 2)], float)
@@ -35,7 +35,7 @@ def build_surfaces() -> Places:
         *(0, 0, 0, 1, 1, 1, 0, 0, 1, 1),
         *(0, 0, 1, 1, 0, 0, 1, 1),
     ]
-    table = SurfaceTable(
+    return SurfaceTable(
         np.array([[2, 3], [2, 1], [1, 1]]),
         np.array([[5, 5], [3, 2], [2, 2]]),
         np.concatenate([bump, quarter, plane]),
@@ -43,27 +43,12 @@ def build_surfaces() -> Places:
         np.array([False, True, False]),
         np.array(knots, float),
     )
-    surfaces = FaceSurfaces.of(table)
+
+
+def build_surfaces() -> Places:
+    """Places over the whole domains of these surfaces."""
+    surfaces = FaceSurfaces.of(build_table())
     return Places.of(surfaces, surfaces.low, surfaces.high)
-
-
-def number_vertices(polygons: Polygons, faces: int) -> BorderVertices:
-    """The corners of polygons as numbered vertices."""
-    rows = np.column_stack([polygons.faces, polygons.begins])
-    unique, number = np.unique(rows, axis=0, return_inverse=True)
-    number = number.reshape(-1)
-    vertices = np.empty(len(unique), np.intp)
-    vertices[number] = polygons.begin_vertices
-    counts = np.arange(faces + 1)
-    return BorderVertices(
-        np.ascontiguousarray(unique[:, 1:]),
-        vertices,
-        np.ascontiguousarray(unique[:, 0]),
-        np.searchsorted(unique[:, 0], counts),
-        np.stack([number, number[polygons.nexts]], axis=1),
-        np.arange(len(number)),
-        np.searchsorted(polygons.faces, counts),
-    )
 
 
 @dataclass
@@ -108,7 +93,7 @@ def fill(*loops_of_faces: list[Loop]) -> FilledFaces:
     polygons = build_polygons(*scaled, vertices=vertices)
     surface = build_surfaces()
     positions = surface.evaluate(polygons.faces, polygons.begins)
-    border, scales = number_vertices(polygons, 3), np.array([1.0, 0.25, 2.0])
+    border, scales = BorderVertices.of(polygons, 3), np.array([1.0, 0.25, 2.0])
     corners = FaceCorners.of(surface, border, positions, scales)
     return FilledFaces(polygons, corners, FaceTriangulations(border, scales))
 
