@@ -23,6 +23,11 @@ STEPS = np.array([[1, 0], [0, 1], [-1, 0], [0, -1], [1, 1], [-1, 1], [-1, -1], [
 """The moves of a place to its neighbours."""
 
 
+REACH = 1.4
+"""A corner may be moved to a place up to this number of units from the parameter curve, in both
+directions; slack has room for it (`service.engine.trims.slack`)."""
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Conflicts:
     """Which of M sides are in conflict with others; and where they only touch, the corners there.
@@ -77,7 +82,9 @@ def find_conflicts(polygons: Polygons) -> Conflicts:
     return Conflicts(crosses, touches, others, is_corner.nonzero()[0])
 
 
-def find_steps(polygons: Polygons, corners: Ints, is_fixed: Bools) -> tuple[Ints, Ints]:
+def find_steps(
+    polygons: Polygons, corners: Ints, exact: FloatArray, is_fixed: Bools
+) -> tuple[Ints, Ints]:
     """Moves of single corners by one unit, each of which ends all conflicts of the corner.
 
     Where several corners are at one place, only one of them moves. Moves of different corners may
@@ -87,6 +94,8 @@ def find_steps(polygons: Polygons, corners: Ints, is_fixed: Bools) -> tuple[Ints
     ----------
     corners : ndarray of int, shape (k,)
         Sides whose beginnings are in conflict.
+    exact : ndarray of float64, shape (M, 2)
+        The places at which sides begin, before they were rounded. Corners stay within `REACH`.
     is_fixed : ndarray of bool, shape (M,)
         Whether the beginning of each side must not move.
 
@@ -106,6 +115,11 @@ def find_steps(polygons: Polygons, corners: Ints, is_fixed: Bools) -> tuple[Ints
     number[chosen] = np.arange(len(chosen))
     begin_group = number[groups]
     fits = _try_steps(polygons, begin_group, len(chosen))
+    moving = (begin_group >= 0).nonzero()[0]
+    targets = polygons.begins[moving, np.newaxis] + STEPS
+    outside = ((targets < 0) | (targets > SIZE)).any(axis=2)
+    far = (np.abs(targets - exact[moving, np.newaxis]) > REACH).any(axis=2)
+    np.logical_and.at(fits, begin_group[moving], ~(outside | far))
     preference = _find_left(polygons, begin_group, len(chosen)) @ STEPS.T
     best = np.where(fits, preference, -np.inf).argmax(axis=1)
     moves = np.logical_or.reduce(fits, axis=1)
@@ -139,7 +153,6 @@ def _try_steps(polygons: Polygons, begin_group: Ints, count: int) -> Bools:
     side, group, other = side[distinct], group[distinct], other[distinct]
     sides = _list_segments(polygons)
     fits = np.ones((count, len(STEPS)), bool)
-    moved = begin_group >= 0
     for column, step in enumerate(STEPS):
         pairs = []
         for rows in (side, other):
@@ -150,8 +163,6 @@ def _try_steps(polygons: Polygons, begin_group: Ints, count: int) -> Bools:
             pairs.append(Segments(begins, ends, *vertices))
         meetings = classify_pairs(pairs[0], pairs[1])
         fits[group[meetings.crosses | meetings.touches.any(axis=0)], column] = False
-        target = polygons.begins[moved] + step
-        fits[begin_group[moved][((target < 0) | (target > SIZE)).any(axis=1)], column] = False
     return fits
 
 

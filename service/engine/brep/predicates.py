@@ -46,7 +46,8 @@ class Meetings(Items):
         Whether the two cross at a point inside both.
     touches : ndarray of bool, shape (4, m)
         Whether the beginning of the first, its end, the beginning of the second, or its end touches
-        the other segment: it lies inside it, or at its end though the vertices there are two.
+        the other segment: it lies inside it, or at its end though the vertices there are two. Both
+        ends of the first touch the second if the two are equal, also in direction.
     """
 
     crosses: Bools
@@ -67,6 +68,8 @@ def classify_pairs(first: Segments, second: Segments) -> Meetings:
         flat = signs[:, rows] == 0
         touches[:2, rows] = _find_touches(near_first, near_second) & flat[:2]
         touches[2:, rows] = _find_touches(near_second, near_first) & flat[2:]
+        equal = ((first.begins == second.begins) & (first.ends == second.ends)).all(axis=0)
+        touches[:2] |= equal & (first.begins != first.ends).any(axis=0)
     return Meetings(crosses, touches)
 
 

@@ -87,7 +87,7 @@ def _separate_corners(border: Border, conflicts: Conflicts) -> tuple[Border, Boo
     if not len(conflicts.corners):
         return border, is_moved
     is_fixed = (border.shifts[border.rows] != 0).any(axis=1)
-    sides, steps = find_steps(border, conflicts.corners, is_fixed)
+    sides, steps = find_steps(border, conflicts.corners, border.places[border.rows], is_fixed)
     if not len(sides):
         return border, is_moved
     is_moved[sides] = True

@@ -31,6 +31,8 @@ def _are_in_conflict(polygons: Polygons, i: int, j: int) -> bool:
         ]
         for k in (i, j)
     ]
+    if ends[0] == ends[1] and ends[0][0] != ends[0][1]:
+        return True
     for own, other in (ends, ends[::-1]):
         (a, _), (b, _) = other
         if any(_is_on(end[0], a, b) and end not in other for end in own):
@@ -116,14 +118,16 @@ def test_a_corner_that_touches_moves_by_a_unit(hole: Loop) -> None:
     conflicts = find_conflicts(polygons)
     assert len(conflicts.sides)
     assert not conflicts.crosses.any()
-    sides, steps = find_steps(polygons, conflicts.corners, np.zeros(7, bool))
+    sides, steps = find_steps(
+        polygons, conflicts.corners, polygons.begins.astype(float), np.zeros(7, bool)
+    )
     assert len(sides) == 1
     assert np.abs(steps).max() == 1
     assert not len(find_conflicts(_move(polygons, sides, steps)).sides)
     # A corner that must not move stays; that of the border moves, if it can.
     fixed = np.zeros(7, bool)
     fixed[sides] = True
-    others, _ = find_steps(polygons, conflicts.corners, fixed)
+    others, _ = find_steps(polygons, conflicts.corners, polygons.begins.astype(float), fixed)
     assert not set(others.tolist()) & set(sides.tolist())
 
 
@@ -131,17 +135,39 @@ def test_two_sides_of_a_slit_are_moved_apart_into_the_material() -> None:
     loop = [(0, 0), (100, 0), (100, 100), (50, 100), (50, 70), (50, 40), (50, 70), (0, 100)]
     polygons = build_polygons([loop], vertices=[[0, 1, 2, 3, 4, 5, 6, 7]])
     conflicts = find_conflicts(polygons)
-    sides, steps = find_steps(polygons, conflicts.corners, np.zeros(8, bool))
+    sides, steps = find_steps(
+        polygons, conflicts.corners, polygons.begins.astype(float), np.zeros(8, bool)
+    )
     assert sides.tolist() == [4]
     assert steps.tolist() == [[1, 0]]
     assert not len(find_conflicts(_move(polygons, sides, steps)).sides)
+
+
+def test_a_corner_stays_near_the_parameter_curve() -> None:
+    hole = [(50, 0), (40, 10), (60, 10)]
+    polygons = build_polygons([SQUARE, hole], vertices=[range(4), range(4, 7)])
+    conflicts = find_conflicts(polygons)
+    exact = polygons.begins.astype(float)
+    for offset, count in ((0.3, 1), (0.45, 0)):
+        exact[4] = 50, -offset
+        sides, steps = find_steps(polygons, conflicts.corners, exact, np.arange(7) != 4)
+        assert len(sides) == count
+        assert (np.abs(polygons.begins[sides] + steps - exact[sides]) <= 1.4).all()
+
+
+def test_two_equal_sides_are_in_conflict() -> None:
+    loop = [(0, 0), (9, 0), (9, 9)]
+    assert len(find_conflicts(build_polygons([loop, loop])).sides) == 6
+    assert not len(find_conflicts(build_polygons([loop, loop[::-1]])).sides)
 
 
 def test_crossing_sides_are_not_moved() -> None:
     polygons = build_polygons([SQUARE, [(50, -0), (40, 200), (60, 200)]])
     conflicts = find_conflicts(polygons)
     assert conflicts.crosses.any()
-    sides, steps = find_steps(polygons, conflicts.corners, np.zeros(7, bool))
+    sides, steps = find_steps(
+        polygons, conflicts.corners, polygons.begins.astype(float), np.zeros(7, bool)
+    )
     assert len(find_conflicts(_move(polygons, sides, steps)).sides)
 
 
