@@ -1,0 +1,152 @@
+"""Surfaces that are closed, or whose sides are points: parameters that go around, and poles."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.trims.spans import expand_runs
+from service.engine.trims.surfaces import FaceSurfaces
+from service.engine.vectors import length, project
+
+
+@dataclass(frozen=True, eq=False)
+class ClosedSurfaces:
+    """The surfaces of F faces, continued beyond their domains along closed axes.
+
+    Along a closed axis the parameters x and x + period stand for the same point. Along other axes,
+    parameters are clamped to the domain.
+
+    Attributes
+    ----------
+    surfaces : FaceSurfaces
+    is_closed : ndarray of bool, shape (F, 2)
+        Whether the two sides across an axis are one curve.
+    is_pole : ndarray of bool, shape (F, 2, 2)
+        Whether the side where the parameter of axis a (second index) is least or greatest (third
+        index) is one point.
+    """
+
+    surfaces: FaceSurfaces
+    is_closed: Bools
+    is_pole: Bools
+
+    @cached_property
+    def low(self) -> FloatArray:
+        """The least parameters (F, 2) of the domains."""
+        return self.surfaces.low
+
+    @cached_property
+    def period(self) -> FloatArray:
+        """The lengths (F, 2) of the domains."""
+        period: FloatArray = self.surfaces.high - self.low
+        return period
+
+    def find_turns(self, face: Ints, parameters: FloatArray) -> FloatArray:
+        """How many periods (m, 2) parameters are away from the domain; 0 along open axes."""
+        turns = np.floor((parameters - self.low[face]) / self.period[face])
+        return np.where(self.is_closed[face], turns, 0.0)
+
+    def wrap(self, face: Ints, parameters: FloatArray) -> FloatArray:
+        """Parameters (m, 2) of the same points inside of the domains of faces (m,)."""
+        if not self.is_closed.any():
+            return parameters
+        return parameters - self.find_turns(face, parameters) * self.period[face]
+
+    def evaluate(self, face: Ints, parameters: FloatArray) -> FloatArray:
+        """Points (m, 3) of faces (m,) at parameters (m, 2)."""
+        return self.surfaces.evaluate(face, self.wrap(face, parameters))
+
+    def evaluate_partials(self, face: Ints, parameters: FloatArray) -> FloatArray:
+        """S, S_u and S_v at parameters (m, 2): shape (3, m, 3)."""
+        return self.surfaces.evaluate_partials(face, self.wrap(face, parameters))
+
+    def find_poles(self, face: Ints, points: FloatArray, tolerance: float) -> tuple[Ints, Ints]:
+        """The axis and the end (m,) of the pole that is at each point (m, 3); axis −1 if none."""
+        axis, end = np.full(len(face), -1), np.zeros(len(face), np.intp)
+        for a, e in ((0, 0), (0, 1), (1, 0), (1, 1)):
+            rows = self.is_pole[face, a, e].nonzero()[0]
+            if len(rows):
+                apart = length(points[rows] - self.pole_points[face[rows], a, e], -1)
+                rows = rows[apart <= tolerance]
+                axis[rows], end[rows] = a, e
+        return axis, end
+
+    @cached_property
+    def pole_points(self) -> FloatArray:
+        """The points (F, 2, 2, 3) of the first corner of each side; see `is_pole`."""
+        low, high = self.low, self.surfaces.high
+        corners = np.stack([low, np.stack([high[:, 0], low[:, 1]], 1), low, low], 1)
+        corners[:, 3, 1] = high[:, 1]
+        face = np.repeat(np.arange(len(low)), 4)
+        return self.surfaces.evaluate(face, corners.reshape(-1, 2)).reshape(-1, 2, 2, 3)
+
+
+def find_closure(surfaces: FaceSurfaces, tolerance: float) -> ClosedSurfaces:
+    """Which axes of surfaces are closed, and which sides are points, up to a tolerance.
+
+    A surface that is nowhere wider than ten tolerances across an axis is not closed along it.
+    """
+    count = len(surfaces)
+    is_closed = np.zeros((count, 2), bool)
+    is_pole = np.zeros((count, 2, 2), bool)
+    faces = surfaces.faces
+    curved = (~surfaces.is_planar).nonzero()[0]
+    for axis in range(2):
+        along = faces.spans[1 - axis, curved]
+        run, number = expand_runs(along)
+        face = curved[run]
+        step = faces.stride[face] if axis else 1
+        near = faces.first[face] + number * step
+        # The patches on the far side, and those in the middle.
+        across = 1 if axis else faces.stride[face]
+        last = faces.spans[axis, face] - 1
+        begin, begin_weights = _take_rows(surfaces, near, axis, 0.0)
+        end, end_weights = _take_rows(surfaces, near + last * across, axis, 1.0)
+        is_odd = last % 2 == 0
+        middle, _ = _take_rows(
+            surfaces, near + (last + 1) // 2 * across, axis, np.where(is_odd, 0.5, 0.0)
+        )
+        starts = np.cumsum(along) - along
+        apart, wide = _reach(begin, end, starts), _reach(begin, middle, starts)
+        same_weights = (np.abs(begin_weights - end_weights) <= 1e-9).all(axis=1)
+        same = np.logical_and.reduceat(same_weights, starts) if len(starts) else same_weights
+        is_closed[curved, axis] = (apart <= tolerance) & (wide > 10 * tolerance) & same
+        for end_number, side in enumerate((begin, end)):
+            first = side[starts][:, :1][run]
+            is_pole[curved, axis, end_number] = _reach(side, first, starts) <= tolerance
+    return ClosedSurfaces(surfaces, is_closed, is_pole)
+
+
+def _reach(a: FloatArray, b: FloatArray, starts: Ints) -> FloatArray:
+    """The largest distances between points of a and b, (r, n, 3), in each run of rows."""
+    if not len(starts):
+        return np.zeros(0)
+    reach: FloatArray = np.maximum.reduceat(length(a - b, -1).max(axis=1), starts)
+    return reach
+
+
+def _take_rows(
+    surfaces: FaceSurfaces, patch: Ints, axis: int, where: FloatArray | float
+) -> tuple[FloatArray, FloatArray]:
+    """Points and relative weights of the rows of nets of patches across an axis.
+
+    `where` is 0 for the first row, 1 for the last, and between them for a middle row. Rows are
+    (r, n, 3), filled with their last points up to the longest row.
+    """
+    nets = surfaces.nets
+    share = np.broadcast_to(where, patch.shape)
+    width = max((max(group.degree) for group in nets.groups), default=0) + 1
+    points, weights = np.empty((len(patch), width, 3)), np.ones((len(patch), width))
+    for group, rows in nets.split_by_group(patch):
+        net = group.nets[nets.row[patch[rows]]]
+        if axis:
+            net = net.swapaxes(1, 2)
+        at = np.rint(share[rows] * (net.shape[1] - 1)).astype(np.intp)
+        line = net[np.arange(len(rows)), at]
+        points[rows, : line.shape[1]] = project(line, -1)
+        points[rows, line.shape[1] :] = project(line, -1)[:, -1:]
+        if group.is_rational:
+            weights[rows, : line.shape[1]] = line[..., 3] / line[:, :1, 3]
+    return points + nets.middles[:, patch].T[:, np.newaxis], weights

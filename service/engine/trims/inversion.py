@@ -1,0 +1,109 @@
+"""Foot points: the parameters at which surfaces are nearest to given points.
+
+Newton's method without second partials (Gauss–Newton), for all points at once: its error after a
+step is about the square of the step where the points are on the surfaces, and a share of it, the
+distance over the least radius of curvature, where they are not. Steps are clamped to the domain.
+Where one parameter would leave it, the other moves alone.
+
+References
+----------
+Piegl and Tiller, The NURBS Book, 2nd ed., section 6.1.
+"""
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, Ints
+from service.engine.trims.closure import ClosedSurfaces
+from service.engine.vectors import dot, length
+
+STEPS = 14
+"""The most steps for a point."""
+
+LAST_STEP = 2.0**-26
+"""A point has converged after a step of at most this share of the domain: the next one would be
+about as long as the unit of rounding."""
+
+
+def find_feet(
+    surfaces: ClosedSurfaces, face: Ints, points: FloatArray, guess: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """The foot points of points, found from first guesses; local minima of the distance.
+
+    Parameters
+    ----------
+    face : ndarray of int, shape (m,)
+    points : ndarray of float64, shape (m, 3)
+    guess : ndarray of float64, shape (m, 2)
+        Parameters; along closed axes they may be beyond the domain, and so may the result.
+
+    Returns
+    -------
+    parameters : ndarray of float64, shape (m, 2)
+        The nearest of the points that were tried.
+    distance : ndarray of float64, shape (m,)
+    """
+    low, high = _find_limits(surfaces, face)
+    current = np.minimum(np.maximum(guess, low), high)
+    best, least = current.copy(), np.full(len(face), np.inf)
+    active = np.arange(len(face))
+    last_step = LAST_STEP * surfaces.period[face]
+    for step in range(STEPS + 1):
+        s, su, sv = surfaces.evaluate_partials(face[active], current)
+        rest = points[active] - s
+        distance = length(rest, -1)
+        is_better = distance < least[active]
+        better = active[is_better]
+        moved = (np.abs(current - best[active]) > last_step[active]).any(axis=1)
+        best[better], least[better] = current[is_better], distance[is_better]
+        goes_on = (moved & is_better).nonzero()[0] if step else np.arange(len(active))
+        if step == STEPS or not len(goes_on):
+            break
+        active = active[goes_on]
+        current = _step(
+            current[goes_on],
+            (rest[goes_on], su[goes_on], sv[goes_on]),
+            low[active],
+            high[active],
+        )
+    return best, least
+
+
+def _find_limits(surfaces: ClosedSurfaces, face: Ints) -> tuple[FloatArray, FloatArray]:
+    """Least and greatest parameters (m, 2): those of the domain, but without end if closed."""
+    is_closed = surfaces.is_closed[face]
+    low = np.where(is_closed, -np.inf, surfaces.low[face])
+    return low, np.where(is_closed, np.inf, surfaces.surfaces.high[face])
+
+
+def _step(
+    x: FloatArray,
+    vectors: tuple[FloatArray, FloatArray, FloatArray],
+    low: FloatArray,
+    high: FloatArray,
+) -> FloatArray:
+    """The next parameters (m, 2), from the present ones and r = P − S, S_u and S_v, (m, 3) each.
+
+    The step (a, b) solves the normal equations of min |a S_u + b S_v − r|.
+    """
+    rest, su, sv = vectors
+    uu, uv, vv = dot(su, su, -1), dot(su, sv, -1), dot(sv, sv, -1)
+    ru, rv = dot(su, rest, -1), dot(sv, rest, -1)
+    determinant = uu * vv - uv * uv
+    is_regular = determinant > 1e-14 * uu * vv
+    safe_u, safe_v = np.where(uu > 0, uu, 1.0), np.where(vv > 0, vv, 1.0)
+    safe = np.where(is_regular, determinant, 1.0)
+    # Where S_u and S_v are parallel, or one is 0, the longer one moves alone.
+    a = np.where(is_regular, (vv * ru - uv * rv) / safe, np.where(uu > vv, ru / safe_u, 0.0))
+    b = np.where(is_regular, (uu * rv - uv * ru) / safe, np.where(vv >= uu, rv / safe_v, 0.0))
+    free = x + np.stack([a, b], axis=1)
+    clamped = np.minimum(np.maximum(free, low), high)
+    is_hit = clamped != free
+    # With a fixed, b is (r − a S_u) · S_v / S_v², and the reverse.
+    fixed = clamped - x
+    b = (rv - uv * fixed[:, 0]) / safe_v
+    a = (ru - uv * fixed[:, 1]) / safe_u
+    only_u, only_v = is_hit[:, 0] & ~is_hit[:, 1], is_hit[:, 1] & ~is_hit[:, 0]
+    clamped[:, 1] = np.where(only_u, x[:, 1] + b, clamped[:, 1])
+    clamped[:, 0] = np.where(only_v, x[:, 0] + a, clamped[:, 0])
+    result: FloatArray = np.minimum(np.maximum(clamped, low), high)
+    return result
