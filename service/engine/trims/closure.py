@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.trims.spans import expand_runs
+from service.bases.row_batches import expand_runs
 from service.engine.trims.surfaces import FaceSurfaces
 from service.engine.vectors import length, project
 

@@ -1,0 +1,187 @@
+"""First guesses of foot points along curves of space: from parameter curves, or from tables.
+
+A few points of each curve, its *seeds*, are projected to the surface of its face: from the nearest
+point of a coarse table of the surface, and from the foot points of neighbouring seeds. Along closed
+axes the foot points are continued without jumps. At poles, where one parameter is free, it is that
+of the nearest seed.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.row_batches import expand_runs
+from service.engine.trims.closure import ClosedSurfaces
+from service.engine.trims.inversion import find_feet
+from service.engine.trims.splines import Splines
+from service.surface.spline_tables import find_starts
+
+FEWEST, MOST = 12, 96
+"""Least number of points of a table along an axis, and the number above which each span has only
+two."""
+
+PAIRS = 1 << 21
+"""The most distances that are computed at once."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FootTable:
+    """Parameters of foot points along n curves, between which they are interpolated.
+
+    Attributes
+    ----------
+    starts : ndarray of int, shape (n+1,)
+        The seeds of curve c are rows `starts[c]` to `starts[c + 1]`.
+    parameters : ndarray of float64, shape (m,)
+        Parameters of the curves, ascending in each.
+    feet : ndarray of float64, shape (m, 2)
+    keys : ndarray of float64, shape (m,)
+        2 · curve + share of the curve's domain.
+    """
+
+    starts: Ints
+    parameters: FloatArray
+    feet: FloatArray
+    keys: FloatArray
+
+    def guess(self, curve: Ints, t: FloatArray) -> FloatArray:
+        """Guesses (m, 2) of foot points of curves (m,) at t (m,)."""
+        first, last = self.starts[curve], self.starts[curve + 1] - 1
+        begin, end = self.parameters[first], self.parameters[last]
+        key = 2.0 * curve + (t - begin) / (end - begin)
+        at = np.searchsorted(self.keys, key, side="right") - 1
+        at = np.minimum(np.maximum(at, first), last - 1)
+        low, high = self.parameters[at], self.parameters[at + 1]
+        share = ((t - low) / (high - low))[:, np.newaxis]
+        guess: FloatArray = self.feet[at] + share * (self.feet[at + 1] - self.feet[at])
+        return guess
+
+
+def list_seeds(curves: Splines) -> tuple[Ints, FloatArray]:
+    """Curve and parameter of each seed, (m,): all breaks, and as many points between them."""
+    spans = curves.list_spans()
+    between = np.maximum(curves.degree + 1, np.ceil(8 / curves.span_count)).astype(np.intp)
+    divisions = between[spans.curve]
+    run, number = expand_runs(divisions)
+    t = spans.low[run] + (spans.high - spans.low)[run] * (number / divisions[run])
+    # The last seed of each curve is its end.
+    last = np.cumsum(np.bincount(spans.curve, divisions).astype(np.intp))
+    curve = np.repeat(np.arange(len(curves)), np.diff(last, prepend=0) + 1)
+    return curve, np.insert(t, last, curves.end)
+
+
+def build_table(curve: Ints, t: FloatArray, feet: FloatArray) -> FootTable:
+    """A table from seeds: curve (m,) ascending, parameter (m,) ascending in each, feet (m, 2)."""
+    starts = find_starts(np.bincount(curve))
+    begin, end = t[starts[:-1]], t[starts[1:] - 1]
+    return FootTable(starts, t, feet, 2.0 * curve + (t - begin[curve]) / (end - begin)[curve])
+
+
+def find_seed_feet(
+    surfaces: ClosedSurfaces, face: Ints, points: FloatArray, curve: Ints, tolerance: float
+) -> FloatArray:
+    """Foot points (m, 2) of seeds (m, 3) of curves (m,), without a parameter curve as a guess.
+
+    Distances that differ by less than `tolerance` are equal: then the neighbour's foot is taken.
+    """
+    feet, distance = find_feet(surfaces, face, points, find_nearest(surfaces, face, points))
+    # From the feet of the seeds before and after, where these give nearer points.
+    inner = np.flatnonzero(curve[1:] == curve[:-1])
+    for to, source in ((inner + 1, inner), (inner, inner + 1)):
+        other, apart = find_feet(surfaces, face[to], points[to], feet[source])
+        is_nearer = apart < distance[to] - tolerance
+        feet[to[is_nearer]], distance[to[is_nearer]] = other[is_nearer], apart[is_nearer]
+    axis, end = surfaces.find_poles(face, points, tolerance)
+    feet = _set_poles(surfaces, face, feet, curve, axis, end)
+    return continue_feet(surfaces, face, feet, curve)
+
+
+def continue_feet(
+    surfaces: ClosedSurfaces, face: Ints, feet: FloatArray, curve: Ints
+) -> FloatArray:
+    """Feet (m, 2), moved by periods, so that none is more than half a period from that before."""
+    if not surfaces.is_closed[face].any():
+        return feet
+    period = surfaces.period[face]
+    turns = np.zeros_like(feet)
+    turns[1:] = np.rint((feet[:-1] - feet[1:]) / period[1:])
+    turns *= surfaces.is_closed[face]
+    begins = np.flatnonzero(np.diff(curve, prepend=-1))
+    turns[begins] = 0.0
+    total = np.cumsum(turns, axis=0)
+    runs = np.diff(np.append(begins, len(curve)))
+    total -= np.repeat(total[begins], runs, axis=0)
+    continued: FloatArray = feet + total * period
+    return continued
+
+
+def _set_poles(
+    surfaces: ClosedSurfaces, face: Ints, feet: FloatArray, curve: Ints, axis: Ints, end: Ints
+) -> FloatArray:
+    """Feet, with those at poles on their sides, at the free parameter of the nearest other seed."""
+    at_pole: Bools = axis >= 0
+    rows = at_pole.nonzero()[0]
+    if not len(rows):
+        return feet
+    number = np.arange(len(face))
+    before = np.maximum.accumulate(np.where(at_pole, -1, number))
+    after = np.minimum.accumulate(np.where(at_pole, len(face), number)[::-1])[::-1]
+    previous, following = before[rows], np.minimum(after[rows], len(face) - 1)
+    has_previous = (previous >= 0) & (curve[previous] == curve[rows])
+    has_following = (curve[following] == curve[rows]) & ~at_pole[following]
+    near = np.where(
+        has_previous & ~(has_following & (following - rows < rows - previous)), previous, following
+    )
+    feet = feet.copy()
+    is_known = has_previous | has_following
+    feet[rows[is_known]] = feet[near[is_known]]
+    side = np.where(end[rows] == 0, surfaces.low[face[rows], axis[rows]], 0.0)
+    side += np.where(end[rows] == 1, surfaces.surfaces.high[face[rows], axis[rows]], 0.0)
+    feet[rows, axis[rows]] = side
+    return feet
+
+
+def find_nearest(surfaces: ClosedSurfaces, face: Ints, points: FloatArray) -> FloatArray:
+    """The parameters (m, 2) of the nearest point of a table of each face, for points (m, 3)."""
+    used, which = np.unique(face, return_inverse=True)
+    starts, parameters = _list_table(surfaces, used)
+    owner = np.repeat(used, np.diff(starts))
+    table = surfaces.surfaces.evaluate(owner, parameters)
+    count = np.diff(starts)[which]
+    nearest = np.zeros(len(face), np.intp)
+    first = 0
+    ends = np.cumsum(count)
+    while first < len(face):
+        done = ends[first - 1] if first else 0
+        last = max(first + 1, int(np.searchsorted(ends, done + PAIRS, side="right")))
+        run, row = expand_runs(count[first:last], starts[which[first:last]])
+        apart = table[row] - points[first:last][run]
+        square = np.einsum("ij,ij->i", apart, apart)
+        begins = np.cumsum(count[first:last]) - count[first:last]
+        least = np.minimum.reduceat(square, begins)
+        is_least = np.flatnonzero(square == least[run])
+        nearest[first:last][run[is_least][::-1]] = row[is_least][::-1]
+        first = last
+    found: FloatArray = parameters[nearest]
+    return found
+
+
+def _list_table(surfaces: ClosedSurfaces, face: Ints) -> tuple[Ints, FloatArray]:
+    """Parameters (m, 2) of a grid on each face: shares of all spans; and where each face begins."""
+    count = surfaces.surfaces.faces.spans[:, face]
+    divisions = np.maximum(2, -(-FEWEST // count))
+    divisions = np.where(count * 2 > MOST, 1, divisions)
+    axes = []
+    for axis in range(2):
+        run, span = expand_runs(count[axis])
+        run_2, number = expand_runs(divisions[axis][run])
+        at = surfaces.surfaces.first_break[axis, face[run]] + span
+        low, high = surfaces.surfaces.breaks[at], surfaces.surfaces.breaks[at + 1]
+        share = (number + 0.5) / divisions[axis][run][run_2]
+        axes.append(low[run_2] + (high - low)[run_2] * share)
+    u_count, v_count = count * divisions
+    run, number = expand_runs(u_count * v_count)
+    u = axes[0][find_starts(u_count)[run] + number // v_count[run]]
+    v = axes[1][find_starts(v_count)[run] + number % v_count[run]]
+    return find_starts(u_count * v_count), np.stack([u, v], axis=1)

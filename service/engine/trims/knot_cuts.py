@@ -1,0 +1,236 @@
+"""Parameter curves cut where they cross the knot lines of their surfaces.
+
+A part of a curve whose control points lie between two knots is within one span. Otherwise the part
+is divided at the knot nearest to its middle: where the coordinate rises or falls along the control
+points, it crosses the knot once, and the crossing is found by regula falsi; where it does not, the
+part is halved. Parts that touch a knot line end as very short ones.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.trims.closure import ClosedSurfaces
+from service.engine.trims.span_nets import Intervals
+from service.engine.trims.splines import Splines
+from service.engine.vectors import Items, project
+
+MARGIN = 2.0**-42
+"""A part may reach beyond a knot by this share of the domain."""
+
+SHORTEST = 2.0**-40
+"""Parts that are shorter than this share of the domain of their curve are not divided."""
+
+STEPS = 12
+"""Steps of regula falsi (the Illinois variant)."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SpanParts(Items):
+    """m parts of parameter curves, each over one patch.
+
+    Attributes
+    ----------
+    source, span : ndarray of int, shape (m,)
+        The row of the interval from which a part was cut, and the span of its curve.
+    curve : ndarray of int, shape (m,)
+    low, high : ndarray of float64, shape (m,)
+        Parameters of the curve.
+    patch : ndarray of int, shape (m,)
+    neighbors : ndarray of int, shape (4, m)
+        The patches before and after it along u, and along v; itself at borders.
+    knots : ndarray of float64, shape (2, 2, m)
+        For both axes, the knots at which the span begins and ends.
+    excess : ndarray of float64, shape (2, m)
+        How far the control points of the part reach beyond the span, along each axis.
+    is_constant : ndarray of bool, shape (2, m)
+        Whether all control points have the same coordinate.
+    """
+
+    source: Ints
+    span: Ints
+    curve: Ints
+    low: FloatArray
+    high: FloatArray
+    patch: Ints
+    neighbors: Ints
+    knots: FloatArray
+    excess: FloatArray
+    is_constant: Bools
+
+
+def cut_at_knots(
+    surfaces: ClosedSurfaces, face: Ints, pcurves: Splines, intervals: Intervals
+) -> SpanParts:
+    """Parts of parameter curves over single patches, in the order of sources and parameters.
+
+    Parameters
+    ----------
+    face : ndarray of int, shape (n,)
+        The face of each parameter curve.
+    pcurves : Splines
+        Of dimension 2, in parameters of the surfaces; along closed axes, also beyond the domains.
+    intervals : Intervals
+        Of the parameter curves. The sources of the parts are rows of these.
+    """
+    done: list[SpanParts] = []
+    todo = Intervals(
+        np.arange(len(intervals.curve)),
+        intervals.curve,
+        intervals.low,
+        intervals.high,
+        intervals.span,
+    )
+    domain = pcurves.end - pcurves.start
+    while len(todo.curve):
+        rising = np.zeros((2, len(todo.curve)), bool)
+        low, high = np.empty((2, 2, len(todo.curve)))
+        for rows, nets in pcurves.restrict(todo):
+            points = project(nets, -1, 2)
+            steps = np.diff(points, axis=1)
+            rising[:, rows] = ((steps >= 0).all(axis=1) | (steps <= 0).all(axis=1)).T
+            low[:, rows], high[:, rows] = points.min(axis=1).T, points.max(axis=1).T
+        owner = face[todo.curve]
+        spans = [find_knot_span(surfaces, owner, a, (low[a] + high[a]) / 2) for a in range(2)]
+        knots = np.stack([find_knots(surfaces, owner, a, spans[a]) for a in range(2)])
+        excess = np.maximum(np.maximum(knots[:, 0] - low, high - knots[:, 1]), 0.0)
+        is_open = ~surfaces.is_closed[owner].T
+        last = surfaces.surfaces.faces.spans[:, owner] - 1
+        # Beyond an open end there is no other span.
+        at_first, at_last = (np.array(spans) == 0) & is_open, (np.array(spans) == last) & is_open
+        over = np.stack([knots[:, 0] - low, high - knots[:, 1]], axis=1)
+        over[:, 0] = np.where(at_first, 0.0, over[:, 0])
+        over[:, 1] = np.where(at_last, 0.0, over[:, 1])
+        too_far = over > MARGIN * surfaces.period[owner].T[:, np.newaxis]
+        is_short = todo.high - todo.low <= SHORTEST * domain[todo.curve]
+        is_done = is_short | ~too_far.any(axis=(0, 1))
+        done.append(
+            SpanParts(
+                todo.source,
+                todo.span,
+                todo.curve,
+                todo.low,
+                todo.high,
+                *_find_patches(surfaces, owner, spans),
+                knots,
+                excess,
+                low == high,
+            ).take(is_done)
+        )
+        rest = (~is_done).nonzero()[0]
+        if not len(rest):
+            break
+        # The axis along which a part is divided, and the knot.
+        axis = np.where(too_far[0].any(axis=0), 0, 1)[rest]
+        side = np.where(over[axis, 0, rest] > over[axis, 1, rest], 0, 1)
+        knot = knots[axis, side, rest]
+        cut = (todo.low + todo.high)[rest] / 2
+        crossing = rising[axis, rest].nonzero()[0]
+        part = todo.take(rest)
+        cut[crossing] = _find_crossing(
+            pcurves, part.take(crossing), axis[crossing], knot[crossing], cut[crossing]
+        )
+        todo = Intervals.join(
+            [
+                Intervals(part.source, part.curve, part.low, cut, part.span),
+                Intervals(part.source, part.curve, cut, part.high, part.span),
+            ]
+        )
+    if not done:
+        empty = np.zeros(0, np.intp)
+        done.append(_empty_parts(empty))
+    parts = SpanParts.join(done)
+    return parts.take(np.lexsort((parts.low, parts.source)))
+
+
+def _empty_parts(empty: Ints) -> SpanParts:
+    """No parts."""
+    none = np.zeros(0)
+    return SpanParts(
+        *(empty,) * 3,
+        none,
+        none,
+        empty,
+        np.zeros((4, 0), np.intp),
+        np.zeros((2, 2, 0)),
+        np.zeros((2, 0)),
+        np.zeros((2, 0), bool),
+    )
+
+
+def find_knot_span(surfaces: ClosedSurfaces, face: Ints, axis: int, value: FloatArray) -> Ints:
+    """The span (m,) along an axis that has each value; along closed axes, spans go on for ever."""
+    owner = surfaces.surfaces
+    count, begin = owner.faces.spans[axis, face], owner.first_break[axis, face]
+    is_closed = surfaces.is_closed[face, axis]
+    turns = np.floor((value - surfaces.low[face, axis]) / surfaces.period[face, axis])
+    turns = np.where(is_closed, turns, 0.0)
+    inside = value - turns * surfaces.period[face, axis]
+    low, high = np.zeros(len(face), np.intp), count - 1
+    # A binary search in each vector of knots.
+    for _ in range(int(count.max(initial=1)).bit_length()):
+        middle = (low + high + 1) // 2
+        is_after = owner.breaks[begin + middle] <= inside
+        low, high = np.where(is_after, middle, low), np.where(is_after, high, middle - 1)
+        high = np.maximum(high, low)
+    span: Ints = low + turns.astype(np.intp) * count
+    return span
+
+
+def find_knots(surfaces: ClosedSurfaces, face: Ints, axis: int, span: Ints) -> FloatArray:
+    """The knots (2, m) at which spans begin and end, also of spans beyond a closed domain."""
+    owner = surfaces.surfaces
+    count, begin = owner.faces.spans[axis, face], owner.first_break[axis, face]
+    turns, inside = np.divmod(span, count)
+    shift = turns * surfaces.period[face, axis]
+    return owner.breaks[begin + inside + np.array([[0], [1]])] + shift
+
+
+def _find_patches(surfaces: ClosedSurfaces, face: Ints, spans: list[Ints]) -> tuple[Ints, Ints]:
+    """The patches (m,) of spans, and their neighbours (4, m)."""
+    faces = surfaces.surfaces.faces
+
+    def patch(u: Ints, v: Ints) -> Ints:
+        along = []
+        for axis, span in ((0, u), (1, v)):
+            count = faces.spans[axis, face]
+            clipped = np.minimum(np.maximum(span, 0), count - 1)
+            along.append(np.where(surfaces.is_closed[face, axis], span % count, clipped))
+        number: Ints = faces.first[face] + along[0] * faces.stride[face] + along[1]
+        return number
+
+    u, v = spans
+    neighbors = [patch(u - 1, v), patch(u + 1, v), patch(u, v - 1), patch(u, v + 1)]
+    return patch(u, v), np.stack(neighbors)
+
+
+def _find_crossing(
+    pcurves: Splines, part: Intervals, axis: Ints, knot: FloatArray, middle: FloatArray
+) -> FloatArray:
+    """Parameters (m,) inside of parts at which the coordinate along an axis is the knot."""
+    number = np.arange(len(part.curve))
+    low, high = part.low.copy(), part.high.copy()
+
+    def value(t: FloatArray) -> FloatArray:
+        points: FloatArray = pcurves.evaluate(part.curve, t)[number, axis] - knot
+        return points
+
+    a, b = value(low), value(high)
+    side = np.zeros(len(number), np.intp)
+    t = middle
+    for _ in range(STEPS):
+        t = low - a * (high - low) / np.where(a == b, 1.0, b - a)
+        t = np.where((a == b) | (t <= low) | (t >= high), (low + high) / 2, t)
+        at = value(t)
+        is_low = (at < 0) == (a < 0)
+        low, high = np.where(is_low, t, low), np.where(is_low, high, t)
+        # The end that stays twice counts half.
+        b = np.where(is_low, np.where(side == 1, b / 2, b), at)
+        a = np.where(is_low, at, np.where(side == -1, a / 2, a))
+        side = np.where(is_low, 1, -1)
+        if (at == 0).all():
+            break
+    width = part.high - part.low
+    is_inside = (t > part.low + 2.0**-30 * width) & (t < part.high - 2.0**-30 * width)
+    return np.where(is_inside, t, middle)
