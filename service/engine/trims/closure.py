@@ -54,6 +54,22 @@ class ClosedSurfaces:
             return parameters
         return parameters - self.find_turns(face, parameters) * self.period[face]
 
+    def find_spans(self, face: Ints, axis: int, value: FloatArray) -> Ints:
+        """The spans (m,) of values along an axis; along closed axes, their numbers go on."""
+        turns = np.floor((value - self.low[face, axis]) / self.period[face, axis])
+        turns = np.where(self.is_closed[face, axis], turns, 0.0)
+        inside = value - turns * self.period[face, axis]
+        span = self.surfaces.breaks.find_spans(2 * face + axis, inside)
+        return span + turns.astype(np.intp) * self.surfaces.faces.spans[axis, face]
+
+    def list_knots(self, face: Ints, axis: int, span: Ints) -> FloatArray:
+        """The knots (2, m) at which spans begin and end, also of spans beyond a closed domain."""
+        breaks = self.surfaces.breaks
+        turns, inside = np.divmod(span, self.surfaces.faces.spans[axis, face])
+        at = breaks.first[2 * face + axis] + inside
+        shift = turns * self.period[face, axis]
+        return np.stack([breaks.values[at], breaks.values[at + 1]]) + shift
+
     def evaluate(self, face: Ints, parameters: FloatArray) -> FloatArray:
         """Points (m, 3) of faces (m,) at parameters (m, 2)."""
         return self.surfaces.evaluate(face, self.wrap(face, parameters))

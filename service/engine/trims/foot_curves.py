@@ -414,23 +414,13 @@ def _find_near_knot(
 
     Along closed axes the sides are knots, too, and all knots recur.
     """
-    owner = surfaces.surfaces
-    parameters = np.zeros((len(face), 2))
-    parameters[:, axis] = value
-    turns = surfaces.find_turns(face, parameters)[:, axis] * surfaces.period[face, axis]
-    inside = value - turns
-    span_count = owner.faces.spans[axis, face]
-    knots, begin = owner.breaks, owner.first_break[axis, face]
-    # Both knots of the span with the value.
-    run = np.zeros(len(face), np.intp)
-    for k in range(int(span_count.max(initial=1))):
-        is_after = (k < span_count) & (knots[begin + np.minimum(k, span_count - 1)] <= inside)
-        run = np.where(is_after, k, run)
-    is_closed = surfaces.is_closed[face, axis]
-    left = np.where((run > 0) | is_closed, knots[begin + run], -np.inf)
-    right = np.where((run + 1 < span_count) | is_closed, knots[begin + run + 1], np.inf)
-    near = np.where(np.abs(left - inside) <= np.abs(right - inside), left, right)
-    return near + turns
+    span = surfaces.find_spans(face, axis, value)
+    left, right = surfaces.list_knots(face, axis, span)
+    is_open = ~surfaces.is_closed[face, axis]
+    left = np.where(is_open & (span == 0), -np.inf, left)
+    is_last = span + 1 == surfaces.surfaces.faces.spans[axis, face]
+    right = np.where(is_open & is_last, np.inf, right)
+    return np.where(np.abs(left - value) <= np.abs(right - value), left, right)
 
 
 def _join(parts: list[_Done]) -> Splines:

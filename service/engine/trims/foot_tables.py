@@ -176,8 +176,7 @@ def _list_table(surfaces: ClosedSurfaces, face: Ints) -> tuple[Ints, FloatArray]
     for axis in range(2):
         run, span = expand_runs(count[axis])
         run_2, number = expand_runs(divisions[axis][run])
-        at = surfaces.surfaces.first_break[axis, face[run]] + span
-        low, high = surfaces.surfaces.breaks[at], surfaces.surfaces.breaks[at + 1]
+        low, high = surfaces.list_knots(face[run], axis, span)
         share = (number + 0.5) / divisions[axis][run][run_2]
         axes.append(low[run_2] + (high - low)[run_2] * share)
     u_count, v_count = count * divisions

@@ -26,6 +26,7 @@ from service.engine.trims.closure import ClosedSurfaces
 from service.engine.trims.knot_cuts import SpanParts, cut_at_knots
 from service.engine.trims.span_nets import Intervals
 from service.engine.trims.splines import Splines
+from service.engine.trims.surfaces import FaceSurfaces
 from service.engine.vectors import UNIT, length
 
 FACTOR = 2.0
@@ -69,6 +70,7 @@ def bound_gaps(
     degree, has_weights = _find_degrees(surfaces, curves, edge, pcurves, parts)
     count = (np.ceil(FACTOR * degree) + 1).astype(np.intp)
     bound, seen = np.zeros((2, len(parts.curve)))
+    partials = bound_partials(surfaces.surfaces)
     ends = np.cumsum(count)
     first = 0
     while first < len(count):
@@ -76,7 +78,7 @@ def bound_gaps(
         last = max(first + 1, int(np.searchsorted(ends, done + SAMPLES, side="right")))
         rows = slice(first, last)
         bound[rows], seen[rows] = _bound_parts(
-            surfaces,
+            (surfaces.surfaces.nets, partials),
             (curves, edge, pcurves),
             parts.take(rows),
             pieces.span[parts.source[rows]],
@@ -113,7 +115,7 @@ def _find_degrees(
 
 
 def _bound_parts(
-    surfaces: ClosedSurfaces,
+    patches: tuple[PatchNets, FloatArray],
     splines: tuple[Splines, Ints, Splines],
     parts: SpanParts,
     edge_span: Ints,
@@ -122,7 +124,7 @@ def _bound_parts(
     """Bounds of the gaps over parts, and the largest gaps at nodes."""
     curves, edge, pcurves = splines
     degree, count, has_weights = counts
-    nets = surfaces.surfaces.nets
+    nets, partials = patches
     run, number = expand_runs(count)
     x = (1.0 - np.cos(pi * number / (count - 1)[run])) / 2
     t = parts.low[run] + (parts.high - parts.low)[run] * x
@@ -153,10 +155,9 @@ def _bound_parts(
     # surface beyond a knot, which is another patch.
     size = np.abs(point).max(axis=1) + np.abs(image).max(axis=1)
     rounding = 8.0 * (degree + 8.0) * UNIT * np.maximum.reduceat(size, begins)
-    near = np.concatenate([parts.patch[np.newaxis], parts.neighbors])
-    partials = bound_partials(nets)[:, near].max(axis=1) / width
     shift = np.maximum.reduceat(np.abs(place), begins, axis=0).T * 8.0 * UNIT * (degree + 8.0)
-    rounding += ((shift + 2.0 * parts.excess) * partials).sum(axis=0)
+    beyond = 2.0 * parts.excess * partials[:, parts.around].max(axis=1)
+    rounding += (shift * partials[:, parts.patch] + beyond).sum(axis=0)
     return bound + 2.0 * rounding, seen
 
 
@@ -198,12 +199,13 @@ def _evaluate_patches(
     return points, weights
 
 
-def bound_partials(nets: PatchNets) -> FloatArray:
-    """Bounds (2, P) of |S_u| and |S_v| over each patch, for parameters from 0 to 1.
+def bound_partials(surfaces: FaceSurfaces) -> FloatArray:
+    """Bounds (2, P) of |S_u| and |S_v| over each patch, for parameters of the surface.
 
     With homogeneous points (A, w) about the middle of a net and |P| ≤ R,
     S_u = (A_u − w_u S) / w is at most p (max |ΔA| + R max |Δw|) / min w.
     """
+    nets, faces, breaks = surfaces.nets, surfaces.faces, surfaces.breaks
     bounds = np.empty((2, len(nets.row)))
     for group in nets.groups:
         values = group.values
@@ -216,4 +218,10 @@ def bound_partials(nets: PatchNets) -> FloatArray:
                 longest += reach * np.abs(steps[:, :, 3]).max(axis=(0, 1), initial=0.0)
                 longest /= weights.min(axis=(0, 1))
             bounds[axis, group.patches] = group.degree[axis] * longest
+    # The widths of the spans of each patch.
+    face, number = expand_runs(faces.spans.prod(axis=0))
+    patch = faces.first[face] + number
+    for axis, span in enumerate(np.divmod(number, faces.spans[1, face])):
+        at = breaks.first[2 * face + axis] + span
+        bounds[axis, patch] /= breaks.values[at + 1] - breaks.values[at]
     return bounds

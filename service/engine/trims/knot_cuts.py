@@ -38,8 +38,8 @@ class SpanParts(Items):
     low, high : ndarray of float64, shape (m,)
         Parameters of the curve.
     patch : ndarray of int, shape (m,)
-    neighbors : ndarray of int, shape (4, m)
-        The patches before and after it along u, and along v; itself at borders.
+    around : ndarray of int, shape (9, m)
+        The patch and its eight neighbours; at borders, fewer, repeated.
     knots : ndarray of float64, shape (2, 2, m)
         For both axes, the knots at which the span begins and ends.
     excess : ndarray of float64, shape (2, m)
@@ -54,7 +54,7 @@ class SpanParts(Items):
     low: FloatArray
     high: FloatArray
     patch: Ints
-    neighbors: Ints
+    around: Ints
     knots: FloatArray
     excess: FloatArray
     is_constant: Bools
@@ -92,9 +92,10 @@ def cut_at_knots(
             rising[:, rows] = ((steps >= 0).all(axis=1) | (steps <= 0).all(axis=1)).T
             low[:, rows], high[:, rows] = points.min(axis=1).T, points.max(axis=1).T
         owner = face[todo.curve]
-        spans = [find_knot_span(surfaces, owner, a, (low[a] + high[a]) / 2) for a in range(2)]
-        knots = np.stack([find_knots(surfaces, owner, a, spans[a]) for a in range(2)])
+        spans = [surfaces.find_spans(owner, a, (low[a] + high[a]) / 2) for a in range(2)]
+        knots = np.stack([surfaces.list_knots(owner, a, spans[a]) for a in range(2)])
         excess = np.maximum(np.maximum(knots[:, 0] - low, high - knots[:, 1]), 0.0)
+        excess[:, surfaces.surfaces.is_planar[owner]] = 0.0  # planes have no ends
         is_open = ~surfaces.is_closed[owner].T
         last = surfaces.surfaces.faces.spans[:, owner] - 1
         # Beyond an open end there is no other span.
@@ -152,43 +153,15 @@ def _empty_parts(empty: Ints) -> SpanParts:
         none,
         none,
         empty,
-        np.zeros((4, 0), np.intp),
+        np.zeros((9, 0), np.intp),
         np.zeros((2, 2, 0)),
         np.zeros((2, 0)),
         np.zeros((2, 0), bool),
     )
 
 
-def find_knot_span(surfaces: ClosedSurfaces, face: Ints, axis: int, value: FloatArray) -> Ints:
-    """The span (m,) along an axis that has each value; along closed axes, spans go on for ever."""
-    owner = surfaces.surfaces
-    count, begin = owner.faces.spans[axis, face], owner.first_break[axis, face]
-    is_closed = surfaces.is_closed[face, axis]
-    turns = np.floor((value - surfaces.low[face, axis]) / surfaces.period[face, axis])
-    turns = np.where(is_closed, turns, 0.0)
-    inside = value - turns * surfaces.period[face, axis]
-    low, high = np.zeros(len(face), np.intp), count - 1
-    # A binary search in each vector of knots.
-    for _ in range(int(count.max(initial=1)).bit_length()):
-        middle = (low + high + 1) // 2
-        is_after = owner.breaks[begin + middle] <= inside
-        low, high = np.where(is_after, middle, low), np.where(is_after, high, middle - 1)
-        high = np.maximum(high, low)
-    span: Ints = low + turns.astype(np.intp) * count
-    return span
-
-
-def find_knots(surfaces: ClosedSurfaces, face: Ints, axis: int, span: Ints) -> FloatArray:
-    """The knots (2, m) at which spans begin and end, also of spans beyond a closed domain."""
-    owner = surfaces.surfaces
-    count, begin = owner.faces.spans[axis, face], owner.first_break[axis, face]
-    turns, inside = np.divmod(span, count)
-    shift = turns * surfaces.period[face, axis]
-    return owner.breaks[begin + inside + np.array([[0], [1]])] + shift
-
-
 def _find_patches(surfaces: ClosedSurfaces, face: Ints, spans: list[Ints]) -> tuple[Ints, Ints]:
-    """The patches (m,) of spans, and their neighbours (4, m)."""
+    """The patches (m,) of spans; and these with their neighbours, (9, m)."""
     faces = surfaces.surfaces.faces
 
     def patch(u: Ints, v: Ints) -> Ints:
@@ -201,8 +174,8 @@ def _find_patches(surfaces: ClosedSurfaces, face: Ints, spans: list[Ints]) -> tu
         return number
 
     u, v = spans
-    neighbors = [patch(u - 1, v), patch(u + 1, v), patch(u, v - 1), patch(u, v + 1)]
-    return patch(u, v), np.stack(neighbors)
+    around = [patch(u + i, v + j) for i in (0, -1, 1) for j in (0, -1, 1)]
+    return around[0], np.stack(around)
 
 
 def _find_crossing(
