@@ -32,6 +32,12 @@ class ClosedSurfaces:
     is_closed: Bools
     is_pole: Bools
 
+    @classmethod
+    def open(cls, surfaces: FaceSurfaces) -> "ClosedSurfaces":
+        """Surfaces without continuation and without poles."""
+        count = len(surfaces)
+        return cls(surfaces, np.zeros((count, 2), bool), np.zeros((count, 2, 2), bool))
+
     @cached_property
     def low(self) -> FloatArray:
         """The least parameters (F, 2) of the domains."""
@@ -60,7 +66,8 @@ class ClosedSurfaces:
         turns = np.where(self.is_closed[face, axis], turns, 0.0)
         inside = value - turns * self.period[face, axis]
         span = self.surfaces.breaks.find_spans(2 * face + axis, inside)
-        return span + turns.astype(np.intp) * self.surfaces.faces.spans[axis, face]
+        number: Ints = span + turns.astype(np.intp) * self.surfaces.faces.spans[axis, face]
+        return number
 
     def list_knots(self, face: Ints, axis: int, span: Ints) -> FloatArray:
         """The knots (2, m) at which spans begin and end, also of spans beyond a closed domain."""
@@ -68,7 +75,8 @@ class ClosedSurfaces:
         turns, inside = np.divmod(span, self.surfaces.faces.spans[axis, face])
         at = breaks.first[2 * face + axis] + inside
         shift = turns * self.period[face, axis]
-        return np.stack([breaks.values[at], breaks.values[at + 1]]) + shift
+        knots: FloatArray = np.stack([breaks.values[at], breaks.values[at + 1]]) + shift
+        return knots
 
     def evaluate(self, face: Ints, parameters: FloatArray) -> FloatArray:
         """Points (m, 3) of faces (m,) at parameters (m, 2)."""

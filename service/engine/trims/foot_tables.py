@@ -92,8 +92,7 @@ def find_seed_feet(
         other, apart = find_feet(surfaces, face[to], points[to], feet[source])
         is_nearer = apart < distance[to] - tolerance
         feet[to[is_nearer]], distance[to[is_nearer]] = other[is_nearer], apart[is_nearer]
-    axis, end = surfaces.find_poles(face, points, tolerance)
-    feet = _set_poles(surfaces, face, feet, curve, axis, end)
+    feet = _set_poles(surfaces, face, feet, curve, surfaces.find_poles(face, points, tolerance))
     return continue_feet(surfaces, face, feet, curve)
 
 
@@ -117,9 +116,10 @@ def continue_feet(
 
 
 def _set_poles(
-    surfaces: ClosedSurfaces, face: Ints, feet: FloatArray, curve: Ints, axis: Ints, end: Ints
+    surfaces: ClosedSurfaces, face: Ints, feet: FloatArray, curve: Ints, pole: tuple[Ints, Ints]
 ) -> FloatArray:
     """Feet, with those at poles on their sides, at the free parameter of the nearest other seed."""
+    axis, end = pole
     at_pole: Bools = axis >= 0
     rows = at_pole.nonzero()[0]
     if not len(rows):

@@ -45,7 +45,13 @@ class Gaps:
 
 
 def bound_gaps(
-    surfaces: ClosedSurfaces, face: Ints, curves: Splines, edge: Ints, pcurves: Splines
+    surfaces: ClosedSurfaces,
+    face: Ints,
+    curves: Splines,
+    edge: Ints,
+    pcurves: Splines,
+    *,
+    nodes: float = FACTOR,
 ) -> Gaps:
     """Bounds of sup |E(t) − S(c(t))| for parameter curves c and edges E at equal parameters.
 
@@ -59,16 +65,16 @@ def bound_gaps(
         The number in `curves` of each edge.
     pcurves : Splines
         n curves, in parameters of the surfaces, with the same ranges as the edges.
+    nodes : float
+        m / n > 1; with more nodes, bounds are closer.
     """
     spans = pcurves.list_spans()
     pieces = curves.cut(edge[spans.curve], spans.low, spans.high)
     origin = pieces.source
-    intervals = Intervals(
-        origin, spans.curve[origin], pieces.low, pieces.high, spans.span[origin]
-    )
+    intervals = Intervals(origin, spans.curve[origin], pieces.low, pieces.high, spans.span[origin])
     parts = cut_at_knots(surfaces, face, pcurves, intervals)
     degree, has_weights = _find_degrees(surfaces, curves, edge, pcurves, parts)
-    count = (np.ceil(FACTOR * degree) + 1).astype(np.intp)
+    count = (np.ceil(nodes * degree) + 1).astype(np.intp)
     bound, seen = np.zeros((2, len(parts.curve)))
     partials = bound_partials(surfaces.surfaces)
     ends = np.cumsum(count)

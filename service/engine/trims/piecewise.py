@@ -40,7 +40,7 @@ def join_spans(
         parts.setdefault(values.shape[1:], []).append((rows, values))
     degree, group, row = np.zeros((3, count), np.intp)
     is_rational = np.zeros(count, bool)
-    groups = []
+    groups: list[SpanNets] = []
     for shape, members in parts.items():
         rows = np.concatenate([rows for rows, _ in members])
         order = rows.argsort()
@@ -70,3 +70,10 @@ def restrict_curves(splines: Splines, curve: Ints, low: FloatArray, high: FloatA
     """New curves: curve `curve[k]` over [low[k], high[k]], with the same parameters."""
     intervals = splines.cut(curve, low, high)
     return join_spans(splines.dimension, intervals, splines.restrict(intervals))
+
+
+def make_segments(begin: FloatArray, end: FloatArray, ranges: FloatArray) -> Splines:
+    """Segments from points (k, D) to points (k, D) over ranges (k, 2) of parameters."""
+    every = np.arange(len(begin))
+    intervals = Intervals(every, every, ranges[:, 0], ranges[:, 1], np.zeros(len(begin), np.intp))
+    return join_spans(begin.shape[1], intervals, [(every, np.stack([begin, end], axis=1))])

@@ -1,0 +1,153 @@
+"""Vertices, edges, loops and coedges of a brep as columns, while its regions are being made."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.trims.splines import Splines
+
+ADDED = -1
+"""The source of edges that were added: natural borders, poles, edges of parameter curves alone."""
+
+SEAM = -2
+"""The source of private seams."""
+
+
+@dataclass(frozen=True, eq=False)
+class Topology:
+    """V vertices, E edges, L loops of C coedges; the names are those of `PreparedBrep`.
+
+    Attributes
+    ----------
+    curves : Splines
+        Curves of space.
+    pcurves : Splines
+        C curves, in parameters of the surfaces, at the parameters of their edges.
+    is_given : ndarray of bool, shape (C,)
+        Whether the request has a parameter curve for the coedge.
+    is_replaced : ndarray of bool, shape (C,)
+    is_open : ndarray of bool, shape (C,)
+        Whether the parameter curve is still to be made: the coedge is a pole.
+    gaps : ndarray of float64, shape (C,)
+        Proved gaps; NaN where they are not known yet.
+    """
+
+    vertices: FloatArray
+    vertex_uncertainties: FloatArray
+    edge_vertices: Ints
+    edge_curves: Ints
+    edge_ranges: FloatArray
+    edge_uncertainties: FloatArray
+    is_degenerate: Bools
+    edge_sources: Ints
+    curves: Splines
+    loop_faces: Ints
+    loop_counts: Ints
+    coedge_edges: Ints
+    coedge_reversed: Bools
+    pcurves: Splines
+    is_given: Bools
+    is_replaced: Bools
+    is_open: Bools
+    gaps: FloatArray
+
+    @cached_property
+    def loop_starts(self) -> Ints:
+        """The first coedge of each loop, (L,)."""
+        return np.cumsum(self.loop_counts) - self.loop_counts
+
+    @cached_property
+    def coedge_loops(self) -> Ints:
+        """The loop of each coedge, (C,)."""
+        return np.repeat(np.arange(len(self.loop_counts)), self.loop_counts)
+
+    @cached_property
+    def coedge_faces(self) -> Ints:
+        """The face of each coedge, (C,)."""
+        faces: Ints = self.loop_faces[self.coedge_loops]
+        return faces
+
+    @cached_property
+    def coedge_vertices(self) -> Ints:
+        """The vertices (2, C) at which coedges begin and end, along their loops."""
+        ends = self.edge_vertices[self.coedge_edges]
+        ends = np.where(self.coedge_reversed[:, np.newaxis], ends[:, ::-1], ends)
+        return np.ascontiguousarray(ends.T)
+
+    def find_ends(self) -> FloatArray:
+        """The parameters (2, C, 2) at which coedges begin and end, along their loops."""
+        every = np.arange(len(self.coedge_edges))
+        start, end = self.edge_ranges[self.coedge_edges].T
+        ends = np.stack([self.pcurves.evaluate(every, t) for t in (start, end)])
+        return np.where(self.coedge_reversed[:, np.newaxis], ends[::-1], ends)
+
+    def take_coedges(self, coedges: Ints, loop_faces: Ints, loop_counts: Ints) -> "Topology":
+        """The same edges, with other loops, of coedges (k,) that exist."""
+        return replace(
+            self,
+            loop_faces=loop_faces,
+            loop_counts=loop_counts,
+            coedge_edges=self.coedge_edges[coedges],
+            coedge_reversed=self.coedge_reversed[coedges],
+            pcurves=self.pcurves.take(coedges),
+            is_given=self.is_given[coedges],
+            is_replaced=self.is_replaced[coedges],
+            is_open=self.is_open[coedges],
+            gaps=self.gaps[coedges],
+        )
+
+    def add_vertices(self, points: FloatArray, uncertainty: float) -> tuple["Topology", Ints]:
+        """With further vertices (k, 3), and their numbers."""
+        numbers = len(self.vertices) + np.arange(len(points))
+        added = replace(
+            self,
+            vertices=np.concatenate([self.vertices, points]),
+            vertex_uncertainties=np.concatenate(
+                [self.vertex_uncertainties, np.full(len(points), uncertainty)]
+            ),
+        )
+        return added, numbers
+
+    def add_edges(
+        self, vertices: Ints, curves: Splines | None, source: int, uncertainty: float
+    ) -> tuple["Topology", Ints]:
+        """With further edges between vertices (k, 2), and their numbers.
+
+        Without curves the edges are degenerate, with the parameters [0, 1].
+        """
+        count, old = len(vertices), len(self.edge_curves)
+        if curves is None:
+            numbers, ranges = np.full(count, -1), np.tile([0.0, 1.0], (count, 1))
+        else:
+            numbers = len(self.curves) + np.arange(count)
+            ranges = np.stack([curves.start, curves.end], axis=1)
+        added = replace(
+            self,
+            edge_vertices=np.concatenate([self.edge_vertices, vertices]),
+            edge_curves=np.concatenate([self.edge_curves, numbers]),
+            edge_ranges=np.concatenate([self.edge_ranges, ranges]),
+            edge_uncertainties=np.concatenate(
+                [self.edge_uncertainties, np.full(count, uncertainty)]
+            ),
+            is_degenerate=np.concatenate([self.is_degenerate, np.full(count, curves is None)]),
+            edge_sources=np.concatenate([self.edge_sources, np.full(count, source)]),
+            curves=self.curves if curves is None else Splines.join([self.curves, curves]),
+        )
+        return added, old + np.arange(count)
+
+    def add_coedges(self, edges: Ints, is_reversed: Bools, pcurves: Splines) -> "Topology":
+        """With further coedges (k,) after those that exist; the loops do not have them yet."""
+        count = len(edges)
+        no = np.zeros(count, bool)
+        return replace(
+            self,
+            coedge_edges=np.concatenate([self.coedge_edges, edges]),
+            coedge_reversed=np.concatenate([self.coedge_reversed, is_reversed]),
+            pcurves=Splines.join([self.pcurves, pcurves]),
+            is_given=np.concatenate([self.is_given, no]),
+            is_replaced=np.concatenate([self.is_replaced, no]),
+            is_open=np.concatenate([self.is_open, no]),
+            gaps=np.concatenate([self.gaps, np.full(count, np.nan)]),
+        )

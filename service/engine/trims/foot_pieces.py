@@ -1,0 +1,206 @@
+"""Pieces of curves of foot points: nodes, feet at the nodes, and the continuation to poles."""
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, Ints
+from service.bases.bernstein import bernstein
+from service.engine.trims.closure import ClosedSurfaces
+from service.engine.trims.foot_tables import FootTable
+from service.engine.trims.inversion import find_feet
+from service.engine.trims.splines import Splines
+from service.engine.vectors import Items, length
+
+DEGREE = 7
+"""n of the pieces."""
+
+
+@dataclass(frozen=True, eq=False)
+class CurvesOnFaces:
+    """n curves of space, each with the surface of the face near which it runs.
+
+    Attributes
+    ----------
+    surfaces : ClosedSurfaces
+    face : ndarray of int, shape (n,)
+    curves : Splines
+    pole_axes : ndarray of int, shape (2, n)
+        The axis of the side with the pole at which each curve begins, and ends; −1 if there is
+        none.
+    pole_sides : ndarray of float64, shape (2, n)
+        The parameter of that side along this axis.
+    """
+
+    surfaces: ClosedSurfaces
+    face: Ints
+    curves: Splines
+    pole_axes: Ints
+    pole_sides: FloatArray
+
+    def find_feet(
+        self, curve: Ints, t: FloatArray, guess: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Foot points (m, 2) of points of curves (m,) at t (m,), and distances (m,)."""
+        return find_feet(self.surfaces, self.face[curve], self.curves.evaluate(curve, t), guess)
+
+    def measure(self, curve: Ints, t: FloatArray, feet: FloatArray) -> FloatArray:
+        """Distances (m,) of curves (m,) at t (m,) from the surface at parameters (m, 2)."""
+        image = self.surfaces.evaluate(self.face[curve], feet)
+        return length(image - self.curves.evaluate(curve, t), -1)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Pieces(Items):
+    """m pieces of curves that are to be interpolated.
+
+    Attributes
+    ----------
+    curve : ndarray of int, shape (m,)
+    low, high : ndarray of float64, shape (m,)
+        Their ends.
+    excess : ndarray of float64, shape (m,)
+        The `excess` of the piece of which each is a part, as `measure_excess` tells it.
+    first, last : ndarray of float64, shape (2, m)
+        The feet at the ends.
+    inner : ndarray of float64, shape (n − 1, 2, m)
+        Guesses at the inner nodes.
+    """
+
+    curve: Ints
+    low: FloatArray
+    high: FloatArray
+    excess: FloatArray
+    first: FloatArray
+    last: FloatArray
+    inner: FloatArray
+
+    def list_parameters(self, shares: FloatArray) -> FloatArray:
+        """Parameters (r, m) at shares (r,) of the pieces."""
+        return self.low + (self.high - self.low) * shares[:, np.newaxis]
+
+
+@cache
+def list_nodes() -> FloatArray:
+    """The n + 1 nodes, from 0 to 1."""
+    return (1.0 - np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)) / 2
+
+
+@cache
+def list_checks() -> FloatArray:
+    """A parameter between any two neighbouring nodes, (n,)."""
+    return (1.0 - np.cos(np.pi * (np.arange(DEGREE) + 0.5) / DEGREE)) / 2
+
+
+@cache
+def to_bezier() -> FloatArray:
+    """The matrix from values at the nodes to Bézier points; its end rows are exact."""
+    matrix = np.asarray(np.linalg.inv(bernstein(DEGREE, list_nodes())), np.float64)
+    matrix[0], matrix[-1] = np.eye(DEGREE + 1)[0], np.eye(DEGREE + 1)[-1]
+    return matrix
+
+
+@cache
+def _extrapolation(drop_first: bool, drop_last: bool) -> FloatArray:
+    """Weights (2, n + 1) of the values at inner nodes for the values at the first and last node."""
+    used = np.arange(int(drop_first), DEGREE + 1 - int(drop_last))
+    x = list_nodes()
+    weights = np.zeros((2, DEGREE + 1))
+    for row, target in enumerate((x[0], x[-1])):
+        for k in used:
+            others = used[used != k]
+            weights[row, k] = np.prod((target - x[others]) / (x[k] - x[others]))
+    return weights
+
+
+def place_curves(
+    surfaces: ClosedSurfaces, face: Ints, curves: Splines, tolerance: float
+) -> CurvesOnFaces:
+    """Curves, with the poles at which they begin or end up to a tolerance."""
+    number = np.arange(len(face))
+    axes, sides = np.full((2, len(face)), -1), np.zeros((2, len(face)))
+    if surfaces.is_pole[face].any():
+        both = np.stack([surfaces.low, surfaces.surfaces.high])
+        for k, t in enumerate((curves.start, curves.end)):
+            axes[k], end = surfaces.find_poles(face, curves.evaluate(number, t), tolerance)
+            sides[k] = both[end, face, axes[k]]
+    return CurvesOnFaces(surfaces, face, curves, axes, sides)
+
+
+def begin_pieces(work: CurvesOnFaces, table: FootTable) -> Pieces:
+    """The spans of the curves, with the feet at all breaks."""
+    curves = work.curves
+    spans = curves.list_spans()
+    owner = np.repeat(np.arange(len(curves)), curves.span_count + 1)
+    guess = table.guess(owner, curves.breaks)
+    feet, _ = work.find_feet(owner, curves.breaks, guess)
+    for k, at in enumerate((curves.first_break, curves.first_break + curves.span_count)):
+        rows = (work.pole_axes[k] >= 0).nonzero()[0]
+        feet[at[rows]] = guess[at[rows]]
+        feet[at[rows], work.pole_axes[k, rows]] = work.pole_sides[k, rows]
+    begin = curves.first_break[spans.curve] + spans.span
+    inner_nodes = list_nodes()[1:-1]
+    t = spans.low + (spans.high - spans.low) * inner_nodes[:, np.newaxis]
+    inner = table.guess(np.tile(spans.curve, len(inner_nodes)), t.ravel())
+    return Pieces(
+        spans.curve,
+        spans.low,
+        spans.high,
+        np.full(len(spans.curve), np.inf),
+        feet[begin].T,
+        feet[begin + 1].T,
+        inner.reshape(len(inner_nodes), -1, 2).transpose(0, 2, 1),
+    )
+
+
+def find_node_feet(work: CurvesOnFaces, pieces: Pieces) -> tuple[FloatArray, FloatArray]:
+    """Feet (n + 1, 2, m) at the nodes of pieces, and the distances (n − 1, m) at inner nodes."""
+    count = DEGREE - 1
+    t = pieces.list_parameters(list_nodes()[1:-1])
+    guess = pieces.inner.transpose(0, 2, 1).reshape(-1, 2)
+    inner, distance = work.find_feet(np.tile(pieces.curve, count), t.ravel(), guess)
+    inner = inner.reshape(count, -1, 2).transpose(0, 2, 1)
+    feet = np.concatenate([pieces.first[np.newaxis], inner, pieces.last[np.newaxis]])
+    return _continue_to_poles(work, pieces, feet), distance.reshape(count, -1)
+
+
+def measure_excess(
+    work: CurvesOnFaces, pieces: Pieces, points: FloatArray, distance: FloatArray
+) -> FloatArray:
+    """How much further (m,) from the curves pieces are between their nodes than at them.
+
+    Parameters
+    ----------
+    points : ndarray of float64, shape (n + 1, 2, m)
+        Control points of the pieces.
+    distance : ndarray of float64, shape (n − 1, m)
+        At the inner nodes.
+    """
+    shares = list_checks()
+    feet = np.einsum("ij,jkm->imk", bernstein(DEGREE, shares), points)
+    t = pieces.list_parameters(shares)
+    gap = work.measure(np.tile(pieces.curve, len(shares)), t.ravel(), feet.reshape(-1, 2))
+    excess: FloatArray = gap.reshape(len(shares), -1).max(axis=0) - distance.max(axis=0)
+    return excess
+
+
+def _continue_to_poles(work: CurvesOnFaces, pieces: Pieces, feet: FloatArray) -> FloatArray:
+    """Feet (n + 1, 2, m); at poles the free parameter continues that of the other nodes."""
+    if (work.pole_axes < 0).all():
+        return feet
+    curve = pieces.curve
+    first = np.where(pieces.low == work.curves.start[curve], work.pole_axes[0, curve], -1)
+    last = np.where(pieces.high == work.curves.end[curve], work.pole_axes[1, curve], -1)
+    feet = feet.copy()
+    for drop_first, drop_last in ((True, False), (False, True), (True, True)):
+        rows = (((first >= 0) == drop_first) & ((last >= 0) == drop_last)).nonzero()[0]
+        if not len(rows):
+            continue
+        ends = np.einsum("ij,jkm->ikm", _extrapolation(drop_first, drop_last), feet[..., rows])
+        every = np.arange(len(rows))
+        if drop_first:
+            feet[0, 1 - first[rows], rows] = ends[0, 1 - first[rows], every]
+        if drop_last:
+            feet[-1, 1 - last[rows], rows] = ends[1, 1 - last[rows], every]
+    return feet
