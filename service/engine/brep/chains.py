@@ -56,7 +56,8 @@ def join_chains(
     -------
     topology : Topology
     turns : ndarray of int, shape (L, 2)
-        How often each loop runs around along both axes: it ends so many periods beyond its start.
+        How often each loop runs around along both axes: that many periods are from its start to
+        its end.
     """
     ends = topology.find_ends()
     joints = _find_joints(surfaces, topology, ends)
@@ -64,10 +65,11 @@ def join_chains(
     face = topology.coedge_faces[joints.after]
     period, is_closed = surfaces.period[face], surfaces.is_closed[face]
     move = np.where(is_closed, -np.rint(gap / period), 0.0)
-    # At a pole that no given curve explains, the loop goes on with the material on its left.
+    # At a pole the loop goes on with the material on its left, or as given curves say.
     at_pole = (joints.axis >= 0).nonzero()[0]
-    is_known = topology.is_given[joints.before] & topology.is_given[joints.after]
-    rows = at_pole[~is_known[at_pole]]
+    is_known = (topology.is_given[joints.before] & topology.is_given[joints.after])[at_pole]
+    known, rows = at_pole[is_known], at_pole[~is_known]
+    move[known, 1 - joints.axis[known]] = 0.0
     free = 1 - joints.axis[rows]
     forward = _find_direction(joints.axis[rows], joints.end[rows])
     rest = gap[rows, free] / period[rows, free]

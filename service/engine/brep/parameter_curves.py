@@ -34,7 +34,7 @@ FINE = 8.0
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ParameterCurves:
-    """The parameter curves of C coedges, with what is known of them.
+    """The parameter curves of C coedges, and their gaps.
 
     Attributes
     ----------
@@ -92,7 +92,7 @@ def find_parameter_curves(
     parts = [
         (compared, own),
         (free, given.take(number[free])),
-        (unknown, make_segments(nowhere, nowhere, nowhere + [0.0, 1.0])),
+        (unknown, make_segments(nowhere, nowhere, nowhere + np.array([0.0, 1.0]))),
     ]
     is_replaced = np.zeros(count, bool)
     made = (has_curve & ~is_used).nonzero()[0]

@@ -116,8 +116,8 @@ class PreparedBrep:
         restricted to the boxes of the parameter curves.
         """
         points = [nets.points.transpose(2, 0, 1).reshape(-1, 3) for nets in self.curves.groups]
-        faces = np.unique(self.loop_faces)
-        return np.stack(find_part_box(self.places, faces, self.vertices, *points))
+        low, high = _box_faces(self.pcurves, self.coedge_faces, len(self.surfaces))
+        return np.stack(find_part_box(self.places, low, high, self.vertices, *points))
 
     @cached_property
     def diagonal(self) -> float:
@@ -205,20 +205,26 @@ def _begin(model: BrepModel, curves: Splines, found: ParameterCurves) -> Topolog
         found.pcurves.move_ranges(start, end),
         model.coedge_pcurves >= 0,
         found.is_replaced,
-        found.is_open,
+        found.is_open | ((edge >= 0) & model.is_degenerate[edge]),
         found.gaps,
     )
+
+
+def _box_faces(pcurves: Splines, face: Ints, count: int) -> tuple[FloatArray, FloatArray]:
+    """The boxes (F, 2) about the parameter curves of each face; empty without any."""
+    low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
+    if len(face):
+        begins = np.flatnonzero(np.diff(face, prepend=-1))
+        least, most = find_boxes(pcurves)
+        low[face[begins]] = np.minimum.reduceat(least, begins)
+        high[face[begins]] = np.maximum.reduceat(most, begins)
+    return low, high
 
 
 def _finish(model: BrepModel, surfaces: FaceSurfaces, topology: Topology) -> PreparedBrep:
     """Places over the boxes of the parameter curves, and these in places."""
     face = topology.coedge_faces
-    low, high = np.full((len(surfaces), 2), np.inf), np.full((len(surfaces), 2), -np.inf)
-    if len(face):
-        begins = np.flatnonzero(np.diff(face, prepend=-1))
-        least, most = find_boxes(topology.pcurves)
-        low[face[begins]] = np.minimum.reduceat(least, begins)
-        high[face[begins]] = np.maximum.reduceat(most, begins)
+    low, high = _box_faces(topology.pcurves, face, len(surfaces))
     surfaces = surfaces.move_planes(low, high)
     places = Places.of(surfaces, low, high)
     pcurves = topology.pcurves.map_points(places.origin[face], SIZE / places.extent[face])

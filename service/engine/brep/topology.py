@@ -84,7 +84,7 @@ class Topology:
         return np.where(self.coedge_reversed[:, np.newaxis], ends[::-1], ends)
 
     def take_coedges(self, coedges: Ints, loop_faces: Ints, loop_counts: Ints) -> "Topology":
-        """The same edges, with other loops, of coedges (k,) that exist."""
+        """Other loops, of coedges (k,) that exist, between all edges."""
         return replace(
             self,
             loop_faces=loop_faces,

@@ -19,14 +19,20 @@ from math import pi
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.bernstein import bernstein
-from service.bases.row_batches import expand_runs, row_slices
+from service.bases.row_batches import expand_runs
 from service.engine.nets.patch_nets import PatchNets
 from service.engine.trims.closure import ClosedSurfaces
+from service.engine.trims.homogeneous import (
+    bound_partials,
+    bound_speeds,
+    evaluate_patches,
+    evaluate_spans,
+    find_least_patch_weights,
+    find_least_weights,
+)
 from service.engine.trims.knot_cuts import SpanParts, cut_at_knots
 from service.engine.trims.span_nets import Intervals
 from service.engine.trims.splines import Splines
-from service.engine.trims.surfaces import FaceSurfaces
 from service.engine.vectors import UNIT, length
 
 FACTOR = 2.0
@@ -76,6 +82,7 @@ def bound_gaps(
     degree, has_weights = _find_degrees(surfaces, curves, edge, pcurves, parts)
     count = (np.ceil(nodes * degree) + 1).astype(np.intp)
     bound, seen = np.zeros((2, len(parts.curve)))
+    edge_span = pieces.span[parts.source]
     partials = bound_partials(surfaces.surfaces)
     ends = np.cumsum(count)
     first = 0
@@ -87,7 +94,7 @@ def bound_gaps(
             (surfaces.surfaces.nets, partials),
             (curves, edge, pcurves),
             parts.take(rows),
-            pieces.span[parts.source[rows]],
+            edge_span[rows],
             (degree[rows], count[rows], has_weights[rows]),
         )
         first = last
@@ -135,16 +142,16 @@ def _bound_parts(
     x = (1.0 - np.cos(pi * number / (count - 1)[run])) / 2
     t = parts.low[run] + (parts.high - parts.low)[run] * x
     curve, owner = parts.curve[run], edge[parts.curve[run]]
-    place, place_weight = _evaluate_spans(pcurves, curve, parts.span[run], t)
-    point, weight = _evaluate_spans(curves, owner, edge_span[run], t)
+    place, place_weight = evaluate_spans(pcurves, curve, parts.span[run], t)
+    point, weight = evaluate_spans(curves, owner, edge_span[run], t)
     width = parts.knots[:, 1] - parts.knots[:, 0]
     local = (place.T - parts.knots[:, 0][:, run]) / width[:, run]
-    image, image_weight = _evaluate_patches(nets, parts.patch[run], local)
+    image, image_weight = evaluate_patches(nets, parts.patch[run], local)
     gap = length(point - image, -1)
     begins = np.cumsum(count) - count
     seen = np.maximum.reduceat(gap, begins)
     factor = 1.0 / np.cos(pi * degree / (2.0 * (count - 1)))
-    bound = factor * seen
+    bound, growth = factor * seen, factor
     if has_weights.any():
         group = nets.group[parts.patch]
         total = np.array([sum(nets_.degree) for nets_ in nets.groups])[group]
@@ -153,81 +160,22 @@ def _bound_parts(
         most = np.maximum.reduceat(all_weights, begins)
         lower = (least + most) / 2 - factor * (most - least) / 2
         rational = factor * np.maximum.reduceat(gap * all_weights, begins)
-        # Where the weights vary too much for this, the patch, the edge and c are in their hulls.
-        safe = np.where(lower > 0, lower, 1.0)
-        rational = np.where(lower > 0, rational / safe, np.inf)
-        bound = np.where(has_weights, rational, bound)
-    # The rounding of points, and of the parameters at which the surface was evaluated; and the
-    # surface beyond a knot, which is another patch.
+        if (lower <= 0).any():  # the weights vary much: hulls of nets have lower bounds
+            hull = find_least_patch_weights(nets, parts.patch)
+            hull *= find_least_weights(pcurves, parts.curve, parts.span) ** total
+            hull *= find_least_weights(curves, edge[parts.curve], edge_span)
+            lower = np.maximum(lower, hull)
+        bound = np.where(has_weights, rational / lower, bound)
+        growth = np.where(has_weights, factor * most / lower, growth)
+    # The rounding of points; of the parameters at which the surface was evaluated; of the nodes;
+    # and the surface beyond a knot, which is another patch.
     size = np.abs(point).max(axis=1) + np.abs(image).max(axis=1)
-    rounding = 8.0 * (degree + 8.0) * UNIT * np.maximum.reduceat(size, begins)
-    shift = np.maximum.reduceat(np.abs(place), begins, axis=0).T * 8.0 * UNIT * (degree + 8.0)
+    unit = 8.0 * (degree + 8.0) * UNIT
+    rounding = unit * np.maximum.reduceat(size, begins)
+    place_speed = bound_speeds(pcurves, parts.curve, parts.span)
+    late = 8.0 * UNIT * np.maximum(np.abs(parts.low), np.abs(parts.high))
+    shift = unit * np.maximum.reduceat(np.abs(place), begins, axis=0).T + late * place_speed
     beyond = 2.0 * parts.excess * partials[:, parts.around].max(axis=1)
     rounding += (shift * partials[:, parts.patch] + beyond).sum(axis=0)
-    return bound + 2.0 * rounding, seen
-
-
-def _evaluate_spans(
-    splines: Splines, curve: Ints, span: Ints, t: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Points (m, D) of given spans of curves, and their weights (m,)."""
-    at = splines.first_break[curve] + span
-    low = splines.breaks[at]
-    x = (t - low) / (splines.breaks[at + 1] - low)
-    column = splines.row[curve] + span
-    points, weights = np.empty((len(curve), splines.dimension)), np.ones(len(curve))
-    for nets, rows in splines.split(curve):
-        basis = bernstein(nets.degree, x[rows]).T[:, np.newaxis]
-        value = (nets.values.take(column[rows], axis=2) * basis).sum(axis=0)
-        if nets.is_rational:
-            weights[rows] = value[-1]
-            value = value[:-1] / value[-1]
-        points[rows] = value.T
-    return points, weights
-
-
-def _evaluate_patches(
-    nets: PatchNets, patch: Ints, local: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Points (m, 3) of patches, also a little beyond [0, 1]², and their weights (m,)."""
-    points, weights = np.empty((len(patch), 3)), np.ones(len(patch))
-    for group, indices in nets.split_by_group(patch):
-        p, q = group.degree
-        for chunk in row_slices(len(indices), group.values[..., 0].size, 1 << 17):
-            rows = indices[chunk]
-            value = group.values.take(nets.row[patch[rows]], axis=3)
-            value = (value * bernstein(q, local[1, rows]).T[:, np.newaxis]).sum(axis=1)
-            value = (value * bernstein(p, local[0, rows]).T[:, np.newaxis]).sum(axis=0)
-            if group.is_rational:
-                weights[rows] = value[3]
-                value = value[:3] / value[3]
-            points[rows] = (value + nets.middles[:, patch[rows]]).T
-    return points, weights
-
-
-def bound_partials(surfaces: FaceSurfaces) -> FloatArray:
-    """Bounds (2, P) of |S_u| and |S_v| over each patch, for parameters of the surface.
-
-    With homogeneous points (A, w) about the middle of a net and |P| ≤ R,
-    S_u = (A_u − w_u S) / w is at most p (max |ΔA| + R max |Δw|) / min w.
-    """
-    nets, faces, breaks = surfaces.nets, surfaces.faces, surfaces.breaks
-    bounds = np.empty((2, len(nets.row)))
-    for group in nets.groups:
-        values = group.values
-        for axis in range(2):
-            steps = np.diff(values, axis=axis)
-            longest = length(steps[:, :, :3]).max(axis=(0, 1), initial=0.0)
-            if group.is_rational:
-                weights = values[:, :, 3]
-                reach = (length(values[:, :, :3]) / weights).max(axis=(0, 1))
-                longest += reach * np.abs(steps[:, :, 3]).max(axis=(0, 1), initial=0.0)
-                longest /= weights.min(axis=(0, 1))
-            bounds[axis, group.patches] = group.degree[axis] * longest
-    # The widths of the spans of each patch.
-    face, number = expand_runs(faces.spans.prod(axis=0))
-    patch = faces.first[face] + number
-    for axis, span in enumerate(np.divmod(number, faces.spans[1, face])):
-        at = breaks.first[2 * face + axis] + span
-        bounds[axis, patch] /= breaks.values[at + 1] - breaks.values[at]
-    return bounds
+    rounding += late * length(bound_speeds(curves, edge[parts.curve], edge_span))
+    return bound + growth * rounding, seen
