@@ -63,8 +63,7 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
         document["attributes"] = dict(mesh.attributes)
     if mesh.welds is not None and (rows or mesh.attributes):
         document["attribute_faces"] = _faces(mesh, None)
-    if lists_parts(mesh.report, mesh.parts):
-        document["parts"] = list(_parts(mesh))
+    document["parts"] = list(_parts(mesh)) if lists_parts(mesh.report, mesh.parts) else []
     if overlays := find_nonempty(mesh.overlays):
         document["lines"] = [
             {

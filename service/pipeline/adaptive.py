@@ -146,7 +146,11 @@ def build_within_budget(
         content = plan.encode_mesh(mesh)
         effort_share = (effort.spent - spent_before) / effort_for_mesh
         cost = max(_budget_share(mesh, content, accuracy), effort_share)
-        return Attempt(cost, mesh.report.deviation_bound or 0.0, (mesh, content))
+        bound = mesh.report.deviation_bound
+        if bound is None:
+            # Without faces nothing deviates; a brep without a bound is worse than any with one.
+            bound = 0.0 if mesh.report.brep is None else diagonal
+        return Attempt(cost, bound, (mesh, content))
 
     # Build the coarsest mesh even if it exceeds the budget, because the error names its size.
     unlimited_accuracy = (

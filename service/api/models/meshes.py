@@ -15,6 +15,7 @@ from service.surface.channels import MAX_DIMENSION
 
 _NUMBER: dict[str, Any] = {"type": "number"}
 _COLOR_COMPONENT: dict[str, Any] = {"type": "number", "minimum": 0, "maximum": 1}
+_OPTIONAL_BOUND = WithJsonSchema({"type": ["number", "null"], "minimum": 0})
 _WHOLE_NUMBER: dict[str, Any] = {"type": "integer", "minimum": 0}
 
 
@@ -80,9 +81,32 @@ class PartReport(ResponseModel):
     """Facts about a part."""
 
     name: str
-    """Name of the part, or of the member of a group."""
+    """Name of the part, of the face of a brep, or of the member of a group."""
     deviation_bound: Length | Missing = None
-    """The `deviation_bound` of the part alone; left out for tubes and ribbons."""
+    """The `deviation_bound` of the part alone; left out for tubes and ribbons, and for faces without
+    triangles."""
+
+
+class CollapsedEdges(ResponseModel):
+    """Edges of a brep that became one vertex."""
+
+    count: Count
+    """Their number."""
+    longest_chain: Length
+    """The greatest length of connected edges that became one vertex, in model units."""
+
+
+class SkippedFace(ResponseModel):
+    """An invalid face of a brep that was left out."""
+
+    face: Count
+    """Number of the face in the brep."""
+    code: str
+    """The code of the error that would refuse the brep."""
+    got: str
+    """What is wrong, with figures."""
+    needed: str
+    """A description of a valid face."""
 
 
 class MeshReport(ResponseModel):
@@ -95,7 +119,7 @@ class MeshReport(ResponseModel):
     quads: Count
     """Number of quads."""
     patches: Count
-    """Number of Bézier patches; tubes and ribbons have none."""
+    """Number of Bézier patches; tubes and ribbons have none. For breps those of all faces."""
     bounds: Bounds
     watertight: bool
     """Whether every edge belongs to exactly two faces."""
@@ -115,10 +139,35 @@ class MeshReport(ResponseModel):
     """If the surface closes along v, its continuity there: as `continuity_u`, with dv."""
     deviation_bound: Length | Missing = None
     """Proved, in model units: no point of the surface is further than this from the faces, with the
-    coordinates that the file has after rounding. Never above the tolerance of the request. Left out
-    if the mesh has no faces, or only faces of tubes and ribbons."""
-    mesh_deviation_bound: Length | Missing = None
-    """With `two_sided`; proved: no point of the faces is further than this from the surface."""
+    coordinates that the file has after rounding. Never above the tolerance of the request, except
+    for breps whose edges are further than that from their faces (`reached`). For breps it holds for
+    faces and for edges. Left out if the mesh has no faces, or only faces of tubes and ribbons."""
+    mesh_deviation_bound: Annotated[Length | None | Missing, _OPTIONAL_BOUND] = None
+    """With `two_sided`; proved: no point of the faces is further than this from the surface. Null
+    for a brep without such a bound; `mesh_deviation_reason` says why."""
+    mesh_deviation_reason: str | Missing = None
+    """Why `mesh_deviation_bound` is null."""
+    reached: bool | Missing = None
+    """Whether `deviation_bound` is at most the tolerance. This and the next fields are only for
+    breps, and groups with breps: sums and greatest values over all of them."""
+    gap_bound: Length | Missing = None
+    """Proved, in model units: no point of an edge is further than this from the point of its
+    parameter curve at the same parameter, on the surface of the face."""
+    pcurves_replaced: Count | Missing = None
+    """Number of given parameter curves that were made anew, because they were too far from their
+    edges."""
+    complete: bool | Missing = None
+    """Whether all faces have triangles: none is in `skipped_faces`, and none is degenerate."""
+    non_manifold_edges: Count | Missing = None
+    """Number of edges with more than two coedges in one shell that could not be put in pairs."""
+    double_edges: Count | Missing = None
+    """Number of pairs of vertices that more than two triangles join, without `non_manifold_edges`."""
+    degenerate_faces: Count | Missing = None
+    """Number of faces without triangles, because they are too narrow."""
+    collapsed_edges: CollapsedEdges | Missing = None
+    """Edges that became one vertex, because they are shorter than their uncertainty."""
+    skipped_faces: list[SkippedFace] | Missing = None
+    """Invalid faces that were left out, with `"invalid_faces": "skip"`."""
     normal_angle: Length | Missing = None
     """With `angle_tolerance`: the largest measured angle, in radians, between the normals at the
     two ends of an edge."""
@@ -131,7 +180,8 @@ class MeshReport(ResponseModel):
     """The largest distance, in model units, by which a point of the surface was moved to join
     control points (`weld_tolerance`). All bounds include this distance; left out if it is 0."""
     parts: list[PartReport] | Missing = None
-    """The bound of each part, in the order of the parts; left out if no part has a bound."""
+    """The bound of each part, in the order of the parts; left out if no part has a bound, and for
+    breps of more than 10,000 faces. The parts of a brep are its faces."""
     engine: int
     """Version of the numbers. It changes when the service computes other numbers for the same
     request."""
@@ -188,7 +238,8 @@ class Mesh(ResponseModel):
     of each face, in the shape of `faces`, an index of `normals`, `uvs`, `colors` and
     `attributes`."""
     parts: list[MeshPart]
-    """The parts, each with its range of `faces`."""
+    """The parts, each with its range of `faces`; those of a brep are its faces. Empty for breps of
+    more than 10,000 faces."""
     lines: list[MeshLines] | Missing = None
     """The overlays of the request, if any."""
     report: MeshReport

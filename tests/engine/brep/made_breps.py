@@ -5,7 +5,7 @@ from itertools import product
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, Ints
+from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.brep.brep_triangulation import BrepTriangulation
 from service.engine.brep.prepared import PreparedBrep
 from service.engine.trims.places import SIZE, Places
@@ -150,7 +150,7 @@ def build_grid(
 
 
 def build_model(
-    surfaces: SurfaceTable, is_reversed: Array, names: Sequence[str], skips: Sequence[int]
+    surfaces: SurfaceTable, is_reversed: Bools, names: Sequence[str], skips: Sequence[int]
 ) -> BrepModel:
     """The lowered form, as far as a mesh needs it; its first two faces are red."""
     faces, empty = len(surfaces), np.empty(0, np.intp)
