@@ -44,7 +44,8 @@ class MeshOptionFields(StrictModel):
         default_factory=lambda: _DEFAULTS.resolution,
         description="Divisions of every patch: one number, or [u, v]; by default 16. A patch has "
         "(u + 1) × (v + 1) vertices. A triangle uses the larger number n for all sides and has "
-        "(n + 1)(n + 2)/2 vertices. Not together with a tolerance, `max_triangles` or `max_bytes`.",
+        "(n + 1)(n + 2)/2 vertices. Not together with a tolerance, `max_triangles` or `max_bytes`, "
+        "and not for breps.",
         examples=[16, [16, 32]],
     )
     tolerance: Annotated[float | None, Omittable(), Field(gt=0, le=MAX_COORDINATE)] = optional(
@@ -59,7 +60,9 @@ class MeshOptionFields(StrictModel):
     relative_tolerance: Annotated[float | None, Omittable(), Field(gt=0, le=1)] = optional(
         "The tolerance as a share of the model's diagonal, which is the diagonal of the bounding "
         "box of all control points (for a group, of all members after placement). Not together "
-        "with `tolerance`.",
+        "with `tolerance`. Breps, and groups with breps, are meshed with 0.001 if the request has "
+        "no option of accuracy. The box of a brep does not contain the parts of surfaces outside "
+        "of its faces, and no mesh of a brep is coarser than 0.02.",
         0.001,
     )
     angle_tolerance: Annotated[float | None, Omittable(), Field(gt=0, le=pi)] = optional(
@@ -120,12 +123,12 @@ class MeshOptionFields(StrictModel):
         description="Whether patches share the vertices of common edges. With `false` every "
         "sample of every patch is a vertex of its own, even samples at a pole that no face uses. "
         "Vertices are then ordered patch by patch; sample (i, j) of a patch is its vertex number "
-        "i (Rv + 1) + j, where Rv is the number of divisions along v.",
+        "i (Rv + 1) + j, where Rv is the number of divisions along v. Not for breps.",
     )
     crease_angle: Annotated[float, Field(ge=0, le=pi)] = Field(
         default=_DEFAULTS.crease_angle,
         description="Angle in radians. If the normals of neighbouring patches differ by more, the "
-        "common edge is a crease: each patch keeps its own normals there.",
+        "common edge is a crease: each patch keeps its own normals there. So do faces of breps.",
         examples=[0.5],
     )
     weld_tolerance: Annotated[float, Field(ge=0, le=MAX_WELD_TOLERANCE)] = Field(
@@ -146,7 +149,8 @@ class MeshOptionFields(StrictModel):
     )
     overlays: Overlays = Field(
         default=_DEFAULTS.overlays,
-        description="Lines to draw in addition to the faces, if the format has lines.",
+        description="Lines to draw in addition to the faces, if the format has lines. For breps "
+        "`boundary` has all edges, drawn through vertices of the mesh; they have no `control_net`.",
         examples=[["control_net", "boundary"]],
     )
     isocurves: IsoCurves = Field(
@@ -154,7 +158,7 @@ class MeshOptionFields(StrictModel):
         description="Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a "
         "B-spline, every knot span) gets the curves u = i/n_u and v = j/n_v, with its borders; a "
         "shared border is drawn once. A triangle gets the curves r = i/n, s = i/n and t = i/n. 0 "
-        "draws no curves in that direction.",
+        "draws no curves in that direction. Not for breps.",
         examples=[4, [1, 2]],
     )
     wires: WireForm = Field(

@@ -83,8 +83,8 @@ class PartReport(ResponseModel):
     name: str
     """Name of the part, of the face of a brep, or of the member of a group."""
     deviation_bound: Length | Missing = None
-    """The `deviation_bound` of the part alone; left out for tubes and ribbons, and for faces without
-    triangles."""
+    """The `deviation_bound` of the part alone; left out for tubes and ribbons, and for faces that
+    have no triangles."""
 
 
 class CollapsedEdges(ResponseModel):
@@ -104,7 +104,7 @@ class SkippedFace(ResponseModel):
     code: str
     """The code of the error that would refuse the brep."""
     got: str
-    """What is wrong, with figures."""
+    """A description of the face, with figures."""
     needed: str
     """A description of a valid face."""
 
@@ -142,7 +142,7 @@ class MeshReport(ResponseModel):
     coordinates that the file has after rounding. Never above the tolerance of the request, except
     for breps whose edges are further than that from their faces (`reached`). For breps it holds for
     faces and for edges. Left out if the mesh has no faces, or only faces of tubes and ribbons."""
-    mesh_deviation_bound: Annotated[Length | None | Missing, _OPTIONAL_BOUND] = None
+    mesh_deviation_bound: Annotated[Length | None, _OPTIONAL_BOUND] = None
     """With `two_sided`; proved: no point of the faces is further than this from the surface. Null
     for a brep without such a bound; `mesh_deviation_reason` says why."""
     mesh_deviation_reason: str | Missing = None
@@ -161,7 +161,8 @@ class MeshReport(ResponseModel):
     non_manifold_edges: Count | Missing = None
     """Number of edges with more than two coedges in one shell that could not be put in pairs."""
     double_edges: Count | Missing = None
-    """Number of pairs of vertices that more than two triangles join, without `non_manifold_edges`."""
+    """Number of pairs of vertices that more than two triangles join; those along
+    `non_manifold_edges` do not count."""
     degenerate_faces: Count | Missing = None
     """Number of faces without triangles, because they are too narrow."""
     collapsed_edges: CollapsedEdges | Missing = None
