@@ -44,27 +44,13 @@ def build_operators(knots: FloatArray, degree: int) -> FloatArray:
         and each row has the sum 1. Reversed knots give the reversed operators, bit for bit.
     """
     positions = spans(knots, degree)[:, np.newaxis] + np.arange(1 - degree, degree + 1)
-    return build_span_operators(knots[positions])
+    knots_around = knots[positions]
+    identity = np.broadcast_to(np.eye(degree + 1), (len(positions), degree + 1, degree + 1))
+    forwards = find_bezier_points(identity, knots_around)
 
-
-def build_span_operators(knots_around: FloatArray) -> FloatArray:
-    """The operators of spans that may belong to many splines of one degree p.
-
-    Parameters
-    ----------
-    knots_around : ndarray of float64, shape (m, 2p)
-        The knots U_{s−p+1}, …, U_{s+p} around each span s.
-
-    Returns
-    -------
-    ndarray of float64, shape (m, p+1, p+1)
-        As in `build_operators`.
-    """
-    degree = knots_around.shape[1] // 2
-    forwards = _compute_blossoms(knots_around[:, :degree], knots_around[:, degree:])
     # The same knots in reverse order, with the opposite sign, so that they ascend.
     knots_around = -knots_around[:, ::-1]
-    backwards = _compute_blossoms(knots_around[:, :degree], knots_around[:, degree:])
+    backwards = find_bezier_points(identity, knots_around)
     # The mean of both directions, in the array of the first.
     mean = forwards
     mean += backwards[:, ::-1, ::-1]
@@ -72,42 +58,45 @@ def build_span_operators(knots_around: FloatArray) -> FloatArray:
     return mean
 
 
-def _compute_blossoms(left_knots: FloatArray, right_knots: FloatArray) -> FloatArray:
-    """The extraction operators of spans [a, b], computed in one direction along the knots.
+def find_bezier_points(points: FloatArray, knots_around: FloatArray) -> FloatArray:
+    """The p + 1 Bézier points of spans [a, b], which may belong to many splines of degree p.
 
     First the knots on the left of a span are replaced by a as arguments of the blossom, then the
-    knots on its right by b.
+    knots on its right by b: de Boor's algorithm, twice. All steps are convex combinations.
 
     Parameters
     ----------
-    left_knots, right_knots : ndarray of float64, shape (spans, p)
+    points : ndarray of float64, shape (m, p+1, D)
+        The control points s − p … s of each span.
+    knots_around : ndarray of float64, shape (m, 2p)
         The knots U_{s−p+1}, …, U_s = a and b = U_{s+1}, …, U_{s+p} of each span.
 
     Returns
     -------
-    ndarray of float64, shape (spans, p+1, p+1)
+    ndarray of float64, shape (m, p+1, D)
     """
-    count, degree = left_knots.shape
+    count, degree = len(knots_around), knots_around.shape[1] // 2
+    left_knots, right_knots = knots_around[:, :degree], knots_around[:, degree:]
     a, b = left_knots[:, -1:], right_knots[:, :1]
     # left_k and right_k are the knots U_{s−p+k} and U_{s+k}. After r steps, row i of `rows` is
     # f(left_{r+i+1}, …, left_p, a (r times), right_1, …, right_i): at r = 0, a control point.
-    rows = np.broadcast_to(np.eye(degree + 1), (count, degree + 1, degree + 1))
+    rows = points
     # Row i of `start` is f(a (p − i times), right_1, …, right_i).
-    start = np.empty((count, degree + 1, degree + 1))
+    start = np.empty((count, degree + 1, points.shape[2]))
     start[:, degree] = rows[:, degree]
     for r in range(1, degree + 1):
         high, low = right_knots[:, : degree - r + 1], left_knots[:, r - 1 :]
         rows = _combine_neighbours(rows, high - a, a - low, high - low)
         start[:, degree - r] = rows[:, -1]
     # After r steps, row i is f(a (p − r − i times), b (r times), right_1, …, right_i).
-    operators = np.empty_like(start)
-    operators[:, 0] = start[:, 0]
+    bezier = np.empty_like(start)
+    bezier[:, 0] = start[:, 0]
     rows = start
     for r in range(1, degree + 1):
         high = right_knots[:, : degree - r + 1]
         rows = _combine_neighbours(rows, high - b, b - a, high - a)
-        operators[:, r] = rows[:, 0]
-    return operators
+        bezier[:, r] = rows[:, 0]
+    return bezier
 
 
 def _combine_neighbours(

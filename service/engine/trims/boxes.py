@@ -22,8 +22,9 @@ def find_part_box(places: Places, low: FloatArray, high: FloatArray, *points: Fl
     Parameters
     ----------
     low, high : ndarray of float64, shape (F, 2)
-        Least and greatest places of the parameter curves of each face; faces whose box is not
-        finite do not count.
+        Least and greatest places of the parameter curves of each face, as from
+        `service.engine.trims.spline_shapes.find_face_boxes`; faces whose box is not finite do not
+        count.
     """
     faces = np.flatnonzero(np.isfinite(high - low).all(axis=1))
     begin, end = np.empty((2, 2, len(faces)), np.intp)

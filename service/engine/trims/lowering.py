@@ -6,11 +6,10 @@ Proof in docs/proofs.md: "Lowered splines".
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.bases.blossoms import build_span_operators
 from service.bases.row_batches import expand_runs
 from service.engine.trims.spans import (
     Breaks,
-    combine_points,
+    extract_points,
     find_general_spans,
     find_knots_around,
 )
@@ -44,7 +43,6 @@ def lower_surfaces(
     errors : ndarray of float64, shape (F,)
         Bounds of the distances of the patches from the surfaces.
     """
-    operators = _SpanOperators(table, position, breaks)
     spans = breaks.count.reshape(-1, 2)
     first_span = find_starts(breaks.count)[:-1].reshape(-1, 2)
     local = position - np.repeat(table.knot_starts[:-1], breaks.count)
@@ -66,14 +64,17 @@ def lower_surfaces(
         index = index + columns[:, np.newaxis] + table.point_starts[face][:, None, None]
         points = table.points[index]
         weights = table.weights[index] if key % 2 else None
-        general = (operators.is_general[u] | operators.is_general[v]).nonzero()[0]
+        around_u = find_knots_around(table.knots, position[u], p)
+        around_v = find_knots_around(table.knots, position[v], q)
+        is_general = find_general_spans(around_u) | find_general_spans(around_v)
+        general = is_general.nonzero()[0]
         if len(general):
             chosen = points[general]
-            points[general], mixed = combine_points(
+            points[general], mixed = extract_points(
                 chosen,
                 None if weights is None else weights[general],
-                operators.take(p, u[general]),
-                operators.take(q, v[general]),
+                around_u[general],
+                around_v[general],
             )
             if weights is not None and mixed is not None:
                 weights[general] = mixed
@@ -84,31 +85,6 @@ def lower_surfaces(
         count += len(face)
         batches.append(TensorPatches(points, weights))
     return tuple(batches), first, errors
-
-
-class _SpanOperators:
-    """The operators of extraction of all spans, along u and v alike, in arrays of one degree."""
-
-    def __init__(self, table: SurfaceTable, position: Ints, breaks: Breaks) -> None:
-        degrees = np.repeat(table.degrees.ravel(), breaks.count)
-        self.is_general = np.zeros(len(position), bool)
-        self._row = np.zeros(len(position), np.intp)
-        self._operators: dict[int, FloatArray] = {}
-        for degree in np.unique(degrees).tolist():
-            chosen = (degrees == degree).nonzero()[0]
-            around = find_knots_around(table.knots, position[chosen], degree)
-            general = find_general_spans(around)
-            self.is_general[chosen[general]] = True
-            # Row 0 is the identity, for spans whose control points are their Bézier points.
-            self._row[chosen[general]] = 1 + np.arange(len(general))
-            self._operators[degree] = np.concatenate(
-                [np.eye(degree + 1)[np.newaxis], build_span_operators(around[general])]
-            )
-
-    def take(self, degree: int, spans: Ints) -> FloatArray:
-        """The operators (m, n+1, n+1) of spans (m,) of one degree n."""
-        operators: FloatArray = self._operators[degree][self._row[spans]]
-        return operators
 
 
 def move_plane_corners(corners: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:

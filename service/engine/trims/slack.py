@@ -9,6 +9,8 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import expand_runs
 from service.engine.nets.nets import Nets
 from service.engine.trims.places import Places
+from service.engine.trims.span_nets import Intervals
+from service.engine.trims.spline_shapes import box_spans
 from service.engine.trims.splines import Splines
 from service.engine.vectors import length, project
 from service.surface.spline_tables import find_starts
@@ -20,7 +22,7 @@ REACH = 2 * UNITS
 """Spans nearer to the border than this number of units count."""
 
 _PARTS = 4
-"""Spans of parameter curves are cut into this number of parts, whose boxes show where they are."""
+"""Parameter curves are cut into at least this number of parts, whose boxes show where they are."""
 
 
 def bound_slack(
@@ -40,7 +42,12 @@ def bound_slack(
     is_reversed : ndarray of bool, shape (n,)
         Whether the loop runs against the curve.
     """
-    boxes = [_box_curves(pcurves), _box_joins(pcurves, loop, is_reversed)]
+    # All borders of a face of one patch touch this patch; only others have to be searched.
+    boxes = [_box_joins(pcurves, loop, is_reversed)]
+    several = (places.faces.spans.max(axis=0)[face] > 1).nonzero()[0]
+    if len(several):
+        curve, low, high = _box_curves(pcurves.take(several))
+        boxes.append((several[curve], low, high))
     curve, low, high = (np.concatenate(values) for values in zip(*boxes, strict=True))
     patch, widths, owner = _list_patches(places, _mark_spans(places, face[curve], low, high))
     rates, lengths = np.zeros((2, 2, len(patch)))
@@ -77,15 +84,21 @@ def bound_lengths(group: Nets, rows: Ints) -> FloatArray:
 
 def _box_curves(pcurves: Splines) -> tuple[Ints, FloatArray, FloatArray]:
     """Boxes about the parts of curves: the curve, and the least and greatest places (m, 2)."""
-    spans = pcurves.list_spans().take(np.repeat(np.arange(int(pcurves.span_count.sum())), _PARTS))
-    part = np.tile(np.arange(_PARTS), len(spans.curve) // _PARTS)
-    step = (spans.high - spans.low) / _PARTS
-    ends = (spans.low + part * step, np.minimum(spans.low + (part + 1) * step, spans.high))
+    spans = pcurves.list_spans()
+    parts = np.maximum(1, -(-_PARTS // pcurves.span_count))[spans.curve]
+    run, part = expand_runs(parts)
+    spans = spans.take(run)
+    step = (spans.high - spans.low) / parts[run]
+    begin = spans.low + part * step
+    end = np.minimum(begin + step, spans.high)
     low, high = np.empty((2, len(part), 2))
-    parts = type(spans)(spans.source, spans.curve, *ends, spans.span)
-    for rows, nets in pcurves.restrict(parts):
+    whole = (parts[run] == 1).nonzero()[0]
+    low[whole], high[whole] = box_spans(pcurves, spans.take(whole))
+    divided = (parts[run] > 1).nonzero()[0]
+    intervals = Intervals(spans.source, spans.curve, begin, end, spans.span).take(divided)
+    for rows, nets in pcurves.restrict(intervals):
         points = project(nets, -1, 2)
-        low[rows], high[rows] = points.min(axis=1), points.max(axis=1)
+        low[divided[rows]], high[divided[rows]] = points.min(axis=1), points.max(axis=1)
     return spans.curve, low, high
 
 

@@ -6,7 +6,8 @@ from functools import cached_property
 import numpy as np
 
 from service.bases.affine_combination import WeightedPoints, to_homogeneous
-from service.bases.arrays import FloatArray, Ints
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.blossoms import find_bezier_points
 from service.surface.spline_tables import find_starts
 
 STEP = 4.0
@@ -125,21 +126,22 @@ def find_knots_around(knots: FloatArray, position: Ints, degree: int) -> FloatAr
     return around
 
 
-def find_general_spans(knots_around: FloatArray) -> Ints:
-    """The spans whose control points are not their Bézier points, by number."""
+def find_general_spans(knots_around: FloatArray) -> Bools:
+    """Which spans have control points that are not their Bézier points, (m,)."""
     degree = knots_around.shape[1] // 2
     left, right = knots_around[:, :degree], knots_around[:, degree:]
-    is_general = (left != left[:, -1:]).any(axis=1) | (right != right[:, :1]).any(axis=1)
-    return np.flatnonzero(is_general)
+    is_general: Bools = (left != left[:, -1:]).any(axis=1)
+    is_general |= (right != right[:, :1]).any(axis=1)
+    return is_general
 
 
-def combine_points(
+def extract_points(
     points: FloatArray,
     weights: FloatArray | None,
-    along_u: FloatArray,
-    along_v: FloatArray | None = None,
+    around_u: FloatArray,
+    around_v: FloatArray | None = None,
 ) -> WeightedPoints:
-    """Bézier points and weights of spans from their control points and operators of extraction.
+    """Bézier points and weights of spans from their control points.
 
     Means are computed relative to the first control point of each span, so that no digits are lost
     far from the origin. A curve is a net with one column.
@@ -148,15 +150,17 @@ def combine_points(
     ----------
     points : ndarray of float64, shape (m, p+1, q+1, D)
     weights : ndarray of float64, shape (m, p+1, q+1), or None
-    along_u, along_v : ndarray of float64, shapes (m, p+1, p+1) and (m, q+1, q+1)
-        As from `service.bases.blossoms.build_span_operators`; `along_v` is None for curves.
+    around_u, around_v : ndarray of float64, shapes (m, 2p) and (m, 2q)
+        The knots around each span (`find_knots_around`); `around_v` is None for curves.
     """
     first = points[:, :1, :1]
     nets = to_homogeneous(points - first, weights)
-    nets = (along_u @ nets.reshape(*nets.shape[:2], -1)).reshape(nets.shape)
-    if along_v is not None:
-        lines = np.ascontiguousarray(nets.swapaxes(1, 2))
-        lines = (along_v @ lines.reshape(*lines.shape[:2], -1)).reshape(lines.shape)
+    nets = find_bezier_points(nets.reshape(*nets.shape[:2], -1), around_u).reshape(nets.shape)
+    if around_v is not None:
+        lines = nets.swapaxes(1, 2)
+        lines = find_bezier_points(lines.reshape(*lines.shape[:2], -1), around_v).reshape(
+            lines.shape
+        )
         nets = lines.swapaxes(1, 2)
     if weights is None:
         return nets + first, None

@@ -4,6 +4,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.bases.row_batches import expand_runs
+from service.engine.trims.span_nets import Intervals
 from service.engine.trims.splines import Splines
 from service.engine.vectors import dot, length
 from service.surface.spline_tables import find_starts
@@ -51,12 +52,30 @@ def measure_polygons(splines: Splines) -> FloatArray:
 
 def find_boxes(splines: Splines) -> tuple[FloatArray, FloatArray]:
     """Least and greatest coordinates, (n, D) each, of the control points of the spans."""
-    spans = splines.list_spans()
-    low, high = np.zeros((2, len(spans.curve), splines.dimension))
-    for nets, rows in splines.split(spans.curve):
-        points = nets.points.take(splines.row[spans.curve[rows]] + spans.span[rows], axis=2)
-        low[rows], high[rows] = points.min(axis=0).T, points.max(axis=0).T
+    low, high = box_spans(splines, splines.list_spans())
     if not len(splines):
         return low, high
     first = find_starts(splines.span_count)[:-1]
     return np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)
+
+
+def box_spans(splines: Splines, spans: Intervals) -> tuple[FloatArray, FloatArray]:
+    """Least and greatest coordinates, (m, D) each, of the control points of whole spans."""
+    low, high = np.zeros((2, len(spans.curve), splines.dimension))
+    for nets, rows in splines.split(spans.curve):
+        points = nets.points.take(splines.row[spans.curve[rows]] + spans.span[rows], axis=2)
+        low[rows], high[rows] = points.min(axis=0).T, points.max(axis=0).T
+    return low, high
+
+
+def find_face_boxes(pcurves: Splines, face: Ints, count: int) -> tuple[FloatArray, FloatArray]:
+    """Boxes about the parameter curves of each of `count` faces: (count, 2) each.
+
+    `face` (n,) has the face of each curve. A face without curves has the least values ∞ and the
+    greatest values −∞.
+    """
+    low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
+    least, most = find_boxes(pcurves)
+    np.minimum.at(low, face, least)
+    np.maximum.at(high, face, most)
+    return low, high

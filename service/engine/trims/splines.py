@@ -13,13 +13,12 @@ import numpy as np
 
 from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.blossoms import build_span_operators
 from service.bases.row_batches import expand_runs
 from service.engine.nets.blossoms import build_blossoms
 from service.engine.trims.span_nets import Intervals, SpanNets, interpolate, project_levels
 from service.engine.trims.spans import (
     Breaks,
-    combine_points,
+    extract_points,
     find_breaks,
     find_general_spans,
     find_knots_around,
@@ -75,13 +74,12 @@ class Splines:
             index = (first_point[chosen] - degree)[:, np.newaxis] + np.arange(degree + 1)
             points, weights = table.points[index], table.weights[index] if is_rational else None
             around = find_knots_around(table.knots, position[chosen], degree)
-            general = find_general_spans(around)
+            general = find_general_spans(around).nonzero()[0]
             if len(general):
-                operators = build_span_operators(around[general])
-                mixed, mixed_weights = combine_points(
+                mixed, mixed_weights = extract_points(
                     points[general][:, :, np.newaxis],
                     None if weights is None else weights[general][..., np.newaxis],
-                    operators,
+                    around[general],
                 )
                 points[general] = mixed[:, :, 0]
                 if weights is not None and mixed_weights is not None:
