@@ -5,6 +5,8 @@ other diagonal of its quadrangle if both new triangles are thicker. Triangles wi
 places are exchanged always, because their longest edge cannot be cut.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
@@ -62,7 +64,7 @@ def flip_edges(
     both = np.concatenate([rows[best], other[best]])
     is_changed[both], is_wide[both] = True, False
     return (
-        Triangles(flipped, triangles.bounds, triangles.allowed, is_changed, is_wide),
+        replace(triangles, corners=flipped, is_changed=is_changed, is_wide=is_wide),
         both,
     )
 

@@ -24,6 +24,7 @@ from service.engine.bounds.certificate import PieceMeasure
 from service.engine.bounds.clip import Parts, clip_parts
 from service.engine.bounds.goal import Goal
 from service.engine.brep.corners import FaceCorners
+from service.engine.brep.reverse import bound_reverse
 from service.engine.brep.triangles import Mates, Triangles, build_triangles
 from service.engine.vectors import NEXT, cross, dot, length
 
@@ -68,8 +69,30 @@ class TriangleMeasure:
         rows = neighbours.find_outdated(triangles).nonzero()[0]
         bounds, is_wide = triangles.bounds.copy(), triangles.is_wide.copy()
         bounds[rows], is_wide[rows] = self._measure_rows(triangles, neighbours, rows)
-        unchanged = np.zeros(len(triangles), bool)
-        return replace(triangles, bounds=bounds, is_wide=is_wide, is_changed=unchanged)
+        return replace(
+            triangles,
+            bounds=bounds,
+            mesh_bounds=self._measure_mesh(triangles) if self.goal.two_sided else bounds * 0.0,
+            is_wide=is_wide,
+            is_changed=np.zeros(len(triangles), bool),
+        )
+
+    def _measure_mesh(self, triangles: Triangles) -> FloatArray:
+        """`mesh_bounds` of triangles (T,), computed for those that changed.
+
+        A triangle with two equal points is not in the mesh; on a plane the corners are furthest.
+        """
+        corners, bounds = self.corners, triangles.mesh_bounds.copy()
+        rows = triangles.is_changed.nonzero()[0]
+        own = triangles.corners.take(rows, axis=1)
+        points, faces = corners.points[own], corners.faces[own[0]]
+        surfaces = corners.surface.surfaces
+        found = corners.residuals[own].max(axis=0) + surfaces.errors[faces]
+        curved = (~surfaces.is_planar[faces]).nonzero()[0]
+        found[curved] = bound_reverse(corners, own.take(curved, axis=1), self.goal.tolerance)
+        found[(points == points[NEXT]).any(axis=0)] = 0.0
+        bounds[rows] = found
+        return bounds
 
     def _measure_rows(
         self, triangles: Triangles, neighbours: "_Neighbours", rows: Ints

@@ -10,6 +10,8 @@
 Proofs in docs/proofs.md: "The polygon of a trimmed face" and "No crack between trimmed faces".
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
@@ -17,7 +19,11 @@ from service.engine.adaptive.limits import MeshLimits
 from service.engine.bounds.goal import Goal
 from service.engine.brep.angles import find_turning_sides
 from service.engine.brep.border import Border, build_border, renew_border
-from service.engine.brep.border_measure import measure_border, refine_border
+from service.engine.brep.border_measure import (
+    bound_overhangs,
+    measure_border,
+    refine_border,
+)
 from service.engine.brep.border_vertices import BorderVertices
 from service.engine.brep.brep_triangulation import BrepTriangulation
 from service.engine.brep.corners import FaceCorners
@@ -89,7 +95,15 @@ def triangulate_brep(prepared: PreparedBrep, goal: Goal, limits: MeshLimits) -> 
     triangles = refinement.run()
     bounds = _join_bounds(corners, triangles, border, slack)
     bounds[~is_valid] = np.inf
-    return _build(prepared, samples, corners, triangles, bounds, rounds=refinement.rounds)
+    mesh_bounds = None
+    if goal.two_sided:
+        mesh_bounds = _join_mesh_bounds(prepared, samples, border, goal, (corners, triangles))
+        mesh_bounds = np.where(is_valid, mesh_bounds + slack, np.inf)
+    return replace(
+        _build(prepared, samples, corners, triangles, bounds),
+        mesh_bounds=mesh_bounds,
+        rounds=refinement.rounds,
+    )
 
 
 def _sample_borders(
@@ -175,14 +189,33 @@ def _join_bounds(
     return bounds + slack
 
 
+def _join_mesh_bounds(
+    prepared: PreparedBrep,
+    samples: EdgeSamples,
+    border: Border,
+    goal: Goal,
+    filling: tuple[FaceCorners, Triangles],
+) -> FloatArray:
+    """Bounds (F,) of the distances from triangles of faces to the trimmed faces and their edges.
+
+    Where a polygon reaches beyond its loop, its triangles are within their bounds of the surface
+    there, which is near the chord, and this near the edge.
+    """
+    corners, triangles = filling
+    bounds = np.zeros(len(prepared.surfaces))
+    np.maximum.at(bounds, corners.faces[triangles.corners[0]], triangles.mesh_bounds)
+    overhangs = bound_overhangs(prepared, samples, border, goal)
+    beyond = bounds[border.faces] + overhangs + samples.bounds[border.samples]
+    np.maximum.at(bounds, border.faces, np.where(overhangs > 0, beyond, 0.0))
+    return bounds
+
+
 def _build(
     prepared: PreparedBrep,
     samples: EdgeSamples,
     corners: FaceCorners,
     triangles: Triangles,
     bounds: FloatArray,
-    *,
-    rounds: int,
 ) -> BrepTriangulation:
     """The result: triangles with three points, with the orientation of their faces."""
     points = corners.points[triangles.corners]
@@ -205,5 +238,5 @@ def _build(
         mesh_bounds=None,
         edge_starts=samples.offsets,
         edge_points=samples.vertices,
-        rounds=rounds,
+        rounds=0,
     )

@@ -148,6 +148,7 @@ class Refinement:
         first = np.searchsorted(owners, corners.faces[new[0, known]])
         before = triangles.take(first + previous[known])
         result.bounds[known], result.is_wide[known] = before.bounds, before.is_wide
+        result.mesh_bounds[known] = before.mesh_bounds
         result.is_changed[known] = False
         return result
 

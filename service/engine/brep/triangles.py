@@ -18,8 +18,11 @@ class Triangles(Items):
         Rows of `FaceCorners`, counter-clockwise in places. Edge k runs from corner k to k + 1.
     bounds : ndarray of float64, shape (T,)
         No point of the surface over the triangle is further than this from the mesh.
+    mesh_bounds : ndarray of float64, shape (T,)
+        No point of the triangle of the mesh is further than this from the surface; 0 if the goal
+        is not two-sided.
     allowed : ndarray of float64, shape (T,)
-        The largest bound at which the triangle may stay.
+        The largest bound at which the triangle may stay; twice that for `mesh_bounds`.
     is_changed : ndarray of bool, shape (T,)
         Whether `bounds` must be computed.
     is_wide : ndarray of bool, shape (T,)
@@ -28,6 +31,7 @@ class Triangles(Items):
 
     corners: Ints
     bounds: FloatArray
+    mesh_bounds: FloatArray
     allowed: FloatArray
     is_changed: Bools
     is_wide: Bools
@@ -38,7 +42,7 @@ class Triangles(Items):
     @property
     def fails(self) -> Bools:
         """Which bounds are not within what is allowed, (T,); a bound that is NaN never is."""
-        fails: Bools = ~(self.bounds <= self.allowed)
+        fails: Bools = ~(self.bounds <= self.allowed) | ~(self.mesh_bounds <= 2 * self.allowed)
         return fails
 
 
@@ -46,7 +50,8 @@ def build_triangles(corners: Ints, allowed: FloatArray) -> Triangles:
     """Triangles (3, T) that have not been measured, so their bounds are infinite."""
     count = corners.shape[1]
     return Triangles(
-        corners, np.full(count, np.inf), allowed, np.ones(count, bool), np.zeros(count, bool)
+        *(corners, np.full(count, np.inf), np.zeros(count), allowed),
+        *(np.ones(count, bool), np.zeros(count, bool)),
     )
 
 

@@ -14,7 +14,6 @@ from service.engine.brep import refine
 from service.engine.brep.measure import TriangleMeasure
 from service.engine.brep.refine import Refinement
 from service.engine.brep.triangles import Triangles, build_triangles, find_mates
-from service.engine.trims.places import SIZE
 from service.engine.vectors import NEXT
 from service.errors import TooLarge
 from tests.engine.brep.filled_faces import (
@@ -233,3 +232,44 @@ def test_normals_turn_by_no_more_than_the_angle_along_inner_edges(
         turns.append(np.abs(angles - angles[NEXT])[~filled.corners.find_fixed(own)].max())
     assert turns[0] > 1.0
     assert turns[1] <= 0.16
+
+
+@given(seeds)
+def test_no_point_of_the_mesh_is_further_from_the_surface_than_its_bound(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    filled = fill()
+    faces, places = draw_inner_places(filled, rng, int(rng.integers(0, 12)))
+    # Some places are so near to each other that triangles are thin.
+    places[: len(places) // 2] = places[:1] + rng.integers(0, 200, (len(places) // 2, 2))
+    rows = np.column_stack([faces, places])
+    unique = np.unique(rows, axis=0)
+    filled.insert(unique[:, 0], np.ascontiguousarray(unique[:, 1:]))
+    corners = filled.corners
+    corners.positions += rng.normal(0, 0.02, corners.positions.shape)
+    corners.residuals[:] = 0.2
+    own = filled.read()
+    measure = TriangleMeasure(corners, np.ones(3), Goal(1.0, two_sided=True), MeshLimits())
+    triangles = measure.measure(measure.build(own), find_mates(own))
+    assert np.isfinite(triangles.mesh_bounds).all()
+    table, surface = build_table(), corners.surface
+    for t in rng.permutation(own.shape[1])[:12]:
+        shares = rng.random(3)
+        shares /= shares.sum()
+        face = corners.faces[own[:1, t]]
+        point = shares @ corners.positions[corners.points[own[:, t]]]
+        # The nearest of the surface's points over the triangle, by random places nearer and nearer.
+        best, radius = shares, 1.0
+        for _ in range(8):
+            spread = best + radius * (rng.dirichlet(np.ones(3), 100) - best)
+            spread = np.concatenate([best[np.newaxis], np.abs(spread)])
+            spread /= spread.sum(axis=1, keepdims=True)
+            at = surface.to_parameters(face.repeat(101), spread @ corners.places[own[:, t]])
+            near = surface.surfaces.evaluate(face.repeat(101), at)
+            nearest = np.argmin(((near - point) ** 2).sum(axis=1))
+            best, radius = spread[nearest], radius / 2
+        u, v = at[nearest].tolist()
+        exact = np.array([float(x) for x in find_surface_point(table, int(face[0]), u, v)])
+        assert np.linalg.norm(exact - point) <= triangles.mesh_bounds[t] + 0.005
+    failing = triangles.take(np.zeros(1, np.intp))
+    failing.bounds[:], failing.mesh_bounds[:] = 0.0, np.nan
+    assert failing.fails.all()
