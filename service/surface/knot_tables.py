@@ -56,11 +56,10 @@ class KnotTable:
     def is_span(self) -> Bools:
         """Whether the interval from each knot to the next is a span of the domain."""
         position = np.arange(len(self.knots))
-        is_inside = (position >= self.ends[0][self.vectors]) & (
-            position < self.ends[1][self.vectors]
-        )
-        is_inside[:-1] &= self.knots[1:] > self.knots[:-1]
-        return is_inside
+        is_span = np.greater_equal(position, self.ends[0][self.vectors])
+        is_span &= position < self.ends[1][self.vectors]
+        is_span[:-1] &= self.knots[1:] > self.knots[:-1]
+        return is_span
 
     @cached_property
     def span_counts(self) -> Ints:

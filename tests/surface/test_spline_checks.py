@@ -50,7 +50,7 @@ def draw_curves(draw: st.DrawFn) -> list[dict[str, Any]]:
             }
         )
     if draw(st.integers(0, 2)) == 0:
-        arguments = draw(st.sampled_from(curves))
+        arguments: dict[str, Any] = draw(st.sampled_from(curves))
         name = draw(st.sampled_from([n for n in FAULTS if arguments[n] is not None]))
         array = arguments[name].reshape(-1)
         array[draw(st.integers(0, len(array) - 1))] = draw(st.sampled_from(FAULTS[name]))
@@ -64,7 +64,10 @@ def to_table(curves: list[dict[str, Any]]) -> CurveTable:
         counts,
         np.concatenate([c["control_points"] for c in curves]),
         np.concatenate(
-            [np.ones(n) if c["weights"] is None else c["weights"] for c, n in zip(curves, counts)]
+            [
+                np.ones(n) if c["weights"] is None else c["weights"]
+                for c, n in zip(curves, counts, strict=True)
+            ]
         ),
         np.array([c["weights"] is not None for c in curves]),
         np.concatenate([c["knots"] for c in curves]),
