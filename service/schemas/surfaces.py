@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from types import MappingProxyType
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import BeforeValidator, Field, Tag, ValidationInfo, model_validator
@@ -13,7 +13,15 @@ from service.cancellation import checkpoint
 from service.errors import InvalidRequest, pointer
 from service.schemas.arrays import NumberGrid, check_total, tuple_schema
 from service.schemas.bezier import write_rows
-from service.schemas.fields import Name, Omittable, StrictModel, UpField, one_of_kinds, optional
+from service.schemas.fields import (
+    Color,
+    Name,
+    Omittable,
+    StrictModel,
+    UpField,
+    one_of_kinds,
+    optional,
+)
 from service.schemas.kinds import CHANNELS, FIELDS, KINDS, UNKNOWN_KIND, MemberKind
 from service.schemas.validation import to_invalid
 from service.surface.curve import BezierCurve, BsplineCurve
@@ -29,11 +37,6 @@ def refuse_group(value: object) -> object:
 
 
 MATRIX = NumberGrid(("rows", "numbers"))
-
-Color: TypeAlias = Annotated[
-    tuple[Annotated[float, Field(ge=0, le=1)], ...],
-    Field(strict=False, min_length=3, max_length=4, fail_fast=True),
-]
 
 MemberSurfaceDefinition = TypeAliasType(
     "MemberSurfaceDefinition",

@@ -56,7 +56,7 @@ class KnotTable:
     def is_span(self) -> Bools:
         """Whether the interval from each knot to the next is a span of the domain."""
         position = np.arange(len(self.knots))
-        is_span = np.greater_equal(position, self.ends[0][self.vectors])
+        is_span: Bools = np.greater_equal(position, self.ends[0][self.vectors])
         is_span &= position < self.ends[1][self.vectors]
         is_span[:-1] &= self.knots[1:] > self.knots[:-1]
         return is_span

@@ -58,17 +58,14 @@ def draw_curves(draw: st.DrawFn) -> list[dict[str, Any]]:
 
 
 def to_table(curves: list[dict[str, Any]]) -> CurveTable:
-    counts = np.array([len(c["control_points"]) for c in curves])
+    weights = [
+        np.ones(len(c["control_points"])) if c["weights"] is None else c["weights"] for c in curves
+    ]
     return CurveTable(
         np.array([c["degree"] for c in curves]),
-        counts,
+        np.array([len(c["control_points"]) for c in curves]),
         np.concatenate([c["control_points"] for c in curves]),
-        np.concatenate(
-            [
-                np.ones(n) if c["weights"] is None else c["weights"]
-                for c, n in zip(curves, counts, strict=True)
-            ]
-        ),
+        np.concatenate(weights),
         np.array([c["weights"] is not None for c in curves]),
         np.concatenate([c["knots"] for c in curves]),
     )
