@@ -146,8 +146,8 @@ class BrepDefinition(StrictModel):
     def point_count(self) -> int:
         """Number of control points of all curves and surfaces, and of vertices."""
         edges, faces = self._edges, self._faces
-        tables = [faces.surfaces, faces.pcurves, edges.curves]
-        return len(self.vertices) + sum(len(table.points) for table in tables)
+        points = [faces.surfaces.points, faces.pcurves.points, edges.curves.points]
+        return len(self.vertices) + sum(map(len, points))
 
     @property
     def _edges(self) -> EdgeColumns:

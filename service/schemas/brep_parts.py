@@ -108,8 +108,8 @@ class LoopDefinition(StrictModel):
 
     edges: Annotated[tuple[Index, ...] | None, Omittable(), Field(strict=False, min_length=1)] = (
         optional(
-            "The numbers of the edges, from 0, in the order of the loop. Left out, the loop is given "
-            "by its pcurves alone, and its edges belong to this face only.",
+            "The numbers of the edges, from 0, in the order of the loop. Left out, the loop is "
+            "given by its pcurves alone, and its edges belong to this face only.",
             [0, 1, 2, 3],
         )
     )
