@@ -53,7 +53,7 @@ _TYPES = {"float64": np.dtype("<f8"), "int64": np.dtype("<i8")}
 Arrays: TypeAlias = list[AnyArray]
 
 _NULL: AnyArray = np.empty(0, "V1")
-"""What stands for a null among the arrays of a definition."""
+"""This array stands for a null among the arrays of a definition."""
 
 _NULL_TYPE = ["null", [0]]
 

@@ -24,7 +24,7 @@ diagonal of each face with this edge."""
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """An issue, with the face, or else the shell, whose fault it is; −1 if it is none of these."""
+    """An issue, and the number of the face or of the shell whose fault it is; −1 for no number."""
 
     issue: Issue
     face: int = -1
