@@ -79,7 +79,10 @@ class PreparedBrep:
         The number of vertices of the model.
     skipped_faces : tuple of SkippedFace
         By number; with those that were left out when the brep was created.
-    known_gaps : ndarray of float64, shape (C,)
+    box : ndarray of float64, shape (2, 3)
+        Least and greatest coordinates of vertices, of the control points of edges, and of nets
+        restricted to the boxes of the parameter curves.
+    known_gaps : ndarray of float64, shape (C,), or None
         Gaps that are proved already; NaN where not.
     """
 
@@ -106,18 +109,8 @@ class PreparedBrep:
     edge_sources: Ints
     model_vertices: int
     skipped_faces: tuple[SkippedFace, ...]
-    known_gaps: FloatArray
-
-    @cached_property
-    def box(self) -> FloatArray:
-        """The box about vertices, edges and faces, (2, 3).
-
-        Least and greatest coordinates of vertices, of the control points of edges, and of nets
-        restricted to the boxes of the parameter curves.
-        """
-        points = [nets.points.transpose(2, 0, 1).reshape(-1, 3) for nets in self.curves.groups]
-        low, high = _box_faces(self.pcurves, self.coedge_faces, len(self.surfaces))
-        return np.stack(find_part_box(self.places, low, high, self.vertices, *points))
+    box: FloatArray
+    known_gaps: FloatArray | None = None
 
     @cached_property
     def diagonal(self) -> float:
@@ -132,7 +125,8 @@ class PreparedBrep:
     @cached_property
     def gaps(self) -> FloatArray:
         """Proved bounds γ ≥ sup |E(t) − S(c(t))|, shape (C,); 0 for degenerate edges."""
-        gaps = self.known_gaps.copy()
+        count = len(self.coedge_edges)
+        gaps = np.full(count, np.nan) if self.known_gaps is None else self.known_gaps.copy()
         curve = self.edge_curves[self.coedge_edges]
         gaps[curve < 0] = 0.0
         rows = np.isnan(gaps).nonzero()[0]
@@ -228,6 +222,9 @@ def _finish(model: BrepModel, surfaces: FaceSurfaces, topology: Topology) -> Pre
     surfaces = surfaces.move_planes(low, high)
     places = Places.of(surfaces, low, high)
     pcurves = topology.pcurves.map_points(places.origin[face], SIZE / places.extent[face])
+    points = [nets.points.transpose(2, 0, 1).reshape(-1, 3) for nets in topology.curves.groups]
+    low, high = _box_faces(pcurves, face, len(surfaces))
+    box = np.stack(find_part_box(places, low, high, topology.vertices, *points))
     return PreparedBrep(
         model=model,
         surfaces=surfaces,
@@ -252,5 +249,6 @@ def _finish(model: BrepModel, surfaces: FaceSurfaces, topology: Topology) -> Pre
         edge_sources=topology.edge_sources,
         model_vertices=len(model.vertices),
         skipped_faces=model.skipped,
+        box=box,
         known_gaps=topology.gaps,
     )
