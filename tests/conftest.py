@@ -13,7 +13,7 @@ import hypothesis
 import pytest
 
 from tests.clock import Clock, stop_clock
-from tests.scheduling import Scheduling, choose_scheduling
+from tests.scheduling import Scheduling, choose_scheduling, put_slow_modules_first
 
 Report = TypeVar("Report", pytest.TestReport, pytest.CollectReport)
 
@@ -63,6 +63,10 @@ def clock() -> Iterator[Clock]:
 def anyio_backend() -> str:
     """The backend that runs coroutine tests marked with `anyio`."""
     return "asyncio"
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    put_slow_modules_first(items)
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -3,12 +3,38 @@
 A process closes its browser after the last of its current tests that use the browser. If a process
 got one module of `tests/web` now and another later, it would start the browser twice, and a start
 takes longer than the tests.
+
+Modules that start programs run first, because some of them take long for few tests: otherwise the
+last of them would run alone while the other processes have nothing to do any more.
 """
+
+from collections.abc import MutableSequence
 
 import pytest
 from xdist.scheduler import LoadScopeScheduling  # type: ignore[import-untyped]
 
 BROWSER = "tests/web"
+EARLY = (
+    BROWSER,
+    "tests/server",
+    "tests/jobs",
+    "tests/test_",
+    "tests/cli",
+    "tests/deploy",
+    "tests/tools",
+    "tests/api",
+)
+"""Beginnings of the paths of modules that start programs, the slowest first."""
+
+
+def put_slow_modules_first(items: MutableSequence[pytest.Item]) -> None:
+    """Sorts tests by the beginnings of their paths in `EARLY`; all others come last."""
+    items[:] = sorted(items, key=_rank)
+
+
+def _rank(item: pytest.Item) -> int:
+    ranks = (rank for rank, path in enumerate(EARLY) if item.nodeid.startswith(path))
+    return next(ranks, len(EARLY))
 
 
 class Scheduling(LoadScopeScheduling):  # type: ignore[misc]
@@ -20,4 +46,7 @@ class Scheduling(LoadScopeScheduling):  # type: ignore[misc]
 
 def choose_scheduling(config: pytest.Config, log: object) -> Scheduling | None:
     """The scheduling for the option `--dist loadscope`; None, xdist's own, for other options."""
-    return Scheduling(config, log) if config.getoption("dist") == "loadscope" else None
+    if config.getoption("dist") != "loadscope":
+        return None
+    config.option.loadscopereorder = False  # keep the order of `put_slow_modules_first`
+    return Scheduling(config, log)

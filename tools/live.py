@@ -42,7 +42,7 @@ def run_service(
 def serve(handler: Callable[..., BaseHTTPRequestHandler]) -> Iterator[str]:
     """The URL of an HTTP server with this handler, which runs until the block ends."""
     with ThreadingHTTPServer(("127.0.0.1", 0), handler) as httpd:
-        thread = threading.Thread(target=httpd.serve_forever, name="server")
+        thread = threading.Thread(target=httpd.serve_forever, args=(0.02,), name="server")
         thread.start()
         try:
             yield f"http://127.0.0.1:{httpd.server_port}"

@@ -1,4 +1,4 @@
-"""Hooks for schemathesis: random files of control points, and responses in glTF.
+"""Hooks for schemathesis: random files and jobs as lines, events of jobs, and responses in glTF.
 
 This module runs in a Python of its own, in which neither the service nor NumPy is installed.
 """
@@ -60,6 +60,17 @@ def _teapots(draw: Callable[..., Any]) -> bytes:
     return "\n".join((*lines, "")).encode()
 
 
+@st.composite
+def _lines_of_parts(draw: Callable[..., Any]) -> bytes:
+    """Jobs as lines of JSON: small meshes by URL, and points of a random patch."""
+    net = [[[draw(_coordinate) for _ in range(3)] for _ in range(2)] for _ in range(2)]
+    mesh = {"path": f"/v1/surfaces/saddle/mesh.glb?resolution={draw(st.integers(1, 4))}"}
+    points = {"path": "/v1/points", "body": {"surface": {"control_net": net}, "uv": [[0.5, 0.5]]}}
+    parts = draw(st.lists(st.sampled_from([mesh, points]), min_size=1, max_size=3))
+    return "".join(f"{json.dumps(part)}\n" for part in parts).encode()
+
+
+schemathesis.openapi.media_type("application/x-ndjson", _lines_of_parts())
 schemathesis.openapi.media_type("application/x-npy", _arrays())
 schemathesis.openapi.media_type("model/x-oogl", _oogl())
 schemathesis.openapi.media_type("text/x-teapot", _teapots())
@@ -69,6 +80,11 @@ schemathesis.openapi.media_type("text/x-teapot", _teapots())
 def before_load_schema(_: Any, document: dict[str, Any]) -> None:
     """Changes the OpenAPI document to a form with the same meaning that schemathesis can read."""
     _remove_prefix_items(document)
+    # Without `itemSchema`, schemathesis would take the schema of the whole stream for that of each
+    # event.
+    events = document["paths"].get("/v1/jobs/{id}/events", {}).get("get")
+    if events is not None:
+        events["responses"]["200"]["content"]["text/event-stream"] = {"itemSchema": _EVENT}
     for operations in document["paths"].values():
         for operation in operations.values():
             content = operation.get("requestBody", {}).get("content", {})
@@ -78,7 +94,22 @@ def before_load_schema(_: Any, document: dict[str, Any]) -> None:
                     example["value"] = example["value"].encode()
 
 
-_TEXTS = {"model/x-oogl", "text/x-teapot"}
+_TEXTS = {"application/x-ndjson", "model/x-oogl", "text/x-teapot"}
+
+_EVENT = {
+    "type": "object",
+    "required": ["event", "data", "retry"],
+    "properties": {
+        "event": {"enum": ["progress", "end"]},
+        "data": {
+            "type": "string",
+            "contentMediaType": "application/json",
+            "contentSchema": {"$ref": "#/components/schemas/Job"},
+        },
+        "retry": {"const": 1000},
+    },
+}
+"""The events of a job: the state of the job as JSON."""
 
 
 def _remove_prefix_items(node: Any) -> None:

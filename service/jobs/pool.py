@@ -14,12 +14,10 @@ from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
-from multiprocessing.connection import wait
-from threading import Thread
 
 from service.jobs.batch import run_batch
 from service.jobs.engine import EngineLost, EngineUnavailable
-from service.settings.runtime import collect_rarely, limit_plans, pin_blas, share_heap
+from service.jobs.preparation import prepare
 
 IDLE_SECONDS = 60.0
 """Time after which a process without work ends."""
@@ -90,7 +88,7 @@ class _Process:
     async def _start(self) -> ProcessPoolExecutor:
         """Starts the process: in a thread, because it takes a moment until the process answers."""
         context = multiprocessing.get_context("spawn")
-        pool = ProcessPoolExecutor(1, context, _prepare, self._preparation)
+        pool = ProcessPoolExecutor(1, context, prepare, self._preparation)
         self._pool = pool
         try:
             self.pid = await asyncio.to_thread(_start_process, pool)
@@ -119,7 +117,7 @@ class _Process:
 def _start_process(pool: ProcessPoolExecutor) -> int:
     """Starts the process of a pool; returns its id.
 
-    Ctrl-C in a terminal reaches every process, also one that has not run `_prepare` yet. So this
+    Ctrl-C in a terminal reaches every process, also one that has not run `prepare` yet. So this
     thread blocks the signal meanwhile, and the process inherits that.
     """
     if sys.platform == "win32":
@@ -129,25 +127,3 @@ def _start_process(pool: ProcessPoolExecutor) -> int:
         return pool.submit(os.getpid).result()
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)
-
-
-def _prepare(memory: int, niceness: int) -> None:
-    """Prepares a job process, as `create_app` prepares that of the service."""
-    # The end of the parent ends this process, so it need not handle signals that both receive.
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, signal.SIG_IGN)
-    Thread(target=_end_with_parent, daemon=True).start()
-    if sys.platform != "win32":
-        os.nice(niceness)
-    pin_blas()
-    share_heap()
-    collect_rarely()
-    limit_plans(memory)
-
-
-def _end_with_parent() -> None:
-    """Waits for the end of the parent process, and ends this one: an executor alone would not."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        wait([parent.sentinel])
-    os._exit(1)

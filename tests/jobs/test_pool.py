@@ -15,19 +15,10 @@ from service.jobs import pool
 from service.jobs.engine import EngineLost
 from service.jobs.pool import ProcessEngine
 from tests.jobs.fakes import until
+from tests.jobs.pool_work import work
 from tools.processes import ROOT
 
 PATIENCE = 30.0
-
-
-def work(task: bytes) -> bytes:
-    """The work of the processes of these tests, in place of `run_batch`."""
-    match task.split():
-        case [b"die"]:
-            os._exit(1)
-        case [b"sleep", seconds]:
-            time.sleep(float(seconds))
-    return b"%d %d" % (os.getpid(), os.nice(0))
 
 
 def is_alive(pid: int) -> bool:
@@ -82,7 +73,7 @@ def test_a_task_that_is_cancelled_while_its_process_starts_leaves_no_process_tha
     async def run() -> None:
         engine = ProcessEngine(1, 1 << 28)
         starting = asyncio.create_task(engine.run(b""))
-        await asyncio.sleep(0.05)
+        await asyncio.sleep(0.01)
         assert engine.processes == []
         starting.cancel()
         with suppress(asyncio.CancelledError):
@@ -99,7 +90,7 @@ def test_a_task_that_is_cancelled_while_its_process_starts_leaves_no_process_tha
 PARENT = """
 import asyncio
 from service.jobs import pool
-from tests.jobs.test_pool import work
+from tests.jobs.pool_work import work
 
 async def main():
     pool.run_batch = work

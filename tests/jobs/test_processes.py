@@ -110,7 +110,7 @@ def test_cancelling_leaves_nothing_running_after_2_s(tmp_path: Path) -> None:
     part = check({"path": "/v1/mesh?format=glb", "body": body})
 
     async def run() -> None:
-        async with run_jobs(tmp_path) as (jobs, engine):
+        async with run_jobs(tmp_path, processes=1) as (jobs, engine):
             id = (await submit(jobs, [part])).id
             async with asyncio.timeout(60):
                 while not engine.processes:

@@ -108,28 +108,6 @@ def test_a_killed_worker_is_replaced_and_waiting_connections_are_kept(workers: W
     assert re.search(rf"worker \d \(process {victim}\) ended with -9", workers.log)
 
 
-def test_hangup_replaces_the_workers_one_by_one(workers: Workers) -> None:
-    old_pids = workers.server.worker_pids()
-    fewest = COUNT
-    with httpx.Client(base_url=workers.server.url, timeout=PATIENCE) as client:
-        client.get("/v1/formats")
-        workers.server.process.send_signal(signal.SIGHUP)
-
-        def are_replaced() -> bool:
-            nonlocal fewest
-            pids = workers.server.worker_pids()
-            fewest = min(fewest, len(pids))
-            # The instance is ready all the time, at new connections and at an old one.
-            assert httpx.get(f"{workers.server.url}/health/ready").status_code == 200
-            assert client.get("/health/ready").status_code == 200
-            return len(pids) == COUNT and not set(pids) & set(old_pids)
-
-        wait_until(are_replaced)
-    assert fewest == COUNT
-    wait_until(lambda: "All workers are replaced" in workers.log)
-    assert not workers.systemd.has_more()
-
-
 def test_a_stop_ends_all_workers_with_exit_code_0(workers: Workers) -> None:
     """The last test of the service that the tests above share."""
     pids = workers.server.worker_pids()

@@ -1,4 +1,4 @@
-"""How a service with two workers ends, and does not start: `make test-rolling`.
+"""How a service with two workers ends, replaces them, and does not start: `make test-rolling`.
 
 These tests start many processes, and take half a minute.
 """
@@ -64,3 +64,26 @@ def test_a_service_whose_workers_do_not_start_ends(tmp_path: Path) -> None:
     assert lines[-1].startswith("surface: cannot serve at 127.0.0.1")
     assert "does not start" in workers.log
     assert "Traceback" not in workers.log
+
+
+def test_hangup_replaces_the_workers_one_by_one(tmp_path: Path) -> None:
+    with start_workers(tmp_path) as workers:
+        old_pids = workers.server.worker_pids()
+        fewest = COUNT
+        with httpx.Client(base_url=workers.server.url, timeout=PATIENCE) as client:
+            client.get("/v1/formats")
+            workers.server.process.send_signal(signal.SIGHUP)
+
+            def are_replaced() -> bool:
+                nonlocal fewest
+                pids = workers.server.worker_pids()
+                fewest = min(fewest, len(pids))
+                # The instance is ready all the time, at new connections and at an old one.
+                assert httpx.get(f"{workers.server.url}/health/ready").status_code == 200
+                assert client.get("/health/ready").status_code == 200
+                return len(pids) == COUNT and not set(pids) & set(old_pids)
+
+            wait_until(are_replaced)
+        assert fewest == COUNT
+        wait_until(lambda: "All workers are replaced" in workers.log)
+        assert not workers.systemd.has_more()

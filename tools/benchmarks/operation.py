@@ -14,8 +14,8 @@ import httpx
 
 from tools.processes import Server, peak_memory, resident_memory, service_server
 
-CLIENTS, MESHES = 12, 24
-"""Clients that request large meshes at the same time, and the requests of all together."""
+CLIENTS = 12
+"""Clients that request a large mesh at the same time."""
 
 SMALL_MEMORY, LARGEST = "250MB", 780
 """`SURFACE_MEMORY_BYTES` while large meshes are requested; and the divisions of one patch in almost
@@ -51,9 +51,7 @@ def measure_figures() -> Iterator[Figure]:
         with service_server(Path(folder), settings, probe="/health/ready") as server:
             _request_large_meshes(server.url)
             text = f"most memory with `SURFACE_MEMORY_BYTES={SMALL_MEMORY}`, while twelve clients "
-            yield Figure(
-                f"{text}request 24 of the largest meshes", "MB", peak_memory(server.pid) / 1e6
-            )
+            yield Figure(f"{text}request the largest mesh", "MB", peak_memory(server.pid) / 1e6)
 
 
 def processor_time(pid: int) -> float:
@@ -87,7 +85,7 @@ def _measure_requests(server: Server, client: httpx.Client) -> Iterator[Figure]:
 
 
 def _request_large_meshes(url: str) -> None:
-    """Requests the largest meshes that the memory allows, from several clients at once."""
+    """Requests the largest mesh that the memory allows, from several clients at once."""
     limits = httpx.Limits(max_connections=CLIENTS)
 
     def request(number: int) -> None:
@@ -103,7 +101,7 @@ def _request_large_meshes(url: str) -> None:
         httpx.Client(base_url=url, timeout=120, limits=limits) as client,
         ThreadPoolExecutor(CLIENTS) as pool,
     ):
-        list(pool.map(request, range(MESHES)))
+        list(pool.map(request, range(CLIENTS)))
 
 
 def write_rows(figures: Iterator[Figure]) -> Iterator[str]:
