@@ -247,7 +247,10 @@ def _count_points(definition: BaseModel) -> int:
 
     Such arrays are control points, weights, indices, colours and uvs; attributes are not counted.
     For a multipatch it is the sum over its surfaces; for a tube or ribbon it is that of its curve.
+    A brep counts its own points.
     """
+    if (point_count := getattr(definition, "point_count", None)) is not None:
+        return int(point_count)
     if surfaces := getattr(definition, "surfaces", ()):
         return sum(map(_count_points, surfaces))
     definition = getattr(definition, "curve", definition)

@@ -25,8 +25,8 @@ CONTROL_NET = NumberGrid(
 NET_WEIGHTS = NumberGrid(("rows", "weights"), positive=True, degree_levels=(0, 1))
 
 
-class BezierDefinition(StrictModel):
-    """One tensor-product Bézier patch of any degree, rational if weights are given.
+class BezierNet(StrictModel):
+    """One tensor-product Bézier patch: the surface of a face of a `brep`.
 
     S(u, v) = Σ B_i(u) B_j(v) w_ij P_ij / Σ B_i(u) B_j(v) w_ij for u and v from 0 to 1. A net of
     r × c control points has degree (r − 1, c − 1); rows follow each other along u, columns
@@ -45,6 +45,16 @@ class BezierDefinition(StrictModel):
     weights: Annotated[FloatArray | None, NET_WEIGHTS, SURFACE_WEIGHTS] = Field(
         default=None, examples=[[[1, 0.7071067811865476, 1], [1, 0.7071067811865476, 1]]]
     )
+
+
+class BezierDefinition(BezierNet):
+    """One tensor-product Bézier patch of any degree, rational if weights are given.
+
+    S(u, v) = Σ B_i(u) B_j(v) w_ij P_ij / Σ B_i(u) B_j(v) w_ij for u and v from 0 to 1. A net of
+    r × c control points has degree (r − 1, c − 1); rows follow each other along u, columns
+    along v.
+    """
+
     colors: Annotated[FloatArray | None, *NET.colors()] = None
     uvs: Annotated[FloatArray | None, *NET.uvs()] = None
     attributes: Annotated[dict[str, Annotated[FloatArray, NET.values()]], *NET.attributes()] = (

@@ -107,8 +107,8 @@ KnotVectors: TypeAlias = Annotated[
 ]
 
 
-class BsplineDefinition(StrictModel):
-    """One tensor-product B-spline surface; with weights it is a NURBS surface.
+class BsplineNet(StrictModel):
+    """One tensor-product B-spline surface: the surface of a face of a `brep`.
 
     S(u, v) = Σ N_i(u) N_j(v) w_ij P_ij / Σ N_i(u) N_j(v) w_ij over the domain of its knots. A net
     of r × c control points needs r + p + 1 knots along u and c + q + 1 along v. Each cell between
@@ -152,6 +152,21 @@ class BsplineDefinition(StrictModel):
     weights: Annotated[FloatArray | None, SPLINE_WEIGHTS, SURFACE_WEIGHTS] = Field(
         default=None, examples=[[[1, 1, 1, 1], [1, 2, 2, 1], [1, 2, 2, 1], [1, 1, 1, 1]]]
     )
+
+    @model_validator(mode="after")
+    def _check_degree(self, info: ValidationInfo) -> "BsplineNet":
+        check_degree_limits(self.degree, info)
+        return self
+
+
+class BsplineDefinition(BsplineNet):
+    """One tensor-product B-spline surface; with weights it is a NURBS surface.
+
+    S(u, v) = Σ N_i(u) N_j(v) w_ij P_ij / Σ N_i(u) N_j(v) w_ij over the domain of its knots. A net
+    of r × c control points needs r + p + 1 knots along u and c + q + 1 along v. Each cell between
+    neighbouring distinct knots along u and along v becomes one Bézier patch.
+    """
+
     colors: Annotated[FloatArray | None, *SPLINE.colors()] = None
     uvs: Annotated[FloatArray | None, *SPLINE.uvs()] = None
     attributes: Annotated[
@@ -159,11 +174,6 @@ class BsplineDefinition(StrictModel):
     ] = Field(default_factory=dict)
     up: UpField = "y"
     name: NameField = "surface"
-
-    @model_validator(mode="after")
-    def _check_degree(self, info: ValidationInfo) -> "BsplineDefinition":
-        check_degree_limits(self.degree, info)
-        return self
 
     def to_surface(self) -> BsplineSurface:
         """The surface as a value; raises `InvalidRequest` with pointers relative to the surface."""

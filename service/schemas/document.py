@@ -30,6 +30,9 @@ MAX_DEPTH, PARSED_DEPTH = 32, 1024
 """The most brackets that may be open at once: in a request, which needs some ten; and in any text
 that orjson can parse."""
 
+MAX_FACES = 20_000
+"""The most faces of all breps of a surface, by default."""
+
 BYTES_PER_VALUE, BYTES_PER_STRING, BYTES_PER_OBJECT = 100, 800, 1500
 """Upper bounds of memory, in bytes: of a number as a Python object, until it is part of an array;
 of a string, and of the error if it is an unknown key; of an object, and of the model made from
@@ -77,6 +80,7 @@ class DocumentLimits:
     max_degree: int = MAX_DEGREE
     max_depth: int = MAX_DEPTH
     max_values: int = MAX_VALUES
+    max_faces: int = MAX_FACES
 
 
 DEFAULT_LIMITS = DocumentLimits()

@@ -213,6 +213,12 @@ Parts: TypeAlias = Annotated[
     Field(fail_fast=True),
 ]
 
+Color: TypeAlias = Annotated[
+    tuple[Annotated[float, Field(ge=0, le=1)], ...],
+    Field(strict=False, min_length=3, max_length=4, fail_fast=True),
+]
+"""Red, green, blue and, as an optional fourth number, opacity; sRGB."""
+
 SURFACE_WEIGHTS = Field(
     description="One positive weight for every control point, in the same rows. Left out, the "
     "surface is polynomial."

@@ -11,8 +11,9 @@ from typing import Annotated, TypeAlias
 from pydantic import Tag
 
 from service.errors import Issue
-from service.schemas import bezier, bspline, patches, sweeps
+from service.schemas import bezier, brep, bspline, patches, sweeps
 from service.surface.bezier import BezierSurface, TriangleSurface
+from service.surface.brep import BrepSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.group import GroupSurface
 from service.surface.multipatch import MultipatchSurface
@@ -40,6 +41,16 @@ FIELDS: Mapping[type[SurfaceKind], tuple[str, ...]] = MappingProxyType(
         MultipatchSurface: ("multipatch", "surfaces"),
         TubeSurface: ("tube", "curve", "radius", "sides", "caps"),
         RibbonSurface: ("ribbon", "curve", "width", "facing", "camera"),
+        BrepSurface: (
+            "brep",
+            "vertices",
+            "vertex_uncertainties",
+            "edges",
+            "faces",
+            "shells",
+            "uncertainty",
+            "invalid_faces",
+        ),
         GroupSurface: ("group", "members"),
     }
 )
@@ -59,5 +70,6 @@ MemberKind: TypeAlias = (
     | Annotated[patches.MultipatchDefinition, Tag("multipatch")]
     | Annotated[sweeps.TubeDefinition, Tag("tube")]
     | Annotated[sweeps.RibbonDefinition, Tag("ribbon")]
+    | Annotated[brep.BrepDefinition, Tag("brep")]
 )
 """The kinds of surface that can be members of a group: all but a group."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from types import MappingProxyType
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import BeforeValidator, Field, Tag, ValidationInfo, model_validator
@@ -13,9 +13,19 @@ from service.cancellation import checkpoint
 from service.errors import InvalidRequest, pointer
 from service.schemas.arrays import NumberGrid, check_total, tuple_schema
 from service.schemas.bezier import write_rows
-from service.schemas.fields import Name, Omittable, StrictModel, UpField, one_of_kinds, optional
+from service.schemas.brep_writing import WRITERS
+from service.schemas.fields import (
+    Color,
+    Name,
+    Omittable,
+    StrictModel,
+    UpField,
+    one_of_kinds,
+    optional,
+)
 from service.schemas.kinds import CHANNELS, FIELDS, KINDS, UNKNOWN_KIND, MemberKind
 from service.schemas.validation import to_invalid
+from service.surface.brep import BrepSurface
 from service.surface.curve import BezierCurve, BsplineCurve
 from service.surface.group import MAX_MEMBERS, GroupSurface, Member, nested_issue
 from service.surface.sizes import SurfaceKind
@@ -29,11 +39,6 @@ def refuse_group(value: object) -> object:
 
 
 MATRIX = NumberGrid(("rows", "numbers"))
-
-Color: TypeAlias = Annotated[
-    tuple[Annotated[float, Field(ge=0, le=1)], ...],
-    Field(strict=False, min_length=3, max_length=4, fail_fast=True),
-]
 
 MemberSurfaceDefinition = TypeAliasType(
     "MemberSurfaceDefinition",
@@ -151,6 +156,10 @@ _CURVE_FIELDS = MappingProxyType(
 not written."""
 
 
+_SIZED = (np.ndarray, dict, list)
+"""Types of fields that are not written if they are empty."""
+
+
 def definition(surface: SurfaceKind, *, flat: bool = False) -> dict[str, Any]:
     """A surface in the form of a request, with NumPy arrays; omits fields that have no value.
 
@@ -167,7 +176,7 @@ def _write_fields(value: object, names: Iterable[str], flat: bool) -> dict[str, 
     return {
         name: field
         for name, field in fields.items()
-        if field is not None and not (isinstance(field, np.ndarray | dict) and not len(field))
+        if field is not None and not (isinstance(field, _SIZED) and not len(field))
     }
 
 
@@ -177,6 +186,8 @@ def _read_field(value: Any, name: str) -> Any:
         return {part: np.array(numbers, np.int64) for part, numbers in value.parts}
     if name == "attributes":
         return dict(value.channels.attributes)
+    if isinstance(value, BrepSurface) and name in WRITERS:
+        return WRITERS[name](value)
     return getattr(value.channels if name in CHANNELS else value, name)
 
 

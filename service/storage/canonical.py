@@ -10,7 +10,8 @@ The header is one line of JSON, in ASCII, with sorted keys and without spaces:
 `surface` is the definition as in a request, with null in place of each array. `arrays` has the
 types and shapes of these arrays, in the same order. Their numbers follow the line feed, one array
 after another, little-endian, 8 bytes each, the last axis fastest. The net of a triangle of degree n
-is one axis of (n+1)(n+2)/2 points.
+is one axis of (n+1)(n+2)/2 points. A null of the definition itself, which stands for a pcurve that
+is not given, counts as an array with the type `null` and the shape [0].
 
 The content has the values that a surface has after its checks: −0 is 0, a number that a request
 gives for both u and v is there twice, keys of JSON objects are sorted, and defaults are written
@@ -51,10 +52,15 @@ _TYPES = {"float64": np.dtype("<f8"), "int64": np.dtype("<i8")}
 
 Arrays: TypeAlias = list[AnyArray]
 
+_NULL: AnyArray = np.empty(0, "V1")
+"""This array stands for a null among the arrays of a definition."""
+
+_NULL_TYPE = ["null", [0]]
+
 
 def canonical_content(surface: Surface) -> bytes:
     """The canonical content of a surface; `restore_surface` reads it."""
-    return _write_content("surface", definition(surface, flat=True))
+    return _write_content("surface", _mark_nulls(definition(surface, flat=True)))
 
 
 def canonical_request(request: RequestModel) -> bytes:
@@ -86,14 +92,20 @@ def _write_content(name: str, tree: Any) -> bytes:
     """A tree in the canonical form; in its header it has this name."""
     arrays: Arrays = []
     tree = _take_arrays(tree, arrays)
-    types_and_shapes = [[array.dtype.name, array.shape] for array in arrays]
+    types_and_shapes = [
+        _NULL_TYPE if array is _NULL else [array.dtype.name, array.shape] for array in arrays
+    ]
     header = json.dumps(
         {"arrays": types_and_shapes, "canonical": VERSION, name: tree},
         sort_keys=True,
         separators=(",", ":"),
         allow_nan=False,
     )
-    numbers = (np.ascontiguousarray(a, dtype=_TYPES[a.dtype.name]).data for a in arrays)
+    numbers = (
+        np.ascontiguousarray(array, dtype=_TYPES[array.dtype.name]).data
+        for array in arrays
+        if array is not _NULL
+    )
     return b"".join([header.encode("ascii"), b"\n", *numbers])
 
 
@@ -142,6 +154,15 @@ def plan_content(surface: Surface) -> Work[tuple[str, bytes]]:
     return Work(definition_cost(surface.size()), run)
 
 
+def _mark_nulls(value: Any) -> Any:
+    """The value with `_NULL` in place of each None."""
+    if isinstance(value, dict):
+        return {key: _mark_nulls(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_mark_nulls(item) for item in value]
+    return _NULL if value is None else value
+
+
 def _take_arrays(value: Any, arrays: Arrays) -> Any:
     """The value with None in place of each array; appends the arrays to `arrays`, in this order."""
     if isinstance(value, np.ndarray):
@@ -155,9 +176,10 @@ def _take_arrays(value: Any, arrays: Arrays) -> Any:
 
 
 def _insert_arrays(tree: Any, arrays: Iterator[AnyArray]) -> Any:
-    """The tree with the next array in place of each None."""
+    """The tree with the next array in place of each None; `_NULL` gives None."""
     if tree is None:
-        return next(arrays)
+        array = next(arrays)
+        return None if array is _NULL else array
     if isinstance(tree, dict):
         return {key: _insert_arrays(item, arrays) for key, item in tree.items()}
     if isinstance(tree, list):
@@ -176,6 +198,9 @@ def _read_definition(content: bytes) -> Any:
     for name, shape in header["arrays"]:
         if min(shape, default=0) < 0:
             raise ValueError("an axis of negative length")
+        if [name, shape] == _NULL_TYPE:
+            arrays.append(_NULL)
+            continue
         flat = np.frombuffer(content, _TYPES[name], prod(shape), start)
         arrays.append(flat.reshape(shape))
         start += flat.nbytes

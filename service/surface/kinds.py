@@ -7,6 +7,7 @@ do not import this one.
 from typing import TypeAlias
 
 from service.surface.bezier import BezierSurface, TriangleSurface
+from service.surface.brep import BrepSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.group import GroupSurface
 from service.surface.multipatch import MultipatchSurface
@@ -21,6 +22,7 @@ Surface: TypeAlias = (
     | MultipatchSurface
     | TubeSurface
     | RibbonSurface
+    | BrepSurface
     | GroupSurface
 )
 """The type of all surfaces."""

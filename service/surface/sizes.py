@@ -62,6 +62,9 @@ class SurfaceSize:
         For breps: the number of faces, of edges, and of coedges of all loops; and the number of
         distinct colours of faces, where faces without a colour count as one colour. The names of
         faces count in `name_bytes`, but faces do not count in `parts`.
+    face_patches, edge_pieces : int
+        For breps: the numbers of Bézier patches of the surfaces of all faces, and of Bézier pieces
+        of the curves of edges and of all pcurves.
     """
 
     degree: tuple[int, int]
@@ -89,6 +92,8 @@ class SurfaceSize:
     edges: int = 0
     coedges: int = 0
     face_colors: int = 0
+    face_patches: int = 0
+    edge_pieces: int = 0
 
     @property
     def patches(self) -> int:
@@ -210,6 +215,7 @@ _SUM_FIELDS = (
     "grids", "triangles", "control_points", "net_points", "net_segments", "net_cells", "parts",
     "name_bytes", "surface_bytes", "lowered_bytes", "peak_bytes", "side_bytes", "curves",
     "swept_vertices", "extra_vertices", "faces", "edges", "coedges", "face_colors",
+    "face_patches", "edge_pieces",
 )  # fmt: skip
 
 

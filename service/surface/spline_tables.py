@@ -103,6 +103,13 @@ class CurveTable:
         )
 
 
+def empty_curves(dimension: int) -> CurveTable:
+    """A table without curves."""
+    none, no_numbers = np.empty(0, np.intp), np.empty(0)
+    no_points = np.empty((0, dimension))
+    return CurveTable(none, none, no_points, no_numbers, np.empty(0, bool), no_numbers)
+
+
 @dataclass(frozen=True, eq=False)
 class SurfaceTable:
     """F tensor-product B-spline surfaces, polynomial or rational, as flat columns.

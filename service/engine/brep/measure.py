@@ -34,6 +34,9 @@ THIN = 4.0
 FAR = 0.4
 """Corners further from the surface than this share of the tolerance have a gap that counts."""
 
+REVERSE_WORK = 5e3
+"""Multiplications to bound the distance of a triangle of the mesh from the surface, roughly."""
+
 BLOCK = 1 << 15
 """The most triangles that are measured in one step; it limits memory."""
 
@@ -89,6 +92,7 @@ class TriangleMeasure:
         surfaces = corners.surface.surfaces
         found = corners.residuals[own].max(axis=0) + surfaces.errors[faces]
         curved = (~surfaces.is_planar[faces]).nonzero()[0]
+        self.limits.spend(REVERSE_WORK * len(curved))
         found[curved] = bound_reverse(corners, own.take(curved, axis=1), self.goal.tolerance)
         found[(points == points[NEXT]).any(axis=0)] = 0.0
         bounds[rows] = found

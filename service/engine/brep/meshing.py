@@ -7,7 +7,8 @@
 4. Polygons are triangulated (`triangulation`).
 5. Triangles are measured and refined (`refine`).
 
-Proofs in docs/proofs.md: "The polygon of a trimmed face" and "No crack between trimmed faces".
+Proofs in docs/proofs.md: "The polygon of a trimmed face", "No crack between trimmed faces",
+"The distance from the mesh to trimmed faces".
 """
 
 from dataclasses import replace

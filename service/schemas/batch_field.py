@@ -1,0 +1,104 @@
+"""A field that is a list of objects, read to columns in batches."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import GetCoreSchemaHandler, TypeAdapter, ValidationError, ValidationInfo
+from pydantic_core import InitErrorDetails, PydanticCustomError, core_schema
+
+from service.errors import Issue, count_nouns
+from service.schemas.batches import Unreadable
+from service.schemas.document import DocumentLimits
+from service.schemas.fields import StrictModel, length_issue
+from service.schemas.validation import limits_of, to_invalid, to_refusal, wrong_type
+
+WORDED_ITEMS = 20
+"""If an item is wrong, it and the next are checked by their models, which word the errors; this
+many in all, because a model takes milliseconds."""
+
+
+@dataclass(frozen=True)
+class ReadInBatches:
+    """The annotation of a list that is read to columns in batches.
+
+    Attributes
+    ----------
+    read : callable
+        Reads items to columns, or raises `Unreadable`.
+    model : type
+        The model of one item, which words the errors.
+    noun : str
+        Plural noun for the items.
+    min_count : int
+        The least number of items.
+    """
+
+    read: Callable[[Sequence[Any], DocumentLimits], Any]
+    model: type[StrictModel]
+    noun: str
+    min_count: int = 0
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
+        """The validator of the field; the JSON Schema is that of the list of models."""
+        adapter: TypeAdapter[StrictModel] = TypeAdapter(self.model)
+
+        def validate(value: object, _: Any, info: ValidationInfo) -> Any:
+            if not isinstance(value, list):
+                raise to_invalid(wrong_type(value, f"a list of {self.noun}"))
+            if len(value) < self.min_count:
+                got = f"a list of {count_nouns(len(value), self.noun)}"
+                raise to_invalid(length_issue(got, f"at least {self.min_count}"))
+            limits = limits_of(info)
+            try:
+                return self.read(value, limits)
+            except Unreadable:
+                raise self._word_errors(value, adapter, limits) from None
+
+        return core_schema.with_info_wrap_validator_function(validate, handler(source))
+
+    def _word_errors(
+        self, items: list[Any], adapter: TypeAdapter[StrictModel], limits: DocumentLimits
+    ) -> ValidationError:
+        """The errors of the first wrong item, and of some after it."""
+        first = self._find_first_wrong(items, limits)
+        details: list[InitErrorDetails] = []
+        for number, item in enumerate(items[first : first + WORDED_ITEMS], start=first):
+            try:
+                adapter.validate_python(item, context=limits)
+            except ValidationError as error:
+                details += [_nest(detail, number) for detail in error.errors(include_url=False)]
+        if details:
+            return ValidationError.from_exception_data("value", details)
+        # Never seen: the batches and the models accept the same items.
+        issue = Issue("wrong_value", "The value is not allowed.", "", "an object", "another value")
+        return to_refusal([((first,), issue)])
+
+    def _find_first_wrong(self, items: list[Any], limits: DocumentLimits) -> int:
+        """The number of the first item that cannot be read, found by halving."""
+        first, last = 0, len(items)
+        while last - first > 1:
+            middle = (first + last) // 2
+            try:
+                self.read(items[first:middle], limits)
+            except Unreadable:
+                last = middle
+            else:
+                first = middle
+        return first
+
+
+def _nest(detail: Any, number: int) -> InitErrorDetails:
+    """The detail of an error of one item, for the list in which the item has this number."""
+    context = detail.get("ctx", {})
+    nested: InitErrorDetails = {
+        "type": detail["type"],
+        "loc": (number, *detail["loc"]),
+        "input": detail["input"],
+        "ctx": context,
+    }
+    if detail["type"] == "issue":
+        nested["type"] = PydanticCustomError("issue", "{message}", context)
+    return nested
