@@ -88,9 +88,8 @@ class Refinement:
         count = len(corners.surface.surfaces)
         is_stuck, is_left = np.zeros(count, bool), np.zeros(count, bool)
         done = sum(len(each) for each in self._done)
+        most = most if len(triangles) else 0
         for round_number in range(1, most + 1):
-            if not len(triangles):
-                break
             self.rounds += 1
             mates = find_mates(triangles.corners)
             triangles = measure.measure(triangles, mates)
@@ -106,6 +105,8 @@ class Refinement:
                 done += len(self._done[-1])
                 triangles, fails = triangles.take(goes), fails[goes]
                 mates = find_mates(triangles.corners)
+            if not len(triangles):
+                break
             triangles = step(triangles, mates, fails.nonzero()[0])
             # A face in which nothing moved would not move in the next round either.
             is_stuck[:] = True

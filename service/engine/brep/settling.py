@@ -60,8 +60,8 @@ def settle_border(
 
     Sides that changed have unknown bounds.
     """
+    conflicts = find_conflicts(border)
     for _ in range(ROUNDS):
-        conflicts = find_conflicts(border)
         if not len(conflicts.sides):
             break
         checkpoint()
@@ -72,7 +72,8 @@ def settle_border(
             border = renew_border(prepared, samples, border, source)
         elif not is_moved.any():
             break
-    return samples, border, find_faults(border)
+        conflicts = find_conflicts(border)
+    return samples, border, find_faults(border, conflicts)
 
 
 def check_loops(prepared: PreparedBrep) -> LoopFaults:
@@ -109,9 +110,8 @@ def _choose_pieces(
     return border.samples[sides[heights > LEAST]]
 
 
-def find_faults(polygons: Polygons) -> LoopFaults:
+def find_faults(polygons: Polygons, conflicts: Conflicts) -> LoopFaults:
     """The loops whose sides are in conflict, or that have the material on the wrong side."""
-    conflicts = find_conflicts(polygons)
     sides = conflicts.sides
     is_bad = np.zeros(int(polygons.faces.max(initial=-1)) + 1, bool)
     is_bad[polygons.faces[sides]] = True
