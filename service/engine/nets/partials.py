@@ -70,7 +70,7 @@ def evaluate_partials(nets: FloatArray, u: FloatArray, v: FloatArray, order: int
     The result is that of `net_partials`.
     """
     m, rows, columns, width = nets.shape
-    basis_u, basis_v = _compute_bases(rows - 1, u, order), _compute_bases(columns - 1, v, order)
+    basis_u, basis_v = _compute_bases((rows - 1, columns - 1), u, v, order)
     # Two matrix products for each net: with more and smaller products, the calls would take longer
     # than the arithmetic.
     lines = np.matmul(nets.reshape(m, rows, -1).transpose(0, 2, 1), basis_u.transpose(0, 2, 1))
@@ -102,20 +102,38 @@ def project_partials(partials: Sequence[FloatArray]) -> list[FloatArray]:
     return s
 
 
-def _compute_bases(degree: int, t: FloatArray, order: int) -> FloatArray:
-    """Bernstein polynomials and their derivatives up to `order`, shape (m, order + 1, n+1)."""
-    basis = np.zeros((len(t), order + 1, degree + 1))
-    basis[:, 0] = bernstein(degree, t)
-    if degree > 0:
-        lower_basis = degree * bernstein(degree - 1, t)
-        basis[:, 1, 1:] = lower_basis
-        basis[:, 1, :-1] -= lower_basis
-    if degree > 1 and order > 1:
-        lower_basis = degree * (degree - 1) * bernstein(degree - 2, t)
-        basis[:, 2, 2:] = lower_basis
-        basis[:, 2, 1:-1] -= 2 * lower_basis
-        basis[:, 2, :-2] += lower_basis
-    return basis
+def _compute_bases(
+    degrees: tuple[int, int], u: FloatArray, v: FloatArray, order: int
+) -> list[FloatArray]:
+    """Bernstein polynomials and their derivatives up to `order` at u and at v (m,).
+
+    Both have the shape (m, order + 1, n+1). The recurrence of `service.bases.bernstein` runs once
+    for both: its last steps are the polynomials of lower degrees, from which derivatives follow.
+    """
+    t = np.concatenate([u, v])
+    complement = 1.0 - t
+    levels = [np.ones((1, len(t)))]
+    for n in range(1, max(degrees) + 1):
+        level = np.empty((n + 1, len(t)))
+        np.multiply(levels[-1], complement, out=level[:n])
+        level[n] = 0.0
+        level[1:] += levels[-1] * t
+        levels.append(level)
+    bases = []
+    for degree, half in zip(degrees, (slice(len(u)), slice(len(u), None)), strict=True):
+        basis = np.zeros((order + 1, degree + 1, len(u)))
+        basis[0] = levels[degree][:, half]
+        if degree > 0:
+            lower_basis = degree * levels[degree - 1][:, half]
+            basis[1, 1:] = lower_basis
+            basis[1, :-1] -= lower_basis
+        if degree > 1 and order > 1:
+            lower_basis = degree * (degree - 1) * levels[degree - 2][:, half]
+            basis[2, 2:] = lower_basis
+            basis[2, 1:-1] -= 2 * lower_basis
+            basis[2, :-2] += lower_basis
+        bases.append(np.ascontiguousarray(basis.transpose(2, 0, 1)))
+    return bases
 
 
 THIRD = ((3, 0), (2, 1), (1, 2), (0, 3))

@@ -56,20 +56,19 @@ class Breaks:
         """
         if not self._has_inner:
             return np.zeros(len(domain), np.intp)
-        start = self.start[domain]
-        key = STEP * domain + (t - start) / (self.end[domain] - start)
-        first, most = self.first[domain], self.count[domain] - 1
-        after = np.searchsorted(self._keys, key, side="left" if before else "right")
-        span: Ints = after - 1 - first
-        span = np.minimum(np.maximum(span, 0), most)
+        first = self.first.take(domain)
+        key = (t - self.start.take(domain)) * self._rates.take(domain) + STEP * domain
+        after = self._keys.searchsorted(key, side="left" if before else "right")
+        span: Ints = np.minimum(np.maximum(after - 1 - first, 0), self._most.take(domain))
         # Keys of many domains have fewer digits than parameters: nearly always, nothing is left.
+        low, high = self._limits
+        at = first + span
         while True:
-            low, high = self.values[first + span], self.values[first + span + 1]
-            down, up = (t <= low, t > high) if before else (t < low, t >= high)
-            step = (up & (span < most)).astype(np.intp) - (down & (span > 0))
-            if not step.any():
-                return span
-            span += step
+            begin, end = low.take(at), high.take(at)
+            down, up = (t <= begin, t > end) if before else (t < begin, t >= end)
+            if not (down | up).any():
+                return at - first
+            at += up.astype(np.intp) - down
 
     @cached_property
     def _has_inner(self) -> bool:
@@ -77,13 +76,30 @@ class Breaks:
         return bool((self.count > 1).any())
 
     @cached_property
+    def _most(self) -> Ints:
+        """The last span of each domain."""
+        return self.count - 1
+
+    @cached_property
+    def _rates(self) -> FloatArray:
+        """The inverse length of each domain."""
+        rates: FloatArray = 1.0 / (self.end - self.start)
+        return rates
+
+    @cached_property
     def _keys(self) -> FloatArray:
         """For each break: `STEP` times its domain, and its share of the domain; ascending."""
-        start = self.start[self.owner]
-        keys: FloatArray = STEP * self.owner + (self.values - start) / (
-            self.end[self.owner] - start
-        )
+        share = (self.values - self.start[self.owner]) * self._rates[self.owner]
+        keys: FloatArray = share + STEP * self.owner
         return keys
+
+    @cached_property
+    def _limits(self) -> tuple[FloatArray, FloatArray]:
+        """Both ends of the span that begins at each break; first and last spans have no ends."""
+        low, high = self.values.copy(), np.append(self.values[1:], np.inf)
+        low[self.first] = -np.inf
+        high[self.first + self._most] = np.inf
+        return low, high
 
 
 def list_spans(knots: FloatArray, degrees: Ints, starts: Ints) -> tuple[Ints, Ints]:
