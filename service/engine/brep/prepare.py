@@ -5,9 +5,9 @@ from math import dist
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.engine.brep.chains import join_chains
 from service.engine.brep.parameter_curves import ParameterCurves, find_parameter_curves
 from service.engine.brep.prepared import PreparedBrep
+from service.engine.brep.regions import make_regions
 from service.engine.brep.topology import Topology
 from service.engine.trims.boxes import find_part_box
 from service.engine.trims.closure import find_closure
@@ -15,6 +15,7 @@ from service.engine.trims.places import SIZE, Places
 from service.engine.trims.spline_shapes import find_boxes
 from service.engine.trims.splines import Splines
 from service.engine.trims.surfaces import FaceSurfaces
+from service.engine.trims.unrolling import unroll
 from service.surface.brep_model import BrepModel
 
 CLOSED = 1e-7
@@ -36,8 +37,17 @@ def prepare(model: BrepModel) -> PreparedBrep:
     curves = Splines.of(model.curves)
     found = find_parameter_curves(model, closed, curves, diagonal)
     topology = _begin(model, curves, found)
-    topology, _ = join_chains(closed, topology, CLOSED * diagonal)
-    return _finish(model, surfaces, topology)
+    topology = make_regions(closed, topology, _find_bare(model), CLOSED * diagonal)
+    low, high = _box_faces(topology.pcurves, topology.coedge_faces, len(surfaces))
+    return _finish(model, unroll(closed, low, high), topology)
+
+
+def _find_bare(model: BrepModel) -> Ints:
+    """The faces without loops that are their whole surfaces."""
+    is_bare = np.ones(model.face_count, bool)
+    is_bare[model.loop_faces] = False
+    is_bare[[skipped.face for skipped in model.skipped]] = False
+    return is_bare.nonzero()[0]
 
 
 def _measure_model(model: BrepModel) -> float:

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.row_batches import expand_runs
 from service.engine.trims.splines import Splines
 
 ADDED = -1
@@ -97,6 +98,14 @@ class Topology:
             is_open=self.is_open[coedges],
             gaps=self.gaps[coedges],
         )
+
+    def sort_loops(self) -> "Topology":
+        """The loops in the order of their faces."""
+        if (np.diff(self.loop_faces) >= 0).all():
+            return self
+        order = self.loop_faces.argsort(kind="stable")
+        _, coedges = expand_runs(self.loop_counts[order], self.loop_starts[order])
+        return self.take_coedges(coedges, self.loop_faces[order], self.loop_counts[order])
 
     def add_vertices(self, points: FloatArray, uncertainty: float) -> tuple["Topology", Ints]:
         """With further vertices (k, 3), and their numbers."""

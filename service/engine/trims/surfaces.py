@@ -74,7 +74,7 @@ class FaceSurfaces:
         is_affine = bend.max(axis=1, initial=0.0) <= BEND * size
         is_planar[planes[~is_affine]] = False
         errors[planes] = np.where(is_affine, bend.sum(axis=1) + 2.0**-49 * size, 0.0)
-        model, nets = _build_nets(batches, name, errors)
+        model, nets = build_nets(batches, name, errors)
         return cls(model, nets, faces, breaks, is_planar, errors)
 
     def __len__(self) -> int:
@@ -124,7 +124,7 @@ class FaceSurfaces:
         values = self.breaks.values.copy()
         at = self.breaks.first.reshape(-1, 2)[planes]
         values[at], values[at + 1] = new_low, new_low + side
-        model, nets = _build_nets(batches, self.model.name, errors)
+        model, nets = build_nets(batches, self.model.name, errors)
         return replace(
             self,
             model=model,
@@ -190,7 +190,7 @@ def evaluate_patches(
     return np.ascontiguousarray(partials.transpose(0, 2, 1))
 
 
-def _build_nets(
+def build_nets(
     batches: tuple[Patches, ...], name: str, errors: FloatArray
 ) -> tuple[PatchModel, PatchNets]:
     """The model of batches of patches, and its nets."""

@@ -1,0 +1,43 @@
+"""Regions of faces: closed loops in the parameters, whatever the surface is like.
+
+Coedges are joined across periods and poles, faces without loops get their natural borders, and
+loops that run around a closed direction are cut.
+"""
+
+import numpy as np
+
+from service.bases.arrays import Ints
+from service.engine.brep.chains import join_chains
+from service.engine.brep.natural_loops import add_natural_loops
+from service.engine.brep.periods import place_loops
+from service.engine.brep.topology import Topology
+from service.engine.trims.closure import ClosedSurfaces
+
+
+def make_regions(
+    surfaces: ClosedSurfaces, topology: Topology, bare: Ints, tolerance: float
+) -> Topology:
+    """A topology in which every face is the inside of closed loops of parameter curves.
+
+    Parameters
+    ----------
+    bare : ndarray of int, shape (k,)
+        Faces without loops.
+    tolerance : float
+        Uncertainty of the edges that are added. Model units.
+    """
+    if len(topology.loop_counts):
+        topology, _turns = join_chains(surfaces, topology, tolerance)
+        on_closed = surfaces.is_closed[topology.loop_faces].any(axis=1)
+        is_given = np.logical_and.reduceat(
+            topology.is_given | (topology.edge_curves[topology.coedge_edges] < 0),
+            topology.loop_starts,
+        )
+        free = (on_closed & ~is_given).nonzero()[0]
+        if len(free):
+            faces = np.unique(topology.loop_faces[free])
+            loops = np.isin(topology.loop_faces, faces).nonzero()[0]
+            topology = place_loops(surfaces, topology, loops)
+    if len(bare):
+        topology = add_natural_loops(surfaces, topology, bare, surfaces.low[bare], tolerance)
+    return topology
