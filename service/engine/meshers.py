@@ -170,7 +170,7 @@ def build_mesher(
     if isinstance(model, BrepModel):
         prepared = _set_box(prepare(model))
         step = find_grid_steps(prepared.model, options)[0] if is_quantized else 0.0
-        return BrepMesher(prepared, options, replace(storage, step=step))
+        return BrepMesher(prepared, options, replace(storage, step=step), paints=not has_nodes)
     model, _ = join(model, options.weld_tolerance)
     step = find_grid_steps(model, options)[0] if is_quantized else 0.0
     return ModelMesher(model, options, replace(storage, step=step))

@@ -70,7 +70,8 @@ def find_largest_coordinate(model: Model, options: MeshOptions) -> float:
 def keep_model_channels(model: Model, kinds: frozenset[ChannelKind], *, has_nodes: bool) -> Model:
     """The model with only the channels of these kinds.
 
-    If colours are not among the kinds, the base colours of members are removed too.
+    If colours are not among the kinds, the base colours of members and those of the faces of breps
+    are removed too.
 
     `has_nodes` says whether the file will have a node with its own mesh for each member of a
     group. If not, the meshes are merged, and only attributes that all members have are kept.
@@ -84,7 +85,10 @@ def keep_model_channels(model: Model, kinds: frozenset[ChannelKind], *, has_node
         return channel.kind in kinds and not is_missing
 
     kept_models = tuple(
-        keep_channels(each, is_kept) if isinstance(each, PatchModel) else each for each in models
+        keep_channels(each, is_kept)
+        if isinstance(each, PatchModel)
+        else _keep_colors(each, has_colors="colors" in kinds)
+        for each in models
     )
     if not isinstance(model, GroupModel):
         return kept_models[0]
@@ -92,6 +96,13 @@ def keep_model_channels(model: Model, kinds: frozenset[ChannelKind], *, has_node
     if "colors" not in kinds:
         members = tuple(replace(member, color=None) for member in members)
     return replace(model, models=kept_models, members=members)
+
+
+def _keep_colors(model: SingleModel, *, has_colors: bool) -> SingleModel:
+    """The model; a brep without the colours of its faces, if colours are not kept."""
+    if has_colors or not isinstance(model, BrepModel):
+        return model
+    return replace(model, face_colors=np.full(model.face_count, -1))
 
 
 def to_patches(model: Model) -> PatchModel:

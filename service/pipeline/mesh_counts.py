@@ -94,6 +94,8 @@ def mesh_size(
     if options.curvatures and "attribute" in fmt.carries:
         attributes += tuple((name, 1) for name in CURVATURE_NAMES)
     letters = size.members * sum(map(len, names))
+    # In formats without nodes, vertices have the colours of the faces of breps.
+    colors = 4 if size.face_colors and fmt.encode_scene is None else size.colors
     return MeshSize(
         vertices,
         triangles,
@@ -105,7 +107,7 @@ def mesh_size(
         overlay_points=points,
         overlay_segments=segments,
         overlay_cells=cells,
-        colors=size.colors if "colors" in fmt.carries else 0,
+        colors=colors if "colors" in fmt.carries else 0,
         attributes=attributes,
         faces=size.faces,
     )

@@ -107,7 +107,7 @@ def assemble(
             else None
         ),
     )
-    return Mesh(
+    mesh = Mesh(
         name=prepared.model.name,
         positions=positions,
         normals=(
@@ -136,6 +136,40 @@ def assemble(
         colors=colors,
         attributes=attributes,
         step=storage.step,
+    )
+    return mesh if options.has_faces else _remove_faces(mesh)
+
+
+def _remove_faces(mesh: Mesh) -> Mesh:
+    """The mesh with its lines alone; the report has neither counts of faces nor their bounds."""
+    (overlay,) = mesh.overlays  # a mesh without faces has lines
+    low, high = mesh.report.bounds_min, mesh.report.bounds_max
+    if len(overlay.positions):
+        low, high = find_stored_bounds(overlay.positions, mesh.origin)
+    nothing = mesh.positions[:0]
+    return replace(
+        mesh,
+        positions=nothing,
+        normals=None if mesh.normals is None else nothing,
+        uvs=None,
+        attributes=(),
+        triangles=mesh.triangles[:0],
+        parts=(),
+        welds=None,
+        report=replace(
+            mesh.report,
+            vertices=0,
+            triangles=0,
+            bounds_min=low,
+            bounds_max=high,
+            watertight=False,
+            boundary_edges=0,
+            poles_repaired=0,
+            deviation_bound=None,
+            mesh_deviation_bound=None,
+            normal_angle=None,
+            curvature=None,
+        ),
     )
 
 

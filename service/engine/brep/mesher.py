@@ -12,6 +12,7 @@ from service.engine.brep.meshing import triangulate_brep
 from service.engine.brep.prepared import PreparedBrep
 from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
+from service.engine.scenes.painting import paint_parts
 from service.engine.stored_positions import Storage, bound_origin_error
 from service.surface.brep_model import BrepModel
 
@@ -23,10 +24,25 @@ fold."""
 class BrepMesher:
     """Builds meshes of one brep; all that does not depend on the tolerance is given.
 
-    The model of `prepared` has the box of the prepared brep.
+    Parameters
+    ----------
+    prepared : PreparedBrep
+        Its model has the box of the prepared brep.
+    options : MeshOptions
+    storage : Storage
+    paints : bool
+        Whether vertices get the colours of faces, for formats whose parts have no colours.
     """
 
-    def __init__(self, prepared: PreparedBrep, options: MeshOptions, storage: Storage) -> None:
+    def __init__(
+        self,
+        prepared: PreparedBrep,
+        options: MeshOptions,
+        storage: Storage,
+        *,
+        paints: bool = False,
+    ) -> None:
+        self._paints = paints
         self._prepared, self._options, self._storage = prepared, options, storage
         self.model: BrepModel = prepared.model
 
@@ -64,7 +80,7 @@ class BrepMesher:
             subtract_rounding(goal, rounding, (low, high)),
             MeshLimits(most, effort or Effort()),
         )
-        return assemble(
+        mesh = assemble(
             prepared,
             triangulation,
             replace(goal, tolerance=allowed),
@@ -72,3 +88,4 @@ class BrepMesher:
             storage=storage,
             origin=origin,
         )
+        return paint_parts(mesh) if self._paints else mesh

@@ -14,6 +14,7 @@ from service.engine.extent import AT_ZERO, choose_origin, find_extent, find_stor
 from service.engine.mesh.mesh import Mesh, MeshPart, MeshReport, find_largest_angle, round_ranges
 from service.engine.scenes.colors import tint
 from service.engine.scenes.merge import add_reports, merge_meshes
+from service.engine.scenes.painting import paint_parts
 from service.engine.scenes.placing import (
     bound_placing_error,
     place_normals,
@@ -148,11 +149,12 @@ def _place_copy(mesh: Mesh, node: PlacedModel) -> Mesh:
     """One placed copy, with the names and the colour of its member."""
     copy = place_mesh(mesh, node.matrix)
     overlays = (replace(overlay, name=f"{node.name}/{overlay.name}") for overlay in copy.overlays)
-    colors = copy.colors
-    if node.color is not None:
-        colors = tint(colors, np.array(node.color), len(copy.positions))
-    parts = _place_parts(mesh, node)
-    return replace(copy, parts=parts, overlays=tuple(overlays), colors=colors)
+    copy = replace(copy, parts=_place_parts(mesh, node), overlays=tuple(overlays))
+    if mesh.report.brep is not None:
+        return paint_parts(copy)
+    if node.color is None:
+        return copy
+    return replace(copy, colors=tint(copy.colors, np.array(node.color), len(copy.positions)))
 
 
 def _place_parts(mesh: Mesh, node: PlacedModel) -> tuple[MeshPart, ...]:
