@@ -1,0 +1,342 @@
+"""Families of generated parts: `make certify` and its tests judge them.
+
+A family builds a part from a seed. Tolerances are from 1e-6 to 10 diagonals.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from oracles.brep_documents import Array, Spline
+from tools.certify import part_documents as documents
+from tools.certify.part_curves import (
+    KINDS,
+    Loop,
+    Random,
+    draw_arc,
+    draw_plate,
+    draw_segments,
+    draw_shape,
+    reverse_loop,
+)
+from tools.certify.part_documents import Document, Part, build_prism, build_trimmed
+
+
+class PartFamily(NamedTuple):
+    """A family of parts: how many `make certify` judges, and the function of a generator."""
+
+    count: int
+    build: Callable[[Random], Part]
+
+
+def build_part(name: str, seed: int) -> Part:
+    """The part of a family with this seed."""
+    number = list(PARTS).index(name)
+    part = PARTS[name].build(np.random.default_rng([seed, number, 35]))
+    return part
+
+
+def _draw_tolerance(rng: Random, least: float) -> float:
+    """A relative tolerance between `least` and 0.1; in one of ten cases up to 10 diagonals."""
+    if rng.random() < 0.1:
+        return float(10 ** rng.uniform(-1, 1))
+    return float(10 ** rng.uniform(np.log10(least), -1))
+
+
+def build_plate(rng: Random) -> Part:
+    """A prism with holes of every shape, 1e-6 of a cell to 0.1 from borders and each other."""
+    loops = draw_plate(rng, holes=int(rng.integers(1, 4)), nearest=1e-6)
+    slope = rng.uniform(-0.1, 0.1, 2) * rng.integers(0, 2)
+    document = build_prism(loops, 1.0, slope)
+    return Part(document, _draw_tolerance(rng, 1e-5), is_closed=True)
+
+
+def build_sheet(rng: Random) -> Part:
+    """One plane face with holes, without parameter curves."""
+    loops = draw_plate(rng, holes=int(rng.integers(1, 4)), nearest=1e-5)
+    solid = build_prism(loops, 1.0, np.zeros(2))
+    truth = _take_face(solid, -1)
+    document = _take_face(solid, -1)
+    for loop in document["faces"][0]["loops"]:
+        del loop["pcurves"]
+    return Part(document, _draw_tolerance(rng, 1e-6), truth)
+
+
+def _take_face(document: Document, number: int) -> Document:
+    """A face of a document alone, with its edges and vertices."""
+    face = document["faces"][number]
+    used = sorted({edge for loop in face["loops"] for edge in loop["edges"]})
+    edges = [document["edges"][k] for k in used]
+    corners = sorted({k for edge in edges for k in edge["vertices"]})
+    loops = [loop | {"edges": [used.index(k) for k in loop["edges"]]} for loop in face["loops"]]
+    return document | {
+        "vertices": [document["vertices"][k] for k in corners],
+        "edges": [
+            edge | {"vertices": [corners.index(k) for k in edge["vertices"]]} for edge in edges
+        ],
+        "faces": [face | {"loops": loops}],
+        "shells": [{"faces": [0], "closed": False}],
+    }
+
+
+def build_cut_cylinder(rng: Random) -> Part:
+    """A cylinder of round or other section that a plane cuts: its sides are trimmed."""
+    kind = str(rng.choice(["circle", "arcs", "ellipse", "smooth", "slot"]))
+    radius = 10 ** rng.uniform(-1, 1)
+    loops = [draw_shape(rng, kind, rng.uniform(-2, 2, 2), radius)]
+    if rng.random() < 0.4 and kind in ("circle", "arcs"):
+        middle = np.concatenate([c.points for c in loops[0]]).mean(axis=0)
+        hole = draw_shape(rng, "circle", middle, 0.3 * radius)
+        loops.append(reverse_loop(hole))
+    slope = rng.normal(size=2) * 10 ** rng.uniform(-3, 0.5)
+    heights = np.concatenate([c.points for loop in loops for c in loop]) @ slope
+    height = radius * rng.uniform(0.01, 3) - heights.min()
+    tall = float((height + heights.max()) * rng.uniform(1, 1.5))
+    return Part(
+        build_prism(loops, float(height), slope, tall=tall), _draw_tolerance(rng, 1e-5),
+        is_closed=True,
+    )  # fmt: skip
+
+
+def build_thin(rng: Random) -> Part:
+    """A prism with faces 1e-6 wide: a thin plate, a narrow strip, a needle, a wedge."""
+    kind, width = int(rng.integers(4)), 10 ** rng.uniform(-6, -3)
+    if kind == 0:
+        loops = draw_plate(rng, holes=1, nearest=1e-3)
+        return Part(
+            build_prism(loops, width, np.zeros(2)), _draw_tolerance(rng, 1e-5), is_closed=True
+        )
+    corners = np.array([[0.0, 0], [1, 0], [1, width], [0, width]])
+    if kind == 2:
+        corners = np.array([[0.0, 0], [1, 0], [0, width]])
+    if kind == 3:
+        a, b = 0.5 - width / 2, 0.5 + width / 2
+        corners = np.array([[0.0, 0], [1, 0], [1, 1], [b, 1], [b, 0.1], [a, 0.1], [a, 1], [0, 1]])
+    turn = rng.uniform(0, 2 * np.pi)
+    corners = corners @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    document = build_prism([draw_segments(corners)], 10 ** rng.uniform(-1, 0), np.zeros(2))
+    return Part(document, _draw_tolerance(rng, 1e-6), is_closed=True)
+
+
+QUARTERS = np.array([0.0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4])
+
+
+def revolve(profile: Spline) -> Document:
+    """The surface of a profile (n, 2) of radii and heights around z; u is 0 to 4, four quarters."""
+    arc = draw_arc(np.zeros(2), np.ones(2), 0.0, 2 * np.pi)
+    net = np.concatenate(
+        [
+            arc.points[:, np.newaxis] * profile.points[:, :1],
+            np.tile(profile.points[:, 1:], (9, 1, 1)),
+        ],
+        axis=2,
+    )
+    return {
+        "type": "bspline", "degree": [2, profile.degree],
+        "knots": [QUARTERS.tolist(), profile.knots.tolist()], "control_net": net.tolist(),
+        "weights": np.outer(arc.weights, profile.weights).tolist(),
+    }  # fmt: skip
+
+
+def draw_wave(rng: Random, low: float, high: float) -> Spline:
+    """A parameter curve once around u, from 0 to 4, with v between two values."""
+    count = int(rng.integers(3, 7))
+    heights = rng.uniform(low, high, count)
+    points = np.column_stack([np.linspace(0, 4, count + 1), np.append(heights, heights[0])])
+    if rng.random() < 0.3:
+        knots = np.concatenate([[0.0], np.linspace(0, 4, count + 1), [4.0]])
+        return Spline(1, knots, points, np.ones(count + 1))
+    curve = documents.draw_line([0, low], [4, low])
+    ends = np.concatenate([[0.0] * 4, np.linspace(0, 4, count - 1)[1:-1], [4.0] * 4])
+    return (
+        replace(curve, degree=3, knots=ends, points=points, weights=np.ones(count + 1))
+        if count >= 4
+        else replace(curve, points=np.array([[0, heights[0]], [4, heights[0]]]))
+    )
+
+
+def draw_windows(rng: Random, low: Array, high: Array, count: int) -> list[Loop]:
+    """Holes in a row along u between two corners of parameters, as many as `count`."""
+    width, height = (high - low) / np.array([count, 1])
+    loops = []
+    for k in range(count):
+        gap = 10 ** rng.uniform(-5, -1)
+        shape = draw_shape(rng, str(rng.choice(KINDS)), np.zeros(2), 0.5 - gap)
+        middle = low + np.array([(k + 0.5) * width, 0.5 * height])
+        scaled = [replace(c, points=middle + c.points * [width, height]) for c in shape]
+        loops.append(reverse_loop(scaled))
+    return loops
+
+
+def build_torus(rng: Random) -> Part:
+    """A torus between two waves around it, or a patch of it, with windows; no edges are given."""
+    radius = rng.uniform(0.05, 0.95)
+    profile = draw_arc(np.array([1.0, 0]), np.array([radius, radius]), 0.0, 2 * np.pi)
+    surface = revolve(profile)
+    if rng.random() < 0.5:
+        border = [[draw_wave(rng, 0.3, 0.9)], reverse_loop([draw_wave(rng, 2.2, 3.4)])]
+    else:
+        corners = np.array([[0.2, 0.3], [3.8, 0.3], [3.8, 3.4], [0.2, 3.4]])
+        border = [draw_segments(corners)]
+    windows = draw_windows(rng, np.array([0.3, 1.0]), np.array([3.7, 2.1]), int(rng.integers(0, 5)))
+    return Part(build_trimmed(surface, border + windows), _draw_tolerance(rng, 3e-4))
+
+
+def build_around(rng: Random) -> Part:
+    """A cone or a barrel between waves around it: one to three bands, with windows."""
+    kind = rng.integers(3)
+    radii = np.array([[1.0, 0], [1.0, 4]])
+    if kind == 1:
+        radii = np.array([[1.0, 0], [10 ** rng.uniform(-2, 1), 4]])
+    profile = Spline(1, np.array([0.0, 0, 4, 4]), radii, np.ones(2))
+    if kind == 2:
+        points = np.column_stack([rng.uniform(0.5, 2, 5), np.linspace(0, 4, 5)])
+        profile = Spline(3, np.array([0.0, 0, 0, 0, 2, 4, 4, 4, 4]), points, np.ones(5))
+    loops: list[Loop] = []
+    bands = int(rng.integers(1, 4))
+    for k in range(bands):
+        low, high = 4 * k / bands, 4 * (k + 1) / bands
+        size = high - low
+        loops.append([draw_wave(rng, low + 0.02 * size, low + 0.2 * size)])
+        loops.append(reverse_loop([draw_wave(rng, high - 0.3 * size, high - 0.02 * size)]))
+        if rng.random() < 0.5:
+            corners = np.array([0.1, low + 0.25 * size]), np.array([3.9, low + 0.65 * size])
+            loops += draw_windows(rng, *corners, int(rng.integers(1, 4)))
+    return Part(build_trimmed(revolve(profile), loops), _draw_tolerance(rng, 1e-4))
+
+
+def build_cap(rng: Random) -> Part:
+    """A part of a sphere around a pole, above or below a wave, without an edge at the pole."""
+    profile = draw_arc(np.zeros(2), np.ones(2), -np.pi / 2, np.pi / 2)
+    points = profile.points.copy()
+    points[[0, -1], 0] = 0.0
+    surface = revolve(replace(profile, points=points))
+    if rng.random() < 0.5:
+        loops = [[draw_wave(rng, 0.5, 1.2)]]
+        low, high = np.array([0.1, 1.25]), np.array([3.9, 1.8])
+    else:
+        loops = [reverse_loop([draw_wave(rng, 0.8, 1.5)])]
+        low, high = np.array([0.1, 0.2]), np.array([3.9, 0.75])
+    loops += draw_windows(rng, low, high, int(rng.integers(0, 4)))
+    return Part(build_trimmed(surface, loops), _draw_tolerance(rng, 3e-4))
+
+
+def build_freeform(rng: Random) -> Part:
+    """A wavy B-spline surface, with kinks in some, trimmed by curves in parameters alone."""
+    p, q = (int(x) for x in rng.integers(1, 6, 2))
+    counts = p + int(rng.integers(1, 5)), q + int(rng.integers(1, 5))
+    x, y = np.meshgrid(*(np.linspace(0, 1, n) for n in counts), indexing="ij")
+    z = 10 ** rng.uniform(-3, -0.5) * rng.normal(size=counts)
+    knots = []
+    for degree, count in zip((p, q), counts, strict=True):
+        inner = np.sort(rng.uniform(0.1, 0.9, count - degree - 1))
+        if degree > 1 and len(inner) > 1 and rng.random() < 0.3:
+            inner[: min(degree, len(inner))] = 0.5
+            inner.sort()
+        knots.append(np.concatenate([[0.0] * (degree + 1), inner, [1.0] * (degree + 1)]))
+    surface: Document = {
+        "type": "bspline", "degree": [p, q], "knots": [k.tolist() for k in knots],
+        "control_net": np.stack([x, y, z], axis=2).tolist(),
+    }  # fmt: skip
+    if rng.random() < 0.4:
+        surface["weights"] = (10 ** rng.uniform(-0.5, 0.5, counts)).tolist()
+    plate = draw_plate(rng, holes=int(rng.integers(1, 4)), nearest=1e-6)
+    size = plate[0][0].points.max()
+    size = max(float(c.points.max()) for c in plate[0])
+    margin = float(rng.choice([0.0, 0.01]))
+    scaled = [
+        [replace(c, points=margin + c.points * ((1 - 2 * margin) / size)) for c in loop]
+        for loop in plate
+    ]
+    return Part(build_trimmed(surface, scaled), _draw_tolerance(rng, 1e-4))
+
+
+def build_gappy(rng: Random) -> Part:
+    """A prism or cut cylinder whose edges are off its faces by up to the tolerance."""
+    part = build_cut_cylinder(rng) if rng.random() < 0.5 else build_plate_apart(rng)
+    relative = max(part.relative, 1e-4)
+    points = np.array(part.document["vertices"])
+    diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
+    gap = min(relative, 0.02) * diagonal * rng.uniform(0.01, 1) / 2
+    document = part.document | {"edges": [dict(edge) for edge in part.document["edges"]]}
+    for edge in document["edges"]:
+        if "curve" in edge:
+            net = np.array(edge["curve"]["control_points"])
+            net += gap * rng.uniform(-1, 1, net.shape) / np.sqrt(3)
+            edge["curve"] = edge["curve"] | {"control_points": net.tolist()}
+    if rng.random() < 0.5:
+        document["uncertainty"] = 2 * gap
+    return Part(document, relative, part.document, part.is_closed, slack=gap)
+
+
+def build_plate_apart(rng: Random) -> Part:
+    """A prism with holes at least 0.05 of a cell from borders and each other."""
+    loops = draw_plate(rng, holes=int(rng.integers(1, 4)), nearest=0.05)
+    return Part(build_prism(loops, 1.0, np.zeros(2)), _draw_tolerance(rng, 1e-4), is_closed=True)
+
+
+def build_wrong(rng: Random) -> Part:
+    """A cut cylinder or plate of whose parameter curves some are wrong or missing."""
+    part = build_cut_cylinder(rng) if rng.random() < 0.7 else build_plate(rng)
+    document: Any = part.document | {"faces": [dict(face) for face in part.document["faces"]]}
+    for face in document["faces"]:
+        face["loops"] = [dict(loop) for loop in face["loops"]]
+        for loop in face["loops"]:
+            loop["pcurves"] = [_spoil(rng, curve) for curve in loop["pcurves"]]
+    return Part(document, part.relative, part.document, is_closed=True, slack=1e-6)
+
+
+def _spoil(rng: Random, curve: Document) -> Document | None:
+    """A parameter curve that is missing, moved, bent or reversed; in two of six cases a good one."""
+    kind = int(rng.integers(6))
+    net = np.array(curve["control_points"])
+    size = float(np.ptp(net, axis=0).max())
+    if kind == 0:
+        return None
+    if kind == 1:
+        net = net + 1e-3 * size * rng.uniform(-1, 1, net.shape)
+    if kind == 2:
+        net = net + 10 ** rng.uniform(-6, -2) * size * rng.uniform(-1, 1, 2)
+    if kind == 3:
+        knots = np.array(curve["knots"])
+        share = (knots - knots[0]) / (knots[-1] - knots[0])
+        return curve | {"knots": (share * (1 + 0.2 * share)).tolist()}
+    return curve | {"control_points": net.tolist()}
+
+
+def build_moved(rng: Random) -> Part:
+    """A part of another family, rotated and in half of the cases mirrored; near or far."""
+    builders = build_plate, build_cut_cylinder, build_torus, build_freeform, build_around
+    part = builders[int(rng.integers(len(builders)))](rng)
+    mirrored = bool(rng.integers(2))
+    far = bool(rng.integers(2))
+    move = documents.draw_move(rng, far=far, mirrored=mirrored)
+    moved = documents.move_document(part.document, move, mirrored=mirrored)
+    relative = max(part.relative, 1e-4) if far else part.relative
+    return Part(moved, relative, None, part.is_closed)
+
+
+def build_coarse(rng: Random) -> Part:
+    """A small part at the tolerance of a large assembly."""
+    builders = build_plate, build_cut_cylinder, build_torus, build_around, build_cap, build_thin
+    part = builders[int(rng.integers(len(builders)))](rng)
+    return replace(part, relative=float(10 ** rng.uniform(-1, 1)))
+
+
+PARTS = {
+    "plates": PartFamily(140, build_plate),
+    "sheets": PartFamily(100, build_sheet),
+    "cut cylinders": PartFamily(140, build_cut_cylinder),
+    "thin parts": PartFamily(80, build_thin),
+    "trimmed tori": PartFamily(80, build_torus),
+    "bands around": PartFamily(100, build_around),
+    "caps": PartFamily(80, build_cap),
+    "trimmed freeform": PartFamily(100, build_freeform),
+    "gaps": PartFamily(80, build_gappy),
+    "wrong curves": PartFamily(100, build_wrong),
+    "moved parts": PartFamily(80, build_moved),
+    "small parts": PartFamily(60, build_coarse),
+}
+"""The families by name."""
