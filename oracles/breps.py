@@ -72,7 +72,8 @@ def _sample_middle(region: Region, count: int, rng: np.random.Generator) -> Arra
     """Places in the box of the loops that are surely inside."""
     found: list[Array] = [np.empty((0, 2))]
     for _ in range(6):
-        places = region.low + rng.random((count, 2)) * region.size
+        unit = region.box[0] + rng.random((count, 2)) * np.ptp(region.box, axis=0)
+        places = region.low + unit * region.size
         is_inside, is_sure = region.find_inside(places)
         found.append(places[is_inside & is_sure])
         if sum(map(len, found)) >= count:

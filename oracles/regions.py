@@ -41,8 +41,9 @@ class Region:
     """The inside of the loops of a face.
 
     The pieces are in unit coordinates, (place − low) / size, so that the box of the loops is the
-    unit square: `starts` and `ends` (n, 2), `radii` (n,). A place is inside if its winding number
-    about all segments plus `base` is 1 or more.
+    unit square: `starts` and `ends` (n, 2), `radii` (n,). `box` (2, 2) has the lower and the upper
+    corner of a rectangle that contains the inside, once if the surface is closed. A place is inside
+    if its winding number about all segments plus `base` is 1 or more.
     """
 
     low: Array
@@ -50,6 +51,7 @@ class Region:
     starts: Array
     ends: Array
     radii: Array
+    box: Array
     base: int = 0
 
     def to_unit(self, places: Array) -> Array:
@@ -175,7 +177,10 @@ def build_region(brep: dict[str, Any], face: int, flatness: float = 1e-4) -> Reg
     polygons = close_chains(chains, period, first, last)
     pieces = np.concatenate(polygons)
     area = sum(float(measure_area(each)) for each in polygons)
+    ends = pieces[:, :4].reshape(-1, 2)
+    box = np.stack([ends.min(axis=0), ends.max(axis=0)])
     if (period < np.inf).any():
+        box = np.where(period < np.inf, [first, last], box)
         shifts = [np.array([-1, 0, 1]) * x if x < np.inf else np.zeros(1) for x in period]
         moved = [pieces + np.array([x, y, x, y, 0.0]) for x, y in product(*shifts)]
         near = [
@@ -185,7 +190,7 @@ def build_region(brep: dict[str, Any], face: int, flatness: float = 1e-4) -> Reg
             and (np.minimum(each[:, :2], each[:, 2:4]).min(axis=0) <= last + 0.01).all()
         ]
         pieces = np.concatenate(near)
-    return Region(low, size, pieces[:, :2], pieces[:, 2:4], pieces[:, 4], int(area < 0))
+    return Region(low, size, pieces[:, :2], pieces[:, 2:4], pieces[:, 4], box, int(area < 0))
 
 
 def find_closed(net: Net) -> Bools:

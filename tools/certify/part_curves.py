@@ -4,6 +4,7 @@ A loop is a list of splines, each of which begins where the one before ends. Out
 counter-clockwise; `reverse_loop` turns a loop around.
 """
 
+from itertools import pairwise
 from typing import TypeAlias
 
 import numpy as np
@@ -70,20 +71,23 @@ def draw_shape(rng: Random, kind: str, middle: Array, radius: float) -> Loop:
     if kind == "arcs":
         cuts = turn + 2 * np.pi * np.sort(rng.uniform(0, 1, int(rng.integers(2, 5))))
         cuts = np.append(cuts, cuts[0] + 2 * np.pi)
-        return join_ends(
-            [draw_arc(middle, both, a, b) for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
-        )
+        return join_ends([draw_arc(middle, both, a, b) for a, b in pairwise(cuts)])
     if kind == "ellipse":
         flat = both * (np.array([1.0, 10 ** rng.uniform(-2, 0)]))
         return [draw_arc(middle, flat, 0.0, 2 * np.pi)]
     if kind == "slot":
-        half, length = radius * rng.uniform(0.05, 0.9), 0.0
-        length = radius - half
-        right, left = middle + [length, 0.0], middle - [length, 0.0]
-        ends = np.array([half, half])
+        half = radius * rng.uniform(0.05, 0.9)
+        reach, ends = np.array([radius - half, 0.0]), np.array([half, half])
+        right, left = middle + reach, middle - reach
         first = draw_arc(right, ends, -np.pi / 2, np.pi / 2)
         second = draw_arc(left, ends, np.pi / 2, 3 * np.pi / 2)
         return join_ends([first, _draw_line(first, second), second, _draw_line(second, first)])
+    return _draw_corners(rng, kind, middle, radius)
+
+
+def _draw_corners(rng: Random, kind: str, middle: Array, radius: float) -> Loop:
+    """A shape that is given by points around its middle."""
+    turn = rng.uniform(0, 2 * np.pi)
     count = int(rng.integers(3, 9))
     angle = turn + 2 * np.pi * (np.arange(count) + rng.uniform(0, 0.6, count)) / count
     reach = np.ones(count)

@@ -1,7 +1,8 @@
-"""Writes breps as JSON documents: prisms, plates, and faces that are trimmed in parameters alone."""
+"""Writes breps as JSON documents: prisms, plates, and faces trimmed in parameters alone."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -100,7 +101,7 @@ def write_plane(low: Array, high: Array, lift: Callable[[Array], Array]) -> Docu
 
 
 def write_sweep(bottom: Spline, top: Spline) -> Document:
-    """The ruled surface between two curves (n, 3) that differ in their points alone; v is 0 to 1."""
+    """The ruled surface between two curves (n, 3) with the same knots and weights; v is 0 to 1."""
     surface: Document = {
         "type": "bspline",
         "degree": [bottom.degree, 1],
@@ -195,11 +196,12 @@ def graph_heights(curve: Spline, heights: Array) -> Spline:
     p, w = curve.degree, curve.weights
     breaks = np.unique(curve.knots)
     if np.ptp(w) == 0:
-        u = np.concatenate([a + (b - a) * np.arange(p) / p for a, b in zip(breaks[:-1], breaks[1:], strict=True)])  # fmt: skip
+        share = np.arange(p) / p
+        u = np.concatenate([a + (b - a) * share for a, b in pairwise(breaks)])
         points = np.column_stack([np.append(u, breaks[-1]), heights])
         return Spline(p, curve.knots, points, w)
     rows = []
-    for k, (a, b) in enumerate(zip(breaks[:-1], breaks[1:], strict=True)):
+    for k, (a, b) in enumerate(pairwise(breaks)):
         weights, values = w[k * p : k * p + p + 1], (w * heights)[k * p : k * p + p + 1]
         share = np.arange(p + 2) / (p + 1)
         padded = [np.concatenate([x, [0.0]]) for x in (weights, values)]

@@ -27,7 +27,7 @@ from tools.certify.part_documents import Document, Part, build_prism, build_trim
 class PartFamily(NamedTuple):
     """A family of parts: how many `make certify` judges, and the function of a generator."""
 
-    count: int
+    size: int
     build: Callable[[Random], Part]
 
 
@@ -159,7 +159,7 @@ def draw_wave(rng: Random, low: float, high: float) -> Spline:
 
 def draw_windows(rng: Random, low: Array, high: Array, count: int) -> list[Loop]:
     """Holes in a row along u between two corners of parameters, as many as `count`."""
-    width, height = (high - low) / np.array([count, 1])
+    width, height = (high - low) / np.array([max(count, 1), 1])
     loops = []
     for k in range(count):
         gap = 10 ** rng.uniform(-5, -1)
@@ -289,7 +289,7 @@ def build_wrong(rng: Random) -> Part:
 
 
 def _spoil(rng: Random, curve: Document) -> Document | None:
-    """A parameter curve that is missing, moved, bent or reversed; in two of six cases a good one."""
+    """A parameter curve that is missing, moved, bent or reversed; often a good one."""
     kind = int(rng.integers(6))
     net = np.array(curve["control_points"])
     size = float(np.ptp(net, axis=0).max())

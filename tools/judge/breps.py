@@ -79,7 +79,7 @@ class Cells(NamedTuple):
 
 @dataclass
 class Face:
-    """What the proof needs of a face: its exact nets, boxes of parameters, and its region.
+    """A face as the proof reads it: its exact nets, boxes of parameters, and its region.
 
     `boxes` (n, 2, 2) are the parameters of each patch: rows low and high, columns u and v. `scale`
     (4,) are the largest homogeneous numbers of the nets.
