@@ -127,7 +127,7 @@ fuzz: $(VENV)/.dev build/fuzz/.ready ## Fuzz every parser, for SECONDS in total 
 memory: $(VENV)/.dev ## Compare the memory that meshes of many kinds take with the predicted memory
 	$(BIN)/python -m tools.memory
 
-certify: $(VENV)/.dev ## Compare the meshes of over 1000 surfaces and 200 models with samples of the surfaces
+certify: $(VENV)/.dev ## Compare the meshes of over 1000 surfaces, 1000 parts and 200 models with samples of the surfaces
 	$(BIN)/python -m tools.certify
 
 judge: $(VENV)/.dev ## Prove the bounds of mesh files, without the engine's code (half an hour)

@@ -1,9 +1,9 @@
-"""Judges meshes of over 1,000 random surfaces, models and groups: `make certify`.
+"""Judges meshes of over 1,000 random surfaces and 1,000 parts, models and groups: `make certify`.
 
-The program meshes every surface at four tolerances and one resolution, and every model and group
-(surfaces placed by matrices) at one tolerance. It reads the files, and compares them with samples
-of the surface. Ctrl-C ends the program, which then prints the findings so far. The exit status is 1
-if there are faults.
+The program meshes every surface at four tolerances and one resolution, and every part (a brep),
+model and group (surfaces placed by matrices) at one tolerance. It reads the files, and compares
+them with samples of the surface. Ctrl-C ends the program, which then prints the findings so far.
+The exit status is 1 if there are faults.
 
     python -m tools.certify [share] [family …]
 
@@ -15,18 +15,25 @@ import signal
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import ExitStack
+from functools import cache
 from multiprocessing import Pool, cpu_count
 from typing import Literal, TypeAlias
 
+from service.api.app import create_app
 from service.settings.runtime import pin_blas
+from service.settings.values import Settings
 from tools.certify import groups
 from tools.certify.closing import NEARLY_CLOSED, NearlyClosed, judge_nearly
 from tools.certify.groups import judge_group
 from tools.certify.judge import TOLERANCES, Case, Verdict, judge
 from tools.certify.models import BODIES
+from tools.certify.part_judge import PartFinding, judge_part
+from tools.certify.parts import PARTS
 from tools.certify.seams import SeamReport, judge_model
 from tools.certify.surfaces import FAMILIES
 from tools.certify.table import Finding, write_rows
+from tools.client import Client, start_client
 
 JOINT_TOLERANCES = 3e-1, 3e-2, 3e-3
 RESOLUTIONS = (1, 1), (4, 4), (3, 7), (16, 2), (6, 6)
@@ -57,12 +64,19 @@ def list_cases(share: float, names: list[str]) -> Iterator[Case]:
 
 
 def list_models(share: float, names: list[str]) -> Iterator[tuple[str, int, float]]:
-    """All models, nearly closed surfaces and groups: family, seed, and one of the tolerances."""
+    """All models, parts, nearly closed surfaces and groups: family, seed, and a tolerance.
+
+    The tolerance of a part comes from its generator.
+    """
     for kind, (count, _) in BODIES.items():
         if names and kind not in names:
             continue
         for seed in range(max(1, round(share * count))):
             yield kind, seed, JOINT_TOLERANCES[seed % len(JOINT_TOLERANCES)]
+    for kind, part_family in PARTS.items():
+        if not names or kind in names:
+            for seed in range(max(1, round(share * part_family.size))):
+                yield kind, seed, 0.0
     for kind, case_family in NEARLY_CLOSED.items():
         if not names or kind in names:
             for seed in range(max(1, round(share * case_family.count))):
@@ -85,11 +99,19 @@ def judge_task(task: Task) -> Finding:
     try:
         if isinstance(task, Case):
             return judge(task)
+        if task[0] in PARTS:
+            return judge_part(_start_client(), *task[:2])
         if task[0] in NEARLY_CLOSED:
             return judge_nearly(*task)
         return judge_group(*task[1:]) if task[0] == "groups" else judge_model(*task)
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0)
+
+
+@cache
+def _start_client() -> Client:
+    """The client of a process, which stays open until the process ends."""
+    return ExitStack().enter_context(start_client(create_app(Settings())))
 
 
 def _raise_timeout(_signal: int, _frame: object) -> None:
@@ -137,10 +159,12 @@ def main(arguments: list[str]) -> int:
 def print_report(findings: list[Finding]) -> int:
     """Prints the tables and the complaints; returns 1 if there are complaints."""
     order = {
-        name: number for number, name in enumerate([*FAMILIES, *BODIES, *NEARLY_CLOSED, "groups"])
+        name: number
+        for number, name in enumerate([*FAMILIES, *BODIES, *PARTS, *NEARLY_CLOSED, "groups"])
     }
     findings.sort(key=lambda each: (order[each.kind], each.seed, -each.tolerance))
     models_and_groups = [each for each in findings if isinstance(each, SeamReport)]
+    parts = [each for each in findings if isinstance(each, PartFinding)]
     nearly_closed = [each for each in findings if isinstance(each, NearlyClosed)]
     verdicts = [each for each in findings if isinstance(each, Verdict)]
     by_tolerance = [v for v in verdicts if v.case.resolution is None]
@@ -149,6 +173,7 @@ def print_report(findings: list[Finding]) -> int:
         ("family", by_tolerance, ("missed", "bad", "excused")),
         ("by resolution", by_resolution, ()),
         ("models", models_and_groups, ("seams", "boundary")),
+        ("parts", parts, ()),
         ("equal up to rounding", nearly_closed, ("closed",)),
     ):
         if rows:

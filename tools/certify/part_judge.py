@@ -59,7 +59,11 @@ def judge_document(
 ) -> PartFinding:
     """The findings about the mesh of a part."""
     finding = PartFinding(kind=kind, seed=seed, tolerance=part.relative)
-    request = {"surface": part.document, "relative_tolerance": part.relative, "normals": False}
+    request: Document = {"surface": part.document, "normals": False}
+    if part.relative <= 1:
+        request["relative_tolerance"] = part.relative
+    else:
+        request["tolerance"] = part.relative * measure_diagonal(part.document)
     start = time.process_time()
     response = client.post("/v1/mesh?format=json", request)
     finding.seconds = time.process_time() - start
@@ -79,6 +83,13 @@ def judge_document(
     if finding.triangles <= MAX_TRIANGLES:
         check_distances(finding, part, mesh, allowed, samples)
     return finding
+
+
+def measure_diagonal(document: Document) -> float:
+    """The diagonal of the vertices, or of the control points of the surfaces if there are none."""
+    nets = [np.array(face["surface"]["control_net"]).reshape(-1, 3) for face in document["faces"]]
+    points = np.array(document["vertices"]) if document["vertices"] else np.concatenate(nets)
+    return float(np.linalg.norm(np.ptp(points, axis=0)))
 
 
 def check_report(finding: PartFinding, mesh: Written) -> None:

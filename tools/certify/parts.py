@@ -158,7 +158,7 @@ def draw_wave(rng: Random, low: float, high: float) -> Spline:
 
 
 def draw_windows(rng: Random, low: Array, high: Array, count: int) -> list[Loop]:
-    """Holes in a row along u between two corners of parameters, as many as `count`."""
+    """A row of `count` holes along u between two corners of parameters."""
     width, height = (high - low) / np.array([max(count, 1), 1])
     loops = []
     for k in range(count):
