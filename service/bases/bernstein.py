@@ -41,11 +41,12 @@ def bernstein(degree: int, t: ArrayLike) -> FloatArray:
     2nd ed., Algorithm A1.3.
     """
     t = np.asarray(t, dtype=np.float64)
+    complement = 1.0 - t
     basis = np.zeros((degree + 1, len(t)))
     basis[0] = 1.0
     for n in range(1, degree + 1):
         upper = basis[:n] * t
-        basis[:n] *= 1.0 - t
+        basis[:n] *= complement
         basis[1 : n + 1] += upper
     return np.ascontiguousarray(basis.T)
 

@@ -20,8 +20,8 @@ STEPS = 14
 """The most steps for a point."""
 
 LAST_STEP = 2.0**-26
-"""A point has converged after a step of at most this share of the domain: the next one would be
-about as long as the unit of rounding."""
+"""A step of at most this share of the domain is the last one: the next one would be about as long
+as the unit of rounding."""
 
 
 def find_feet(
@@ -53,18 +53,25 @@ def find_feet(
         distance = length(rest, -1)
         is_better = distance < least[active]
         better = active[is_better]
-        moved = (np.abs(current - best[active]) > last_step[active]).any(axis=1)
         best[better], least[better] = current[is_better], distance[is_better]
-        goes_on = (moved & is_better).nonzero()[0] if step else np.arange(len(active))
-        if step == STEPS or not len(goes_on):
+        # A point that moved to a greater distance stays where it was.
+        if step == STEPS or not len(better):
             break
-        active = active[goes_on]
-        current = _step(
-            current[goes_on],
-            (rest[goes_on], su[goes_on], sv[goes_on]),
-            low[active],
-            high[active],
-        )
+        current, rest = current[is_better], rest[is_better]
+        su, sv, active = su[is_better], sv[is_better], better
+        following = _step(current, (rest, su, sv), low[active], high[active])
+        moved = following - current
+        is_last = (np.abs(moved) <= last_step[active]).all(axis=1)
+        if is_last.any():
+            # The last step is so short that the surface is its tangent plane.
+            last = active[is_last]
+            along = moved[is_last]
+            rest = rest[is_last] - along[:, :1] * su[is_last] - along[:, 1:] * sv[is_last]
+            best[last], least[last] = following[is_last], length(rest, -1)
+            active, following = active[~is_last], following[~is_last]
+            if not len(active):
+                break
+        current = following
     return best, least
 
 
