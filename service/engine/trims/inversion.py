@@ -19,7 +19,7 @@ from service.engine.vectors import dot, length
 STEPS = 14
 """The most steps for a point."""
 
-LAST_STEP = 2.0**-26
+LAST_STEP = 2.0**-20
 """A step of at most this share of the domain is the last one: the next one would be about as long
 as the unit of rounding."""
 
