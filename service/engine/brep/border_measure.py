@@ -35,8 +35,12 @@ ROUNDS = 12
 """The most rounds in which sides are halved."""
 
 SHORT = 0.05
-"""A piece with a chord shorter than this share of the tolerance is not halved: what is left is the
-gap between the edge and the surface."""
+"""A piece with a chord shorter than this share of the tolerance is not halved: only the gap between
+the edge and the surface is left."""
+
+LESS, STALLS = 0.75, 3
+"""A piece is not halved if `STALLS` halvings in a row have not made its bound less than this share:
+the surface is far from the edge, or has no bound."""
 
 ROUNDING = 64
 """Units u of the largest coordinate: the rounding of points of planes and of their distances."""
@@ -53,17 +57,34 @@ def refine_border(
     The bounds of the result are within `NET_SHARE` of the tolerance, or, where an edge is further
     from its surface than `FAR` tolerances, within 0.7 tolerances and 1.1 times this gap.
     """
+    before, stalls = np.full(len(samples.edges), np.inf), np.zeros(len(samples.edges), np.intp)
     for _ in range(ROUNDS):
         checkpoint()
         border = measure_border(prepared, samples, border, goal)
-        rows = _find_failing(prepared, samples, border, goal.tolerance).nonzero()[0]
+        bounds = _join_images(samples, border)
+        stalls = np.where(bounds > LESS * before, stalls + 1, 0)
+        fails = _find_failing(prepared, samples, border, goal.tolerance)
+        rows = (fails & (stalls[border.samples] < STALLS)).nonzero()[0]
         if not len(rows):
             break
         samples, source = halve_pieces(prepared, samples, border.samples[rows])
         if not (source < 0).any():
             break
+        # Both halves go on with the bound of the whole; for all others nothing changes.
+        whole = np.maximum.accumulate(source)
+        is_half = (source < 0) | np.append(source[1:] < 0, False)
+        before = np.where(is_half, bounds[whole], np.inf)
+        stalls = stalls[whole]
         border = renew_border(prepared, samples, border, source)
     return samples, measure_border(prepared, samples, border, goal)
+
+
+def _join_images(samples: EdgeSamples, border: Border) -> FloatArray:
+    """The greatest bound (T,) beside the images of each piece of an edge."""
+    bounds = np.zeros(len(samples.edges))
+    worst = np.maximum(border.segment_bounds, border.sliver_bounds)
+    np.maximum.at(bounds, border.samples, worst)
+    return bounds
 
 
 def _find_failing(

@@ -133,6 +133,7 @@ def prepare_sheets(
         edge_sources=np.arange(len(curves)),
         model_vertices=len(vertices),
         skipped_faces=(),
+        box=np.array([[0.0, 0.0, 0.0], [WIDTH, WIDTH, bend * WIDTH * WIDTH]]),
         known_gaps=np.zeros(len(coedges)),
     )
 
