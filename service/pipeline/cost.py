@@ -132,7 +132,7 @@ def conversion_points(size: SurfaceSize, operations: Sequence[Operation]) -> int
 
     Control points that patches share are counted for each patch.
     """
-    (p, q), patches = size.degree, max(1, size.patches)
+    (p, q), patches = size.degree, max(1, size.patches + size.face_patches)
     max_points = patches * (p + 1) * (q + 1)
     for operation in operations:
         if isinstance(operation, Elevate):

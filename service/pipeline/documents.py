@@ -18,7 +18,7 @@ from service.pipeline.cost import (
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.schemas.surfaces import definition
 from service.surface.convert.nets import SizeLimits
-from service.surface.convert.operations import Operation
+from service.surface.convert.operations import Operation, Select, Untrim
 from service.surface.convert.table import convert
 from service.surface.group import GroupSurface
 from service.surface.kinds import Surface
@@ -38,13 +38,14 @@ def plan_conversion(
     Raises
     ------
     InvalidRequest
-        `not_parametric`: a group, a tube or a ribbon.
+        `not_parametric`: a group, a tube or a ribbon. But faces are taken from breps in groups too.
     """
-    if isinstance(surface, GroupSurface):
-        raise InvalidRequest(NOT_PARAMETRIC)
     size = surface.size()
-    if size.curves:
-        raise InvalidRequest(replace(NOT_PATCHES, pointer="/surface"))
+    if not isinstance(operations[0], Untrim | Select):
+        if isinstance(surface, GroupSurface):
+            raise InvalidRequest(NOT_PARAMETRIC)
+        if size.curves:
+            raise InvalidRequest(replace(NOT_PATCHES, pointer="/surface"))
     # A result with more control points than fit into memory is refused as too large.
     max_points = min(allowed.control_points, max_converted_points(size, limits))
     cost = conversion_cost(size, min(max_points, conversion_points(size, operations)))

@@ -1,10 +1,11 @@
 """The JSON language of breps: solids and open shells of trimmed faces."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Annotated, Any, Literal, TypeAlias, cast
 
 import numpy as np
-from pydantic import Field, ValidationInfo, WrapValidator, model_validator
+from pydantic import BaseModel, Field, ValidationInfo, WrapValidator, model_validator
 from pydantic_core.core_schema import ValidatorFunctionWrapHandler
 
 from service.bases.arrays import FloatArray
@@ -34,6 +35,14 @@ def _read_some_faces(items: Sequence[Any], limits: DocumentLimits) -> FaceColumn
     if len(items) > limits.max_faces:
         raise to_invalid(_too_many_faces(len(items), limits))
     return read_faces(items, limits)
+
+
+def check_faces(definitions: Iterable[BaseModel], where: str, info: ValidationInfo) -> None:
+    """Refuse surfaces whose breps together have too many faces; `where` is the pointer."""
+    breps = [each for each in definitions if isinstance(each, BrepDefinition)]
+    total, limits = sum(brep.face_count for brep in breps), limits_of(info)
+    if total > limits.max_faces:
+        raise to_invalid(replace(_too_many_faces(total, limits), pointer=where))
 
 
 def _too_many_faces(count: int, limits: DocumentLimits) -> Issue:

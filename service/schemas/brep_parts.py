@@ -8,7 +8,7 @@ from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BeforeValidator, Field, Tag, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, Tag, model_validator
 
 from service.errors import InvalidRequest, Issue, count_nouns, pointer
 from service.schemas.arrays import NumberGrid
@@ -24,7 +24,7 @@ from service.schemas.fields import (
     one_of_kinds,
     optional,
 )
-from service.schemas.validation import kind, to_invalid, to_refusal
+from service.schemas.validation import MAX_INDEX, index_too_large, kind, to_invalid, to_refusal
 from service.surface.bezier import BezierSurface
 from service.surface.brep import discontinuous_surface
 from service.surface.bspline import BsplineSurface
@@ -32,7 +32,17 @@ from service.surface.knot_tables import KnotTable
 
 _ARC = {"control_points": [[0, 0, 0], [1, 2, 0], [3, 2, 1]]}
 
-Index: TypeAlias = Annotated[int, Field(json_schema_extra={"minimum": 0})]
+
+def _refuse_large(index: int) -> int:
+    """Refuse an index that not all programs can store; smaller ones are looked up later."""
+    if abs(index) > MAX_INDEX:
+        raise to_invalid(index_too_large())
+    return index
+
+
+Index: TypeAlias = Annotated[
+    int, Field(json_schema_extra={"minimum": 0}), AfterValidator(_refuse_large)
+]
 """The number of a vertex, an edge or a face, from 0; the class of the brep checks it."""
 
 
@@ -172,15 +182,13 @@ _OWN_FIELDS = {
 def _refuse_own_fields(value: object) -> object:
     """Refuse fields of surfaces that the surface of a face does not have."""
     if isinstance(value, dict) and _OWN_FIELDS.keys() & value.keys():
+        message = "The surface of a face is geometry alone."
+        # The pointer is in the issue: after `surface`, a path has the name of a model.
         raise to_refusal(
             (
-                (name,),
+                (),
                 Issue(
-                    "unknown_field",
-                    "The surface of a face is geometry alone.",
-                    "",
-                    kind(value[name]),
-                    f"nothing here: {text}",
+                    "unknown_field", message, f"/{name}", kind(value[name]), f"nothing here: {text}"
                 ),
             )
             for name, text in _OWN_FIELDS.items()

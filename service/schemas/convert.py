@@ -157,6 +157,38 @@ class TriangleConversion(StrictModel):
     )
 
 
+FaceNumber: TypeAlias = Annotated[int, Field(ge=0)]
+_MEMBER = (
+    "Of a group, the number of the member, from 0, which is a brep; the result has no placement."
+)
+
+
+class UntrimDefinition(StrictModel):
+    """Answers with the whole surface of one face of a brep: a patch or a B-spline.
+
+    Its parameters are those of the face, also if the face is reversed. It has the name of the face,
+    or else of the brep.
+    """
+
+    op: Literal["untrim"] = Field(description="The operation.")
+    face: FaceNumber = Field(description="The number of the face, from 0.", examples=[0])
+    member: Annotated[FaceNumber | None, Omittable()] = optional(_MEMBER, 0)
+
+
+class SelectDefinition(StrictModel):
+    """Answers with a brep of some faces, with their edges and vertices.
+
+    Faces, edges and vertices get new numbers: faces in the order of the operation, the others in
+    their own order. A shell stays closed only if all its faces are chosen.
+    """
+
+    op: Literal["select"] = Field(description="The operation.")
+    faces: Annotated[tuple[FaceNumber, ...], Field(strict=False, min_length=1)] = Field(
+        description="The numbers of the faces, from 0, each once.", examples=[[0]]
+    )
+    member: Annotated[FaceNumber | None, Omittable()] = optional(_MEMBER, 0)
+
+
 OPERATIONS: Mapping[str, Callable[..., values.Operation]] = MappingProxyType(
     {
         "elevate": values.Elevate,
@@ -166,6 +198,8 @@ OPERATIONS: Mapping[str, Callable[..., values.Operation]] = MappingProxyType(
         "reverse": values.Reverse,
         "bezier": values.ToBezier,
         "triangle": values.ToTriangle,
+        "untrim": values.Untrim,
+        "select": values.Select,
     }
 )
 """For each name of an operation, the class of its value. Except for `op`, its model has the fields
@@ -180,7 +214,9 @@ OperationDefinition = TypeAliasType(
         | Annotated[TransposeDefinition, Tag("transpose")]
         | Annotated[ReverseDefinition, Tag("reverse")]
         | Annotated[BezierConversion, Tag("bezier")]
-        | Annotated[TriangleConversion, Tag("triangle")],
+        | Annotated[TriangleConversion, Tag("triangle")]
+        | Annotated[UntrimDefinition, Tag("untrim")]
+        | Annotated[SelectDefinition, Tag("select")],
         *one_of_kinds(
             tuple(OPERATIONS),
             Issue("unknown_operation", "No operation has this name."),

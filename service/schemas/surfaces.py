@@ -13,6 +13,7 @@ from service.cancellation import checkpoint
 from service.errors import InvalidRequest, pointer
 from service.schemas.arrays import NumberGrid, check_total, tuple_schema
 from service.schemas.bezier import write_rows
+from service.schemas.brep import check_faces
 from service.schemas.brep_writing import WRITERS
 from service.schemas.fields import (
     Color,
@@ -119,8 +120,10 @@ class GroupDefinition(StrictModel):
 
     @model_validator(mode="after")
     def _check_size(self, info: ValidationInfo) -> "GroupDefinition":
-        """Refuse members that together have too many control points."""
-        check_total([member.surface for member in self.members], "/members", info)
+        """Refuse members that together have too many control points or faces."""
+        surfaces = [member.surface for member in self.members]
+        check_total(surfaces, "/members", info)
+        check_faces(surfaces, "/members", info)
         return self
 
     def to_surface(self) -> GroupSurface:

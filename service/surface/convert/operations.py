@@ -136,4 +136,31 @@ class ToTriangle:
     half: Half
 
 
-Operation: TypeAlias = Elevate | Split | Restrict | Transpose | Reverse | ToBezier | ToTriangle
+@dataclass(frozen=True, slots=True)
+class Untrim:
+    """Take the whole surface of one face of a brep; `member` is the number of a group's member."""
+
+    face: int
+    member: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Select:
+    """Take some faces of a brep, each once; `member` is the number of a group's member."""
+
+    faces: tuple[int, ...]
+    member: int | None = None
+
+    def __post_init__(self) -> None:
+        seen: set[int] = set()
+        for position, face in enumerate(self.faces):
+            if face in seen:
+                message, where = "Each face is chosen once.", f"/faces/{position}"
+                issue = Issue("repeated_face", message, where, f"face {face} again", "each once")
+                raise InvalidRequest(issue)
+            seen.add(face)
+
+
+Operation: TypeAlias = (
+    Elevate | Split | Restrict | Transpose | Reverse | ToBezier | ToTriangle | Untrim | Select
+)

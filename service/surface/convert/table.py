@@ -6,6 +6,7 @@ from typing import Any, TypeAlias
 
 from service.errors import InvalidRequest, Issue, SurfaceError, pointer
 from service.surface.bezier import BezierSurface, TriangleSurface
+from service.surface.brep import BrepSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.convert.cut import (
     restrict_bezier,
@@ -16,6 +17,7 @@ from service.surface.convert.cut import (
     triangle_of_patch,
 )
 from service.surface.convert.elevate import elevate_bezier, elevate_patches, elevate_triangle
+from service.surface.convert.faces import select, select_of_member, untrim, untrim_member
 from service.surface.convert.multipatch import bezier_of_multipatch, convert_each
 from service.surface.convert.nets import SizeLimits
 from service.surface.convert.operations import (
@@ -23,10 +25,12 @@ from service.surface.convert.operations import (
     Operation,
     Restrict,
     Reverse,
+    Select,
     Split,
     ToBezier,
     ToTriangle,
     Transpose,
+    Untrim,
 )
 from service.surface.convert.spline import (
     bezier_of_spline,
@@ -37,6 +41,7 @@ from service.surface.convert.spline import (
     transpose_spline,
 )
 from service.surface.convert.turn import turn_bezier, turn_patches, turn_triangle
+from service.surface.group import GroupSurface
 from service.surface.kinds import Surface
 from service.surface.multipatch import MultipatchSurface
 from service.surface.patches import PatchSurface
@@ -64,6 +69,7 @@ NAMES: Mapping[type[Surface], str] = MappingProxyType(
         MultipatchSurface: "multipatch",
         BsplineSurface: "bspline",
         TriangleSurface: "triangle",
+        BrepSurface: "brep",
     }
 )
 """The names, in requests, of the kinds of surface that can be converted."""
@@ -110,6 +116,8 @@ CONVERSIONS: Mapping[type[Operation], Mapping[type[Surface], Conversion]] = Mapp
             MultipatchSurface: bezier_of_multipatch,
         },
         ToTriangle: {BezierSurface: triangle_of_patch, PatchSurface: triangle_of_patch},
+        Untrim: {BrepSurface: untrim, GroupSurface: untrim_member},
+        Select: {BrepSurface: select, GroupSurface: select_of_member},
     }
 )
 """For each operation, the function for each kind of surface. Kinds that are missing are refused."""
@@ -140,6 +148,14 @@ def convert(
 def _refusal(surface: Surface, operation: Operation) -> Issue:
     """The issue for an operation that this kind of surface does not support."""
     kinds = CONVERSIONS[type(operation)]
+    if isinstance(surface, BrepSurface):
+        return Issue(
+            "not_parametric",
+            "A brep has no control net of its own; each of its faces is a part of a surface.",
+            "",
+            "a brep",
+            "`untrim` before this operation: it answers with the surface of one face",
+        )
     needed = "one of " + ", ".join(name for kind, name in NAMES.items() if kind in kinds)
     if type(surface) not in NAMES:
         return Issue(
