@@ -364,7 +364,7 @@ REFUSALS: list[tuple[str, object, str, str]] = [
 
 
 @pytest.mark.parametrize(("path", "value", "code", "pointer"), REFUSALS)
-def test_what_is_wrong_is_refused_where_it_is(
+def test_invalid_breps_are_refused_with_a_pointer_to_the_fault(
     path: str, value: object, code: str, pointer: str
 ) -> None:
     issues = refuse(change(path, value))
