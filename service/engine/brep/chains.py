@@ -160,7 +160,9 @@ def _add_poles(
     order = key.argsort()
     loop = topology.coedge_loops[np.concatenate([kept, joints.after[rows]])][order]
     counts = np.bincount(loop, minlength=len(topology.loop_counts))
-    return topology.take_coedges(coedges[order], topology.loop_faces, counts)
+    return topology.take_coedges(
+        coedges[order], topology.loop_faces, counts, topology.loop_sources
+    )
 
 
 def _drop_open(topology: Topology) -> Topology:
@@ -168,4 +170,6 @@ def _drop_open(topology: Topology) -> Topology:
     kept = (~topology.is_open).nonzero()[0]
     counts = np.bincount(topology.coedge_loops[kept], minlength=len(topology.loop_counts))
     used = counts > 0
-    return topology.take_coedges(kept, topology.loop_faces[used], counts[used])
+    return topology.take_coedges(
+        kept, topology.loop_faces[used], counts[used], topology.loop_sources[used]
+    )

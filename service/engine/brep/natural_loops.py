@@ -87,4 +87,5 @@ def add_natural_loops(
     coedges = np.concatenate([np.arange(first), first + np.arange(4 * count)])
     loop_faces = np.concatenate([topology.loop_faces, face])
     loop_counts = np.concatenate([topology.loop_counts, np.full(count, 4)])
-    return topology.take_coedges(coedges, loop_faces, loop_counts).sort_loops()
+    sources = np.concatenate([topology.loop_sources, np.full(count, -1)])
+    return topology.take_coedges(coedges, loop_faces, loop_counts, sources).sort_loops()

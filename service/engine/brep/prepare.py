@@ -86,6 +86,7 @@ def _begin(model: BrepModel, curves: Splines, found: ParameterCurves) -> Topolog
         curves,
         model.loop_faces,
         model.loop_counts,
+        np.arange(len(model.loop_counts)),
         edge,
         model.coedge_reversed,
         found.pcurves.move_ranges(start, end),

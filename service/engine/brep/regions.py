@@ -10,6 +10,7 @@ from service.bases.arrays import Ints
 from service.engine.brep.chains import join_chains
 from service.engine.brep.natural_loops import add_natural_loops
 from service.engine.brep.periods import place_loops
+from service.engine.brep.private_seams import cut_faces
 from service.engine.brep.topology import Topology
 from service.engine.trims.closure import ClosedSurfaces
 
@@ -27,7 +28,8 @@ def make_regions(
         Uncertainty of the edges that are added. Model units.
     """
     if len(topology.loop_counts):
-        topology, _turns = join_chains(surfaces, topology, tolerance)
+        topology, turns = join_chains(surfaces, topology, tolerance)
+        topology, _unbounded = cut_faces(surfaces, topology, turns, tolerance)
         on_closed = surfaces.is_closed[topology.loop_faces].any(axis=1)
         is_given = np.logical_and.reduceat(
             topology.is_given | (topology.edge_curves[topology.coedge_edges] < 0),

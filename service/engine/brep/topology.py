@@ -26,6 +26,9 @@ class Topology:
         Curves of space.
     pcurves : Splines
         C curves, in parameters of the surfaces, at the parameters of their edges.
+    loop_sources : ndarray of int, shape (L,)
+        The loop of the model of which a loop is, or which gave its first coedge; −1 for natural
+        loops.
     is_given : ndarray of bool, shape (C,)
         Whether the request has a parameter curve for the coedge.
     is_replaced : ndarray of bool, shape (C,)
@@ -46,6 +49,7 @@ class Topology:
     curves: Splines
     loop_faces: Ints
     loop_counts: Ints
+    loop_sources: Ints
     coedge_edges: Ints
     coedge_reversed: Bools
     pcurves: Splines
@@ -84,12 +88,15 @@ class Topology:
         ends = np.stack([self.pcurves.evaluate(every, t) for t in (start, end)])
         return np.where(self.coedge_reversed[:, np.newaxis], ends[::-1], ends)
 
-    def take_coedges(self, coedges: Ints, loop_faces: Ints, loop_counts: Ints) -> "Topology":
+    def take_coedges(
+        self, coedges: Ints, loop_faces: Ints, loop_counts: Ints, loop_sources: Ints
+    ) -> "Topology":
         """Other loops, of coedges (k,) that exist, between all edges."""
         return replace(
             self,
             loop_faces=loop_faces,
             loop_counts=loop_counts,
+            loop_sources=loop_sources,
             coedge_edges=self.coedge_edges[coedges],
             coedge_reversed=self.coedge_reversed[coedges],
             pcurves=self.pcurves.take(coedges),
@@ -105,7 +112,9 @@ class Topology:
             return self
         order = self.loop_faces.argsort(kind="stable")
         _, coedges = expand_runs(self.loop_counts[order], self.loop_starts[order])
-        return self.take_coedges(coedges, self.loop_faces[order], self.loop_counts[order])
+        return self.take_coedges(
+            coedges, self.loop_faces[order], self.loop_counts[order], self.loop_sources[order]
+        )
 
     def add_vertices(self, points: FloatArray, uncertainty: float) -> tuple["Topology", Ints]:
         """With further vertices (k, 3), and their numbers."""
@@ -146,17 +155,26 @@ class Topology:
         )
         return added, old + np.arange(count)
 
-    def add_coedges(self, edges: Ints, is_reversed: Bools, pcurves: Splines) -> "Topology":
+    def add_coedges(
+        self,
+        edges: Ints,
+        is_reversed: Bools,
+        pcurves: Splines,
+        is_replaced: Bools | None = None,
+        gaps: FloatArray | None = None,
+    ) -> "Topology":
         """With further coedges (k,) after those that exist; the loops do not have them yet."""
         count = len(edges)
         no = np.zeros(count, bool)
+        gaps = np.full(count, np.nan) if gaps is None else gaps
+        replaced = no if is_replaced is None else is_replaced
         return replace(
             self,
             coedge_edges=np.concatenate([self.coedge_edges, edges]),
             coedge_reversed=np.concatenate([self.coedge_reversed, is_reversed]),
             pcurves=Splines.join([self.pcurves, pcurves]),
             is_given=np.concatenate([self.is_given, no]),
-            is_replaced=np.concatenate([self.is_replaced, no]),
+            is_replaced=np.concatenate([self.is_replaced, replaced]),
             is_open=np.concatenate([self.is_open, no]),
-            gaps=np.concatenate([self.gaps, np.full(count, np.nan)]),
+            gaps=np.concatenate([self.gaps, gaps]),
         )
