@@ -75,7 +75,7 @@ class TriangleMeasure:
         return replace(
             triangles,
             bounds=bounds,
-            mesh_bounds=self._measure_mesh(triangles) if self.goal.two_sided else bounds * 0.0,
+            mesh_bounds=self._measure_mesh(triangles),
             is_wide=is_wide,
             is_changed=np.zeros(len(triangles), bool),
         )
@@ -86,6 +86,8 @@ class TriangleMeasure:
         A triangle with two equal points is not in the mesh; on a plane the corners are furthest.
         """
         corners, bounds = self.corners, triangles.mesh_bounds.copy()
+        if not self.goal.two_sided:
+            return bounds
         rows = triangles.is_changed.nonzero()[0]
         own = triangles.corners.take(rows, axis=1)
         points, faces = corners.points[own], corners.faces[own[0]]

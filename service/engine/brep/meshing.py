@@ -169,7 +169,7 @@ def _settle(
     goal: Goal,
 ) -> tuple[EdgeSamples, Border, Bools]:
     """Samples of poles, polygons without conflicts; and the faces (F,) for which there are such."""
-    at_poles = split_poles(prepared, samples, leaves.faces, leaves.places)
+    at_poles = split_poles(prepared, samples, leaves, border)
     if at_poles is not None:
         samples, source = at_poles
         border = renew_border(prepared, samples, border, source)
