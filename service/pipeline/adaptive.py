@@ -24,6 +24,7 @@ from service.pipeline.cost import (
     MIN_TRIANGLE_BYTES,
     TRIANGLE_EFFORT,
     adaptive_triangles,
+    count_coarsest,
 )
 from service.pipeline.mesh_plan import MeshPlan
 from service.surface.curve_model import SweepModel
@@ -95,7 +96,8 @@ def prepare_meshes(
             max_triangles, limit_pointer = accuracy.max_triangles, "/max_triangles"
         # `plan.max_triangles` is at most `allowed_triangles`; it is less if memory is the limit.
         requested = plan.options.accuracy or accuracy
-        allowed_triangles = adaptive_triangles(requested, limits, plan.stored.patches)
+        coarsest = count_coarsest(plan.counted_size)
+        allowed_triangles = adaptive_triangles(requested, limits, coarsest)
         is_memory_limit = plan.max_triangles < min(allowed_triangles, max_triangles)
         memory = plan.cost.memory if is_memory_limit else None
         max_triangles = min(max_triangles, plan.max_triangles)

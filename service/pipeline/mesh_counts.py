@@ -122,7 +122,7 @@ def adaptive_size(mesh: MeshSize, options: MeshOptions, triangles: int) -> MeshS
     added_points = triangles if "boundary" in options.overlays or options.has_wires else 0
     return replace(
         mesh,
-        vertices=triangles + 2 * mesh.patches,
+        vertices=triangles + 2 * (mesh.patches + mesh.faces),
         triangles=triangles,
         quads=0,
         overlay_points=mesh.overlay_points + added_points,
