@@ -47,3 +47,32 @@ PLATE: dict[str, Any] = {
     "shells": [{"faces": [0], "closed": False}],
 }  # fmt: skip
 """A square of plane with a round hole: one trimmed face."""
+
+
+def build_box(size: tuple[float, float, float] = (2, 3, 4)) -> dict[str, Any]:
+    """A box: a closed shell of six faces, whose normals point outwards."""
+    x, y, z = size
+    vertices = [[i * x, j * y, k * z] for k in range(2) for j in range(2) for i in range(2)]
+    rings = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+    numbers: dict[tuple[int, int], int] = {}
+    faces = []
+    for ring in rings:
+        edges, flags = [], []
+        for first, last in zip(ring, (*ring[1:], ring[0]), strict=True):
+            pair = min(first, last), max(first, last)
+            edges.append(numbers.setdefault(pair, len(numbers)))
+            flags.append(first > last)
+        a, b, c, d = (vertices[corner] for corner in ring)
+        faces.append(
+            {
+                "surface": {"control_net": [[a, d], [b, c]]},
+                "loops": [{"edges": edges, "reversed": flags}],
+            }
+        )
+    return {
+        "type": "brep",
+        "vertices": vertices,
+        "edges": [{"vertices": list(pair)} for pair in numbers],
+        "faces": faces,
+        "shells": [{"faces": list(range(6)), "closed": True}],
+    }
