@@ -2,7 +2,7 @@
 
 Between two cuts, an edge E, a parameter curve c and a surface S are each one polynomial or rational
 function, and so is E − S∘c = N / W. N is a polynomial of known degree n. It is evaluated at the
-m + 1 nodes cos(πk/m), m = 2n, of the interval; between them |N| is at most √2 times larger, and W
+m + 1 nodes cos(πk/m), m ≥ 2n, of the interval; between them |N| is at most √2 times larger, and W
 is no less than its values show.
 
 Proof in docs/proofs.md: "Polynomials between nodes", "Gaps of edges".
@@ -13,13 +13,13 @@ Ehlich and Zeller, Schwankung von Polynomen zwischen Gitterpunkten, Mathematisch
 (1964).
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import pi
 
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.row_batches import expand_runs
 from service.engine.nets.patch_nets import PatchNets
 from service.engine.trims.closure import ClosedSurfaces
 from service.engine.trims.homogeneous import (
@@ -40,6 +40,12 @@ FACTOR = 2.0
 
 SAMPLES = 1 << 15
 """The most nodes that are evaluated at once."""
+
+MORE = 1.5
+"""Parts that need up to this many times as many nodes are evaluated together."""
+
+FEW = 1 << 12
+"""Up to this number of nodes, all parts are evaluated together."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -84,20 +90,14 @@ def bound_gaps(
     bound, seen = np.zeros((2, len(parts.curve)))
     edge_span = pieces.span[parts.source]
     partials = bound_partials(surfaces.surfaces)
-    ends = np.cumsum(count)
-    first = 0
-    while first < len(count):
-        done = ends[first - 1] if first else 0
-        last = max(first + 1, int(np.searchsorted(ends, done + SAMPLES, side="right")))
-        rows = slice(first, last)
+    for rows, size in _list_batches(count):
         bound[rows], seen[rows] = _bound_parts(
             (surfaces.surfaces.nets, partials),
             (curves, edge, pcurves),
             parts.take(rows),
             edge_span[rows],
-            (degree[rows], count[rows], has_weights[rows]),
+            (degree[rows], size, has_weights[rows]),
         )
-        first = last
     bound += surfaces.surfaces.errors[face[parts.curve]]
     total = np.zeros((2, len(face)))
     begins = np.flatnonzero(np.diff(parts.curve, prepend=-1))
@@ -127,55 +127,71 @@ def _find_degrees(
     return np.maximum(degree, 1), is_rational
 
 
+def _list_batches(count: Ints) -> Iterator[tuple[Ints, int]]:
+    """Parts in batches, each with the number of nodes for all of its parts: enough, not many more.
+
+    `count` (m,) is the least number of nodes of each part.
+    """
+    order = np.argsort(count, kind="stable")
+    sizes = count[order]
+    first = 0
+    while first < len(order):
+        last = len(order)
+        if (last - first) * sizes[-1] > FEW:
+            last = int(np.searchsorted(sizes, MORE * sizes[first], side="right"))
+        size = int(sizes[last - 1])
+        last = min(last, first + max(1, SAMPLES // size))
+        yield order[first:last], size
+        first = last
+
+
 def _bound_parts(
     patches: tuple[PatchNets, FloatArray],
     splines: tuple[Splines, Ints, Splines],
     parts: SpanParts,
     edge_span: Ints,
-    counts: tuple[Ints, Ints, Bools],
+    counts: tuple[Ints, int, Bools],
 ) -> tuple[FloatArray, FloatArray]:
     """Bounds of the gaps over parts, and the largest gaps at nodes."""
     curves, edge, pcurves = splines
     degree, count, has_weights = counts
     nets, partials = patches
-    run, number = expand_runs(count)
-    x = (1.0 - np.cos(pi * number / (count - 1)[run])) / 2
-    t = parts.low[run] + (parts.high - parts.low)[run] * x
-    curve, owner = parts.curve[run], edge[parts.curve[run]]
-    place, place_weight = evaluate_spans(pcurves, curve, parts.span[run], t)
-    point, weight = evaluate_spans(curves, owner, edge_span[run], t)
-    width = parts.knots[:, 1] - parts.knots[:, 0]
-    local = (place.T - parts.knots[:, 0][:, run]) / width[:, run]
-    image, image_weight = evaluate_patches(nets, parts.patch[run], local)
+    x = (1.0 - np.cos(pi * np.arange(count) / (count - 1))) / 2
+    t = parts.low[:, np.newaxis] + (parts.high - parts.low)[:, np.newaxis] * x
+    owner = edge[parts.curve]
+    place, place_weight = evaluate_spans(pcurves, parts.curve, parts.span, t)
+    point, weight = evaluate_spans(curves, owner, edge_span, t)
+    begin = parts.knots[:, 0, :, np.newaxis]
+    width = parts.knots[:, 1, :, np.newaxis] - begin
+    local = (np.moveaxis(place, 2, 0) - begin) / width
+    image, image_weight = evaluate_patches(nets, parts.patch, local)
     gap = length(point - image, -1)
-    begins = np.cumsum(count) - count
-    seen = np.maximum.reduceat(gap, begins)
+    seen = gap.max(axis=1)
     factor = 1.0 / np.cos(pi * degree / (2.0 * (count - 1)))
     bound, growth = factor * seen, factor
     if has_weights.any():
         group = nets.group[parts.patch]
         total = np.array([sum(nets_.degree) for nets_ in nets.groups])[group]
-        all_weights = weight * image_weight * place_weight ** total[run]
-        least = np.minimum.reduceat(all_weights, begins)
-        most = np.maximum.reduceat(all_weights, begins)
+        all_weights = weight * image_weight * place_weight ** total[:, np.newaxis]
+        least, most = all_weights.min(axis=1), all_weights.max(axis=1)
         lower = (least + most) / 2 - factor * (most - least) / 2
-        rational = factor * np.maximum.reduceat(gap * all_weights, begins)
+        rational = factor * (gap * all_weights).max(axis=1)
         if (lower <= 0).any():  # the weights vary much: hulls of nets have lower bounds
             hull = find_least_patch_weights(nets, parts.patch)
             hull *= find_least_weights(pcurves, parts.curve, parts.span) ** total
-            hull *= find_least_weights(curves, edge[parts.curve], edge_span)
+            hull *= find_least_weights(curves, owner, edge_span)
             lower = np.maximum(lower, hull)
         bound = np.where(has_weights, rational / lower, bound)
         growth = np.where(has_weights, factor * most / lower, growth)
     # The rounding of points; of the parameters at which the surface was evaluated; of the nodes;
     # and the surface beyond a knot, which is another patch.
-    size = np.abs(point).max(axis=1) + np.abs(image).max(axis=1)
+    size = np.abs(point).max(axis=(1, 2)) + np.abs(image).max(axis=(1, 2))
     unit = 8.0 * (degree + 8.0) * UNIT
-    rounding = unit * np.maximum.reduceat(size, begins)
+    rounding = unit * size
     place_speed = bound_speeds(pcurves, parts.curve, parts.span)
     late = 8.0 * UNIT * np.maximum(np.abs(parts.low), np.abs(parts.high))
-    shift = unit * np.maximum.reduceat(np.abs(place), begins, axis=0).T + late * place_speed
+    shift = unit * np.abs(place).max(axis=1).T + late * place_speed
     beyond = 2.0 * parts.excess * partials[:, parts.around].max(axis=1)
     rounding += (shift * partials[:, parts.patch] + beyond).sum(axis=0)
-    rounding += late * length(bound_speeds(curves, edge[parts.curve], edge_span))
+    rounding += late * length(bound_speeds(curves, owner, edge_span))
     return bound + growth * rounding, seen

@@ -4,51 +4,52 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import bernstein
-from service.bases.row_batches import expand_runs, row_slices
+from service.bases.row_batches import expand_runs
 from service.engine.nets.patch_nets import PatchNets
 from service.engine.trims.slack import bound_lengths
 from service.engine.trims.splines import Splines
 from service.engine.trims.surfaces import FaceSurfaces
 
-CHUNK = 1 << 17
-"""Numbers in the nets of one chunk."""
-
 
 def evaluate_spans(
     splines: Splines, curve: Ints, span: Ints, t: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Points (m, D) of given spans of curves at t (m,), and their weights (m,)."""
+    """Points (r, c, D) of given spans of curves (r,) at t (r, c), and their weights (r, c)."""
     at = splines.first_break[curve] + span
     low = splines.breaks[at]
-    x = (t - low) / (splines.breaks[at + 1] - low)
+    x = (t - low[:, np.newaxis]) / (splines.breaks[at + 1] - low)[:, np.newaxis]
     column = splines.row[curve] + span
-    points, weights = np.empty((len(curve), splines.dimension)), np.ones(len(curve))
+    points, weights = np.empty((*t.shape, splines.dimension)), np.ones(t.shape)
     for nets, rows in splines.split(curve):
-        basis = bernstein(nets.degree, x[rows]).T[:, np.newaxis]
-        value = (nets.values.take(column[rows], axis=2) * basis).sum(axis=0)
+        basis = bernstein(nets.degree, x[rows].ravel()).reshape(len(rows), t.shape[1], -1)
+        value = basis @ nets.nets.take(column[rows], axis=0)
         if nets.is_rational:
-            weights[rows] = value[-1]
-            value = value[:-1] / value[-1]
-        points[rows] = value.T
+            weights[rows] = value[..., -1]
+            value = value[..., :-1] / value[..., -1:]
+        points[rows] = value
     return points, weights
 
 
 def evaluate_patches(
     nets: PatchNets, patch: Ints, local: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Points (m, 3) of patches at their own parameters (2, m), and their weights (m,)."""
-    points, weights = np.empty((len(patch), 3)), np.ones(len(patch))
-    for group, indices in nets.split_by_group(patch):
+    """Points (r, c, 3) of patches (r,) at their own parameters (2, r, c); their weights (r, c)."""
+    shape = local.shape[1:]
+    points, weights = np.empty((*shape, 3)), np.ones(shape)
+    for group, rows in nets.split_by_group(patch):
+        net = group.nets.take(nets.row[patch[rows]], axis=0)
         p, q = group.degree
-        for chunk in row_slices(len(indices), group.values[..., 0].size, CHUNK):
-            rows = indices[chunk]
-            value = group.values.take(nets.row[patch[rows]], axis=3)
-            value = (value * bernstein(q, local[1, rows]).T[:, np.newaxis]).sum(axis=1)
-            value = (value * bernstein(p, local[0, rows]).T[:, np.newaxis]).sum(axis=0)
-            if group.is_rational:
-                weights[rows] = value[3]
-                value = value[:3] / value[3]
-            points[rows] = (value + nets.middles[:, patch[rows]]).T
+        along_u, along_v = (
+            bernstein(n, local[axis, rows].ravel()).reshape(len(rows), shape[1], -1)
+            for axis, n in enumerate((p, q))
+        )
+        lines = along_u @ net.reshape(len(rows), p + 1, -1)
+        lines = lines.reshape(len(rows), shape[1], q + 1, -1)
+        value = np.einsum("rcjd,rcj->rcd", lines, along_v)
+        if group.is_rational:
+            weights[rows] = value[..., 3]
+            value = value[..., :3] / value[..., 3:]
+        points[rows] = value + nets.middles[:, patch[rows]].T[:, np.newaxis]
     return points, weights
 
 
