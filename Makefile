@@ -80,8 +80,9 @@ types: openapi tests/web/node_modules/.package-lock.json ## Write openapi/ and i
 bench: $(VENV)/.dev ## Measure: evaluation, encoders, requests a second (by wrk, if installed), hostile bodies
 	$(BIN)/python -m tools.benchmarks
 
-bench-occ: $(VENV)/.dev build/occ/.ready ## Measure meshes by tolerance against Open CASCADE
+bench-occ: $(VENV)/.dev build/occ/.ready ## Measure meshes by tolerance, and meshes of solids, against Open CASCADE
 	$(BIN)/python -m tools.benchmarks.open_cascade build/occ/bin/python
+	$(BIN)/python -m tools.benchmarks.solids build/occ/bin/python
 
 bench-queries: $(VENV)/.dev build/occ/.ready build/splines/.ready ## Measure queries; closest points against Open CASCADE, splinepy and geomdl
 	$(BIN)/python -m tools.benchmarks queries

@@ -1,9 +1,10 @@
 """The 27 solids with which breps are tested, in the JSON language of the service.
 
-They are models of our own, converted from the exact B-splines of a CAD kernel: plates with holes,
-fillets, threads, cut tori. All are closed and valid but one, `shelled`: a failed operation left
-some of its edges far from their surfaces. `MEASURES` has the volume and the area of each, as Open
-CASCADE computed them.
+They are models of our own, made by `tools.benchmarks.solid_models` and converted to B-splines:
+plates with holes, fillets, threads, cut tori. Many of their parameter curves are wrong by up to a
+hundredth of the diagonal, as they are in files from elsewhere. All solids are closed and valid but
+one, `shelled`: a failed operation left some of its edges far from their surfaces. `MEASURES` has
+the volume and the area of each, as Open CASCADE computed them.
 """
 
 import gzip

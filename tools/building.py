@@ -7,6 +7,7 @@ from service.engine.meshers import build_mesher
 from service.engine.options import MeshOptions
 from service.engine.scenes.scene import Scene
 from service.engine.stored_positions import Storage
+from service.surface.brep_model import BrepModel
 from service.surface.curve_model import SweepModel
 from service.surface.lowered import GroupModel, Model, PatchModel
 
@@ -36,7 +37,7 @@ def _build_by_tolerance(
     model: Model, options: MeshOptions, *, is_float32: bool, has_nodes: bool
 ) -> Mesh | Scene:
     assert options.accuracy is not None
-    assert isinstance(model, PatchModel | GroupModel)
+    assert isinstance(model, PatchModel | BrepModel | GroupModel)
     storage = Storage(is_float32, has_local_origin=True)
     mesher = build_mesher(model, options, storage, has_nodes=has_nodes)
     return mesher.build_mesh(build_goal(options.accuracy, model), MAX_TRIANGLES)

@@ -7,6 +7,7 @@ hundredth of the diagonal, as they are in files from elsewhere.
 """
 
 from collections.abc import Callable
+from itertools import pairwise
 from math import cos, pi, sin
 from typing import Any
 
@@ -55,7 +56,7 @@ def make_plate() -> Any:
 def make_tee() -> Any:
     def is_intersection(each: Any) -> bool:
         kinds = GeomAbs_BSplineCurve, GeomAbs_OtherCurve
-        return BRepAdaptor_Curve(each).GetType() in kinds
+        return bool(BRepAdaptor_Curve(each).GetType() in kinds)
 
     pipes = fuse(cylinder((0, 0, -30), 10, 60), cylinder((0, 0, 0), 7, 28, X))
     outside = fillet(pipes, 1.5, is_intersection)
@@ -106,7 +107,7 @@ def make_bolt() -> Any:
     def is_lowest(each: Any) -> bool:
         curve = BRepAdaptor_Curve(each)
         height = curve.Value(curve.FirstParameter()).Z()
-        return curve.GetType() == GeomAbs_Circle and abs(height + 30) < 1e-6
+        return bool(curve.GetType() == GeomAbs_Circle and abs(height + 30) < 1e-6)
 
     head = common(extrude(hexagon(9), (0, 0, 6)), cone((0, 0, -4), 14, 4, 10.5))
     bolt = fuse(head, cylinder((0, 0, -30), 4, 30))
@@ -119,7 +120,7 @@ def make_bolt() -> Any:
 def make_impeller() -> Any:
     outline = [(3, 0, 12), (4, 0, 9), (7, 0, 5), (13, 0, 2), (20, 0, 0.5)]
     corners = [(20, 0, 0.5), (20, 0, -2), (0, 0, -2), (0, 0, 12), (3, 0, 12)]
-    lines = [edge(a, b) for a, b in zip(corners[:-1], corners[1:], strict=True)]
+    lines = [edge(a, b) for a, b in pairwise(corners)]
     hub = revolve(fill(wire(edge(interpolate(outline)), *lines)))
     blades = [loft(list_blade_sections(2 * pi * k / 6)) for k in range(6)]
     return cut(fuse(hub, *blades), cylinder((0, 0, -5), 1.5, 30))
