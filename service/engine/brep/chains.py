@@ -160,9 +160,7 @@ def _add_poles(
     order = key.argsort()
     loop = topology.coedge_loops[np.concatenate([kept, joints.after[rows]])][order]
     counts = np.bincount(loop, minlength=len(topology.loop_counts))
-    return topology.take_coedges(
-        coedges[order], topology.loop_faces, counts, topology.loop_sources
-    )
+    return topology.take_coedges(coedges[order], topology.loop_faces, counts, topology.loop_sources)
 
 
 def _drop_open(topology: Topology) -> Topology:

@@ -12,7 +12,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.trims.closure import ClosedSurfaces
 from service.engine.trims.foot_curves import fit_feet, project_to_planes
-from service.engine.trims.foot_tables import build_table, find_seed_feet, list_seeds
+from service.engine.trims.foot_tables import make_guesses
 from service.engine.trims.gaps import bound_gaps
 from service.engine.trims.piecewise import make_segments
 from service.engine.trims.splines import Splines
@@ -170,18 +170,9 @@ def _make_anew(
         parts.append(project_to_planes(surfaces, face[planar], curves.take(planar)))
     if len(curved):
         face, guess, curves = face[curved], guess[curved], curves.take(curved)
-        seed, t = list_seeds(curves)
-        feet = np.zeros((len(seed), 2))
-        known = guess[seed] >= 0
-        rows = known.nonzero()[0]
-        feet[rows] = given.evaluate(guess[seed[rows]], t[rows])
-        rows = (~known).nonzero()[0]
         goal = GOAL * diagonal
-        if len(rows):
-            points = curves.evaluate(seed[rows], t[rows])
-            feet[rows] = find_seed_feet(surfaces, face[seed[rows]], points, seed[rows], goal)
-        table = build_table(seed, t, feet)
-        parts.append(fit_feet(surfaces, face, curves, table, goal))
+        guesses = make_guesses(surfaces, face, curves, (given, guess), goal)
+        parts.append(fit_feet(surfaces, face, curves, guesses, goal))
     which = np.empty(len(is_planar), np.intp)
     which[np.concatenate([planar, curved])] = np.arange(len(is_planar))
     return Splines.join(parts).take(which)

@@ -32,7 +32,7 @@ from service.engine.trims.foot_pieces import (
     place_curves,
     to_bezier,
 )
-from service.engine.trims.foot_tables import FootTable
+from service.engine.trims.foot_tables import FirstGuesses
 from service.engine.trims.piecewise import join_spans
 from service.engine.trims.span_nets import Intervals
 from service.engine.trims.splines import Splines
@@ -60,7 +60,7 @@ class _Done(Items):
 
 
 def fit_feet(
-    surfaces: ClosedSurfaces, face: Ints, curves: Splines, table: FootTable, goal: float
+    surfaces: ClosedSurfaces, face: Ints, curves: Splines, guesses: FirstGuesses, goal: float
 ) -> Splines:
     """The parameter curves of the foot points of curves on the surfaces of faces.
 
@@ -70,14 +70,14 @@ def fit_feet(
         The face of each curve.
     curves : Splines
         n curves of space.
-    table : FootTable
+    guesses : FirstGuesses
         First guesses.
     goal : float
         The greatest distance that interpolation may add; ends of curves that are nearer than this
         to a pole are at it. Model units.
     """
     work = place_curves(surfaces, face, curves, goal)
-    pieces = begin_pieces(work, table)
+    pieces = begin_pieces(work, guesses)
     feet, distance = find_node_feet(work, pieces)
     straight = _find_straight(work, pieces, feet, distance, goal)
     done = _make_lines(work, pieces, feet, straight)

@@ -72,9 +72,10 @@ def _find_cuts(
         a, b = low_value[active], high_value[active]
         new = low[active] - a * (high - low)[active] / np.where(a == b, 1.0, b - a)
         share[active] = np.where(a == b, (low + high)[active] / 2, new)
-    rows = ~((share > END) & (share < 1 - END))
-    share[rows] = 0.5
-    foot[rows] = find_foot(rows.nonzero()[0])
+    rows = (~((share > END) & (share < 1 - END))).nonzero()[0]
+    if len(rows):
+        share[rows] = 0.5
+        foot[rows] = find_foot(rows)
     return share, foot.T
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import bernstein
 from service.engine.trims.closure import ClosedSurfaces
-from service.engine.trims.foot_tables import FootTable
+from service.engine.trims.foot_tables import FirstGuesses
 from service.engine.trims.inversion import find_feet
 from service.engine.trims.splines import Splines
 from service.engine.vectors import Items, length
@@ -128,12 +128,12 @@ def place_curves(
     return CurvesOnFaces(surfaces, face, curves, axes, sides)
 
 
-def begin_pieces(work: CurvesOnFaces, table: FootTable) -> Pieces:
+def begin_pieces(work: CurvesOnFaces, guesses: FirstGuesses) -> Pieces:
     """The spans of the curves, with the feet at all breaks."""
     curves = work.curves
     spans = curves.list_spans()
     owner = np.repeat(np.arange(len(curves)), curves.span_count + 1)
-    guess = table.guess(owner, curves.breaks)
+    guess = guesses.guess(owner, curves.breaks)
     feet, _ = work.find_feet(owner, curves.breaks, guess)
     for k, at in enumerate((curves.first_break, curves.first_break + curves.span_count)):
         rows = (work.pole_axes[k] >= 0).nonzero()[0]
@@ -142,7 +142,7 @@ def begin_pieces(work: CurvesOnFaces, table: FootTable) -> Pieces:
     begin = curves.first_break[spans.curve] + spans.span
     inner_nodes = list_nodes()[1:-1]
     t = spans.low + (spans.high - spans.low) * inner_nodes[:, np.newaxis]
-    inner = table.guess(np.tile(spans.curve, len(inner_nodes)), t.ravel())
+    inner = guesses.guess(np.tile(spans.curve, len(inner_nodes)), t.ravel())
     return Pieces(
         spans.curve,
         spans.low,

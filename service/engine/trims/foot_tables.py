@@ -58,6 +58,61 @@ class FootTable:
         return guess
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class FirstGuesses:
+    """First guesses of foot points along n curves: from parameter curves, or from a table.
+
+    Attributes
+    ----------
+    given : Splines
+        Parameter curves.
+    number : ndarray of int, shape (n,)
+        The parameter curve of each curve in `given`; −1 if there is none.
+    row : ndarray of int, shape (n,)
+        The number of each curve without a parameter curve in `table`.
+    table : FootTable or None
+        None if all curves have parameter curves.
+    """
+
+    given: Splines
+    number: Ints
+    row: Ints
+    table: FootTable | None
+
+    def guess(self, curve: Ints, t: FloatArray) -> FloatArray:
+        """Guesses (m, 2) of foot points of curves (m,) at t (m,)."""
+        number = self.number[curve]
+        if self.table is None:
+            return self.given.evaluate(number, t)
+        guess = np.empty((len(curve), 2))
+        known, unknown = (number >= 0).nonzero()[0], (number < 0).nonzero()[0]
+        if len(known):
+            guess[known] = self.given.evaluate(number[known], t[known])
+        guess[unknown] = self.table.guess(self.row[curve[unknown]], t[unknown])
+        return guess
+
+
+def make_guesses(
+    surfaces: ClosedSurfaces,
+    face: Ints,
+    curves: Splines,
+    known: tuple[Splines, Ints],
+    tolerance: float,
+) -> FirstGuesses:
+    """Guesses for curves; `known` are parameter curves, and the number of one for each, or −1."""
+    given, number = known
+    unknown = (number < 0).nonzero()[0]
+    row = np.zeros(len(number), np.intp)
+    row[unknown] = np.arange(len(unknown))
+    if not len(unknown):
+        return FirstGuesses(given, number, row, None)
+    chosen = curves.take(unknown)
+    seed, t = list_seeds(chosen)
+    points = chosen.evaluate(seed, t)
+    feet = find_seed_feet(surfaces, face[unknown[seed]], points, seed, tolerance)
+    return FirstGuesses(given, number, row, build_table(seed, t, feet))
+
+
 def list_seeds(curves: Splines) -> tuple[Ints, FloatArray]:
     """Curve and parameter of each seed, (m,): all breaks, and as many points between them."""
     spans = curves.list_spans()
