@@ -74,7 +74,7 @@ def add_natural_loops(
         if chosen is not is_pole:
             ranges = np.tile([0.0, 1.0], (len(run), 1))
             lines = make_segments(starts[run, side], stops[run, side], ranges)
-            curves = compose_curves(surfaces, face[run], lines)
+            curves = compose_curves(surfaces, face[run], lines, uncertainty)
         ends = np.stack([vertex[run, BEGINS[side]], vertex[run, ENDS[side]]], axis=1)
         topology, edge[run, side] = topology.add_edges(ends, curves, source, uncertainty)
     edge[:, 2] = np.where(shares[:, 2], edge[:, 0], edge[:, 2])

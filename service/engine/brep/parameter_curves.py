@@ -69,11 +69,10 @@ def find_parameter_curves(
     """
     count = len(model.coedge_edges)
     face, edge, number = model.coedge_faces, model.coedge_edges, model.coedge_pcurves
-    curve = np.where(edge >= 0, model.edge_curves[edge], -1)
+    curve = np.append(model.edge_curves, -1)[edge]  # an edge −1 has no curve
     has_curve, is_given = curve >= 0, number >= 0
     given = Splines.of(model.pcurves)
     gaps, seen = np.full(count, np.nan), np.zeros(count)
-    gaps[~has_curve] = 0.0
     is_used = is_given & ~has_curve
     compared = (has_curve & is_given).nonzero()[0]
     own = given.take(number[compared])

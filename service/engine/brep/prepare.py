@@ -5,9 +5,18 @@ from math import dist
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
+from service.engine.brep.input_checks import (
+    find_far_edges,
+    find_outside_pcurves,
+    refuse_or_skip,
+    word_loop_faults,
+    word_unbounded,
+)
 from service.engine.brep.parameter_curves import ParameterCurves, find_parameter_curves
+from service.engine.brep.pcurve_edges import add_pcurve_edges
 from service.engine.brep.prepared import PreparedBrep
 from service.engine.brep.regions import make_regions
+from service.engine.brep.settling import check_loops
 from service.engine.brep.topology import Topology
 from service.engine.trims.boxes import find_part_box
 from service.engine.trims.closure import find_closure
@@ -16,7 +25,7 @@ from service.engine.trims.spline_shapes import find_boxes
 from service.engine.trims.splines import Splines
 from service.engine.trims.surfaces import FaceSurfaces
 from service.engine.trims.unrolling import unroll
-from service.surface.brep_model import BrepModel
+from service.surface.brep_model import BrepModel, SkippedFace
 
 CLOSED = 1e-7
 """Sides of a surface that are nearer than this share of the diagonal are one curve, or a pole."""
@@ -36,18 +45,37 @@ def prepare(model: BrepModel) -> PreparedBrep:
     closed = find_closure(surfaces, CLOSED * diagonal)
     curves = Splines.of(model.curves)
     found = find_parameter_curves(model, closed, curves, diagonal)
-    topology = _begin(model, curves, found)
-    topology = make_regions(closed, topology, _find_bare(model), CLOSED * diagonal)
+    tolerance = CLOSED * diagonal
+    faults = find_far_edges(model, curves, found) + find_outside_pcurves(model, closed, found)
+    skipped = refuse_or_skip(model, faults)
+    topology = _begin(model, curves, found).drop_faces(_list_faces(skipped))
+    topology = add_pcurve_edges(closed, topology, tolerance)
+    bare = _find_bare(model)
+    topology, unbounded = make_regions(closed, topology, bare, tolerance)
+    skipped += refuse_or_skip(model, word_unbounded(model, unbounded))
+    topology = topology.drop_faces(_list_faces(skipped))
     low, high = _box_faces(topology.pcurves, topology.coedge_faces, len(surfaces))
-    return _finish(model, unroll(closed, low, high), topology)
+    surfaces = unroll(closed, low, high)
+    prepared = _finish(model, surfaces, topology, skipped)
+    crossed = refuse_or_skip(
+        model, word_loop_faults(model, check_loops(prepared), topology.loop_sources)
+    )
+    if not crossed:
+        return prepared
+    return _finish(model, surfaces, topology.drop_faces(_list_faces(crossed)), skipped + crossed)
 
 
 def _find_bare(model: BrepModel) -> Ints:
     """The faces without loops that are their whole surfaces."""
     is_bare = np.ones(model.face_count, bool)
     is_bare[model.loop_faces] = False
-    is_bare[[skipped.face for skipped in model.skipped]] = False
+    is_bare[_list_faces(model.skipped)] = False
     return is_bare.nonzero()[0]
+
+
+def _list_faces(skipped: tuple[SkippedFace, ...]) -> Ints:
+    """The numbers of skipped faces."""
+    return np.array([each.face for each in skipped], np.intp)
 
 
 def _measure_model(model: BrepModel) -> float:
@@ -92,7 +120,7 @@ def _begin(model: BrepModel, curves: Splines, found: ParameterCurves) -> Topolog
         found.pcurves.move_ranges(start, end),
         model.coedge_pcurves >= 0,
         found.is_replaced,
-        found.is_open | ((edge >= 0) & model.is_degenerate[edge]),
+        found.is_open | np.append(model.is_degenerate, False)[edge],
         found.gaps,
     )
 
@@ -108,7 +136,12 @@ def _box_faces(pcurves: Splines, face: Ints, count: int) -> tuple[FloatArray, Fl
     return low, high
 
 
-def _finish(model: BrepModel, surfaces: FaceSurfaces, topology: Topology) -> PreparedBrep:
+def _finish(
+    model: BrepModel,
+    surfaces: FaceSurfaces,
+    topology: Topology,
+    skipped: tuple[SkippedFace, ...],
+) -> PreparedBrep:
     """Places over the boxes of the parameter curves, and these in places."""
     face = topology.coedge_faces
     low, high = _box_faces(topology.pcurves, face, len(surfaces))
@@ -141,7 +174,7 @@ def _finish(model: BrepModel, surfaces: FaceSurfaces, topology: Topology) -> Pre
         is_reversed=model.is_reversed,
         edge_sources=topology.edge_sources,
         model_vertices=len(model.vertices),
-        skipped_faces=model.skipped,
+        skipped_faces=tuple(sorted(model.skipped + skipped, key=lambda each: each.face)),
         box=box,
         known_gaps=topology.gaps,
     )

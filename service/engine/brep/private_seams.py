@@ -45,7 +45,7 @@ class SourcedLoop:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Chain:
-    """What a loop is between two crossings, in the strip between the borders."""
+    """The part of a loop between two crossings, in the strip between the borders."""
 
     source: int
     arcs: ArcLoop
@@ -283,7 +283,7 @@ class Cutter:
         begin, end = self._place(across, low), self._place(across, high)
         if key not in self.seams:
             line = make_segments(begin[np.newaxis], end[np.newaxis], np.array([[0.0, 1.0]]))
-            curve = compose_curves(self.surfaces, np.array([self.face]), line)
+            curve = compose_curves(self.surfaces, np.array([self.face]), line, self.tolerance)
             self.work.topology, edges = self.work.topology.add_edges(
                 np.array([vertices]), curve, SEAM, self.tolerance
             )
@@ -318,7 +318,7 @@ def cut_faces(
     -------
     topology : Topology
     unbounded : list of int
-        Loops whose material reaches a border of the surface that no loop has.
+        Loops of the model whose material reaches a border of the surface that no loop has.
     """
     on_closed = np.flatnonzero(surfaces.is_closed[topology.loop_faces].any(axis=1))
     areas = np.zeros(len(turns))
@@ -342,7 +342,7 @@ def cut_faces(
                 for loop in _cut_face(surfaces, work, face, loops, tolerance)
             ]
         except NotClosed:
-            unbounded.append(numbers[0])
+            unbounded.append(int(topology.loop_sources[numbers[0]]))
     return (work.finish() if work.loops else topology), unbounded
 
 

@@ -17,7 +17,7 @@ from service.engine.trims.closure import ClosedSurfaces
 
 def make_regions(
     surfaces: ClosedSurfaces, topology: Topology, bare: Ints, tolerance: float
-) -> Topology:
+) -> tuple[Topology, list[int]]:
     """A topology in which every face is the inside of closed loops of parameter curves.
 
     Parameters
@@ -26,10 +26,17 @@ def make_regions(
         Faces without loops.
     tolerance : float
         Uncertainty of the edges that are added. Model units.
+
+    Returns
+    -------
+    topology : Topology
+    unbounded : list of int
+        Loops of the model whose material reaches a border of the surface that no loop has.
     """
+    unbounded: list[int] = []
     if len(topology.loop_counts):
         topology, turns = join_chains(surfaces, topology, tolerance)
-        topology, _unbounded = cut_faces(surfaces, topology, turns, tolerance)
+        topology, unbounded = cut_faces(surfaces, topology, turns, tolerance)
         on_closed = surfaces.is_closed[topology.loop_faces].any(axis=1)
         is_given = np.logical_and.reduceat(
             topology.is_given | (topology.edge_curves[topology.coedge_edges] < 0),
@@ -42,4 +49,4 @@ def make_regions(
             topology = place_loops(surfaces, topology, loops)
     if len(bare):
         topology = add_natural_loops(surfaces, topology, bare, surfaces.low[bare], tolerance)
-    return topology
+    return topology, unbounded

@@ -106,6 +106,16 @@ class Topology:
             gaps=self.gaps[coedges],
         )
 
+    def drop_faces(self, faces: Ints) -> "Topology":
+        """The topology without the loops of some faces."""
+        if not len(faces):
+            return self
+        kept = (~np.isin(self.loop_faces, faces)).nonzero()[0]
+        _, coedges = expand_runs(self.loop_counts[kept], self.loop_starts[kept])
+        return self.take_coedges(
+            coedges, self.loop_faces[kept], self.loop_counts[kept], self.loop_sources[kept]
+        )
+
     def sort_loops(self) -> "Topology":
         """The loops in the order of their faces."""
         if (np.diff(self.loop_faces) >= 0).all():

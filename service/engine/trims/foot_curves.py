@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
+from service.cancellation import checkpoint
 from service.engine.trims.closure import ClosedSurfaces
 from service.engine.trims.foot_cuts import divide_pieces
 from service.engine.trims.foot_pieces import (
@@ -84,6 +85,7 @@ def fit_feet(
     is_left = ~np.isin(pieces.curve, straight)
     pieces, feet, distance = pieces.take(is_left), feet[..., is_left], distance[:, is_left]
     while len(pieces.curve):
+        checkpoint()
         points = np.einsum("ij,jkm->ikm", to_bezier(), feet)
         excess = measure_excess(work, pieces, points, distance)
         share = (pieces.high - pieces.low) / (curves.end - curves.start)[pieces.curve]

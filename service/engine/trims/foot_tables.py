@@ -12,6 +12,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import expand_runs
+from service.cancellation import checkpoint
 from service.engine.trims.closure import ClosedSurfaces
 from service.engine.trims.inversion import find_feet
 from service.engine.trims.splines import Splines
@@ -208,6 +209,7 @@ def find_nearest(surfaces: ClosedSurfaces, face: Ints, points: FloatArray) -> Fl
     first = 0
     ends = np.cumsum(count)
     while first < len(face):
+        checkpoint()
         done = ends[first - 1] if first else 0
         last = max(first + 1, int(np.searchsorted(ends, done + PAIRS, side="right")))
         run, row = expand_runs(count[first:last], starts[which[first:last]])

@@ -20,6 +20,7 @@ from math import pi
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.cancellation import checkpoint
 from service.engine.nets.patch_nets import PatchNets
 from service.engine.trims.closure import ClosedSurfaces
 from service.engine.trims.homogeneous import (
@@ -91,6 +92,7 @@ def bound_gaps(
     edge_span = pieces.span[parts.source]
     partials = bound_partials(surfaces.surfaces)
     for rows, size in _list_batches(count):
+        checkpoint()
         bound[rows], seen[rows] = _bound_parts(
             (surfaces.surfaces.nets, partials),
             (curves, edge, pcurves),

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.cancellation import checkpoint
 from service.engine.trims.closure import ClosedSurfaces
 from service.engine.trims.span_nets import Intervals
 from service.engine.trims.splines import Splines
@@ -84,6 +85,7 @@ def cut_at_knots(
     )
     domain = pcurves.end - pcurves.start
     while len(todo.curve):
+        checkpoint()
         rising = np.zeros((2, len(todo.curve)), bool)
         low, high = np.empty((2, 2, len(todo.curve)))
         for rows, nets in pcurves.restrict(todo):

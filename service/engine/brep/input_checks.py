@@ -1,0 +1,167 @@
+"""Checks of a brep that need geometry, once for a surface: bad faces are refused or left out."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from service.bases.arrays import Ints
+from service.engine.brep.parameter_curves import ParameterCurves
+from service.engine.brep.settling import LoopFaults
+from service.engine.trims.closure import ClosedSurfaces
+from service.engine.trims.spline_shapes import find_boxes
+from service.engine.trims.splines import Splines
+from service.engine.vectors import length
+from service.errors import InvalidRequest, Issue
+from service.surface.brep_checks import Fault, coedge_pointer, loop_pointer, take_issues
+from service.surface.brep_model import BrepModel, SkippedFace
+
+FAR = 0.1
+"""An edge is at most this share of the diagonal of its face away from the surface."""
+
+OUTSIDE = 1e-6
+"""A parameter curve leaves the domain by at most this share of it, as rounding in files does."""
+
+SAMPLES = 64
+"""Parameters at which curves with control points outside of the domain are evaluated."""
+
+
+def find_far_edges(model: BrepModel, curves: Splines, found: ParameterCurves) -> list[Fault]:
+    """Edges that are further than a tenth of the diagonal of their face from its surface."""
+    edge = model.coedge_edges
+    rows = (edge >= 0).nonzero()[0]
+    rows = rows[model.edge_curves[edge[rows]] >= 0]
+    if not len(rows):
+        return []
+    low, high = (box[model.edge_curves[edge[rows]]] for box in find_boxes(curves))
+    first = np.flatnonzero(np.diff(model.coedge_faces[rows], prepend=-1))
+    extent = np.maximum.reduceat(high, first) - np.minimum.reduceat(low, first)
+    diagonals = length(extent, -1)
+    allowed = FAR * np.repeat(diagonals, np.diff(first, append=len(rows)))
+    return [
+        Fault(
+            Issue(
+                "edge_not_on_surface",
+                "The edges of a face lie on its surface.",
+                coedge_pointer(model, rows.item(k), "edges"),
+                f"an edge {found.seen[rows[k]]:.6g} from the surface",
+                f"at most {allowed[k]:.6g}: a tenth of the diagonal of the face",
+            ),
+            model.coedge_faces.item(rows.item(k)),
+        )
+        for k in np.flatnonzero(found.seen[rows] > allowed).tolist()
+    ]
+
+
+def find_outside_pcurves(
+    model: BrepModel, surfaces: ClosedSurfaces, found: ParameterCurves
+) -> list[Fault]:
+    """Given parameter curves that are used and leave the domain of their surface.
+
+    Planes have no ends, and along closed axes surfaces are continued.
+    """
+    face, pcurves = model.coedge_faces, found.pcurves
+    is_used = (model.coedge_pcurves >= 0) & ~found.is_replaced & ~surfaces.surfaces.is_planar[face]
+    rows = is_used.nonzero()[0]
+    if not len(rows):
+        return []
+    margin = OUTSIDE * surfaces.period
+    low = np.where(surfaces.is_closed, -np.inf, surfaces.low - margin)[face]
+    high = np.where(surfaces.is_closed, np.inf, surfaces.surfaces.high + margin)[face]
+    least, most = find_boxes(pcurves)
+    rows = rows[((least < low) | (most > high))[rows].any(axis=1)]
+    if not len(rows):
+        return []
+    # Control points may be outside although the curve is not.
+    share = np.linspace(0.0, 1.0, SAMPLES)
+    t = pcurves.start[rows, np.newaxis] * (1 - share) + pcurves.end[rows, np.newaxis] * share
+    points = pcurves.evaluate(np.repeat(rows, SAMPLES), t.ravel()).reshape(-1, SAMPLES, 2)
+    beyond = np.maximum(low[rows, np.newaxis] - points, points - high[rows, np.newaxis])
+    beyond = beyond.max(axis=1)
+    return [
+        Fault(
+            Issue(
+                "pcurve_outside",
+                "The parameter curves of a face stay in the domain of its surface.",
+                coedge_pointer(model, rows.item(k), "pcurves"),
+                f"{'uv'[int(beyond[k].argmax())]} beyond the domain by {beyond[k].max():.6g}",
+                "parameters inside of the knots of the surface",
+            ),
+            model.coedge_faces.item(rows.item(k)),
+        )
+        for k in np.flatnonzero((beyond > 0).any(axis=1)).tolist()
+    ]
+
+
+def word_unbounded(model: BrepModel, loops: Iterable[int]) -> list[Fault]:
+    """Faults of loops of the model whose material reaches a border that no loop has."""
+    return [
+        Fault(
+            Issue(
+                "loop_reversed",
+                "The material of a face is on the left of its loops, seen against du × dv, and its "
+                "loops bound it on all sides.",
+                loop_pointer(model, loop),
+                "material that reaches a border of the surface without a loop",
+                "the loop in the other direction, or all loops of the face",
+            ),
+            model.loop_faces.item(loop),
+        )
+        for loop in loops
+    ]
+
+
+def word_loop_faults(model: BrepModel, faults: LoopFaults, sources: Ints) -> list[Fault]:
+    """Faults of the loops of a prepared brep; `sources` are their loops in the model, or −1."""
+    worded = []
+    for loop, code, other, face in zip(
+        faults.loops.tolist(),
+        faults.codes.tolist(),
+        faults.others.tolist(),
+        faults.faces.tolist(),
+        strict=True,
+    ):
+        source = sources.item(loop)
+        pointer = loop_pointer(model, source) if source >= 0 else f"/faces/{face}"
+        other_source = sources.item(other) if other >= 0 else -1
+        if other in {loop, -1} or other_source in {source, -1}:
+            partner = "itself"
+        else:
+            partner = "loop " + loop_pointer(model, other_source).rpartition("/")[2]
+        worded.append(Fault(_word_loop(code, pointer, partner), face))
+    return worded
+
+
+def _word_loop(code: str, pointer: str, partner: str) -> Issue:
+    """The issue of a loop; `partner` is the loop that it meets."""
+    if code == "loop_reversed":
+        return Issue(
+            code,
+            "The material of a face is on the left of its loops, seen against du × dv.",
+            pointer,
+            "a loop with the material on its right",
+            "outer loops counter-clockwise, inner loops clockwise",
+        )
+    verb = "crosses" if code == "loops_cross" else "touches"
+    return Issue(
+        code,
+        "The loops of a face neither cross nor touch, but at common vertices.",
+        pointer,
+        f"a loop that {verb} {partner}",
+        "loops apart from each other",
+    )
+
+
+def refuse_or_skip(model: BrepModel, faults: list[Fault]) -> tuple[SkippedFace, ...]:
+    """The faces that are left out because of faults.
+
+    Raises
+    ------
+    InvalidRequest
+        If the model does not skip invalid faces.
+    """
+    if faults and not model.skips_invalid:
+        raise InvalidRequest(*take_issues(faults))
+    first: dict[int, SkippedFace] = {}
+    for fault in faults:
+        first.setdefault(fault.face, SkippedFace(fault.face, fault.issue))
+    return tuple(first.values())
