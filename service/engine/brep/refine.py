@@ -23,6 +23,7 @@ from service.engine.brep.measure import TriangleMeasure
 from service.engine.brep.splits import add_middles, choose_edges, cut_edges, join_mates
 from service.engine.brep.triangles import Mates, Triangles, find_mates
 from service.engine.brep.triangulation import FaceTriangulations
+from service.engine.vectors import NEXT
 
 CUTTING_ROUNDS = 15
 """How often the triangles of a face are measured before it goes to Delaunay insertion."""
@@ -87,13 +88,13 @@ class Refinement:
         corners, measure = self._measure.corners, self._measure
         count = len(corners.surface.surfaces)
         is_stuck, is_left = np.zeros(count, bool), np.zeros(count, bool)
-        done = sum(len(each) for each in self._done)
+        done = sum(self._count(each) for each in self._done)
         most = most if len(triangles) else 0
         for round_number in range(1, most + 1):
             self.rounds += 1
             mates = find_mates(triangles.corners)
             triangles = measure.measure(triangles, mates)
-            measure.limits.count(done + len(triangles))
+            measure.limits.count(done + self._count(triangles))
             faces, fails = corners.faces[triangles.corners[0]], triangles.fails
             is_failing = np.zeros(count, bool)
             is_failing[faces[fails]] = True
@@ -102,7 +103,7 @@ class Refinement:
             goes = (is_failing & ~ends)[faces]
             if not goes.all():
                 self._done.append(triangles.take(~goes))
-                done += len(self._done[-1])
+                done += self._count(self._done[-1])
                 triangles, fails = triangles.take(goes), fails[goes]
                 mates = find_mates(triangles.corners)
             if not len(triangles):
@@ -112,6 +113,11 @@ class Refinement:
             is_stuck[:] = True
             is_stuck[corners.faces[triangles.corners[0, triangles.is_changed]]] = False
         return is_left.nonzero()[0]
+
+    def _count(self, triangles: Triangles) -> int:
+        """The number of triangles with three points: others, at poles, are not in the mesh."""
+        points = self._measure.corners.points[triangles.corners]
+        return int(np.count_nonzero((points != points[NEXT]).all(axis=0)))
 
     def _cut(self, triangles: Triangles, mates: Mates, rows: Ints) -> Triangles:
         """Flip and cut edges of failing triangles."""
