@@ -177,6 +177,11 @@ class Places:
         return int(self.faces.spans.max(initial=1)) == 1
 
     @cached_property
+    def has_skipped_spans(self) -> bool:
+        """Whether a span may have no places: whether two knots in a row are equal."""
+        return bool((self.knots[1:] == self.knots[:-1]).any())
+
+    @cached_property
     def _keys(self) -> Ints:
         """For each knot, `_STEP` times its knot vector 2 f + axis, and its place; ascending."""
         counts = self.faces.spans.T.ravel() + 1

@@ -21,6 +21,9 @@ UNITS = 2.5
 REACH = 2 * UNITS
 """Spans nearer to the border than this number of units count."""
 
+FEW = 16
+"""Of faces with at most this number of patches, all patches count."""
+
 _PARTS = 4
 """Parameter curves are cut into at least this number of parts, whose boxes show where they are."""
 
@@ -30,7 +33,7 @@ def bound_slack(
 ) -> FloatArray:
     """Bounds σ (F,) of how far surfaces move over `UNITS` units along both axes near the border.
 
-    Spans that the border neither touches nor comes near do not count: there, rounded knots only
+    Spans that the border neither touches nor comes near need not count: there, rounded knots only
     change the parameters of the surface. The lengths of spans without places are added.
 
     Parameters
@@ -42,24 +45,31 @@ def bound_slack(
     is_reversed : ndarray of bool, shape (n,)
         Whether the loop runs against the curve.
     """
-    # All borders of a face of one patch touch this patch; only others have to be searched.
-    boxes = [_box_joins(pcurves, loop, is_reversed)]
-    several = (places.faces.spans.max(axis=0)[face] > 1).nonzero()[0]
-    if len(several):
-        curve, low, high = _box_curves(pcurves.take(several))
-        boxes.append((several[curve], low, high))
-    curve, low, high = (np.concatenate(values) for values in zip(*boxes, strict=True))
-    patch, widths, owner = _list_patches(places, _mark_spans(places, face[curve], low, high))
-    rates, lengths = np.zeros((2, 2, len(patch)))
+    spans = places.faces.spans
+    count = spans.prod(axis=0)
+    has_border = np.zeros(len(count), bool)
+    has_border[face] = True
+    owner, number = expand_runs(np.where(has_border & (count <= FEW), count, 0))
+    columns = spans[1].take(owner)
+    near = [np.stack([owner, number // columns, number % columns])]
+    rows = (count[face] > FEW).nonzero()[0]
+    if len(rows):
+        chosen = pcurves.take(rows), face[rows], loop[rows], is_reversed[rows]
+        near.append(_find_near_spans(places, *chosen))
+    owner, *span = np.concatenate(near, axis=1)
+    patch = places.first.take(owner) + span[0] * places.stride.take(owner) + span[1]
+    lengths = np.zeros((2, len(patch)))
     nets = places.surfaces.nets
     for group, rows in nets.split_by_group(patch):
         lengths[:, rows] = bound_lengths(group, nets.row[patch[rows]])
-    np.divide(lengths, widths, out=rates, where=widths > 0)
-    slack = np.zeros((2, len(places.first)))
+    slack = np.zeros((2, len(count)))
     for axis in range(2):
-        np.maximum.at(slack[axis], owner, rates[axis])
-    bounds: FloatArray = UNITS * slack.sum(axis=0) + _measure_skipped(places)
-    return bounds
+        begin, end = places.knots_at(owner, axis, span[axis])
+        # Spans without places are in the second term.
+        rates = np.where(end > begin, lengths[axis] / np.maximum(end - begin, 1), 0.0)
+        np.maximum.at(slack[axis], owner, rates)
+    bounds: FloatArray = UNITS * slack.sum(axis=0)
+    return bounds + _measure_skipped(places) if places.has_skipped_spans else bounds
 
 
 def bound_lengths(group: Nets, rows: Ints) -> FloatArray:
@@ -117,12 +127,18 @@ def _box_joins(
     return curve, np.minimum(ends, begins), np.maximum(ends, begins)
 
 
-def _mark_spans(places: Places, face: Ints, low: FloatArray, high: FloatArray) -> Ints:
-    """How many of the boxes (m,) come near each pair of spans of their faces, as a column.
+def _find_near_spans(
+    places: Places, pcurves: Splines, face: Ints, loop: Ints, is_reversed: Bools
+) -> Ints:
+    """Faces, spans along u, and spans along v, (3, k), that the borders of faces come near.
 
-    Boxes are added up as differences: 1 at the first corner, −1 behind the last one, then sums
-    along both axes. For each face, the column has (n_u + 1) (n_v + 1) numbers, v fastest.
+    Boxes about parts of the border are added up as differences: 1 at the first corner, −1 behind
+    the last one, then sums along both axes. For each face there is a column of (n_u + 1) (n_v + 1)
+    numbers, v fastest; all rows and all columns add up to 0, so that sums end there.
     """
+    boxes = [_box_curves(pcurves), _box_joins(pcurves, loop, is_reversed)]
+    curve, low, high = (np.concatenate(values) for values in zip(*boxes, strict=True))
+    face = face[curve]
     rows, columns = places.faces.spans + 1
     start = find_starts(rows * columns)
     begin, end = np.empty((2, 2, len(face)), np.intp)
@@ -139,25 +155,12 @@ def _mark_spans(places: Places, face: Ints, low: FloatArray, high: FloatArray) -
     ):
         np.add.at(marks, start[face] + u * columns[face] + v, sign)
     marks = marks.cumsum()
-    # The same with u fastest: every row and every column adds up to 0, so that sums end there.
     owner, number = expand_runs(rows * columns)
     order = start[owner] + number % rows[owner] * columns[owner] + number // rows[owner]
     marks[order] = marks[order].cumsum()
-    return marks
-
-
-def _list_patches(places: Places, marks: Ints) -> tuple[Ints, Ints, Ints]:
-    """The marked patches (k,), the widths (2, k) of their spans in units, and their faces."""
-    rows, columns = places.faces.spans + 1
-    owner, number = expand_runs(rows * columns)
-    chosen = (marks > 0).nonzero()[0]
-    owner, number = owner[chosen], number[chosen]
-    spans = number // columns[owner], number % columns[owner]
-    widths = np.empty((2, len(owner)), np.intp)
-    for axis in range(2):
-        begin, end = places.knots_at(owner, axis, spans[axis])
-        widths[axis] = end - begin
-    return places.first[owner] + spans[0] * places.stride[owner] + spans[1], widths, owner
+    near = (marks > 0).nonzero()[0]
+    owner, number = owner[near], number[near]
+    return np.stack([owner, number // columns[owner], number % columns[owner]])
 
 
 def _measure_skipped(places: Places) -> FloatArray:

@@ -40,7 +40,9 @@ def bound(places: Places, corners: FloatArray) -> FloatArray:
 
 def build_step(width: float) -> Places:
     """A surface that rises by 1 in a span of this width, in the middle of its domain."""
-    table = build_curved_strips(np.array([0.5, 0.5, 0.5 + width, 0.5 + width]))
+    others = np.linspace(0.6, 0.9, 16)
+    knots = np.concatenate([[0.5, 0.5, 0.5 + width, 0.5 + width], others])
+    table = build_curved_strips(knots)
     points = table.points.reshape(-1, 2, 3).copy()
     points[3:, :, 2] += 1.0
     surfaces = FaceSurfaces.of(replace(table, points=points.reshape(-1, 3)))
