@@ -26,6 +26,9 @@ MOST_PARTS = 16
 SAME = 2.0**-30
 """Samples nearer than this share of the range of their edge are one."""
 
+MOST_EVEN = 64
+"""The most parts of a curve whose loops are tested."""
+
 BENT = 0.5
 """In the first `BENT_ROUNDS` rounds a piece is also divided if its curve is further from the chord
 than this share of the chord's length, so that short closed edges keep their shape."""
@@ -93,6 +96,41 @@ def sample_edges(prepared: PreparedBrep, tolerance: float) -> EdgeSamples:
         bounds=bounds[order],
         is_point=is_point,
         ends=ends.vertices,
+        known=np.full((len(edges), 3), np.nan),
+    )
+
+
+def sample_evenly(prepared: PreparedBrep, parts: int) -> EdgeSamples:
+    """Samples of edges at equal parameters, without bounds: only for tests of loops.
+
+    An edge has `parts` samples, or more, for each span of its parameter curve with the most spans,
+    up to `MOST_EVEN`; and none inside if all its parameter curves are lines. Kinks are samples.
+    """
+    is_point, ends = prepared.is_degenerate, prepared.edge_vertices
+    edges, parameters = _list_first_samples(prepared, is_point, ends)
+    first = (edges[1:] == edges[:-1]).nonzero()[0]
+    pieces = _Pieces(edges[first], parameters[first], parameters[first + 1])
+    pcurves = prepared.pcurves
+    wanted = np.where(pcurves.degree > 1, np.minimum(parts * pcurves.span_count, MOST_EVEN), 1)
+    counts = np.ones(len(is_point), np.intp)
+    np.maximum.at(counts, prepared.coedge_edges, wanted)
+    present = np.bincount(pieces.edges, minlength=len(is_point))
+    counts = np.maximum(-(-counts // np.maximum(present, 1)), 1)
+    used = np.unique(edges)
+    least = _count_least_pieces(is_point, ends, used)
+    counts = np.maximum(counts, -(-least // np.maximum(present, 1)))
+    counts[is_point] = 1
+    pieces = pieces.divide(counts[pieces.edges])
+    edges = np.concatenate([pieces.edges, used])
+    parameters = np.concatenate([pieces.low, prepared.edge_ranges[used, 1]])
+    order = np.lexsort((parameters, edges))
+    return EdgeSamples.number(
+        prepared,
+        edges=edges[order],
+        parameters=parameters[order],
+        bounds=np.full(len(edges), np.inf),
+        is_point=is_point,
+        ends=ends,
         known=np.full((len(edges), 3), np.nan),
     )
 

@@ -13,7 +13,7 @@ from service.engine.brep.border import Border, Polygons, build_border, renew_bor
 from service.engine.brep.crossings import Conflicts, find_conflicts, find_steps
 from service.engine.brep.edges import EdgeSamples
 from service.engine.brep.prepared import PreparedBrep
-from service.engine.brep.sampling import halve_pieces, sample_edges
+from service.engine.brep.sampling import halve_pieces, sample_evenly
 from service.engine.brep.slivers import measure_heights
 from service.engine.brep.windings import count_windings, find_reversed_loops
 from service.engine.vectors import Items
@@ -25,8 +25,8 @@ places have 30 bits."""
 LEAST = 0.5
 """Sides with a parameter curve nearer than this, in units, are straight: halving does not help."""
 
-CHECKED_SHARE = 1e-3
-"""Loops are checked on polygons with this tolerance, as a share of the diagonal of the part."""
+CHECKED_PARTS = 8
+"""Loops are checked on polygons of this number of sides for each span of a curve, at least."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -78,7 +78,7 @@ def settle_border(
 
 def check_loops(prepared: PreparedBrep) -> LoopFaults:
     """Faults of all loops, whatever the tolerance of a mesh."""
-    samples = sample_edges(prepared, CHECKED_SHARE * prepared.diagonal)
+    samples = sample_evenly(prepared, CHECKED_PARTS)
     return settle_border(prepared, samples, build_border(prepared, samples))[2]
 
 
@@ -123,28 +123,35 @@ def find_faults(polygons: Polygons, conflicts: Conflicts) -> LoopFaults:
     crosses[polygons.loops[conflicts.crosses]] = True
     crosses[polygons.loops[windings != 1]] = True
     first = sides[np.diff(polygons.loops[sides], prepend=-1) != 0]
-    others = polygons.loops[conflicts.others[first]]
+    other_sides = conflicts.others[first]
+    others = polygons.loops[other_sides]
     codes = np.where(crosses[polygons.loops[first]] | crosses[others], "loops_cross", "loops_touch")
-    found = _build_faults(polygons, first, codes, others)
+    places = _find_meetings(polygons, first, other_sides)
+    found = LoopFaults(polygons.loops[first], codes, others, polygons.faces[first], places)
     rest = (~is_bad[polygons.faces]).nonzero()[0]
     wrong, is_whole = find_reversed_loops(take_faces(polygons, rest))
     wrong = rest[wrong]
     codes = np.where(is_whole, "loop_reversed", "loops_cross")
     others = np.where(is_whole, -1, polygons.loops[wrong])
-    found = LoopFaults.join([found, _build_faults(polygons, wrong, codes, others)])
+    places, faces = polygons.begins[wrong].T, polygons.faces[wrong]
+    more = LoopFaults(polygons.loops[wrong], codes, others, faces, places)
+    found = LoopFaults.join([found, more])
     return found.take(found.loops.argsort(kind="stable"))
 
 
-def _build_faults(
-    polygons: Polygons,
-    sides: Ints,
-    codes: np.ndarray[tuple[int], np.dtype[np.str_]],
-    others: Ints,
-) -> LoopFaults:
-    """Faults at the beginnings of sides (k,)."""
-    return LoopFaults(
-        polygons.loops[sides], codes, others, polygons.faces[sides], polygons.begins[sides].T
+def _find_meetings(polygons: Polygons, sides: Ints, others: Ints) -> Ints:
+    """Places (2, k) where sides meet others, approximately, for messages."""
+    begins, run = (
+        polygons.begins[sides].astype(float),
+        polygons.ends[sides] - polygons.begins[sides],
     )
+    other_run = polygons.ends[others] - polygons.begins[others]
+    between = polygons.begins[others] - polygons.begins[sides]
+    determinant = (run[:, 0] * other_run[:, 1] - run[:, 1] * other_run[:, 0]).astype(float)
+    offset = (between[:, 0] * other_run[:, 1] - between[:, 1] * other_run[:, 0]).astype(float)
+    share = np.clip(offset / np.where(determinant != 0, determinant, 1.0), 0.0, 1.0)
+    places: Ints = np.rint(begins + share[:, np.newaxis] * run).astype(np.intp).T
+    return places
 
 
 def take_faces(polygons: Polygons, sides: Ints) -> Polygons:

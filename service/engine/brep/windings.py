@@ -11,10 +11,14 @@ Proof in docs/proofs.md: "The polygon of a trimmed face".
 import numpy as np
 
 from service.bases.arrays import Bools, Ints
+from service.bases.row_batches import row_slices
 from service.engine.brep.border import Polygons
 from service.engine.brep.box_pairs import BoxTree
 from service.engine.brep.predicates import orient
 from service.engine.trims.places import SIZE
+
+CHUNK = 1 << 12
+"""Rays that are followed together: it limits memory."""
 
 
 def count_windings(polygons: Polygons, sides: Ints) -> Ints:
@@ -67,23 +71,24 @@ def _count_windings(faces: Ints, begins: Ints, ends: Ints, sides: Ints) -> Ints:
     A ray runs from there along x, a little above all places of this height. Twice the places are
     used, so that middles are whole numbers: areas of triangles in a square of 2^31 fit into int64.
     """
-    low, high = np.minimum(begins, ends), np.maximum(begins, ends)
-    middle = begins[sides] + ends[sides]
-    ray_low = middle >> 1
-    ray_high = np.stack([np.full(len(sides), SIZE), (middle[:, 1] + 1) >> 1], axis=1)
-    ray, side = BoxTree.of(faces, low, high).find_pairs(faces[sides], ray_low, ray_high)
-    a, b, point = 2 * begins[side], 2 * ends[side], middle[ray]
-    rises = (a[:, 1] <= point[:, 1]) & (point[:, 1] < b[:, 1])
-    falls = (b[:, 1] <= point[:, 1]) & (point[:, 1] < a[:, 1])
-    # Left of a side that rises is towards smaller x. A side through the point itself counts as if
-    # the point were moved there.
-    own_rises = (ends[sides, 1] > begins[sides, 1])[ray]
-    area = orient(a, b, point)
-    is_left = (area > 0) | (area == 0) & own_rises
-    is_right = (area < 0) | (area == 0) & own_rises
-    steps = (rises & is_left).astype(np.intp) - (falls & is_right)
-    windings: Ints = np.zeros(len(sides), np.intp)
-    np.add.at(windings, ray, steps)
+    tree = BoxTree.of(faces, np.minimum(begins, ends), np.maximum(begins, ends))
+    windings = np.zeros(len(sides), np.intp)
+    for rows in row_slices(len(sides), 1, CHUNK):
+        own = sides[rows]
+        middle = begins[own] + ends[own]
+        high = np.stack([np.full(len(own), SIZE), (middle[:, 1] + 1) >> 1], axis=1)
+        ray, side = tree.find_pairs(faces[own], middle >> 1, high)
+        a, b, point = 2 * begins[side], 2 * ends[side], middle[ray]
+        rises = (a[:, 1] <= point[:, 1]) & (point[:, 1] < b[:, 1])
+        falls = (b[:, 1] <= point[:, 1]) & (point[:, 1] < a[:, 1])
+        # Left of a side that rises is towards smaller x. A side through the point itself counts as
+        # if the point were moved there.
+        own_rises = (ends[own, 1] > begins[own, 1])[ray]
+        area = orient(a, b, point)
+        is_left = (area > 0) | (area == 0) & own_rises
+        is_right = (area < 0) | (area == 0) & own_rises
+        steps = (rises & is_left).astype(np.intp) - (falls & is_right)
+        np.add.at(windings[rows], ray, steps)
     return windings
 
 
