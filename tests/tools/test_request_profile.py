@@ -4,8 +4,9 @@ from tools.request_profile import count_calls, exclude_mathematics
 
 
 def test_a_request_for_a_small_mesh_needs_few_calls_in_few_files() -> None:
-    # When last measured: 125 calls in 30 files, two of them for turns between callers; the first
-    # line of the log in a second takes one more. The limits keep changes from adding calls.
+    # When last measured: 127 calls in 31 files, two of them for turns between callers, and two that
+    # ask whether the surface has breps; the first line of the log in a second takes one more. The
+    # limits keep changes from adding calls.
     calls = exclude_mathematics(count_calls("glb"))
-    assert calls.total() <= 126
-    assert len(calls) <= 30, sorted(calls)
+    assert calls.total() <= 128
+    assert len(calls) <= 31, sorted(calls)
