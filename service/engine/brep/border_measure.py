@@ -28,6 +28,9 @@ from service.engine.vectors import UNIT, length
 NET_SHARE = 0.95
 """Share of the tolerance that the surface beside a chord may be away from it."""
 
+OVERHANG_SHARE = 1 / 3
+"""What polygons have beyond their loops may be this share of what slivers may be."""
+
 FAR = 0.4
 """An edge further from its surface than this share of the tolerance has a gap that counts."""
 
@@ -107,7 +110,11 @@ def _find_failing(
 def measure_border(
     prepared: PreparedBrep, samples: EdgeSamples, border: Border, goal: Goal
 ) -> Border:
-    """The border with bounds of all sides; only those that are unknown are computed."""
+    """The border with bounds of all sides; only those that are unknown are computed.
+
+    If the goal is two-sided, what polygons have beyond their loops counts as slivers too, and shall
+    be within `OVERHANG_SHARE` of what is allowed for them.
+    """
     unknown = np.isnan(border.segment_bounds).nonzero()[0]
     if not len(unknown):
         return border
@@ -117,6 +124,10 @@ def measure_border(
         sides = unknown[rows]
         found = find_slivers(prepared, samples, border, sides, inner=False)
         segments[sides], slivers[sides] = measure.bound(sides, found)
+        if goal.two_sided:
+            found = find_slivers(prepared, samples, border, sides, inner=True)
+            beyond = measure.bound(sides, found)[1]
+            slivers[sides] = np.maximum(slivers[sides], beyond / OVERHANG_SHARE)
     return replace(border, segment_bounds=segments, sliver_bounds=slivers)
 
 

@@ -24,7 +24,7 @@ from service.engine.bounds.certificate import PieceMeasure
 from service.engine.bounds.clip import Parts, clip_parts
 from service.engine.bounds.goal import Goal
 from service.engine.brep.corners import FaceCorners
-from service.engine.brep.reverse import bound_reverse
+from service.engine.brep.reverse import bound_reverse, find_maxima
 from service.engine.brep.triangles import Mates, Triangles, build_triangles
 from service.engine.vectors import NEXT, cross, dot, length
 
@@ -50,18 +50,24 @@ class TriangleMeasure:
     corners : FaceCorners
     aims : ndarray of float64, shape (F,)
         The bound that triangles of each face shall reach.
+    beside : ndarray of float64, shape (F,)
+        How much less than twice the aim triangles of the mesh shall be from the surface: at most
+        this is added where polygons reach beyond their loops.
     goal : Goal
     limits : MeshLimits
     """
 
     corners: FaceCorners
     aims: FloatArray
+    beside: FloatArray
     goal: Goal
     limits: MeshLimits
 
     def build(self, corners: Ints) -> Triangles:
         """Triangles (3, T) that have not been measured yet."""
-        return build_triangles(corners, self._find_allowed(corners))
+        allowed = self._find_allowed(corners)
+        beside = self.beside[self.corners.faces[corners[0]]]
+        return build_triangles(corners, allowed, 2 * allowed - beside)
 
     def measure(self, triangles: Triangles, mates: Mates) -> Triangles:
         """The triangles, with the bounds of those that changed, or that have changed neighbours."""
@@ -224,12 +230,3 @@ class _Neighbours:
         """Which triangles have a marked one beyond an edge."""
         has: Bools = np.any((self.beyond >= 0) & marked[self.beyond], axis=0)
         return has
-
-
-def find_maxima(values: FloatArray, owners: Ints, count: int) -> FloatArray:
-    """The largest value of each of `count` owners, in ascending order; 0 where there is none."""
-    maxima = np.zeros(count)
-    begins = np.diff(owners, prepend=-1).nonzero()[0]
-    if len(begins):
-        maxima[owners[begins]] = np.maximum.reduceat(values, begins)
-    return maxima

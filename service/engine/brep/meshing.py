@@ -76,14 +76,7 @@ def triangulate_brep(prepared: PreparedBrep, goal: Goal, limits: MeshLimits) -> 
     boxes = _find_boxes(border, len(prepared.surfaces))
     leaves = _find_leaves(prepared, border, boxes, goal, limits)
     samples, border, is_valid = _settle(prepared, samples, border, leaves, goal)
-    scales = find_scales(prepared.places, *boxes, leaves.cells)
-    polygons = take_faces(border, is_valid[border.faces].nonzero()[0])
-    vertices = BorderVertices.of(polygons, len(prepared.surfaces))
-    triangulations = FaceTriangulations(vertices, scales)
-    corners = FaceCorners.of(prepared.places, vertices, samples.positions, scales)
-    inside = leaves.take(find_points_inside(leaves, border, boxes) & is_valid[leaves.faces])
-    triangulations.insert(inside.faces, inside.places)
-    corners.add(inside.faces, inside.places)
+    corners, triangulations = _fill(prepared, samples, border, is_valid, (leaves, boxes))
     slack = bound_slack(
         prepared.places,
         prepared.pcurves,
@@ -92,19 +85,52 @@ def triangulate_brep(prepared: PreparedBrep, goal: Goal, limits: MeshLimits) -> 
         prepared.coedge_reversed,
     )
     aims = goal.tolerance - np.where(slack < SLACK * goal.tolerance, slack, 0.0)
-    refinement = Refinement(TriangleMeasure(corners, aims, goal, limits), triangulations)
+    beside = _bound_beside(prepared, samples, border, goal)
+    measure = TriangleMeasure(corners, aims, beside, goal, limits)
+    refinement = Refinement(measure, triangulations)
     triangles = refinement.run()
-    bounds = _join_bounds(corners, triangles, border, slack)
-    bounds[~is_valid] = np.inf
-    mesh_bounds = None
-    if goal.two_sided:
-        mesh_bounds = _join_mesh_bounds(prepared, samples, border, goal, (corners, triangles))
-        mesh_bounds = np.where(is_valid, mesh_bounds + slack, np.inf)
+    owners = corners.faces[triangles.corners[0]]
+    bounds = np.fmax(border.segment_bounds, border.sliver_bounds)
+    face_bounds = _find_maxima(len(slack), (border.faces, bounds), (owners, triangles.bounds))
+    mesh_bounds = _find_maxima(len(slack), (owners, triangles.mesh_bounds)) + beside
+    proved = np.where(is_valid, slack, np.inf)
     return replace(
-        _build(prepared, samples, corners, triangles, bounds),
-        mesh_bounds=mesh_bounds,
+        _build(prepared, samples, corners, triangles),
+        face_bounds=face_bounds + proved,
+        mesh_bounds=mesh_bounds + proved if goal.two_sided else None,
         rounds=refinement.rounds,
     )
+
+
+def _find_maxima(count: int, *values: tuple[Ints, FloatArray]) -> FloatArray:
+    """The largest value of each of `count` faces; 0 without one, infinite if one is not known."""
+    maxima = np.zeros(count)
+    for faces, known in values:
+        np.maximum.at(maxima, faces, np.where(np.isnan(known), np.inf, known))
+    return maxima
+
+
+def _fill(
+    prepared: PreparedBrep,
+    samples: EdgeSamples,
+    border: Border,
+    is_valid: Bools,
+    inner: tuple[LeafPoints, tuple[Ints, Ints]],
+) -> tuple[FaceCorners, FaceTriangulations]:
+    """The triangulations of valid faces, with points inside.
+
+    `inner` has the corners of leaves, and the boxes of polygons.
+    """
+    leaves, boxes = inner
+    scales = find_scales(prepared.places, *boxes, leaves.cells)
+    polygons = take_faces(border, is_valid[border.faces].nonzero()[0])
+    vertices = BorderVertices.of(polygons, len(prepared.surfaces))
+    triangulations = FaceTriangulations(vertices, scales)
+    corners = FaceCorners.of(prepared.places, vertices, samples.positions, scales)
+    inside = leaves.take(find_points_inside(leaves, border, boxes) & is_valid[leaves.faces])
+    triangulations.insert(inside.faces, inside.places)
+    corners.add(inside.faces, inside.places)
+    return corners, triangulations
 
 
 def _sample_borders(
@@ -179,34 +205,20 @@ def _settle(
     return samples, measure_border(prepared, samples, border, goal), is_valid
 
 
-def _join_bounds(
-    corners: FaceCorners, triangles: Triangles, border: Border, slack: FloatArray
+def _bound_beside(
+    prepared: PreparedBrep, samples: EdgeSamples, border: Border, goal: Goal
 ) -> FloatArray:
-    """The bounds (F,) of faces: of triangles, of borders, and of rounded places."""
-    bounds = np.zeros(len(slack))
-    np.maximum.at(bounds, corners.faces[triangles.corners[0]], triangles.bounds)
-    beside = np.maximum(border.segment_bounds, border.sliver_bounds)
-    np.maximum.at(bounds, border.faces, beside)
-    return bounds + slack
+    """How much further (F,) the mesh may be from a face and its edges than from its surface.
 
+    0 if the goal is not two-sided.
 
-def _join_mesh_bounds(
-    prepared: PreparedBrep,
-    samples: EdgeSamples,
-    border: Border,
-    goal: Goal,
-    filling: tuple[FaceCorners, Triangles],
-) -> FloatArray:
-    """Bounds (F,) of the distances from triangles of faces to the trimmed faces and their edges.
-
-    Where a polygon reaches beyond its loop, its triangles are within their bounds of the surface
-    there, which is near the chord, and this near the edge.
+    Where a polygon reaches beyond its loop, the surface is near the chord, and this near the edge.
     """
-    corners, triangles = filling
     bounds = np.zeros(len(prepared.surfaces))
-    np.maximum.at(bounds, corners.faces[triangles.corners[0]], triangles.mesh_bounds)
+    if not goal.two_sided:
+        return bounds
     overhangs = bound_overhangs(prepared, samples, border, goal)
-    beyond = bounds[border.faces] + overhangs + samples.bounds[border.samples]
+    beyond = overhangs + samples.bounds[border.samples]
     np.maximum.at(bounds, border.faces, np.where(overhangs > 0, beyond, 0.0))
     return bounds
 
@@ -216,9 +228,8 @@ def _build(
     samples: EdgeSamples,
     corners: FaceCorners,
     triangles: Triangles,
-    bounds: FloatArray,
 ) -> BrepTriangulation:
-    """The result: triangles with three points, with the orientation of their faces."""
+    """Triangles with three points, oriented as their faces; the bounds of faces are unknown."""
     points = corners.points[triangles.corners]
     proper = np.all(points != points[NEXT], axis=0)
     chosen = triangles.corners[:, proper].T
@@ -234,7 +245,7 @@ def _build(
         points=corners.points,
         corner_faces=corners.faces,
         places=corners.places,
-        face_bounds=bounds,
+        face_bounds=np.full(len(prepared.surfaces), np.inf),
         edge_bounds=edge_bounds,
         mesh_bounds=None,
         edge_starts=samples.offsets,

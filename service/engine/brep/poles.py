@@ -87,7 +87,8 @@ class _Lines:
     @property
     def across(self) -> Ints:
         """The axis across each line, (n,)."""
-        return self.extents.argmin(axis=1)
+        across: Ints = self.extents.argmin(axis=1)
+        return across
 
     @property
     def insets(self) -> FloatArray:

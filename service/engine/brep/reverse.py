@@ -1,9 +1,9 @@
 """Bounds of the distance from triangles of the mesh to the surface over their places.
 
 A triangle is compared with the surface at the same barycentric coordinates, piece by piece
-(`service.engine.bounds.clip.find_images`). Pieces of triangles of few units of places have no exact
-coordinates. Such a triangle is within its height of any of its edges, and an edge is compared with
-the surface over its segment of places, where coordinates are one-dimensional.
+(`service.engine.bounds.clip.find_images`). This bound is large where the surface is parametrised
+unevenly, and there is none for triangles of few units of places. Then each edge is compared with
+the surface over its segment: the triangle is within its height of any of its edges.
 
 Proof in docs/proofs.md: "The distance from the mesh to trimmed faces".
 """
@@ -38,34 +38,32 @@ def bound_reverse(corners: FaceCorners, triangles: Ints, tolerance: float) -> Fl
             np.ones(len(faces), bool),
         )
         pieces = clip_parts(corners.surface, faces, parts.corners)
-        images = find_images(pieces, parts.corners)
-        found = _measure(corners, parts, pieces, images, tolerance)
-        thin = (~np.isfinite(found)).nonzero()[0]
-        if len(thin):
-            found[thin] = _bound_by_edges(corners, parts.take(thin), tolerance)
+        found = _bound_images(corners, parts, tolerance)
+        weak = (~(found <= 2 * tolerance)).nonzero()[0]
+        if len(weak):
+            by_edges = _bound_by_edges(corners, parts.take(weak), own[:, weak], tolerance)
+            found[weak] = np.fmin(found[weak], by_edges)
         bounds[rows] = found
     return bounds
 
 
-def _measure(
-    corners: FaceCorners,
-    parts: Parts,
-    pieces: PatchPieces,
-    images: FloatArray,
-    tolerance: float,
-) -> FloatArray:
-    """The largest bound of the pieces of each part (m,); infinite where one is not a number."""
-    goal, bounds = Goal(tolerance, two_sided=True), np.zeros((3, len(pieces.part)))
-    nets = corners.surface.surfaces.nets
-    measure = PieceMeasure(nets, parts, pieces, corners.positions, goal, images)
-    measure.bound_pieces(bounds, np.arange(len(pieces.part)))
-    largest = np.zeros(len(parts.face))
-    np.maximum.at(largest, pieces.part, np.where(bounds[2] >= 0, bounds[2], np.inf))
-    return largest
+def _bound_images(corners: FaceCorners, parts: Parts, tolerance: float) -> FloatArray:
+    """Bounds (m,) of the distances of points of triangles from their places on the surface.
+
+    NaN where pieces have no coordinates.
+    """
+    pieces = clip_parts(corners.surface, parts.face, parts.corners)
+    goal, images = Goal(tolerance, two_sided=True), find_images(pieces, parts.corners)
+    bounds: FloatArray = _measure(corners, goal, parts, pieces, images)[1]
+    return bounds
 
 
-def _bound_by_edges(corners: FaceCorners, parts: Parts, tolerance: float) -> FloatArray:
-    """The least of three bounds (m,), each by an edge and the distance of the third corner."""
+def _bound_by_edges(corners: FaceCorners, parts: Parts, own: Ints, tolerance: float) -> FloatArray:
+    """The least of three bounds (m,), each by an edge and the distance of the third corner.
+
+    The surface over a segment is a curve that ends near the ends of the edge. If it is within d of
+    the edge, and its ends within r, then each point of the edge is within max(d, 2 r) of it.
+    """
     count = len(parts.face)
     begins, ends = parts.corners, parts.corners[NEXT]
     segments = np.stack([begins, ends]).transpose(0, 2, 1, 3).reshape(2, 2, -1)
@@ -76,27 +74,38 @@ def _bound_by_edges(corners: FaceCorners, parts: Parts, tolerance: float) -> Flo
         segments[[0, 1, 1]],
         reference.reshape(3, -1),
         np.full((3, 3 * count), -1),
-        np.ones(3 * count, bool),
+        np.zeros(3 * count, bool),
     )
     pieces = clip_segments(corners.surface, faces, segments)
-    bounds = _measure(corners, edges, pieces, _find_shares(pieces, segments), tolerance)
+    bounds = _measure(corners, Goal(tolerance), edges, pieces, None)[0].reshape(3, -1)
+    apart = 2.0 * np.maximum(corners.residuals[own], corners.residuals[own[NEXT]])
     vertices = corners.positions[parts.reference]
     chords = np.stack([vertices, vertices[NEXT]], axis=2).reshape(-1, 2, 3)
     third = vertices[NEXT[NEXT]].reshape(-1, 1, 3)
-    heights = measure_distances(third, chords)[:, 0]
-    least: FloatArray = (bounds + heights).reshape(3, -1).min(axis=0)
+    heights = measure_distances(third, chords).reshape(3, -1)
+    least: FloatArray = (np.maximum(bounds, apart) + heights).min(axis=0)
     return least
 
 
-def _find_shares(pieces: PatchPieces, segments: Ints) -> FloatArray:
-    """Barycentric coordinates (3, 3, M) of the corners of pieces of segments (2, 2, m).
+def _measure(
+    corners: FaceCorners,
+    goal: Goal,
+    parts: Parts,
+    pieces: PatchPieces,
+    images: FloatArray | None,
+) -> FloatArray:
+    """The largest bounds (2, m) of the pieces of each part: from the surface, and from the mesh."""
+    bounds = np.zeros((3, len(pieces.part)))
+    nets = corners.surface.surfaces.nets
+    measure = PieceMeasure(nets, parts, pieces, corners.positions, goal, images)
+    measure.bound_pieces(bounds, np.arange(len(pieces.part)))
+    return np.stack([find_maxima(bounds[k], pieces.part, len(parts.face)) for k in (0, 2)])
 
-    The coordinate along a segment is the share of its longer side, so pieces follow each other.
-    """
-    begin, along = segments[0], segments[1] - segments[0]
-    axis = np.abs(along).argmax(axis=0)[pieces.part]
-    column = np.arange(len(pieces.part))
-    run = along[axis, pieces.part]
-    offset = pieces.corners[:, axis, column] - begin[axis, pieces.part]
-    share = np.clip(offset / np.where(run == 0, 1, run), 0.0, 1.0)
-    return np.stack([1.0 - share, share, np.zeros(share.shape)], axis=1)
+
+def find_maxima(values: FloatArray, owners: Ints, count: int) -> FloatArray:
+    """The largest value of each of `count` owners, in ascending order; 0 where there is none."""
+    maxima = np.zeros(count)
+    begins = np.diff(owners, prepend=-1).nonzero()[0]
+    if len(begins):
+        maxima[owners[begins]] = np.maximum.reduceat(values, begins)
+    return maxima

@@ -22,7 +22,9 @@ class Triangles(Items):
         No point of the triangle of the mesh is further than this from the surface; 0 if the goal
         is not two-sided.
     allowed : ndarray of float64, shape (T,)
-        The largest bound at which the triangle may stay; twice that for `mesh_bounds`.
+        The largest bound at which the triangle may stay.
+    mesh_allowed : ndarray of float64, shape (T,)
+        The same for `mesh_bounds`.
     is_changed : ndarray of bool, shape (T,)
         Whether `bounds` must be computed.
     is_wide : ndarray of bool, shape (T,)
@@ -33,6 +35,7 @@ class Triangles(Items):
     bounds: FloatArray
     mesh_bounds: FloatArray
     allowed: FloatArray
+    mesh_allowed: FloatArray
     is_changed: Bools
     is_wide: Bools
 
@@ -42,15 +45,21 @@ class Triangles(Items):
     @property
     def fails(self) -> Bools:
         """Which bounds are not within what is allowed, (T,); a bound that is NaN never is."""
-        fails: Bools = ~(self.bounds <= self.allowed) | ~(self.mesh_bounds <= 2 * self.allowed)
+        fails: Bools = ~(self.bounds <= self.allowed) | ~(self.mesh_bounds <= self.mesh_allowed)
         return fails
 
 
-def build_triangles(corners: Ints, allowed: FloatArray) -> Triangles:
-    """Triangles (3, T) that have not been measured, so their bounds are infinite."""
+def build_triangles(
+    corners: Ints, allowed: FloatArray, mesh_allowed: FloatArray | None = None
+) -> Triangles:
+    """Triangles (3, T) that have not been measured, so their bounds are infinite.
+
+    By default twice `allowed` (T,) is allowed for `mesh_bounds`.
+    """
     count = corners.shape[1]
     return Triangles(
         *(corners, np.full(count, np.inf), np.zeros(count), allowed),
+        2 * allowed if mesh_allowed is None else mesh_allowed,
         *(np.ones(count, bool), np.zeros(count, bool)),
     )
 

@@ -31,7 +31,9 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 def build_measure(filled: FilledFaces, tolerance: float) -> TriangleMeasure:
-    return TriangleMeasure(filled.corners, np.full(3, tolerance), Goal(tolerance), MeshLimits())
+    return TriangleMeasure(
+        filled.corners, np.full(3, tolerance), np.zeros(3), Goal(tolerance), MeshLimits()
+    )
 
 
 def measure(filled: FilledFaces, tolerance: float = 1.0) -> Triangles:
@@ -205,7 +207,7 @@ def test_a_face_that_cannot_be_refined_keeps_a_measured_bound(
 )
 def test_triangles_and_work_are_limited(limits: MeshLimits, code: str) -> None:
     filled = fill()
-    measure = TriangleMeasure(filled.corners, np.full(3, 1e-3), Goal(1e-3), limits)
+    measure = TriangleMeasure(filled.corners, np.full(3, 1e-3), np.zeros(3), Goal(1e-3), limits)
     with pytest.raises(TooLarge) as error:
         Refinement(measure, filled.triangulations).run()
     assert error.value.issues[0].code == code
@@ -223,7 +225,7 @@ def test_normals_turn_by_no_more_than_the_angle_along_inner_edges(
     proper = fan[:, (fan[1] > 15) | (fan[2] > 16)]  # the corner and the first row are in a line
     monkeypatch.setattr(filled.triangulations, "read", lambda _: (proper, None))
     goal = Goal(0.5, angle=0.15)
-    measure = TriangleMeasure(filled.corners, np.full(3, 0.5), goal, MeshLimits())
+    measure = TriangleMeasure(filled.corners, np.full(3, 0.5), np.zeros(3), goal, MeshLimits())
     triangles = Refinement(measure, filled.triangulations).run()
     turns = []
     for own in (proper, triangles.corners):
@@ -248,7 +250,9 @@ def test_no_point_of_the_mesh_is_further_from_the_surface_than_its_bound(seed: i
     corners.positions += rng.normal(0, 0.02, corners.positions.shape)
     corners.residuals[:] = 0.2
     own = filled.read()
-    measure = TriangleMeasure(corners, np.ones(3), Goal(1.0, two_sided=True), MeshLimits())
+    measure = TriangleMeasure(
+        corners, np.ones(3), np.zeros(3), Goal(1.0, two_sided=True), MeshLimits()
+    )
     triangles = measure.measure(measure.build(own), find_mates(own))
     assert np.isfinite(triangles.mesh_bounds).all()
     table, surface = build_table(), corners.surface
