@@ -1,11 +1,13 @@
 """Checks of a brep that need geometry, once for a surface: bad faces are refused or left out."""
 
 from collections.abc import Iterable
+from math import floor, log10
 
 import numpy as np
 
 from service.bases.arrays import Ints
 from service.engine.brep.parameter_curves import ParameterCurves
+from service.engine.brep.prepared import PreparedBrep
 from service.engine.brep.settling import LoopFaults
 from service.engine.trims.closure import ClosedSurfaces
 from service.engine.trims.spline_shapes import find_boxes
@@ -20,6 +22,9 @@ FAR = 0.1
 
 OUTSIDE = 1e-6
 """A parameter curve leaves the domain by at most this share of it, as rounding in files does."""
+
+DIGITS = 6
+"""Digits of the diagonal of the part with which messages say where a fault is."""
 
 SAMPLES = 64
 """Parameters at which curves with control points outside of the domain are evaluated."""
@@ -110,14 +115,17 @@ def word_unbounded(model: BrepModel, loops: Iterable[int]) -> list[Fault]:
     ]
 
 
-def word_loop_faults(model: BrepModel, faults: LoopFaults, sources: Ints) -> list[Fault]:
+def word_loop_faults(prepared: PreparedBrep, faults: LoopFaults, sources: Ints) -> list[Fault]:
     """Faults of the loops of a prepared brep; `sources` are their loops in the model, or −1."""
+    model, digits = prepared.model, DIGITS - floor(log10(prepared.diagonal))
+    points = prepared.places.evaluate(faults.faces, faults.places.T).round(digits) + 0.0
     worded = []
-    for loop, code, other, face in zip(
+    for loop, code, other, face, point in zip(
         faults.loops.tolist(),
         faults.codes.tolist(),
         faults.others.tolist(),
         faults.faces.tolist(),
+        points.tolist(),
         strict=True,
     ):
         source = sources.item(loop)
@@ -127,18 +135,19 @@ def word_loop_faults(model: BrepModel, faults: LoopFaults, sources: Ints) -> lis
             partner = "itself"
         else:
             partner = "loop " + loop_pointer(model, other_source).rpartition("/")[2]
-        worded.append(Fault(_word_loop(code, pointer, partner), face))
+        near = "near ({:.6g}, {:.6g}, {:.6g})".format(*point)
+        worded.append(Fault(_word_loop(code, pointer, partner, near), face))
     return worded
 
 
-def _word_loop(code: str, pointer: str, partner: str) -> Issue:
-    """The issue of a loop; `partner` is the loop that it meets."""
+def _word_loop(code: str, pointer: str, partner: str, near: str) -> Issue:
+    """The issue of a loop; `partner` is the loop that it meets, and `near` says where."""
     if code == "loop_reversed":
         return Issue(
             code,
             "The material of a face is on the left of its loops, seen against du × dv.",
             pointer,
-            "a loop with the material on its right",
+            f"a loop with the material on its right {near}",
             "outer loops counter-clockwise, inner loops clockwise",
         )
     verb = "crosses" if code == "loops_cross" else "touches"
@@ -146,7 +155,7 @@ def _word_loop(code: str, pointer: str, partner: str) -> Issue:
         code,
         "The loops of a face neither cross nor touch, but at common vertices.",
         pointer,
-        f"a loop that {verb} {partner}",
+        f"a loop that {verb} {partner} {near}",
         "loops apart from each other",
     )
 

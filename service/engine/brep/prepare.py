@@ -57,11 +57,11 @@ def prepare(model: BrepModel) -> PreparedBrep:
     low, high = _box_faces(topology.pcurves, topology.coedge_faces, len(surfaces))
     surfaces = unroll(closed, low, high)
     prepared = _finish(model, surfaces, topology, skipped)
-    crossed = refuse_or_skip(
-        model, word_loop_faults(model, check_loops(prepared), topology.loop_sources)
-    )
-    if not crossed:
+    loop_faults = check_loops(prepared)
+    if not len(loop_faults.loops):
         return prepared
+    worded = word_loop_faults(prepared, loop_faults, topology.loop_sources)
+    crossed = refuse_or_skip(model, worded)
     return _finish(model, surfaces, topology.drop_faces(_list_faces(crossed)), skipped + crossed)
 
 

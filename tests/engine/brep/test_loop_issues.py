@@ -50,31 +50,29 @@ def _list_issues(holes: list[list[tuple[float, float]]]) -> list[Issue]:
     return list(caught.value.issues)
 
 
+CROSSING = [
+    ("/faces/1/loops/0", "loops_cross", "a loop that crosses loop 1 near (4.75, 0, 5)"),
+    ("/faces/1/loops/1", "loops_cross", "a loop that crosses loop 0 near (4.75, 0, 5)"),
+]
+TWISTED = [("/faces/1/loops/1", "loops_cross", "a loop that crosses itself near (3, 3, 5)")]
+BACKWARD = [
+    ("/faces/1/loops/1", "loop_reversed", "a loop with the material on its right near (2, 2, 5)")
+]
+
+
 @pytest.mark.parametrize(
     ("holes", "expected"),
     [
-        (
-            [[(5, -1), (4, 3), (6, 3)]],
-            [
-                ("loops_cross", "/faces/1/loops/0"),
-                ("loops_cross", "/faces/1/loops/1"),
-            ],
-        ),
-        (
-            [[(2, 2), (4, 4), (4, 2), (2, 4)]],
-            [("loops_cross", "/faces/1/loops/1")],
-        ),
-        (
-            [[(2, 2), (4, 2), (3, 4)]],
-            [("loop_reversed", "/faces/1/loops/1")],
-        ),
+        ([[(5, -1), (4, 3), (6, 3)]], CROSSING),
+        ([[(2, 2), (4, 4), (4, 2), (2, 4)]], TWISTED),
+        ([[(2, 2), (4, 2), (3, 4)]], BACKWARD),
     ],
 )
 def test_invalid_loops_are_refused_or_left_out(
-    holes: list[list[tuple[float, float]]], expected: list[tuple[str, str]]
+    holes: list[list[tuple[float, float]]], expected: list[tuple[str, str, str]]
 ) -> None:
     issues = _list_issues(holes)
-    assert [(issue.code, issue.pointer) for issue in issues] == expected
+    assert [(issue.pointer, issue.code, issue.got) for issue in issues] == expected
 
 
 def test_holes_that_touch_at_a_corner_are_valid() -> None:
