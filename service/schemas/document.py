@@ -22,9 +22,19 @@ MAX_VALUES = 1_500_000
 control points has this number."""
 
 MAX_STRINGS = 50_000
-"""The most strings (keys included), and the most objects, of the JSON text of a request. A usual
-request has some twenty strings, and two for each named part. The search for repeated keys takes
-1 µs for each string."""
+"""The most strings (keys included) of the JSON text of a request, and the most keys of all objects
+with more than `LONG_OBJECT` keys. A usual request has some twenty strings, and two for each named
+part. The search for repeated keys takes 1 µs for each string."""
+
+MAX_OBJECTS = 400_000
+"""The most objects of the JSON text of a request: a brep has some ten for each face."""
+
+STRINGS_PER_OBJECT, VALUES_PER_OBJECT = 12, 32
+"""For each object, so many more strings and values are allowed: a curve has up to 7 strings. A brep
+of 20,000 faces has more than `MAX_STRINGS` strings, and it has very many objects."""
+
+LONG_OBJECT = 64
+"""No model has as many fields; only objects whose keys are names have more keys."""
 
 MAX_DEPTH, PARSED_DEPTH = 32, 1024
 """The most brackets that may be open at once: in a request, which needs some ten; and in any text
@@ -37,6 +47,10 @@ BYTES_PER_VALUE, BYTES_PER_STRING, BYTES_PER_OBJECT = 100, 800, 1500
 """Upper bounds of memory, in bytes: of a number as a Python object, until it is part of an array;
 of a string, and of the error if it is an unknown key; of an object, and of the model made from
 it."""
+
+BYTES_PER_MORE_STRING, BYTES_PER_MORE_OBJECT = 200, 500
+"""The same of each string and each object after the first `MAX_STRINGS`. Only breps have so many,
+which are read without models; at most `MAX_STRINGS` keys can become errors."""
 
 _UTF_16_OR_32 = re.compile(rb"\xff\xfe|\xfe\xff|[^\0]\0|\0{1,3}[^\0]")
 """The beginning of UTF-16 and UTF-32: a byte order mark, or a zero byte before or after the first
@@ -109,12 +123,12 @@ class DocumentBudget:
         self.objects += objects
         self.values += chunk.count(b",") + chunk.count(b"[") + objects
         self.quotes += chunk.count(b'"')
-        if self.values > self.limits.max_values:
+        max_values = self.limits.max_values + VALUES_PER_OBJECT * self.objects
+        if self.values > max_values:
             message = (
                 "The document has more values than this service reads as JSON. A larger net can be "
                 "sent as a .npy file."
             )
-            max_values = self.limits.max_values
             raise InvalidRequest(
                 Issue(
                     "too_many_values",
@@ -124,22 +138,40 @@ class DocumentBudget:
                     f"at most {max_values}, or a .npy file",
                 )
             )
-        if max(self.quotes // 2, self.objects) > MAX_STRINGS:
-            raise InvalidRequest(
-                Issue(
-                    "too_many_strings",
-                    "The document has more strings or objects than any request needs.",
-                    "",
-                    f"more than {MAX_STRINGS} strings or objects",
-                    f"at most {MAX_STRINGS} of each, keys included",
-                )
-            )
+        max_strings = MAX_STRINGS + STRINGS_PER_OBJECT * self.objects
+        if self.quotes // 2 > max_strings or self.objects > MAX_OBJECTS:
+            raise too_many_strings()
 
     @property
     def memory(self) -> int:
         """Upper bound, in bytes, of the memory that the text so far and its Python objects need."""
-        object_bytes = BYTES_PER_VALUE * (self.values + 1) + BYTES_PER_OBJECT * self.objects
-        return 3 * self.received + BYTES_PER_STRING * (self.quotes // 2) + object_bytes
+        return 3 * self.received + bound_memory(self.values + 1, self.quotes // 2, self.objects)
+
+
+def bound_memory(values: int, strings: int, objects: int) -> int:
+    """Upper bound, in bytes, of the memory of the Python objects of a document."""
+    few_strings, few_objects = min(strings, MAX_STRINGS), min(objects, MAX_STRINGS)
+    return (
+        BYTES_PER_VALUE * values
+        + BYTES_PER_STRING * few_strings
+        + BYTES_PER_MORE_STRING * (strings - few_strings)
+        + BYTES_PER_OBJECT * few_objects
+        + BYTES_PER_MORE_OBJECT * (objects - few_objects)
+    )
+
+
+def too_many_strings() -> InvalidRequest:
+    """The error of a document with more strings or objects than any request needs."""
+    return InvalidRequest(
+        Issue(
+            "too_many_strings",
+            "The document has more strings or objects than any request needs.",
+            "",
+            f"more than {MAX_STRINGS} strings, and {STRINGS_PER_OBJECT} for each object; or more "
+            f"than {MAX_OBJECTS} objects",
+            "fewer, keys included",
+        )
+    )
 
 
 def parse_document(body: bytes, max_depth: int = MAX_DEPTH) -> object:
@@ -153,7 +185,8 @@ def parse_document(body: bytes, max_depth: int = MAX_DEPTH) -> object:
     MalformedJson
         If the text is not one JSON document (RFC 8259) in UTF-8.
     InvalidRequest
-        `not_finite` for NaN, Infinity and numbers beyond float64; `repeated_key`; `too_deep`.
+        `not_finite` for NaN, Infinity and numbers beyond float64; `repeated_key`; `too_deep`;
+        `too_many_strings` for too many keys of long objects.
     """
     received, body = body, body.removeprefix(_BYTE_ORDER_MARK)
     try:
@@ -195,15 +228,20 @@ def _parse(text: bytes) -> object:
 def _count_keys(value: object) -> int:
     """The number of keys of all objects, except objects in lists whose first item is no object.
 
-    So the long lists, which contain only numbers, are not searched.
+    So the long lists, which contain only numbers, are not searched. A list of pcurves may begin
+    with null.
     """
-    count, stack = 0, [value]
+    count, long_count, stack = 0, 0, [value]
     while stack:
         item = stack.pop()
         if isinstance(item, dict):
             count += len(item)
+            if len(item) > LONG_OBJECT:
+                long_count += len(item)
+                if long_count > MAX_STRINGS:
+                    raise too_many_strings()
             stack += [child for child in item.values() if type(child) in (dict, list)]
-        elif isinstance(item, list) and item and type(item[0]) is dict:
+        elif isinstance(item, list) and item and (type(item[0]) is dict or item[0] is None):
             stack += [child for child in item if child and type(child) is dict]
     return count
 

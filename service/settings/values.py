@@ -125,7 +125,8 @@ class Settings(BaseModel):
         default=DEFAULT_LIMITS.max_values,
         ge=1000,
         le=1 << 32,
-        description="Commas and opening brackets of a JSON body; a control point takes 4.",
+        description="Commas and opening brackets of a JSON body; a control point takes 4. Each "
+        "object, such as a curve, allows 32 more.",
     )
     max_json_depth: int = Field(
         default=DEFAULT_LIMITS.max_depth,
@@ -135,6 +136,12 @@ class Settings(BaseModel):
     )
     max_patches: int = Field(
         default=1_000_000, ge=1, le=100_000_000, description="Bézier patches of a surface."
+    )
+    max_faces: int = Field(
+        default=DEFAULT_LIMITS.max_faces,
+        ge=1,
+        le=10_000_000,
+        description="Faces of all breps of a surface.",
     )
     max_vertices: int = Field(
         default=Limits().max_vertices, ge=4, le=1 << 32, description="Vertices of a mesh."
@@ -366,6 +373,7 @@ def document_limits(settings: Settings) -> DocumentLimits:
         settings.max_degree,
         settings.max_json_depth,
         settings.max_json_values,
+        settings.max_faces,
     )
 
 

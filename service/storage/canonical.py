@@ -38,7 +38,7 @@ from pydantic import BaseModel
 from service.bases.arrays import AnyArray
 from service.errors import DamagedObject
 from service.pipeline.cost import Work, definition_cost
-from service.schemas.document import BYTES_PER_OBJECT, BYTES_PER_VALUE, DocumentLimits
+from service.schemas.document import DocumentLimits, bound_memory
 from service.schemas.fields import RequestModel
 from service.schemas.request import SurfaceRequest
 from service.schemas.surfaces import definition
@@ -138,7 +138,7 @@ def estimate_restore_memory(content: bytes) -> int:
     objects, values = header.count(b"{"), header.count(b",") + header.count(b"[")
     # 4: the content, the arrays of the surface, and temporary arrays of the checks take 3 times the
     # length of the content, as measured; 1 is a margin.
-    return 4 * len(content) + BYTES_PER_OBJECT * objects + BYTES_PER_VALUE * values
+    return 4 * len(content) + bound_memory(values, 0, objects)
 
 
 def plan_content(surface: Surface) -> Work[tuple[str, bytes]]:

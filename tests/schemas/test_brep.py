@@ -2,8 +2,6 @@
 
 from collections.abc import Callable, Iterator
 from copy import deepcopy
-from gzip import decompress
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,7 +16,7 @@ from service.schemas.batches import Unreadable
 from service.schemas.brep_batches import read_edges, read_faces
 from service.schemas.brep_parts import EdgeDefinition, FaceDefinition
 from service.schemas.curves import CurveDefinition
-from service.schemas.document import DEFAULT_LIMITS, DocumentLimits
+from service.schemas.document import DEFAULT_LIMITS, MAX_BYTES, DocumentBudget, DocumentLimits
 from service.schemas.request import SurfaceRequest
 from service.schemas.surfaces import definition
 from service.schemas.validation import parse_request, validate_document
@@ -27,8 +25,7 @@ from service.surface.bezier import BezierSurface
 from service.surface.brep import BrepSurface
 from service.surface.bspline import BsplineSurface
 from tests.breps import PLATE
-
-SOLIDS = Path(__file__).parents[1] / "solids"
+from tools.breps import build_sheet, load_solid, repeat_solid
 
 
 def read(document: dict[str, Any], limits: DocumentLimits = DEFAULT_LIMITS) -> BrepSurface:
@@ -41,11 +38,6 @@ def refuse(document: dict[str, Any], limits: DocumentLimits = DEFAULT_LIMITS) ->
     with pytest.raises(InvalidRequest) as caught:
         read(document, limits)
     return caught.value.issues
-
-
-def load(name: str) -> dict[str, Any]:
-    document = orjson.loads(decompress((SOLIDS / f"{name}.json.gz").read_bytes()))
-    return dict(document.get("surface", document))
 
 
 def write(brep: BrepSurface) -> bytes:
@@ -105,7 +97,7 @@ def test_a_face_without_loops_needs_neither_vertices_nor_edges() -> None:
 
 @pytest.mark.parametrize("name", ["sphere", "plate", "wavy"])
 def test_curves_and_surfaces_are_those_that_single_models_read(name: str) -> None:
-    document = load(name)
+    document = load_solid(name)
     brep = read(document)
     curves: TypeAdapter[Any] = TypeAdapter(CurveDefinition)
     tables = [
@@ -403,7 +395,7 @@ def test_limits_of_faces_points_and_degrees() -> None:
 
 @pytest.mark.parametrize("name", ["plate", "sphere", "gear"])
 def test_documents_that_are_written_are_read_as_the_same_brep(name: str) -> None:
-    brep = read(load(name))
+    brep = read(load_solid(name))
     content = canonical_content(brep)
     again = parse_request(SurfaceRequest, b'{"surface":' + write(brep) + b"}", DEFAULT_LIMITS)
     assert canonical_content(again.to_surface()) == content
@@ -449,3 +441,22 @@ def test_periodic_splines_are_unrolled() -> None:
     assert np.array_equal(net[:2], net[3:])
     u = brep.surfaces.knots[: brep.surfaces.knot_starts[1]]
     assert u.tolist() == [-2, -1, 0, 1, 2, 3, 4, 5]
+
+
+@pytest.mark.parametrize("has_pcurves", [False, True])
+def test_a_brep_of_twenty_thousand_faces_is_within_the_budget_of_documents(
+    has_pcurves: bool,
+) -> None:
+    """The text of a sheet of 200 faces, repeated, has as many values as one of 20,000."""
+    sheet = build_sheet(10, 20, has_pcurves=has_pcurves)
+    text = orjson.dumps(sheet)
+    budget = DocumentBudget()
+    for _ in range(DEFAULT_LIMITS.max_faces // len(sheet["faces"])):
+        budget.take(text)
+    assert budget.received < MAX_BYTES
+
+
+def test_sheets_and_copies_of_solids_are_breps() -> None:
+    assert read(build_sheet(2, 3, has_pcurves=True)).size().edges == 17
+    copies = read(repeat_solid(load_solid("plate"), 3)).lower()
+    assert (copies.is_closed.tolist(), copies.face_count) == ([True] * 3, 90)
