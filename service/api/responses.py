@@ -39,11 +39,14 @@ _POST_HEADERS: RawHeaders = ((b"x-content-type-options", b"nosniff"), (b"vary", 
 BOUND_HEADER = "Surface-Deviation-Bound"
 """Header of every mesh with a certified deviation, in every format."""
 
+GAP_HEADER = "Surface-Gap-Bound"
+"""Header of every mesh of breps, in every format."""
+
 VERTICES_HEADER, TRIANGLES_HEADER = "Surface-Vertices", "Surface-Triangles"
 """Headers of every mesh, with the counts of its report."""
 
-_BOUND, _VERTICES, _TRIANGLES = (
-    name.lower().encode() for name in (BOUND_HEADER, VERTICES_HEADER, TRIANGLES_HEADER)
+_BOUND, _GAP, _VERTICES, _TRIANGLES = (
+    name.lower().encode() for name in (BOUND_HEADER, GAP_HEADER, VERTICES_HEADER, TRIANGLES_HEADER)
 )
 _UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
 _FORBIDDEN = re.compile(r'[/\\:*?"<>|]+')
@@ -144,16 +147,18 @@ def bytes_response(
 
 
 def report_headers(report: MeshReport | Result | None) -> RawHeaders:
-    """Counts and deviation bound of a mesh as headers: many formats cannot store a report.
+    """Counts and bounds of a mesh as headers: many formats cannot store a report.
 
     The result of a part of a job has them too, if it is a mesh.
     """
     if report is None or report.vertices is None or report.triangles is None:
         return ()
     counts = (_VERTICES, b"%d" % report.vertices), (_TRIANGLES, b"%d" % report.triangles)
-    if report.deviation_bound is None:
-        return counts
-    return (*counts, (_BOUND, repr(report.deviation_bound).encode()))
+    bounds = (_BOUND, report.deviation_bound), (_GAP, report.gap_bound)
+    return (
+        *counts,
+        *((name, repr(bound).encode()) for name, bound in bounds if bound is not None),
+    )
 
 
 def file_response(

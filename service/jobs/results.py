@@ -32,7 +32,7 @@ class Result:
     sha256 : str
         The hash of the content.
     vertices, triangles : int or None
-    deviation_bound : float or None
+    deviation_bound, gap_bound : float or None
         Of the report of a mesh; None for other files.
     """
 
@@ -44,6 +44,7 @@ class Result:
     vertices: int | None = None
     triangles: int | None = None
     deviation_bound: float | None = None
+    gap_bound: float | None = None
 
 
 def describe_file(file: File, content: bytes, fmt: FileFormat) -> Result:
@@ -52,7 +53,9 @@ def describe_file(file: File, content: bytes, fmt: FileFormat) -> Result:
     about = (fmt.media_type, fmt.suffix, file.name, len(content), digest)
     if (report := file.report) is None:
         return Result(*about)
-    return Result(*about, report.vertices, report.triangles, report.deviation_bound)
+    return Result(
+        *about, report.vertices, report.triangles, report.deviation_bound, report.gap_bound
+    )
 
 
 def write_object(result: Result, content: bytes) -> bytes:

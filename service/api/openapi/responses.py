@@ -9,7 +9,7 @@ from pydantic import BaseModel
 
 from service.api.caching.cached_response import FOR_AN_HOUR, FOR_EVER
 from service.api.openapi.parameters import Json
-from service.api.responses import BOUND_HEADER, TRIANGLES_HEADER, VERTICES_HEADER
+from service.api.responses import BOUND_HEADER, GAP_HEADER, TRIANGLES_HEADER, VERTICES_HEADER
 from service.api.stored import content_id, mesh_url, surface_url
 from service.encoders.format import FileFormat
 from service.schemas.validation import validate_document
@@ -66,6 +66,13 @@ MESH_HEADERS: Json = FILE_HEADERS | {
         "some cannot store a report; OBJ and PLY have it in a comment too. Not sent with a file "
         "of exact patches, or if the report has no bound.",
         0.0005,
+        is_required=False,
+        type="number",
+        minimum=0,
+    ),
+    GAP_HEADER: header(
+        "The `gap_bound` of the report, in model units. Sent for breps, with every format.",
+        1e-7,
         is_required=False,
         type="number",
         minimum=0,

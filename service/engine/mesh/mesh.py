@@ -82,6 +82,11 @@ class MeshReport:
     brep: BrepReport | None = None
     engine: int = ENGINE
 
+    @property
+    def gap_bound(self) -> float | None:
+        """The bound of the gaps between edges and faces of breps; None for other surfaces."""
+        return None if self.brep is None else self.brep.gap_bound
+
 
 def find_largest_angle(faces: IndexArray, normals: RealArray) -> float | None:
     """Largest angle, in radians, between the unit normals at the two ends of an edge of the faces.
