@@ -2,11 +2,11 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from types import MappingProxyType
 
 from service.errors import Issue, UnknownSurface
-from service.surface.examples import bodies, patches, quadrics, splines, tea
+from service.surface.examples import bodies, parts, patches, quadrics, splines, tea
 from service.surface.kinds import Surface
 
 
@@ -202,6 +202,42 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType(
                 "Nine B-splines of three degrees as one closed surface: the sides, port and "
                 "starboard, the keel, the deck and the transom share their borders.",
                 bodies.hull,
+            ),
+            Example(
+                "plate-with-holes",
+                "Plate with holes",
+                "A milled plate with round edges, round holes and a pocket: 30 trimmed faces.",
+                partial(parts.part, "plate-with-holes"),
+            ),
+            Example(
+                "pipe-tee",
+                "Pipe tee",
+                "Two pipes that meet at a right angle, with a fillet of degree 10 between them.",
+                partial(parts.part, "pipe-tee"),
+            ),
+            Example(
+                "gear",
+                "Gear",
+                "A spur gear with a bore: 87 faces, most of them planes between straight edges.",
+                partial(parts.part, "gear"),
+            ),
+            Example(
+                "impeller",
+                "Impeller",
+                "A hub with curved free-form blades, 35 faces of degrees up to (2, 4).",
+                partial(parts.part, "impeller"),
+            ),
+            Example(
+                "screw-thread",
+                "Screw thread",
+                "A shaft with a thread that runs around it more than once.",
+                partial(parts.part, "screw-thread"),
+            ),
+            Example(
+                "crossed-holes",
+                "Crossed holes",
+                "A round-edged block with holes that cross inside of it.",
+                partial(parts.part, "crossed-holes"),
             ),
         )
     }
