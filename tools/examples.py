@@ -1,9 +1,18 @@
-"""Lowers surfaces for tests and tools that need their patches."""
+"""Examples by what they are, and their patches, for tests and tools."""
 
 from service.surface.batches import TensorPatches
-from service.surface.examples.catalogue import find
+from service.surface.brep import BrepSurface
+from service.surface.examples.catalogue import EXAMPLES, find
 from service.surface.kinds import Surface
 from service.surface.lowered import PatchModel
+
+PARTS = tuple(
+    name for name, example in EXAMPLES.items() if isinstance(example.surface(), BrepSurface)
+)
+"""Examples of whole parts, which have meshes by tolerance only."""
+
+UNTRIMMED = tuple(name for name in EXAMPLES if name not in PARTS)
+"""Examples of all other kinds."""
 
 
 def lower_patches(source: str | Surface) -> PatchModel:

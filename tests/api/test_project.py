@@ -10,8 +10,8 @@ import pytest
 from service.api.app import create_app
 from service.api.models.queries import ClosestPoints
 from service.settings.values import Settings
-from service.surface.examples.catalogue import EXAMPLES
 from tools.client import Client, start_client
+from tools.examples import UNTRIMMED
 
 NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]
 QUARTER = {"control_points": [[1, 0], [1, 1], [0, 1]], "weights": [1, 0.5**0.5, 1]}
@@ -59,7 +59,7 @@ def test_closest_points_on_a_curve_in_the_plane(client: Client) -> None:
 
 
 # Every second example, to save time.
-@pytest.mark.parametrize("name", sorted(EXAMPLES)[1::2])
+@pytest.mark.parametrize("name", sorted(UNTRIMMED)[1::2])
 def test_vertices_of_an_examples_mesh_are_on_its_surface(client: Client, name: str) -> None:
     surface = client.get(f"/v1/surfaces/{name}").json()["surface"]
     mesh = client.post("/v1/mesh?format=json", {"surface": surface, "resolution": 3}).json()

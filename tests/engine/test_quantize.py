@@ -12,10 +12,11 @@ from service.engine.quantize import find_grid_error, find_grid_steps, quantize, 
 from service.engine.scenes.scene import Scene
 from service.engine.stored_positions import MAX_NUMBER, MAX_ROUNDING
 from service.surface.bezier import BezierSurface
-from service.surface.examples.catalogue import EXAMPLES, find
+from service.surface.examples.catalogue import find
 from service.surface.group import GroupSurface, Member
 from service.surface.lowered import GroupModel
 from tests.strategies import Array
+from tools.examples import UNTRIMMED
 from tools.meshes import add_overlays, build_silo, to_single
 
 COARSE = MeshOptions(resolution=(4, 4))
@@ -47,7 +48,7 @@ def check_on_grid(mesh: Mesh) -> None:
     assert (mesh.origin / mesh.step == np.rint(mesh.origin / mesh.step)).all()
 
 
-@pytest.mark.parametrize("example", EXAMPLES)
+@pytest.mark.parametrize("example", UNTRIMMED)
 def test_every_example_with_overlays_and_wires_fits_its_grid(example: str) -> None:
     model = find(example).surface().lower()
     options = replace(WITH_LINES, isocurves=(0, 0)) if is_swept(example) else WITH_LINES

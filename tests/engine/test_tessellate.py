@@ -11,7 +11,6 @@ from oracles import exact
 from oracles.topology import count_topology, weld_by_position
 from service.engine.mesh.mesh import Mesh
 from service.surface.batches import TensorPatches
-from service.surface.examples.catalogue import EXAMPLES
 from service.surface.lowered import PatchModel
 from tests.engine.meshing import (
     build_mesh,
@@ -30,14 +29,14 @@ from tests.strategies import (
     resolutions,
     weighted_nets,
 )
-from tools.examples import lower_patches
+from tools.examples import UNTRIMMED, lower_patches
 
 
 @pytest.mark.parametrize(
     ("weld", "faces", "is_float32"),
     [(True, "triangles", False), (True, "quads", True), (False, "triangles", True)],
 )
-@pytest.mark.parametrize("example", EXAMPLES)
+@pytest.mark.parametrize("example", UNTRIMMED)
 def test_every_example_is_sound(example: str, weld: bool, faces: str, is_float32: bool) -> None:
     """Welded or not, with triangles or quads, in either precision."""
     mesh = build_mesh(example, is_float32=is_float32, weld=weld, faces=faces, resolution=(5, 5))

@@ -10,9 +10,10 @@ from service.encoders.text import json_text
 from service.engine.build import build
 from service.engine.options import MeshOptions
 from service.schemas.surfaces import definition
-from service.surface.examples.catalogue import EXAMPLES, find
+from service.surface.examples.catalogue import find
 from tests.web.clients import visit
 from tools.browser import Stage
+from tools.examples import UNTRIMMED
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +59,7 @@ def list_lines(points: np.ndarray, pairs: np.ndarray) -> set[frozenset[tuple[flo
     return {line for line in lines if len(line) == 2}
 
 
-@pytest.mark.parametrize("name", EXAMPLES)
+@pytest.mark.parametrize("name", UNTRIMMED)
 def test_the_editor_draws_the_control_net_of_the_service(page: Page, name: str) -> None:
     """The service computes the lines of the overlay `control_net` by other code."""
     model = find(name).surface().lower()

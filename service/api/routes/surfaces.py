@@ -237,13 +237,13 @@ def _build_summary(example: Example, root: str) -> dict[str, Any]:
 @cache
 def _describe_example(example: Example) -> dict[str, Any]:
     surface = example.surface()
-    model = surface.lower()
+    model, size = surface.lower(), surface.size()
     return {
         "id": example.id,
         "title": example.title,
         "description": example.description,
         "up": surface.up,
-        "patches": model.patch_count,
+        "patches": size.patches + size.face_patches,
         "degree": _degree(model),
     }
 

@@ -12,6 +12,7 @@ from service.engine.build import build
 from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.surface.examples.catalogue import EXAMPLES
+from tools.examples import UNTRIMMED
 
 OPTIONS = EncodeOptions()
 
@@ -31,7 +32,7 @@ def encode_without_plan(mesh: Mesh) -> bytes:
     return encode(replace(mesh, triangles=mesh.triangles.copy()))
 
 
-@pytest.mark.parametrize("name", EXAMPLES)
+@pytest.mark.parametrize("name", UNTRIMMED)
 def test_files_with_cached_text_are_equal(name: str) -> None:
     mesh = build_example(name)
     assert encode(mesh) == encode(mesh) == encode_without_plan(mesh)

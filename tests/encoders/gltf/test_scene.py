@@ -15,10 +15,11 @@ from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.pipeline.mesh_counts import mesh_size
 from service.surface.bezier import BezierSurface
-from service.surface.examples.catalogue import EXAMPLES, find
+from service.surface.examples.catalogue import find
 from service.surface.group import GroupSurface, Member
 from tests.clients.gltf_validator import list_issues
 from tests.strategies import Array, placements
+from tools.examples import UNTRIMMED
 
 MIRROR = np.diag([1.0, 1.0, -1.0, 1.0])
 SHEAR = np.array([[1.0, 0.5, 0, 3], [0, 1, 0.25, 0], [0, 0, 2, 0], [0, 0, 0, 1]])
@@ -169,8 +170,8 @@ def test_colors_are_linear_and_opacity_blends() -> None:
 
 
 def build_group_of_examples() -> GroupSurface:
-    """A group of all examples except groups, sheared and mirrored; every second has a colour."""
-    surfaces = [example.surface() for example in EXAMPLES.values()]
+    """All examples but groups and parts, sheared and mirrored; every second has a colour."""
+    surfaces = [find(name).surface() for name in UNTRIMMED]
     member_surfaces = [each for each in surfaces if not isinstance(each, GroupSurface)]
     members = [
         Member(
