@@ -2,12 +2,14 @@
 
 `python -m tools.picture docs` writes `editor.png`, `curvature.png`, `wires.png`, `adaptive.png`,
 `examples/<id>.png`, `curves/<name>.png` and `examples.md` in the folder `docs`. It also writes the
-thumbnails for the list of examples in the editor.
+thumbnails for the list of examples in the editor. Further arguments are the names of the only
+pictures to draw: `python -m tools.picture docs gear`.
 """
 
 import json
 import sys
 from base64 import b64decode, b64encode
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
@@ -29,6 +31,7 @@ from tools.browser import (
     serve_folder,
 )
 from tools.editor import select_point, show
+from tools.examples import PARTS
 from tools.live import run_service
 from tools.programs import find_chromium
 
@@ -133,14 +136,18 @@ def draw_thumbnail(page: Page, target: Path) -> None:
     target.write_bytes(b64decode(page.evaluate(SHRINK, picture)))
 
 
-def main(folder: Path) -> None:
-    """Writes all pictures, and the page `examples.md`; messages of the browser end the program."""
+def main(folder: Path, chosen: Sequence[str] = ()) -> None:
+    """Writes the pictures and the page `examples.md`; messages of the browser end the program.
+
+    `chosen` are the names of pictures, without their suffixes; without names, all are drawn.
+    """
     for name in ("examples", "curves"):
         (folder / name).mkdir(parents=True, exist_ok=True)
     pictures = {folder / "wires.png": (WIRES, MEDIUM), folder / "adaptive.png": (ADAPTIVE, LARGE)}
     pictures_with_edges = {folder / "adaptive.png"}
     for example in EXAMPLES:
-        url = f"/v1/surfaces/{example}/mesh.glb?resolution=24"
+        query = "overlays=boundary" if example in PARTS else "resolution=24"
+        url = f"/v1/surfaces/{example}/mesh.glb?{query}"
         pictures[folder / "examples" / f"{example}.png"] = (url, SMALL)
     for name, request in REQUESTS["createCurve"].items():
         url = _build_curve_url({"curve": request["value"]["curve"], "resolution": 32})
@@ -150,11 +157,15 @@ def main(folder: Path) -> None:
         serve_folder(FOLDER) as viewer_url,  # tests/web, with the page of the viewer
         open_browser(find_chromium()) as browser,
     ):
-        draw_editor(browser, service + EDITOR, "light", folder / "editor.png", SPOUT_TIP)
-        draw_editor(browser, service + CURVATURE, "dark", folder / "curvature.png", 0)
+        if not chosen or "editor" in chosen:
+            draw_editor(browser, service + EDITOR, "light", folder / "editor.png", SPOUT_TIP)
+        if not chosen or "curvature" in chosen:
+            draw_editor(browser, service + CURVATURE, "dark", folder / "curvature.png", 0)
         stage = open_page(browser)
         open_viewer(stage, viewer_url)
         for target, (url, size) in pictures.items():
+            if chosen and target.stem not in chosen:
+                continue
             stage.show(url if url.startswith("data:") else service + url, *size)
             if stage.messages:
                 sys.exit("\n".join([url, *stage.messages]))
@@ -167,4 +178,4 @@ def main(folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main(Path(sys.argv[1]), sys.argv[2:])

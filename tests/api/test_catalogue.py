@@ -19,7 +19,9 @@ def test_examples_are_listed_with_links_that_work(client: Client) -> None:
         assert list(surface["links"]["mesh"]) == [fmt.suffix for fmt in FORMATS]
         query = "?relative_tolerance=0.01" if surface["id"] in PARTS else "?resolution=1"
         mesh = client.get(surface["links"]["mesh"]["json"] + query).json()
-        assert mesh["report"]["patches"] == surface["patches"]
+        # The closed surfaces of some faces are continued over their seams before they are meshed.
+        assert mesh["report"]["patches"] >= surface["patches"]
+        assert surface["id"] in PARTS or mesh["report"]["patches"] == surface["patches"]
 
 
 def test_links_begin_with_the_path_at_which_the_service_is_mounted() -> None:

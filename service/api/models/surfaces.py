@@ -89,7 +89,7 @@ class SurfaceSummary(ResponseModel):
     up: Literal["y", "z"]
     """The vertical axis."""
     patches: Count
-    """Number of Bézier patches, with those of the surfaces of faces; tubes and ribbons have none."""
+    """Number of Bézier patches, also of the surfaces of faces; tubes and ribbons have none."""
     degree: IntegerPair
     """Highest degrees [p, q] of its patches. For a triangle of degree n, [n, n]; for a tube or a
     ribbon, the degree of its curve, and 0."""

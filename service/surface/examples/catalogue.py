@@ -206,13 +206,13 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType(
             Example(
                 "plate-with-holes",
                 "Plate with holes",
-                "A milled plate with round edges, round holes and a pocket: 30 trimmed faces.",
+                "A plate with round edges and three holes, one of them countersunk: 30 trimmed faces.",
                 partial(parts.part, "plate-with-holes"),
             ),
             Example(
                 "pipe-tee",
                 "Pipe tee",
-                "Two pipes that meet at a right angle, with a fillet of degree 10 between them.",
+                "Two pipes that meet at a right angle, with a fillet of degree (2, 10) between them.",
                 partial(parts.part, "pipe-tee"),
             ),
             Example(
@@ -224,7 +224,7 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType(
             Example(
                 "impeller",
                 "Impeller",
-                "A hub with curved free-form blades, 35 faces of degrees up to (2, 4).",
+                "A hub with six free-form blades on a disc: 35 faces.",
                 partial(parts.part, "impeller"),
             ),
             Example(
