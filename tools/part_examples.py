@@ -61,7 +61,7 @@ def list_columns(surface: BrepSurface) -> dict[str, Any]:
     """The arrays of a brep by name; those of a table of splines as `table.array`."""
     columns: dict[str, Any] = {"face_names": np.array(surface.face_names)}
     for field in fields(surface):
-        value = getattr(surface, field.name, None)
+        value: Any = getattr(surface, field.name, None)
         if field.name in parts.TABLES:
             for column in fields(value):
                 columns[f"{field.name}.{column.name}"] = getattr(value, column.name)

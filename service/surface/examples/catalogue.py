@@ -206,13 +206,13 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType(
             Example(
                 "plate-with-holes",
                 "Plate with holes",
-                "A plate with round edges and three holes, one of them countersunk: 30 trimmed faces.",
+                "A plate with round edges and three holes, one countersunk: 30 trimmed faces.",
                 partial(parts.part, "plate-with-holes"),
             ),
             Example(
                 "pipe-tee",
                 "Pipe tee",
-                "Two pipes that meet at a right angle, with a fillet of degree (2, 10) between them.",
+                "Two pipes that meet at a right angle, with a fillet between them: 9 faces.",
                 partial(parts.part, "pipe-tee"),
             ),
             Example(

@@ -3,6 +3,7 @@
 `python -m tools.part_examples` makes the files again from the solids of the tests.
 """
 
+from collections.abc import Mapping
 from dataclasses import fields
 from importlib.resources import files
 from typing import Any
@@ -12,7 +13,11 @@ import numpy as np
 from service.surface.brep import BrepSurface
 from service.surface.spline_tables import CurveTable, SurfaceTable
 
-TABLES = {"curves": CurveTable, "surfaces": SurfaceTable, "pcurves": CurveTable}
+TABLES: Mapping[str, type[CurveTable] | type[SurfaceTable]] = {
+    "curves": CurveTable,
+    "surfaces": SurfaceTable,
+    "pcurves": CurveTable,
+}
 """The columns that are tables of splines; a file has each array of a table as `table.array`."""
 
 
