@@ -22,7 +22,7 @@ REACH = 2 * UNITS
 """Spans nearer to the border than this number of units count."""
 
 FEW = 16
-"""Of faces with at most this number of patches, all patches count."""
+"""All patches of faces with at most this number count."""
 
 _PARTS = 4
 """Parameter curves are cut into at least this number of parts, whose boxes show where they are."""

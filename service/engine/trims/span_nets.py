@@ -1,17 +1,20 @@
 """The Bézier nets of spans of curves, in groups of one degree, and intervals of parameters."""
 
+from bisect import bisect_left
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
+from service.engine.nets.subdivision import elevate
 from service.engine.vectors import Items, project
 
 
 @dataclass(frozen=True, eq=False)
 class SpanNets:
-    """The Bézier spans of curves of one degree n, all polynomial or all rational.
+    """The Bézier spans of curves, as nets of one degree n, all polynomial or all rational.
 
     Attributes
     ----------
@@ -65,6 +68,50 @@ class Intervals(Items):
     low: FloatArray
     high: FloatArray
     span: Ints
+
+
+_BANDS = (1, 2, 3, 7, 11, 15, 23, 31, 47, 64)
+"""Curves whose degrees are between two of these numbers, with the greater one, are one group."""
+
+
+def merge_groups(
+    groups: Sequence[SpanNets], group: Ints, row: Ints
+) -> tuple[tuple[SpanNets, ...], Ints, Ints]:
+    """Groups of similar degrees as one: its nets have the highest degree of its members.
+
+    A part of many degrees would otherwise need every array operation for each of them.
+
+    Parameters
+    ----------
+    group, row : ndarray of int, shape (n,)
+        The group of each curve, and the column of its first span there.
+
+    Returns
+    -------
+    groups, group, row
+        The same for the groups that remain.
+    """
+    members: dict[tuple[int, bool], list[int]] = {}
+    for number, nets in enumerate(groups):
+        key = bisect_left(_BANDS, nets.degree), nets.is_rational
+        members.setdefault(key, []).append(number)
+    if len(members) == len(groups):
+        return tuple(groups), group, row
+    merged: list[SpanNets] = []
+    to_group, shift = np.zeros((2, len(groups)), np.intp)
+    for numbers in members.values():
+        degree = max(groups[number].degree for number in numbers)
+        parts = []
+        column = 0
+        for number in numbers:
+            values = groups[number].values
+            while len(values) <= degree:
+                values = elevate(values)
+            to_group[number], shift[number] = len(merged), column
+            column += values.shape[2]
+            parts.append(values)
+        merged.append(SpanNets(np.concatenate(parts, axis=2), groups[numbers[0]].is_rational))
+    return tuple(merged), to_group[group], row + shift[group]
 
 
 def interpolate(points: FloatArray, x: FloatArray, order: int) -> list[FloatArray]:

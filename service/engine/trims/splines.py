@@ -15,7 +15,13 @@ from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import expand_runs
 from service.engine.nets.blossoms import build_blossoms
-from service.engine.trims.span_nets import Intervals, SpanNets, interpolate, project_levels
+from service.engine.trims.span_nets import (
+    Intervals,
+    SpanNets,
+    interpolate,
+    merge_groups,
+    project_levels,
+)
 from service.engine.trims.spans import (
     Breaks,
     extract_points,
@@ -36,6 +42,7 @@ class Splines:
     dimension : int
         D, 2 or 3.
     degree : ndarray of int, shape (n,)
+        The degree of each curve; that of its nets may be higher (`merge_groups`).
     is_rational : ndarray of bool, shape (n,)
     span_count : ndarray of int, shape (n,)
     first_break : ndarray of int, shape (n,)
@@ -94,9 +101,7 @@ class Splines:
             span_count,
             breaks.first,
             breaks.values,
-            tuple(groups),
-            group,
-            row,
+            *merge_groups(groups, group, row),
         )
 
     def __len__(self) -> int:
@@ -132,18 +137,10 @@ class Splines:
         """The curves of several records of one dimension, one record after the other."""
         if len(parts) == 1:
             return parts[0]
-        nets: dict[tuple[int, bool], list[FloatArray]] = {}
-        columns: dict[tuple[int, bool], int] = {}
-        group, row = [], []
-        for part in parts:
-            keys = [(nets_.degree, nets_.is_rational) for nets_ in part.groups]
-            offsets = [columns.setdefault(key, 0) for key in keys]
-            for key, nets_ in zip(keys, part.groups, strict=True):
-                nets.setdefault(key, []).append(nets_.values)
-                columns[key] += nets_.values.shape[2]
-            numbers = np.array([list(nets).index(key) for key in keys], np.intp)
-            group.append(numbers[part.group])
-            row.append(part.row + np.array(offsets, np.intp)[part.group])
+        groups = [nets for part in parts for nets in part.groups]
+        first = find_starts(np.array([len(part.groups) for part in parts]))[:-1]
+        group = np.concatenate([part.group + k for part, k in zip(parts, first, strict=True)])
+        row = np.concatenate([part.row for part in parts])
         span_count = np.concatenate([part.span_count for part in parts])
         return cls(
             parts[0].dimension,
@@ -152,9 +149,7 @@ class Splines:
             span_count,
             find_starts(span_count + 1)[:-1],
             np.concatenate([part.breaks for part in parts]),
-            tuple(SpanNets(np.concatenate(values, axis=2), key[1]) for key, values in nets.items()),
-            np.concatenate(group),
-            np.concatenate(row),
+            *merge_groups(groups, group, row),
         )
 
     def move_ranges(self, start: FloatArray, end: FloatArray) -> "Splines":
