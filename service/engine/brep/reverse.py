@@ -37,7 +37,6 @@ def bound_reverse(corners: FaceCorners, triangles: Ints, tolerance: float) -> Fl
             np.full(points.shape, -1),
             np.ones(len(faces), bool),
         )
-        pieces = clip_parts(corners.surface, faces, parts.corners)
         found = _bound_images(corners, parts, tolerance)
         weak = (~(found <= 2 * tolerance)).nonzero()[0]
         if len(weak):
