@@ -24,6 +24,7 @@ from service.engine.brep.edges import EdgeSamples
 from service.engine.brep.meshing import triangulate_brep
 from service.engine.brep.prepare import prepare
 from service.engine.brep.prepared import PreparedBrep
+from service.engine.brep.settling import settle_border
 from service.errors import TooLarge
 from service.schemas.brep import BrepDefinition
 
@@ -126,10 +127,8 @@ def test_normals_turn_by_at_most_the_angle_along_edges() -> None:
 def test_faces_whose_loops_touch_are_left_out_and_have_no_bound(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    settle = meshing.settle_border
-
     def find_fault(*arguments: Any) -> tuple[EdgeSamples, Border, SimpleNamespace]:
-        samples, border, _ = settle(*arguments)
+        samples, border, _ = settle_border(*arguments)
         return samples, border, SimpleNamespace(faces=np.array([2]))
 
     monkeypatch.setattr(meshing, "settle_border", find_fault)
