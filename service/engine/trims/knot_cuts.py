@@ -23,6 +23,12 @@ MARGIN = 2.0**-42
 SHORTEST = 2.0**-40
 """Parts that are shorter than this share of the domain of their curve are not divided."""
 
+LOOSE = 1e-9
+"""Control points are at most this share of the domain beyond an open end, if the part is long."""
+
+LONG = 2.0**-7
+"""Parts are long above this share of the domain of their curve."""
+
 STEPS = 12
 """Steps of regula falsi (the Illinois variant)."""
 
@@ -100,7 +106,7 @@ def cut_at_knots(
         excess[:, surfaces.surfaces.is_planar[owner]] = 0.0  # planes have no ends
         is_open = ~surfaces.is_closed[owner].T
         last = surfaces.surfaces.faces.spans[:, owner] - 1
-        # Beyond an open end there is no other span.
+        # Beyond an open end there is no other span; shorter parts have closer control points.
         at_first, at_last = (np.array(spans) == 0) & is_open, (np.array(spans) == last) & is_open
         over = np.stack([knots[:, 0] - low, high - knots[:, 1]], axis=1)
         over[:, 0] = np.where(at_first, 0.0, over[:, 0])
@@ -108,6 +114,9 @@ def cut_at_knots(
         too_far = over > MARGIN * surfaces.period[owner].T[:, np.newaxis]
         is_short = todo.high - todo.low <= SHORTEST * domain[todo.curve]
         is_done = is_short | ~too_far.any(axis=(0, 1))
+        is_long = todo.high - todo.low > LONG * domain[todo.curve]
+        is_loose = (excess > LOOSE * surfaces.period[owner].T).any(axis=0) & is_long
+        is_done &= ~is_loose
         done.append(
             SpanParts(
                 todo.source,
@@ -129,7 +138,7 @@ def cut_at_knots(
         side = np.where(over[axis, 0, rest] > over[axis, 1, rest], 0, 1)
         knot = knots[axis, side, rest]
         cut = (todo.low + todo.high)[rest] / 2
-        crossing = rising[axis, rest].nonzero()[0]
+        crossing = (rising[axis, rest] & too_far.any(axis=(0, 1))[rest]).nonzero()[0]
         part = todo.take(rest)
         cut[crossing] = _find_crossing(
             pcurves, part.take(crossing), axis[crossing], knot[crossing], cut[crossing]
