@@ -14,20 +14,16 @@ from itertools import pairwise
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, Ints
+from service.bases.arrays import FloatArray
 from service.engine.brep.arcs import Arc, ArcLoop, CutLoops
 from service.engine.brep.cut_lines import (
     Crossing,
     CutLine,
     choose_line,
     find_crossings,
-    sample_arcs,
 )
-from service.engine.brep.loop_polygons import sample_loops
-from service.engine.brep.topology import ADDED, SEAM, Topology
+from service.engine.brep.seam_arcs import SeamMaker
 from service.engine.trims.closure import ClosedSurfaces
-from service.engine.trims.composition import compose_curves
-from service.engine.trims.piecewise import make_segments
 
 
 class NotClosed(Exception):
@@ -56,27 +52,33 @@ class _Chain:
 
 
 class Cutter:
-    """Cuts the loops of one face along a line across one closed axis."""
+    """Cuts the loops of one face along a line across one closed axis; `where` is face and axis."""
 
     def __init__(
-        self, surfaces: ClosedSurfaces, work: CutLoops, face: int, axis: int, tolerance: float
+        self,
+        surfaces: ClosedSurfaces,
+        work: CutLoops,
+        where: tuple[int, int],
+        tolerance: float,
+        *,
+        is_cut: bool,
     ) -> None:
-        self.surfaces, self.work, self.face, self.axis = surfaces, work, face, axis
-        self.tolerance = tolerance
-        self.other = 1 - axis
-        self.low, self.period = surfaces.low[face], surfaces.period[face]
-        self.is_closed = bool(surfaces.is_closed[face, self.other])
+        self.surfaces, self.work, self.face, self.axis = surfaces, work, *where
+        self.maker = SeamMaker(surfaces, work, *where, tolerance)
+        self.other = 1 - self.axis
+        self.low, self.period = surfaces.low[self.face], surfaces.period[self.face]
+        # A face that is cut across the other axis already is not closed along it any more.
+        self.is_closed = bool(surfaces.is_closed[self.face, self.other]) and not is_cut
         # Along the high border, the material is on the left in this direction.
-        self.forward = 1 if axis == 0 else -1
+        self.forward = 1 if self.axis == 0 else -1
         self.line = 0.0
-        self.seams: dict[tuple[int, int], int] = {}
-        self.poles: dict[int, int] = {}
 
     def cut(self, loops: list[SourcedLoop], *, is_whole: bool) -> list[SourcedLoop]:
         """The loops after the cut; with `is_whole`, the line is inside if no loop crosses it."""
         arcs = [loop.arcs for loop in loops]
         turns = [loop.turns for loop in loops]
         self.line = choose_line(self.surfaces, self.work, (self.face, self.axis), arcs, turns)
+        self.maker.line = self.line
         chains: list[_Chain] = []
         result = []
         line = CutLine(self.face, self.axis, self.line)
@@ -193,7 +195,7 @@ class Cutter:
         lower = here if step > 0 else following
         key = lower, (following if step > 0 else here)
         vertices = chains[here].begin.vertex, chains[following].begin.vertex
-        arcs = self._make_seam(key, (at, target), vertices, is_high=leaves_high)
+        arcs = self.maker.make_seam(key, (at, target), vertices, is_high=leaves_high)
         return following, target, arcs
 
     def _go_around(
@@ -205,12 +207,12 @@ class Cutter:
             raise NotClosed
         side = float(self.low[self.other] + end * self.period[self.other])
         leaves_high = chains[here].begin.direction > 0
-        pole = self._make_pole_vertex(end, side)
+        pole = self.maker.make_pole_vertex(end, side)
         vertex = chains[here].begin.vertex
         key = (here, -1 - end) if end else (-1 - end, here)
-        arcs = self._make_seam(key, (at, side), (vertex, pole), is_high=leaves_high)
-        arcs += self._make_pole(pole, side, from_high=leaves_high)
-        arcs += self._make_seam(key, (side, at), (pole, vertex), is_high=not leaves_high)
+        arcs = self.maker.make_seam(key, (at, side), (vertex, pole), is_high=leaves_high)
+        arcs += self.maker.make_pole(pole, side, from_high=leaves_high)
+        arcs += self.maker.make_seam(key, (side, at), (pole, vertex), is_high=not leaves_high)
         return here, at, arcs
 
     def _surround(self) -> list[SourcedLoop]:
@@ -219,157 +221,25 @@ class Cutter:
         high = low + float(self.period[self.other])
         begin, end = (low, high) if self.forward > 0 else (high, low)
         if self.is_closed:
-            place = self._place(self.line, low)
-            vertex = self._add_vertex(place)
+            place = self.maker.place(self.line, low)
+            vertex = self.maker.add_vertex(place)
             turns = np.zeros(2)
             turns[self.other] = self.forward
-            up = self._make_seam((0, 0), (begin, end), (vertex, vertex), is_high=True)
-            down = self._make_seam((0, 0), (end, begin), (vertex, vertex), is_high=False)
+            up = self.maker.make_seam((0, 0), (begin, end), (vertex, vertex), is_high=True)
+            down = self.maker.make_seam((0, 0), (end, begin), (vertex, vertex), is_high=False)
             return [SourcedLoop(-1, up, turns), SourcedLoop(-1, down, -turns)]
         if not self.surfaces.is_pole[self.face, self.other].all():
             raise NotClosed
-        poles = {low: self._make_pole_vertex(0, low), high: self._make_pole_vertex(1, high)}
-        arcs = self._make_seam((-1, -2), (begin, end), (poles[begin], poles[end]), is_high=True)
-        arcs += self._make_pole(poles[end], end, from_high=True)
-        arcs += self._make_seam((-1, -2), (end, begin), (poles[end], poles[begin]), is_high=False)
-        arcs += self._make_pole(poles[begin], begin, from_high=False)
+        poles = {
+            low: self.maker.make_pole_vertex(0, low),
+            high: self.maker.make_pole_vertex(1, high),
+        }
+        arcs = self.maker.make_seam(
+            (-1, -2), (begin, end), (poles[begin], poles[end]), is_high=True
+        )
+        arcs += self.maker.make_pole(poles[end], end, from_high=True)
+        arcs += self.maker.make_seam(
+            (-1, -2), (end, begin), (poles[end], poles[begin]), is_high=False
+        )
+        arcs += self.maker.make_pole(poles[begin], begin, from_high=False)
         return [SourcedLoop(-1, arcs, np.zeros(2))]
-
-    def _place(self, across: float, along: float) -> FloatArray:
-        """The parameters (2,) at a coordinate across the line, and one along it."""
-        place = np.empty(2)
-        place[self.axis], place[self.other] = across, along
-        return place
-
-    def _add_vertex(self, place: FloatArray) -> int:
-        """A new vertex at a point of the surface."""
-        point = self.surfaces.evaluate(np.array([self.face]), place[np.newaxis])
-        self.work.topology, numbers = self.work.topology.add_vertices(point, self.tolerance)
-        return int(numbers[0])
-
-    def _make_pole_vertex(self, end: int, side: float) -> int:
-        """The vertex at a pole."""
-        if end not in self.poles:
-            self.poles[end] = self._add_vertex(self._place(self.line, side))
-        return self.poles[end]
-
-    def _make_pole(self, vertex: int, side: float, *, from_high: bool) -> ArcLoop:
-        """The arc along the side of a pole, from one border to the other."""
-        low, high = self._place(self.line, side), self._place(self.line, side)
-        high[self.axis] += self.period[self.axis]
-        ends = (high, low) if from_high else (low, high)
-        self.work.topology, edges = self.work.topology.add_edges(
-            np.array([[vertex, vertex]]), None, ADDED, self.tolerance
-        )
-        return [self._add_coedge(int(edges[0]), ends[0], ends[1], is_reversed=False)]
-
-    def _make_seam(
-        self,
-        key: tuple[int, int],
-        ends: tuple[float, float],
-        vertices: tuple[int, int],
-        *,
-        is_high: bool,
-    ) -> ArcLoop:
-        """The arc of a seam along one border; its edge runs along the other axis upwards.
-
-        `key` tells the part of the line: the edge is made once for both borders.
-        """
-        is_down = ends[1] < ends[0]
-        low, high = min(ends), max(ends)
-        if is_down:
-            vertices = vertices[::-1]
-        across = self.line + (float(self.period[self.axis]) if is_high else 0.0)
-        begin, end = self._place(across, low), self._place(across, high)
-        if key not in self.seams:
-            line = make_segments(begin[np.newaxis], end[np.newaxis], np.array([[0.0, 1.0]]))
-            curve = compose_curves(self.surfaces, np.array([self.face]), line, self.tolerance)
-            self.work.topology, edges = self.work.topology.add_edges(
-                np.array([vertices]), curve, SEAM, self.tolerance
-            )
-            self.seams[key] = int(edges[0])
-        return [self._add_coedge(self.seams[key], begin, end, is_reversed=is_down)]
-
-    def _add_coedge(
-        self, edge: int, begin: FloatArray, end: FloatArray, *, is_reversed: bool
-    ) -> Arc:
-        """A new coedge, with the segment between two places as its parameter curve."""
-        line = make_segments(begin[np.newaxis], end[np.newaxis], np.array([[0.0, 1.0]]))
-        number = len(self.work.topology.coedge_edges)
-        self.work.topology = self.work.topology.add_coedges(
-            np.array([edge]), np.array([is_reversed]), line
-        )
-        return self.work.make_arc(number)
-
-
-def cut_faces(
-    surfaces: ClosedSurfaces, topology: Topology, turns: Ints, tolerance: float
-) -> tuple[Topology, list[int]]:
-    """Cut the faces whose loops run around a closed axis, or leave out natural borders.
-
-    Parameters
-    ----------
-    turns : ndarray of int, shape (L, 2)
-        How often each loop runs around along both axes.
-    tolerance : float
-        Uncertainty of the new edges. Model units.
-
-    Returns
-    -------
-    topology : Topology
-    unbounded : list of int
-        Loops of the model whose material reaches a border of the surface that no loop has.
-    """
-    on_closed = np.flatnonzero(surfaces.is_closed[topology.loop_faces].any(axis=1))
-    areas = np.zeros(len(turns))
-    areas[on_closed] = sample_loops(topology, on_closed).find_areas()
-    is_whole = (turns == 0).all(axis=1)
-    # Faces with a loop that runs around, or with no loop about them.
-    faces = np.unique(topology.loop_faces[on_closed])
-    outer = np.unique(topology.loop_faces[is_whole & (areas > 0)])
-    turned = np.unique(topology.loop_faces[on_closed[~is_whole[on_closed]]])
-    chosen = np.union1d(turned, np.setdiff1d(faces, outer))
-    work, unbounded = CutLoops(topology), []
-    for face in chosen.tolist():
-        numbers = (topology.loop_faces == face).nonzero()[0].tolist()
-        loops = [
-            SourcedLoop(int(topology.loop_sources[k]), work.list_arcs(k), turns[k].astype(float))
-            for k in numbers
-        ]
-        try:
-            work.loops[face] = [
-                (loop.source, loop.arcs)
-                for loop in _cut_face(surfaces, work, face, loops, tolerance)
-            ]
-        except NotClosed:
-            unbounded.append(int(topology.loop_sources[numbers[0]]))
-    return (work.finish() if work.loops else topology), unbounded
-
-
-def _cut_face(
-    surfaces: ClosedSurfaces, work: CutLoops, face: int, loops: list[SourcedLoop], tolerance: float
-) -> list[SourcedLoop]:
-    """The loops of one face after all cuts that it needs."""
-    axes = surfaces.is_closed[face].nonzero()[0].tolist()
-    for _ in range(2):
-        turned = [axis for axis in axes if any(loop.turns[axis] for loop in loops)]
-        if turned:
-            axis = turned[0]
-        elif not any(_find_area(work, loop.arcs) > 0 for loop in loops):
-            axis = axes[0]
-        else:
-            return loops
-        cutter = Cutter(surfaces, work, face, axis, tolerance)
-        loops = cutter.cut(loops, is_whole=not turned)
-        axes = [other for other in axes if other != axis]
-        if not axes:
-            break
-    if any(loop.turns.any() for loop in loops):
-        raise NotClosed
-    return loops
-
-
-def _find_area(work: CutLoops, arcs: ArcLoop) -> float:
-    """The area that arcs enclose, positive if they run counter-clockwise."""
-    x, y = sample_arcs(work, arcs)[0].T
-    return float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum() / 2)

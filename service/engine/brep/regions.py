@@ -8,9 +8,9 @@ import numpy as np
 
 from service.bases.arrays import Ints
 from service.engine.brep.chains import join_chains
+from service.engine.brep.face_cuts import cut_faces
 from service.engine.brep.natural_loops import add_natural_loops
 from service.engine.brep.periods import place_loops
-from service.engine.brep.private_seams import cut_faces
 from service.engine.brep.topology import Topology
 from service.engine.trims.closure import ClosedSurfaces
 
@@ -36,13 +36,12 @@ def make_regions(
     unbounded: list[int] = []
     if len(topology.loop_counts):
         topology, turns = join_chains(surfaces, topology, tolerance)
-        topology, unbounded = cut_faces(surfaces, topology, turns, tolerance)
-        on_closed = surfaces.is_closed[topology.loop_faces].any(axis=1)
-        is_given = np.logical_and.reduceat(
-            topology.is_given | (topology.edge_curves[topology.coedge_edges] < 0),
-            topology.loop_starts,
-        )
-        free = (on_closed & ~is_given).nonzero()[0]
+        topology, cut, unbounded = cut_faces(surfaces, topology, turns, tolerance)
+        is_given = topology.is_given | (topology.edge_curves[topology.coedge_edges] < 0)
+        is_free = ~np.logical_and.reduceat(is_given, topology.loop_starts)
+        is_free &= surfaces.is_closed[topology.loop_faces].any(axis=1)
+        is_free |= np.isin(topology.loop_faces, cut)
+        free = is_free.nonzero()[0]
         if len(free):
             faces = np.unique(topology.loop_faces[free])
             loops = np.isin(topology.loop_faces, faces).nonzero()[0]

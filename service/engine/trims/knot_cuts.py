@@ -138,7 +138,8 @@ def cut_at_knots(
         side = np.where(over[axis, 0, rest] > over[axis, 1, rest], 0, 1)
         knot = knots[axis, side, rest]
         cut = (todo.low + todo.high)[rest] / 2
-        crossing = (rising[axis, rest] & too_far.any(axis=(0, 1))[rest]).nonzero()[0]
+        is_crossing: Bools = np.any(too_far, axis=(0, 1))
+        crossing = (rising[axis, rest] & is_crossing[rest]).nonzero()[0]
         part = todo.take(rest)
         cut[crossing] = _find_crossing(
             pcurves, part.take(crossing), axis[crossing], knot[crossing], cut[crossing]
