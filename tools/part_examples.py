@@ -39,6 +39,7 @@ def main() -> None:
         for face in document["faces"]:
             if face["name"].startswith("cylindrical") and is_hole(face):
                 face["color"] = HOLE_COLOR
+            face["name"] = face["name"].replace("ofrevolution", "revolved")
         surface = TypeAdapter(SurfaceDefinition).validate_python(document, context={}).to_surface()
         assert isinstance(surface, BrepSurface)
         np.savez_compressed(FOLDER / f"{name}.npz", **list_columns(surface))

@@ -209,6 +209,35 @@ def test_an_example_can_be_opened_from_the_list(page: Page) -> None:
     assert page.inner_text("#point-count") == "of 28"
 
 
+def test_a_part_is_meshed_by_tolerance_and_a_click_names_its_face(page: Page) -> None:
+    page.click("#open")
+    request = perform(page, lambda: page.click('[data-example="plate-with-holes"]'))
+    assert "resolution" not in request
+    assert request["relative_tolerance"] > 0
+    assert request["overlays"] == ["boundary"]
+    assert page.is_hidden("#net-switch")
+    assert page.is_hidden("#point-section")
+    assert page.is_hidden("#measure")
+    assert page.is_disabled('input[name="accuracy"][value="resolution"]')
+    assert page.is_checked('input[name="accuracy"][value="tolerance"]')
+    assert page.inner_text("#open-edges") == "none"
+    assert page.inner_text("#left-out") == "none"
+    assert 0 <= read_value(page, "gaps") < read_value(page, "deviation")
+    assert page.is_hidden("#probe-row")
+    page.click("#view")  # in the middle: the top of the plate
+    name, bound = page.inner_text("#probe").split(", deviation at most ")
+    names = [face["name"] for face in request["surface"]["faces"]]
+    assert name in names
+    top = request["surface"]["faces"][names.index(name)]
+    assert "color" not in top
+    assert float(bound.replace(" × 10^−", "e-")) <= read_value(page, "deviation") * 1.01
+    # A tube has no faces, and no gaps.
+    page.click("#open")
+    perform(page, lambda: page.click('[data-example="hair"]'))
+    assert page.is_hidden("#gaps-row")
+    assert page.is_hidden("#probe-row")
+
+
 def test_an_error_shows_its_field_and_can_be_undone(editor: Stage) -> None:
     """This test ignores the console, because the browser itself writes refused requests there."""
     page = editor.page

@@ -9,7 +9,7 @@ import { MeshRequests } from './mesh-requests.js';
 import { announce, element } from './page.js';
 import { watchPanel } from './panel.js';
 import { watchPointPanel } from './point-panel.js';
-import { Probe } from './probe.js';
+import { Probe, showFace } from './probe.js';
 import { hideProblem, showProblem, watchProblems } from './problems.js';
 import { clearReadouts, showReadouts, speakReadouts } from './readouts.js';
 import { readReport } from './report.js';
@@ -37,6 +37,8 @@ element('loading', HTMLElement).hidden = view === null;
 
 /** The number of patches of the surface, on which the resolution of a coarse mesh depends. */
 let patchCount = 1;
+/** The parts in the report of the mesh: of a brep, its faces. @type {{name: string, deviation_bound?: number}[]} */
+let parts = [];
 /** Whether the document that is open has a mesh. */
 let isShown = false;
 /** Whether any document is open. */
@@ -57,6 +59,7 @@ const requests = new MeshRequests({
     const report = readReport(content);
     if (view) await view.showMesh(content, coarse);
     patchCount = report.patches;
+    parts = report.parts ?? [];
     isShown = true;
     hideProblem();
     view?.markError(-1);
@@ -122,7 +125,13 @@ watchTheme(() => view?.updateLook());
 const probe = new Probe(state);
 const measures = new Measure(state);
 element('measure', HTMLButtonElement).addEventListener('click', () => { measures.ask().catch(fail); });
-if (view) view.clicked = (point) => { probe.showPoint(point).catch(fail); };
+if (view) {
+  view.clicked = (point, face) => {
+    const part = state.surface.type === 'brep' && face !== null ? parts[face] : undefined;
+    if (part) showFace(part);
+    else probe.showPoint(point).catch(fail);
+  };
+}
 watchPanel(state);
 watchPointPanel(state);
 const library = new Library(() => { root.dataset.state = 'busy'; }, (surface, { origin, title }) => {

@@ -1,7 +1,7 @@
 // Shows area and volume of the surface on request, and hides them when the surface changes.
 
 import { announce, element } from './page.js';
-import { hasSweep } from './settings.js';
+import { hasPart, hasSweep } from './settings.js';
 import { measure } from './service.js';
 
 /** @typedef {import('./state.js').State} State */
@@ -21,9 +21,11 @@ export class Measure {
 
   forget() {
     this.changes += 1;
-    element('measure', HTMLButtonElement).hidden = hasSweep(this.state.surface);
+    const { surface } = this.state;
+    const hasNone = hasSweep(surface) || hasPart(surface);
+    element('measure', HTMLButtonElement).hidden = hasNone;
     // The button, if it is shown, is in the place of the area.
-    put('area', '', hasSweep(this.state.surface) ? '–' : '');
+    put('area', '', hasNone ? '–' : '');
     put('volume', '', '–');
   }
 

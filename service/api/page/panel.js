@@ -1,7 +1,7 @@
 // The settings in the panel and the buttons of the bar: they show the state, and change it.
 
 import { button, checkRadio, input, radios, write, element } from './page.js';
-import { hasSweep, chooseLook, RANGES, relativeTolerance } from './settings.js';
+import { chooseAccuracy, chooseLook, hasPart, hasSweep, RANGES, relativeTolerance } from './settings.js';
 
 /** @typedef {import('./settings.js').Settings} Settings */
 /** @typedef {import('./state.js').State} State */
@@ -55,7 +55,11 @@ function show({ settings, history, surface }) {
   radios('look').forEach((radio) => {
     radio.disabled = (radio.value === 'gaussian' || radio.value === 'mean') && hasSweep(surface);
   });
-  checkRadio('accuracy', settings.accuracy);
+  const accuracy = chooseAccuracy(settings, surface);
+  checkRadio('accuracy', accuracy);
+  radios('accuracy').forEach((radio) => { radio.disabled = radio.value !== 'tolerance' && hasPart(surface); });
+  element('net-switch', HTMLElement).hidden = surface.type === 'brep';
+  element('point-section', HTMLElement).hidden = surface.type === 'brep';
   input('show-net').checked = settings.net;
   input('show-wires').checked = settings.wires;
   input('resolution').value = String(settings.resolution);
@@ -65,7 +69,7 @@ function show({ settings, history, surface }) {
   write('tolerance-value', share);
   input('tolerance').setAttribute('aria-valuetext', share);
   document.querySelectorAll('.slider[data-for]').forEach((slider) => {
-    /** @type {HTMLElement} */ (slider).hidden = slider.getAttribute('data-for') !== settings.accuracy;
+    /** @type {HTMLElement} */ (slider).hidden = slider.getAttribute('data-for') !== accuracy;
   });
   button('undo').disabled = !history.canUndo;
   button('redo').disabled = !history.canRedo;

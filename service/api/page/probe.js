@@ -1,8 +1,9 @@
 // A click on the surface shows the parameters and curvatures there, and the distance from the point of
-// the previous click.
+// the previous click; on a part, the face and the bound of its deviation.
 
 import { announce, element } from './page.js';
-import { hasSweep } from './settings.js';
+import { hasPart, hasSweep } from './settings.js';
+import { significant } from './readouts.js';
 import { curvatures, project } from './service.js';
 
 /** @typedef {import('./state.js').State} State */
@@ -32,7 +33,7 @@ export class Probe {
    */
   async showPoint(point) {
     const { surface } = this.state;
-    if (hasSweep(surface)) return; // the service finds no closest points of these
+    if (hasSweep(surface) || hasPart(surface)) return; // the service finds no closest points of these
     this.requestNumber += 1;
     const { requestNumber } = this;
     const { positions: [position], uv: [uv], patch } = await project(surface, point);
@@ -50,6 +51,13 @@ export class Probe {
     this.previousPoint = position;
     announce(distance === null ? parts.join(', ') : `${parts.join(', ')}; distance ${short(distance)}`);
   }
+}
+
+/** Shows a face of a part. @param {{name: string, deviation_bound?: number}} part */
+export function showFace({ name, deviation_bound: bound }) {
+  const text = bound === undefined ? name : `${name}, deviation at most ${significant(bound)}`;
+  show('probe', name, text);
+  announce(text);
 }
 
 /** @param {number} value */

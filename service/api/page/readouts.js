@@ -13,12 +13,30 @@ export function showReadouts(report, { bytes, serverTime, roundTrip }) {
   put('deviation', bound, bound === null || bound === undefined ? 'not known' : significant(bound));
   const openEdges = report.boundary_edges;
   put('open-edges', openEdges, report.watertight ? 'none' : openEdges.toLocaleString('en'));
+  const isPart = report.gap_bound !== undefined;
+  showPartRows(isPart);
+  if (isPart) showPart(report);
   put('server-time', serverTime, serverTime === null ? '–' : milliseconds(serverTime));
   put('round-trip', roundTrip, milliseconds(roundTrip));
 }
 
+/** Shows or hides the rows that only parts have. @param {boolean} isPart */
+function showPartRows(isPart) {
+  ['gaps', 'left-out', 'shared-edges'].forEach((id) => { element(`${id}-row`, HTMLElement).hidden = !isPart; });
+}
+
+/** Fills the rows that only parts have. @param {Report} report */
+function showPart({ gap_bound: gap, skipped_faces: skipped = [], non_manifold_edges: shared = 0 }) {
+  put('gaps', gap, typeof gap === 'number' ? significant(gap) : 'not known');
+  const [first] = skipped;
+  const reason = first && `${skipped.length} (face ${first.face}: ${first.code.replaceAll('_', ' ')}${skipped.length > 1 ? ', …' : ''})`;
+  put('left-out', skipped.length, reason ?? 'none');
+  put('shared-edges', shared, shared === 0 ? 'none' : shared.toLocaleString('en'));
+}
+
 /** Shows that the surface has no mesh. */
 export function clearReadouts() {
+  showPartRows(false);
   ['triangles', 'vertices', 'bytes', 'deviation', 'open-edges', 'server-time', 'round-trip']
     .forEach((id) => put(id, null, '–'));
 }
@@ -38,7 +56,7 @@ function put(id, value, text) {
 }
 
 /** Three digits, rounded up, so that a bound stays a bound. @param {number} value */
-function significant(value) {
+export function significant(value) {
   if (value === 0) return '0';
   const unit = 10 ** (Math.floor(Math.log10(Math.abs(value))) - 2);
   // Without 1e-9, a rounding error of the quotient could raise a value that has only three digits.

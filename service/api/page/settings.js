@@ -55,13 +55,31 @@ export function hasSweep(surface) {
 }
 
 /**
+ * Whether a surface is a part, or a group with a part. Parts have meshes by tolerance only, and the service
+ * computes no closest points and areas of these.
+ * @param {Surface} surface @returns {boolean}
+ */
+export function hasPart(surface) {
+  const members = surface.type === 'group' && Array.isArray(surface.members) ? surface.members : [];
+  return surface.type === 'brep' || members.some((member) => hasPart(member?.surface ?? {}));
+}
+
+/** How finely a surface is divided. @param {Settings} settings @param {Surface} surface @returns {Settings['accuracy']} */
+export function chooseAccuracy(settings, surface) {
+  return hasPart(surface) ? 'tolerance' : settings.accuracy;
+}
+
+/**
  * Options of a mesh request; with `coarse`, of a mesh that follows the mouse.
  * @param {Settings} settings @param {Surface} surface @param {number} patches @param {boolean} coarse
- * @returns {{[name: string]: number | boolean}}
+ * @returns {{[name: string]: number | boolean | string[]}}
  */
 export function meshOptions(settings, surface, patches, coarse) {
-  /** @type {{[name: string]: number | boolean}} */
+  /** @type {{[name: string]: number | boolean | string[]}} */
   const extra = showsCurvature(chooseLook(settings, surface)) ? { curvatures: true } : {};
+  if (hasPart(surface)) {
+    return { relative_tolerance: relativeTolerance(settings), overlays: ['boundary'], ...extra };
+  }
   if (coarse) {
     const coarseResolution = Math.max(MIN_COARSE_RESOLUTION, Math.floor(Math.sqrt(COARSE_QUADS / Math.max(1, patches))));
     const { accuracy, resolution } = settings;
@@ -73,17 +91,17 @@ export function meshOptions(settings, surface, patches, coarse) {
     : { relative_tolerance: relativeTolerance(settings), ...extra };
 }
 
-/** Options as the query of a mesh by URL. @param {Settings} settings @returns {URLSearchParams} */
-export function meshQuery(settings) {
+/** Options as the query of a mesh by URL. @param {Settings} settings @param {Surface} surface @returns {URLSearchParams} */
+export function meshQuery(settings, surface) {
   const query = new URLSearchParams();
-  if (settings.accuracy === 'resolution') query.set('resolution', String(settings.resolution));
+  if (chooseAccuracy(settings, surface) === 'resolution') query.set('resolution', String(settings.resolution));
   else query.set('relative_tolerance', String(relativeTolerance(settings)));
   return query;
 }
 
 /** Settings as the query of this page, defaults left out. @param {Settings} settings @returns {URLSearchParams} */
 export function toQuery(settings) {
-  const query = meshQuery(settings);
+  const query = meshQuery(settings, {});
   if (settings.accuracy === 'resolution' && settings.resolution === DEFAULTS.resolution) {
     query.delete('resolution');
   }

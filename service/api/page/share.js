@@ -48,7 +48,7 @@ async function link(state) {
 
 /** @param {State} state */
 async function meshUrl(state) {
-  return resolveUrl(`v1/surfaces/${await idOf(state)}/mesh.glb?${meshQuery(state.settings)}`);
+  return resolveUrl(`v1/surfaces/${await idOf(state)}/mesh.glb?${meshQuery(state.settings, state.surface)}`);
 }
 
 /** @param {State} state */

@@ -2,7 +2,7 @@
 
 import {
   Box3, BufferAttribute, BufferGeometry, DoubleSide, GLTFLoader, Group, LineBasicMaterial,
-  LineSegments, MeshNormalMaterial, Vector3,
+  LineSegments, Mesh, MeshNormalMaterial, Vector3,
 } from './three.js';
 import { curvatureColors, findRange } from './colors.js';
 import { buildMaterial, OFFSET } from './studio.js';
@@ -29,6 +29,10 @@ export class SurfaceView {
     this.curvatureMaterial = buildMaterial({ vertexColors: true, roughness: 0.6 });
     /** Materials of the look `shaded` by name, also for later meshes, because to compile one takes time. */
     this.materials = new Map();
+    /** The face of a part that was clicked last, drawn over the mesh. */
+    this.marked = new Mesh(new BufferGeometry(), buildMaterial({
+      color: '#ffd24d', transparent: true, opacity: 0.6, depthWrite: false, polygonOffset: false,
+    }));
     this.wire = new LineBasicMaterial({ transparent: true, opacity: 0.32 });
     /** The largest value of the range of colours of curvature, on both sides of zero. */
     this.range = 1;
@@ -110,6 +114,30 @@ export class SurfaceView {
     mesh.add(mesh.userData.wires);
   }
 
+  /**
+   * Marks the face of a part that a ray hits, and returns its number; null if the surface is no part.
+   * @param {{object: any, faceIndex?: number | null}} hit
+   * @returns {number | null}
+   */
+  markFace({ object: mesh, faceIndex }) {
+    const faces = mesh.geometry.userData.faces;
+    this.marked.removeFromParent();
+    if (!faces || faceIndex === undefined || faceIndex === null) return null;
+    const { first_triangle: firsts, face } = faces;
+    const next = firsts.findIndex((/** @type {number} */ first) => first > faceIndex);
+    const at = (next < 0 ? firsts.length : next) - 1;
+    this.marked.geometry.dispose();
+    this.marked.geometry = new BufferGeometry();
+    ['position', 'normal'].forEach((name) => {
+      this.marked.geometry.setAttribute(name, mesh.geometry.getAttribute(name));
+    });
+    const end = next < 0 ? undefined : 3 * firsts[next];
+    this.marked.geometry.setIndex(new BufferAttribute(mesh.geometry.index.array.slice(3 * firsts[at], end), 1));
+    mesh.add(this.marked);
+    this.stage.draw();
+    return face[at];
+  }
+
   /** Whether the mesh has curvatures. */
   get hasCurvatures() {
     return this.meshes.some((mesh) => mesh.geometry.getAttribute(ATTRIBUTES.mean));
@@ -130,6 +158,7 @@ export class SurfaceView {
   }
 
   forget() {
+    this.marked.removeFromParent();
     this.stage.scene.remove(this.model);
     this.meshes.forEach((mesh) => {
       mesh.geometry.dispose();
