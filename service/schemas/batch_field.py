@@ -7,15 +7,11 @@ from typing import Any
 from pydantic import GetCoreSchemaHandler, TypeAdapter, ValidationError, ValidationInfo
 from pydantic_core import InitErrorDetails, PydanticCustomError, core_schema
 
-from service.errors import Issue, count_nouns
+from service.errors import MAX_ISSUES, Issue, count_nouns
 from service.schemas.batches import Unreadable
 from service.schemas.document import DocumentLimits
 from service.schemas.fields import StrictModel, length_issue
 from service.schemas.validation import limits_of, to_invalid, to_refusal, wrong_type
-
-WORDED_ITEMS = 20
-"""If an item is wrong, it and the next are checked by their models, which word the errors; this
-many in all, because a model takes milliseconds."""
 
 
 @dataclass(frozen=True)
@@ -62,14 +58,20 @@ class ReadInBatches:
     def _word_errors(
         self, items: list[Any], adapter: TypeAdapter[StrictModel], limits: DocumentLimits
     ) -> ValidationError:
-        """The errors of the first wrong item, and of some after it."""
+        """The errors of the first wrong item, and of some after it.
+
+        At most `MAX_ISSUES` items are checked by their models, which take milliseconds.
+        """
         first = self._find_first_wrong(items, limits)
         details: list[InitErrorDetails] = []
-        for number, item in enumerate(items[first : first + WORDED_ITEMS], start=first):
+        for number, item in enumerate(items[first : first + MAX_ISSUES], start=first):
             try:
                 adapter.validate_python(item, context=limits)
             except ValidationError as error:
-                details += [_nest(detail, number) for detail in error.errors(include_url=False)]
+                found = error.errors(include_url=False)[:MAX_ISSUES]
+                details += [_nest(detail, number) for detail in found]
+            if len(details) >= MAX_ISSUES:
+                break
         if details:
             return ValidationError.from_exception_data("value", details)
         # Never seen: the batches and the models accept the same items.

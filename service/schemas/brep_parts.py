@@ -109,6 +109,10 @@ def _check_curve(curve: Any, path: tuple[str | int, ...], dimension: int) -> Non
         raise to_refusal((path, issue) for issue in error.issues) from None
 
 
+_SOME = Field(strict=False, min_length=1, fail_fast=True)
+"""A list with items; after the first wrong item the others are not checked."""
+
+
 class LoopDefinition(StrictModel):
     """A loop: edges that follow each other around a face, with the face on their left.
 
@@ -116,22 +120,16 @@ class LoopDefinition(StrictModel):
     by their `edges`, by `pcurves`, or by both.
     """
 
-    edges: Annotated[tuple[Index, ...] | None, Omittable(), Field(strict=False, min_length=1)] = (
-        optional(
-            "The numbers of the edges, from 0, in the order of the loop. Left out, the loop is "
-            "given by its pcurves alone, and its edges belong to this face only.",
-            [0, 1, 2, 3],
-        )
+    edges: Annotated[tuple[Index, ...] | None, Omittable(), _SOME] = optional(
+        "The numbers of the edges, from 0, in the order of the loop. Left out, the loop is "
+        "given by its pcurves alone, and its edges belong to this face only.",
+        [0, 1, 2, 3],
     )
-    reversed: Annotated[tuple[bool, ...] | None, Omittable(), Field(strict=False, min_length=1)] = (
-        optional(
-            "For each edge, whether the loop runs from its end to its start; left out, none does.",
-            [False, True, False, False],
-        )
+    reversed: Annotated[tuple[bool, ...] | None, Omittable(), _SOME] = optional(
+        "For each edge, whether the loop runs from its end to its start; left out, none does.",
+        [False, True, False, False],
     )
-    pcurves: Annotated[
-        tuple[CurveDefinition | None, ...] | None, Omittable(), Field(strict=False, min_length=1)
-    ] = optional(
+    pcurves: Annotated[tuple[CurveDefinition | None, ...] | None, Omittable(), _SOME] = optional(
         "For each edge, its curve in the parameters of the surface, with control points [u, v]; or "
         "null, and the service makes it. A pcurve runs in the direction of its edge, also where "
         "the loop is reversed, and at the parameters of the edge up to an affine map. A pcurve "
@@ -229,7 +227,7 @@ class FaceDefinition(StrictModel):
         "domain no knot occurs more than degree times.",
         examples=[{"control_net": [[[0, 0, 0], [0, 10, 0]], [[10, 0, 0], [10, 10, 0]]]}],
     )
-    loops: Annotated[tuple[LoopDefinition, ...], Field(strict=False)] = Field(
+    loops: Annotated[tuple[LoopDefinition, ...], Field(strict=False, fail_fast=True)] = Field(
         default=(),
         description="The loops, in any order: material is on the left of each of them.",
         examples=[[{"edges": [0, 1, 2, 3]}, {"edges": [4], "reversed": [True]}]],

@@ -30,7 +30,7 @@ MAX_OBJECTS = 400_000
 """The most objects of the JSON text of a request: a brep has some ten for each face."""
 
 STRINGS_PER_OBJECT, VALUES_PER_OBJECT = 12, 32
-"""For each object, so many more strings and values are allowed: a curve has up to 7 strings. A brep
+"""How many more strings and values are allowed for each object: a curve has up to 7 strings. A brep
 of 20,000 faces has more than `MAX_STRINGS` strings, and it has very many objects."""
 
 LONG_OBJECT = 64
@@ -49,7 +49,7 @@ of a string, and of the error if it is an unknown key; of an object, and of the 
 it."""
 
 BYTES_PER_MORE_STRING, BYTES_PER_MORE_OBJECT = 200, 500
-"""The same of each string and each object after the first `MAX_STRINGS`. Only breps have so many,
+"""Upper bounds for each string and each object after the first `MAX_STRINGS`. Only breps have more,
 which are read without models; at most `MAX_STRINGS` keys can become errors."""
 
 _UTF_16_OR_32 = re.compile(rb"\xff\xfe|\xfe\xff|[^\0]\0|\0{1,3}[^\0]")

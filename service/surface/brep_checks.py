@@ -127,13 +127,11 @@ def find_open_loops(model: BrepModel) -> list[Fault]:
     reverse = model.coedge_reversed.astype(np.intp)
     vertices = model.edge_vertices[edges] if len(model.edge_vertices) else np.zeros((len(rows), 2))
     last, first = vertices[rows, 1 - reverse], vertices[rows, reverse]
-    is_open = (edges >= 0) & (last != first[following])
-    faults, seen = [], -1
-    for coedge in np.flatnonzero(is_open).tolist():
-        loop = model.coedge_loops.item(coedge)
-        if loop == seen:
-            continue
-        seen, after = loop, following.item(coedge)
+    is_open = np.flatnonzero((edges >= 0) & (last != first[following]))
+    loops, position = np.unique(model.coedge_loops[is_open], return_index=True)
+    faults = []
+    for loop, coedge in zip(loops.tolist(), is_open[position].tolist(), strict=True):
+        after = following.item(coedge)
         faults.append(
             Fault(
                 Issue(

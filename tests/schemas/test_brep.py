@@ -373,7 +373,7 @@ def test_errors_of_several_faces_are_reported_together_up_to_twenty() -> None:
 
 
 def test_a_wrong_item_among_thousands_is_found_quickly() -> None:
-    """Only `WORDED_ITEMS` items are checked by their models, which take milliseconds each."""
+    """Only 20 items are checked by their models, which take milliseconds each."""
     edge = {"vertices": [0, 1]}
     document = PLATE | {"edges": [edge] * 20_000 + [{"vertices": [0, "1"]}] + [edge] * 20_000}
     assert [issue.pointer for issue in refuse(document)] == ["/surface/edges/20000/vertices/1"]

@@ -157,7 +157,7 @@ def test_faults_are_those_that_a_slow_search_finds(document: Document) -> None:
 
 
 @given(draw_boxes())
-def test_what_is_left_after_skipping_has_no_faults(document: Document) -> None:
+def test_the_faces_left_after_skipping_have_no_faults(document: Document) -> None:
     try:
         model = skip(document)
     except InvalidRequest:

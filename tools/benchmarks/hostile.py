@@ -15,12 +15,15 @@ from typing import NamedTuple
 from service.api.app import create_app
 from service.settings.values import Settings
 from tools.client import start_client
+from tools.hostile.calls import CALLS
 from tools.hostile.files import FILES
-from tools.hostile.requests import HOSTILE, split_body
+from tools.hostile.requests import split_body
 from tools.processes import peak_memory, reset_peak, resident_memory
 
 MAX_SECONDS = 0.2
 MAX_BYTES = 50e6
+
+HOSTILE = CALLS["/v1/mesh"]
 
 _JSON = {"Content-Type": "application/json"}
 

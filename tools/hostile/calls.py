@@ -6,6 +6,7 @@ The bodies for /v1/mesh are those of `tools.hostile.requests`.
 import struct
 from collections.abc import Iterator, Mapping
 
+from tools.hostile.breps import BREPS
 from tools.hostile.requests import (
     HOSTILE,
     MIB,
@@ -361,7 +362,7 @@ def build_plane_cases() -> Iterator[HostileBody]:
 
 
 CALLS: Mapping[str, tuple[HostileBody, ...]] = {
-    "/v1/mesh": HOSTILE,
+    "/v1/mesh": (*HOSTILE, *BREPS),
     "/v1/points": QUERIES,
     "/v1/surfaces": STORES,
     "/v1/project": tuple(build_projection_cases()),
