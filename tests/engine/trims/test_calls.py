@@ -1,5 +1,6 @@
 """The number of array operations does not depend on the number of faces, curves or places."""
 
+import gc
 import sys
 from collections.abc import Callable
 from types import FrameType
@@ -32,11 +33,13 @@ def count_calls(function: Callable[[], object]) -> int:
 
     function()  # first calls fill caches
     before = sys.getprofile()
+    gc.disable()  # libraries have functions that are called after a collection
     sys.setprofile(profile)
     try:
         function()
     finally:
         sys.setprofile(before)
+        gc.enable()
     return count
 
 
