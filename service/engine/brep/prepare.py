@@ -21,7 +21,7 @@ from service.engine.brep.topology import Topology
 from service.engine.trims.boxes import find_part_box
 from service.engine.trims.closure import find_closure
 from service.engine.trims.places import SIZE, Places
-from service.engine.trims.spline_shapes import find_boxes
+from service.engine.trims.spline_shapes import find_face_boxes
 from service.engine.trims.splines import Splines
 from service.engine.trims.surfaces import FaceSurfaces
 from service.engine.trims.unrolling import unroll
@@ -54,15 +54,17 @@ def prepare(model: BrepModel) -> PreparedBrep:
     topology, unbounded = make_regions(closed, topology, bare, tolerance)
     skipped += refuse_or_skip(model, word_unbounded(model, unbounded))
     topology = topology.drop_faces(_list_faces(skipped))
-    low, high = _box_faces(topology.pcurves, topology.coedge_faces, len(surfaces))
+    low, high = find_face_boxes(topology.pcurves, topology.coedge_faces, len(surfaces))
     surfaces = unroll(closed, low, high)
-    prepared = _finish(model, surfaces, topology, skipped)
+    prepared = _finish(model, surfaces, topology, skipped, (low, high))
     loop_faults = check_loops(prepared)
     if not len(loop_faults.loops):
         return prepared
     worded = word_loop_faults(prepared, loop_faults, topology.loop_sources)
     crossed = refuse_or_skip(model, worded)
-    return _finish(model, surfaces, topology.drop_faces(_list_faces(crossed)), skipped + crossed)
+    topology = topology.drop_faces(_list_faces(crossed))
+    boxes = find_face_boxes(topology.pcurves, topology.coedge_faces, len(surfaces))
+    return _finish(model, surfaces, topology, skipped + crossed, boxes)
 
 
 def _find_bare(model: BrepModel) -> Ints:
@@ -125,31 +127,22 @@ def _begin(model: BrepModel, curves: Splines, found: ParameterCurves) -> Topolog
     )
 
 
-def _box_faces(pcurves: Splines, face: Ints, count: int) -> tuple[FloatArray, FloatArray]:
-    """The boxes (F, 2) about the parameter curves of each face; empty without any."""
-    low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
-    if len(face):
-        begins = np.flatnonzero(np.diff(face, prepend=-1))
-        least, most = find_boxes(pcurves)
-        low[face[begins]] = np.minimum.reduceat(least, begins)
-        high[face[begins]] = np.maximum.reduceat(most, begins)
-    return low, high
-
-
 def _finish(
     model: BrepModel,
     surfaces: FaceSurfaces,
     topology: Topology,
     skipped: tuple[SkippedFace, ...],
+    boxes: tuple[FloatArray, FloatArray],
 ) -> PreparedBrep:
-    """Places over the boxes of the parameter curves, and these in places."""
+    """Places over the boxes of the parameter curves of faces, (F, 2) each, and these in places."""
     face = topology.coedge_faces
-    low, high = _box_faces(topology.pcurves, face, len(surfaces))
+    low, high = boxes
     surfaces = surfaces.move_planes(low, high)
     places = Places.of(surfaces, low, high)
     pcurves = topology.pcurves.map_points(places.origin[face], SIZE / places.extent[face])
     points = [nets.points.transpose(2, 0, 1).reshape(-1, 3) for nets in topology.curves.groups]
-    low, high = _box_faces(pcurves, face, len(surfaces))
+    every = np.arange(len(surfaces))
+    low, high = places.to_places(every, low), places.to_places(every, high)
     box = np.stack(find_part_box(places, low, high, topology.vertices, *points))
     return PreparedBrep(
         model=model,

@@ -7,7 +7,7 @@ Proof in docs/proofs.md: "Lowered splines".
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -59,13 +59,26 @@ class PatchNets:
         for batch in model.batches:
             patches = np.arange(first, first + batch.count)
             first += batch.count
-            values, middles[:, patches], sizes[patches] = _center_nets(batch)
+            values, middles[:, patches], sizes[patches] = center_nets(batch)
             parts.append((patches, values))
         groups = group_nets(parts)
         group, row = np.empty((2, count), dtype=np.intp)
         for number, nets in enumerate(groups):
             group[nets.patches], row[nets.patches] = number, np.arange(len(nets.patches))
         return cls(groups, group, row, middles, sizes, bound_lowering_error(model) + model.moved)
+
+    def replace_first(self, batch: Patches, lowering: float) -> "PatchNets":
+        """The nets after the first batch, which alone has its degree, has become another one."""
+        values, middles, sizes = center_nets(batch)
+        first = replace(self.groups[0], values=values)
+        return PatchNets(
+            (first, *self.groups[1:]),
+            self.group,
+            self.row,
+            np.concatenate([middles, self.middles[:, batch.count :]], axis=1),
+            np.concatenate([sizes, self.sizes[batch.count :]]),
+            lowering,
+        )
 
     def split_by_group(self, patch: Ints) -> Iterator[tuple[Nets, Ints]]:
         """The groups that have some of the patches (m,), each with their indices in `patch`."""
@@ -106,7 +119,7 @@ def _combine(net: FloatArray, along_u: FloatArray, along_v: FloatArray) -> Float
     return total
 
 
-def _center_nets(batch: Patches) -> tuple[FloatArray, FloatArray, FloatArray]:
+def center_nets(batch: Patches) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Nets (p+1, q+1, D, k) about the patches' middles (3, k), and their sizes (k,)."""
     points = np.ascontiguousarray(np.moveaxis(batch.points, (0, -1), (-1, -2)))
     flat = points.reshape(-1, *points.shape[-2:])

@@ -1,24 +1,63 @@
-"""The surfaces of all faces as Bézier patches: extraction for all spans of one degree at once.
+"""Curves and surfaces of all faces in Bézier form: all spans of one degree at once.
 
 Proof in docs/proofs.md: "Lowered splines".
 """
 
 import numpy as np
 
+from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import FloatArray, Ints
 from service.bases.row_batches import expand_runs
+from service.engine.trims.span_nets import SpanNets
 from service.engine.trims.spans import (
     Breaks,
     extract_points,
+    find_breaks,
     find_general_spans,
     find_knots_around,
+    list_spans,
 )
 from service.surface.batches import TensorPatches
-from service.surface.spline_tables import SurfaceTable, find_starts
+from service.surface.spline_tables import CurveTable, SurfaceTable, find_starts
 
 EXTENT_ERROR, COORDINATE_ERROR = 2.0**-38, 2.0**-50
 """A Bézier point is off by at most this share of the extent of its control points, and this share
 of their largest coordinate."""
+
+
+def lower_curves(table: CurveTable) -> tuple[Breaks, list[SpanNets], Ints, Ints]:
+    """The spans of curves: their breaks, and one group of nets for each degree.
+
+    The last two are the group of each curve, (n,), and the column of its first span there, (n,).
+    """
+    count = len(table)
+    position, owner = list_spans(table.knots, table.degrees, table.knot_starts)
+    breaks = find_breaks(table.knots, position, owner, count)
+    span_count = breaks.count
+    first_point = table.point_starts[owner] + position - table.knot_starts[owner]
+    kind = 2 * table.degrees + table.is_rational
+    group, row = np.zeros((2, count), np.intp)
+    groups: list[SpanNets] = []
+    for key in np.unique(kind).tolist():
+        degree, is_rational = key // 2, bool(key % 2)
+        curves, chosen = (kind == key).nonzero()[0], (kind[owner] == key).nonzero()[0]
+        index = (first_point[chosen] - degree)[:, np.newaxis] + np.arange(degree + 1)
+        points, weights = table.points[index], table.weights[index] if is_rational else None
+        around = find_knots_around(table.knots, position[chosen], degree)
+        general = find_general_spans(around).nonzero()[0]
+        if len(general):
+            mixed, mixed_weights = extract_points(
+                points[general][:, :, np.newaxis],
+                None if weights is None else weights[general][..., np.newaxis],
+                around[general],
+            )
+            points[general] = mixed[:, :, 0]
+            if weights is not None and mixed_weights is not None:
+                weights[general] = mixed_weights[..., 0]
+        values = to_homogeneous(points, weights).transpose(1, 2, 0)
+        group[curves], row[curves] = len(groups), find_starts(span_count[curves])[:-1]
+        groups.append(SpanNets(np.ascontiguousarray(values), is_rational))
+    return breaks, groups, group, row
 
 
 def lower_surfaces(

@@ -31,17 +31,15 @@ class Breaks:
     count: Ints
     first: Ints
 
-    @cached_property
+    @property
     def start(self) -> FloatArray:
         """The first parameter of each domain, (n,)."""
-        start: FloatArray = self.values[self.first]
-        return start
+        return self.values.take(self.first)
 
-    @cached_property
+    @property
     def end(self) -> FloatArray:
         """The last parameter of each domain, (n,)."""
-        end: FloatArray = self.values[self.first + self.count]
-        return end
+        return self.values.take(self.first + self.count)
 
     @cached_property
     def owner(self) -> Ints:
@@ -57,7 +55,7 @@ class Breaks:
         if not self._has_inner:
             return np.zeros(len(domain), np.intp)
         first = self.first.take(domain)
-        key = (t - self.start.take(domain)) * self._rates.take(domain) + STEP * domain
+        key = (t - self.values.take(first)) * self._rates.take(domain) + STEP * domain
         after = self._keys.searchsorted(key, side="left" if before else "right")
         span: Ints = np.minimum(np.maximum(after - 1 - first, 0), self._most.take(domain))
         # Keys of many domains have fewer digits than parameters: nearly always, nothing is left.

@@ -71,11 +71,15 @@ def box_spans(splines: Splines, spans: Intervals) -> tuple[FloatArray, FloatArra
 def find_face_boxes(pcurves: Splines, face: Ints, count: int) -> tuple[FloatArray, FloatArray]:
     """Boxes about the parameter curves of each of `count` faces: (count, 2) each.
 
-    `face` (n,) has the face of each curve. A face without curves has the least values ∞ and the
-    greatest values −∞.
+    `face` (n,) has the face of each curve, in ascending order. A face without curves has the least
+    values ∞ and the greatest values −∞.
     """
     low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
-    least, most = find_boxes(pcurves)
-    np.minimum.at(low, face, least)
-    np.maximum.at(high, face, most)
+    if len(face):
+        spans = pcurves.list_spans()
+        owner = face[spans.curve]
+        begins = np.flatnonzero(np.diff(owner, prepend=-1))
+        least, most = box_spans(pcurves, spans)
+        low[owner[begins]] = np.minimum.reduceat(least, begins)
+        high[owner[begins]] = np.maximum.reduceat(most, begins)
     return low, high

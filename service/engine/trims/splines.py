@@ -11,10 +11,10 @@ from functools import cached_property
 
 import numpy as np
 
-from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import expand_runs
 from service.engine.nets.blossoms import build_blossoms
+from service.engine.trims.lowering import lower_curves
 from service.engine.trims.span_nets import (
     Intervals,
     SpanNets,
@@ -22,14 +22,7 @@ from service.engine.trims.span_nets import (
     merge_groups,
     project_levels,
 )
-from service.engine.trims.spans import (
-    Breaks,
-    extract_points,
-    find_breaks,
-    find_general_spans,
-    find_knots_around,
-    list_spans,
-)
+from service.engine.trims.spans import Breaks
 from service.surface.spline_tables import CurveTable, find_starts
 
 
@@ -67,38 +60,12 @@ class Splines:
     @classmethod
     def of(cls, table: CurveTable) -> "Splines":
         """All curves of a table, lowered to Bézier spans."""
-        count = len(table)
-        position, owner = list_spans(table.knots, table.degrees, table.knot_starts)
-        breaks = find_breaks(table.knots, position, owner, count)
-        span_count = breaks.count
-        first_point = table.point_starts[owner] + position - table.knot_starts[owner]
-        kind = 2 * table.degrees + table.is_rational
-        group, row = np.zeros((2, count), np.intp)
-        groups: list[SpanNets] = []
-        for key in np.unique(kind).tolist():
-            degree, is_rational = key // 2, bool(key % 2)
-            curves, chosen = (kind == key).nonzero()[0], (kind[owner] == key).nonzero()[0]
-            index = (first_point[chosen] - degree)[:, np.newaxis] + np.arange(degree + 1)
-            points, weights = table.points[index], table.weights[index] if is_rational else None
-            around = find_knots_around(table.knots, position[chosen], degree)
-            general = find_general_spans(around).nonzero()[0]
-            if len(general):
-                mixed, mixed_weights = extract_points(
-                    points[general][:, :, np.newaxis],
-                    None if weights is None else weights[general][..., np.newaxis],
-                    around[general],
-                )
-                points[general] = mixed[:, :, 0]
-                if weights is not None and mixed_weights is not None:
-                    weights[general] = mixed_weights[..., 0]
-            values = to_homogeneous(points, weights).transpose(1, 2, 0)
-            group[curves], row[curves] = len(groups), find_starts(span_count[curves])[:-1]
-            groups.append(SpanNets(np.ascontiguousarray(values), is_rational))
+        breaks, groups, group, row = lower_curves(table)
         return cls(
             table.points.shape[1],
             table.degrees,
             table.is_rational,
-            span_count,
+            breaks.count,
             breaks.first,
             breaks.values,
             *merge_groups(groups, group, row),
@@ -110,12 +77,12 @@ class Splines:
     @property
     def start(self) -> FloatArray:
         """The first parameter of each curve, (n,)."""
-        return self._breaks.start
+        return self.breaks.take(self.first_break)
 
     @property
     def end(self) -> FloatArray:
         """The last parameter of each curve, (n,)."""
-        return self._breaks.end
+        return self.breaks.take(self.first_break + self.span_count)
 
     def take(self, curves: Ints) -> "Splines":
         """The curves with these numbers, in this order; a curve may occur several times."""
@@ -154,10 +121,14 @@ class Splines:
 
     def move_ranges(self, start: FloatArray, end: FloatArray) -> "Splines":
         """The curves with their parameters mapped affinely to [start, end], (n,) each."""
+        old_start, old_end = self.start, self.end
+        unchanged = (start == old_start) & (end == old_end)
+        if unchanged.all():
+            return self
         owner = np.repeat(np.arange(len(self)), self.span_count + 1)
-        scale = (end - start) / (self.end - self.start)
-        breaks = start[owner] + (self.breaks - self.start[owner]) * scale[owner]
-        unchanged = ((start == self.start) & (end == self.end))[owner]
+        scale = (end - start) / (old_end - old_start)
+        breaks = start[owner] + (self.breaks - old_start[owner]) * scale[owner]
+        unchanged = unchanged[owner]
         breaks = np.where(unchanged, self.breaks, breaks)
         breaks[self.first_break] = start
         breaks[self.first_break + self.span_count] = end
@@ -189,17 +160,17 @@ class Splines:
 
     def evaluate(self, curve: Ints, t: FloatArray) -> FloatArray:
         """Points (m, D) of curves (m,) at parameters t (m,), which are clamped to the domain."""
-        points: FloatArray = self.evaluate_derivatives(curve, t, 0)[0]
+        column, x, _ = self._locate(curve, t)
+        if len(self.groups) == 1:
+            return _evaluate(self.groups[0], column, x)
+        points = np.empty((len(curve), self.dimension))
+        for nets, rows in self.split(curve):
+            points[rows] = _evaluate(nets, column[rows], x[rows])
         return points
 
     def evaluate_derivatives(self, curve: Ints, t: FloatArray, order: int = 1) -> FloatArray:
         """Points and derivatives C, C′ and, if `order` is 2, C″: shape (order + 1, m, D)."""
-        span = self.find_spans(curve, t)
-        at = self.first_break[curve] + span
-        low = self.breaks[at]
-        width = self.breaks[at + 1] - low
-        x = np.minimum(np.maximum((t - low) / width, 0.0), 1.0)
-        column = self.row[curve] + span
+        column, x, width = self._locate(curve, t)
         out = np.zeros((order + 1, len(curve), self.dimension))
         for nets, rows in self.split(curve):
             levels = interpolate(nets.values.take(column[rows], axis=2), x[rows], order)
@@ -212,7 +183,7 @@ class Splines:
     def cut(self, curve: Ints, low: FloatArray, high: FloatArray) -> Intervals:
         """Intervals [low, high] (m,) of curves, cut at their breaks."""
         first = self.find_spans(curve, low)
-        if not len(curve) or int(self.span_count.max()) == 1:
+        if not self._has_breaks:
             return Intervals(np.arange(len(curve)), curve, low, high, first)
         last = np.maximum(self.find_spans(curve, high, before=True), first)
         source, span = expand_runs(last - first + 1, first)
@@ -252,6 +223,22 @@ class Splines:
             blossoms = build_blossoms(nets.degree, ends[:, rows])
             yield rows, blossoms @ nets.nets.take(column[rows], axis=0)
 
+    def _locate(self, curve: Ints, t: FloatArray) -> tuple[Ints, FloatArray, FloatArray]:
+        """Columns of nets (m,), local parameters (m,) from 0 to 1, and lengths of spans (m,)."""
+        at = self.first_break.take(curve)
+        column = self.row.take(curve)
+        if self._has_breaks:
+            span = self.find_spans(curve, t)
+            at, column = at + span, column + span
+        low = self.breaks.take(at)
+        width = self.breaks.take(at + 1) - low
+        return column, np.minimum(np.maximum((t - low) / width, 0.0), 1.0), width
+
+    @cached_property
+    def _has_breaks(self) -> bool:
+        """Whether some curve has more than one span."""
+        return bool((self.span_count > 1).any())
+
     def split(self, curve: Ints) -> Iterator[tuple[SpanNets, Ints]]:
         """The groups that have some of the curves (m,), each with their indices in `curve`."""
         if len(self.groups) == 1:
@@ -268,3 +255,9 @@ class Splines:
     def _breaks(self) -> Breaks:
         """The breaks of all curves, for `find_spans`."""
         return Breaks(self.breaks, self.span_count, self.first_break)
+
+
+def _evaluate(nets: SpanNets, column: Ints, x: FloatArray) -> FloatArray:
+    """Points (m, D) of nets at local parameters."""
+    point = interpolate(nets.values.take(column, axis=2), x, 0)[0]
+    return (point[:-1] / point[-1] if nets.is_rational else point).T

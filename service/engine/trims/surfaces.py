@@ -118,17 +118,16 @@ class FaceSurfaces:
         points[self.faces.first[planes]] = move_plane_corners(
             corners, (new_low - old_low) / width, (new_low + side - old_low) / width
         )
-        batches: tuple[Patches, ...] = (TensorPatches(points), *self.model.batches[1:])
+        batch = TensorPatches(points)
         errors = self.errors.copy()
         errors[planes] += 2.0**-49 * np.abs(points[self.faces.first[planes]]).max(axis=(1, 2, 3))
         values = self.breaks.values.copy()
         at = self.breaks.first.reshape(-1, 2)[planes]
         values[at], values[at + 1] = new_low, new_low + side
-        model, nets = build_nets(batches, self.model.name, errors)
         return replace(
             self,
-            model=model,
-            nets=nets,
+            model=replace(self.model, batches=(batch, *self.model.batches[1:])),
+            nets=self.nets.replace_first(batch, float(errors.max())),
             breaks=replace(self.breaks, values=values),
             errors=errors,
         )
