@@ -1,9 +1,9 @@
 """Draws the pictures of the documentation, and writes the page of examples, which shows them.
 
-`python -m tools.picture docs` writes `editor.png`, `curvature.png`, `wires.png`, `adaptive.png`,
-`examples/<id>.png`, `curves/<name>.png` and `examples.md` in the folder `docs`. It also writes the
-thumbnails for the list of examples in the editor. Further arguments are the names of the only
-pictures to draw: `python -m tools.picture docs gear`.
+`python -m tools.picture docs` writes `editor.png`, `part.png`, `curvature.png`, `wires.png`,
+`adaptive.png`, `examples/<id>.png`, `curves/<name>.png` and `examples.md` in the folder `docs`. It
+also writes the thumbnails for the list of examples in the editor. Further arguments are the names
+of the only pictures to draw: `python -m tools.picture docs gear`.
 """
 
 import json
@@ -43,6 +43,9 @@ ADAPTIVE = "/v1/surfaces/utah-teapot/mesh.glb?relative_tolerance=0.001"
 EDITOR = "/?surface=utah-teapot"
 SPOUT_TIP = 200
 """The number of a control point at the tip of the spout of the teapot."""
+PART = "/?surface=impeller"
+ON_HUB = (430, 420)
+"""The pixel at which the picture of a part shows a click."""
 CURVATURE = "/?surface=nurbs-goblet&relative_tolerance=0.001&look=gaussian"
 
 Scheme: TypeAlias = Literal["light", "dark"]
@@ -108,11 +111,18 @@ def _build_curve_url(document: dict[str, Any]) -> str:
     return f"data:{glb.media_type};base64,{b64encode(content).decode()}"
 
 
-def draw_editor(browser: Browser, url: str, scheme: Scheme, target: Path, point: int) -> None:
+def draw_editor(
+    browser: Browser,
+    url: str,
+    scheme: Scheme,
+    target: Path,
+    point: int,
+    click: tuple[int, int] | None = None,
+) -> None:
     """Writes a screenshot of the editor at a URL, in a light or dark colour scheme.
 
-    Control point `point` is selected; if `point` is 0, no control point is selected. Errors in the
-    console of the page end the program.
+    Control point `point` is selected; if `point` is 0, no control point is selected. `click` is the
+    pixel of a click on the surface. Errors in the console of the page end the program.
     """
     context = browser.new_context(
         viewport={"width": 1280, "height": 800}, device_scale_factor=1.25, color_scheme=scheme
@@ -121,6 +131,8 @@ def draw_editor(browser: Browser, url: str, scheme: Scheme, target: Path, point:
     show(stage.page, url)
     if point:
         select_point(stage.page, point)
+    if click is not None:
+        stage.page.mouse.click(*click)
     stage.page.evaluate("document.activeElement.blur()")
     stage.page.screenshot(path=target)
     context.close()
@@ -159,6 +171,8 @@ def main(folder: Path, chosen: Sequence[str] = ()) -> None:
     ):
         if not chosen or "editor" in chosen:
             draw_editor(browser, service + EDITOR, "light", folder / "editor.png", SPOUT_TIP)
+        if not chosen or "part" in chosen:
+            draw_editor(browser, service + PART, "light", folder / "part.png", 0, ON_HUB)
         if not chosen or "curvature" in chosen:
             draw_editor(browser, service + CURVATURE, "dark", folder / "curvature.png", 0)
         stage = open_page(browser)
