@@ -140,16 +140,17 @@ def word_loop_faults(prepared: PreparedBrep, faults: LoopFaults, sources: Ints) 
     return worded
 
 
-def _word_loop(code: str, pointer: str, partner: str, near: str) -> Issue:
+def _word_loop(fault: str, pointer: str, partner: str, near: str) -> Issue:
     """The issue of a loop; `partner` is the loop that it meets, and `near` says where."""
-    if code == "loop_reversed":
+    if fault == "loop_reversed":
         return Issue(
-            code,
+            "loop_reversed",
             "The material of a face is on the left of its loops, seen against du × dv.",
             pointer,
             f"a loop with the material on its right {near}",
             "outer loops counter-clockwise, inner loops clockwise",
         )
+    code = "loops_cross" if fault == "loops_cross" else "loops_touch"
     verb = "crosses" if code == "loops_cross" else "touches"
     return Issue(
         code,
