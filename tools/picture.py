@@ -116,7 +116,8 @@ def draw_editor(
     url: str,
     scheme: Scheme,
     target: Path,
-    point: int,
+    *,
+    point: int = 0,
     click: tuple[int, int] | None = None,
 ) -> None:
     """Writes a screenshot of the editor at a URL, in a light or dark colour scheme.
@@ -170,11 +171,11 @@ def main(folder: Path, chosen: Sequence[str] = ()) -> None:
         open_browser(find_chromium()) as browser,
     ):
         if not chosen or "editor" in chosen:
-            draw_editor(browser, service + EDITOR, "light", folder / "editor.png", SPOUT_TIP)
+            draw_editor(browser, service + EDITOR, "light", folder / "editor.png", point=SPOUT_TIP)
         if not chosen or "part" in chosen:
-            draw_editor(browser, service + PART, "light", folder / "part.png", 0, ON_HUB)
+            draw_editor(browser, service + PART, "light", folder / "part.png", click=ON_HUB)
         if not chosen or "curvature" in chosen:
-            draw_editor(browser, service + CURVATURE, "dark", folder / "curvature.png", 0)
+            draw_editor(browser, service + CURVATURE, "dark", folder / "curvature.png")
         stage = open_page(browser)
         open_viewer(stage, viewer_url)
         for target, (url, size) in pictures.items():
