@@ -2,16 +2,15 @@
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, Ints
+from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import bernstein
 from service.engine.trims.closure import ClosedSurfaces
 from service.engine.trims.foot_pieces import DEGREE, CurvesOnFaces, Pieces, list_nodes
+from service.engine.trims.inversion import LAST_STEP
+from service.engine.vectors import dot
 
-STEPS = 6
-"""Steps of regula falsi towards the knot line."""
-
-CLOSE = 1e-14
-"""A foot this close to a knot, as a share of the domain, is at it."""
+STEPS = 8
+"""The most steps towards a knot line."""
 
 END = 2.0**-20
 """A crossing in the first or the last part of a piece, up to this share, does not divide it."""
@@ -40,43 +39,64 @@ def _find_cuts(
     work: CurvesOnFaces, pieces: Pieces, points: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Where pieces are divided: shares (m,) of their length, and the feet (2, m) there."""
-    count = len(pieces.curve)
     face = work.face[pieces.curve]
     share, axis, knot = _find_crossings(work.surfaces, face, points)
-    foot = np.zeros((count, 2))
-
-    def find_foot(rows: Ints) -> FloatArray:
-        """The feet (r, 2) at the present shares of some pieces."""
-        guess = np.einsum("mj,jkm->mk", bernstein(DEGREE, share[rows]), points[..., rows])
-        t = pieces.low[rows] + share[rows] * (pieces.high - pieces.low)[rows]
-        return work.find_feet(pieces.curve[rows], t, guess)[0]
-
-    every = np.arange(count)
-    low, high = np.zeros(count), np.ones(count)
-    low_value = points[0, axis, every] - knot
-    high_value = points[-1, axis, every] - knot
-    active = every
-    for _ in range(STEPS):
-        foot[active] = find_foot(active)
-        active = active[axis[active] >= 0]
-        value = foot[active, axis[active]] - knot[active]
-        is_low = (value < 0) == (low_value[active] < 0)
-        low[active] = np.where(is_low, share[active], low[active])
-        low_value[active] = np.where(is_low, value, low_value[active])
-        high[active] = np.where(is_low, high[active], share[active])
-        high_value[active] = np.where(is_low, high_value[active], value)
-        width = work.surfaces.period[face[active], axis[active]]
-        active = active[np.abs(value) > CLOSE * width]
-        if not len(active):
-            break
-        a, b = low_value[active], high_value[active]
-        new = low[active] - a * (high - low)[active] / np.where(a == b, 1.0, b - a)
-        share[active] = np.where(a == b, (low + high)[active] / 2, new)
-    rows = (~((share > END) & (share < 1 - END))).nonzero()[0]
+    foot = np.einsum("mj,jkm->mk", bernstein(DEGREE, share), points)
+    crossing = (axis >= 0).nonzero()[0]
+    is_found = np.zeros(len(share), bool)
+    if len(crossing):
+        chosen = pieces.take(crossing)
+        share[crossing], foot[crossing], is_found[crossing] = _find_knot_feet(
+            work, chosen, (share[crossing], foot[crossing]), axis[crossing], knot[crossing]
+        )
+    rows = (~is_found).nonzero()[0]
     if len(rows):
         share[rows] = 0.5
-        foot[rows] = find_foot(rows)
+        guess = np.einsum("mj,jkm->mk", bernstein(DEGREE, share[rows]), points[..., rows])
+        t = (pieces.low[rows] + pieces.high[rows]) / 2
+        foot[rows], _ = work.find_feet(pieces.curve[rows], t, guess)
     return share, foot.T
+
+
+def _find_knot_feet(
+    work: CurvesOnFaces,
+    pieces: Pieces,
+    guess: tuple[FloatArray, FloatArray],
+    axis: Ints,
+    knot: FloatArray,
+) -> tuple[FloatArray, FloatArray, Bools]:
+    """Shares (m,) of pieces whose feet (m, 2) are on knot lines; and whether they were found.
+
+    With the curve E and the surface S over the knot line, the two unknowns are the parameter t and
+    the parameter v along the line. E(t) − S is to be normal to the surface, which gives two linear
+    equations for a step of both.
+    """
+    face, every = work.face[pieces.curve], np.arange(len(axis))
+    width = pieces.high - pieces.low
+    share, foot = guess[0].copy(), guess[1].copy()
+    foot[every, axis] = knot
+    period = work.surfaces.period[face, 1 - axis]
+    for _ in range(STEPS):
+        point, speed = work.curves.evaluate_derivatives(pieces.curve, pieces.low + share * width)
+        speed *= width[:, np.newaxis]
+        image, *partials = work.surfaces.evaluate_partials(face, foot)
+        across = np.where(axis[:, np.newaxis] == 0, partials[0], partials[1])
+        along = np.where(axis[:, np.newaxis] == 0, partials[1], partials[0])
+        rest = point - image
+        # Both equations: d_share · speed − d_v · along + rest is normal to `across` and to `along`.
+        a, b, c = dot(speed, across, -1), dot(along, across, -1), dot(rest, across, -1)
+        d, e, f = dot(speed, along, -1), dot(along, along, -1), dot(rest, along, -1)
+        determinant = b * d - a * e
+        safe = np.where(determinant == 0, np.inf, determinant)
+        step, slide = (c * e - b * f) / safe, (c * d - a * f) / safe
+        share += step
+        foot[every, 1 - axis] += slide
+        inside = (share > END) & (share < 1 - END) & (determinant != 0)
+        share = np.where(inside, share, 0.5)
+        is_last = (np.abs(step) <= LAST_STEP) & (np.abs(slide) <= LAST_STEP * period)
+        if (is_last | ~inside).all():
+            break
+    return share, foot, inside & is_last
 
 
 def _find_crossings(
