@@ -10,11 +10,13 @@ memory than predicted.
 import sys
 import tracemalloc
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from multiprocessing import get_context
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from oracles.solids import read_solid
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.accuracy import Accuracy
@@ -23,6 +25,8 @@ from service.errors import SurfaceError
 from service.pipeline.cost import lowering_memory
 from service.pipeline.mesh import plan_mesh
 from service.pipeline.mesh_plan import build_plan
+from service.schemas.request import MeshRequest
+from service.schemas.validation import validate_document
 from service.settings.runtime import pin_blas, share_heap
 from service.surface.bezier import BezierSurface, TriangleSurface
 from service.surface.bspline import BsplineSurface
@@ -35,6 +39,9 @@ from tools.processes import peak_memory, reset_peak, resident_memory
 RESOLUTIONS = (1, 1), (3, 7)
 LARGE = ("saddle", 900), ("utah-teapot", 150), ("tea-service", 60), ("spline", 6)
 """Surfaces and divisions whose resident memory is measured, each in a process of its own."""
+
+BREPS, BREP_TOLERANCES = ("box", "plate", "thread", "tee", "pipe", "sphere"), (1e-2, 1e-3, 1e-4)
+"""Solids whose meshes are measured, and their tolerances, as shares of the diagonal."""
 
 CACHE_BYTES = 16 << 20
 """Bytes that a process keeps in caches after the first large mesh: bases, plans, work arrays."""
@@ -136,6 +143,31 @@ def measure_surface(name: str, surface: Surface) -> Iterator[Measurement]:
     yield Measurement(f"{name} as patches", lowering, lowering_memory(surface.size()))
 
 
+def measure_brep(name: str, tolerance: float) -> Iterator[Measurement]:
+    """Measures the meshes of a solid in all formats; the limit of triangles is near their number."""
+    document = {"surface": read_solid(name)}
+    surface = validate_document(MeshRequest, document).to_surface()
+    accuracy = Accuracy(relative_tolerance=tolerance)
+    report = plan_mesh(surface, MeshOptions(accuracy=accuracy), BY_NAME["stl"]).run().report
+    assert report is not None
+    # Without this limit the predicted memory would be that of the largest mesh.
+    accuracy = replace(accuracy, max_triangles=report.triangles + report.triangles // 8)
+    plain, lines = MeshOptions(accuracy=accuracy), ("boundary",)
+    variants: tuple[tuple[str, MeshOptions], ...] = (
+        ("plain", plain),
+        ("curved", replace(plain, uvs=True, curvatures=True)),
+        ("lines", replace(plain, overlays=lines)),
+    )
+    for variant, options in variants:
+        for fmt in FORMATS:
+            title = f"{name} {tolerance:g} {variant} {fmt.name}"
+            try:
+                work = plan_mesh(surface, options, fmt)
+            except SurfaceError:  # this format does not have this variant
+                continue
+            yield Measurement(title, measure_memory(work.run), work.cost.memory)
+
+
 def measure_resident(name: str, divisions: int, fmt: str) -> Measurement:
     """Measures a large mesh in this process, which must have done no work before."""
     pin_blas()
@@ -179,6 +211,12 @@ def main(names: list[str]) -> int:
             for measurement in measure_surface(name, surface):
                 count += 1
                 excess_count += print_measurement(measurement)
+    for name in BREPS:
+        if not names or name in names:
+            for tolerance in BREP_TOLERANCES:
+                for measurement in measure_brep(name, tolerance):
+                    count += 1
+                    excess_count += print_measurement(measurement)
     with get_context("spawn").Pool(1, maxtasksperchild=1) as pool:
         for name, divisions in LARGE:
             if not names or name in names:

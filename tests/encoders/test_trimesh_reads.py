@@ -1,4 +1,4 @@
-"""trimesh reads quads of OBJ and OFF as a closed mesh of the right volume.
+"""trimesh reads quads of OBJ and OFF, and breps, as closed meshes of the right volume.
 
 The meshes have no uvs, because trimesh needs Pillow to read texture coordinates.
 """
@@ -10,8 +10,12 @@ import numpy as np
 import pytest
 import trimesh
 
+from oracles.solids import MEASURES, read_solid
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
+from service.pipeline.mesh import render
+from service.schemas.request import MeshRequest
+from service.schemas.validation import validate_document
 from tools.meshes import build_silo
 
 SIDES, ROWS = 12, 3
@@ -32,3 +36,18 @@ def test_trimesh_reads_two_triangles_for_each_quad(name: str) -> None:
     assert len(loaded.faces) == len(mesh.triangles) + 2 * len(mesh.quads)
     assert loaded.is_watertight
     assert loaded.volume == pytest.approx(VOLUME, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["glb", "gltf", "obj", "off", "ply", "stl"])
+@pytest.mark.parametrize("solid", ["cone", "crossholes"])
+def test_trimesh_reads_a_closed_brep(name: str, solid: str) -> None:
+    document = read_solid(solid)
+    for face in document["faces"][::3]:
+        face["color"] = [0.8, 0.2, 0.1]
+    request = validate_document(MeshRequest, {"surface": document, "normals": False})
+    content = render(request.to_surface(), request.mesh_options(), BY_NAME[name])
+    loaded = trimesh.load_scene(BytesIO(content), file_type=name).to_mesh()
+    loaded.merge_vertices(merge_tex=True, merge_norm=True)
+    assert loaded.is_watertight
+    assert loaded.is_winding_consistent
+    assert loaded.volume == pytest.approx(MEASURES[solid]["volume"], rel=5e-3)

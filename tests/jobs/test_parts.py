@@ -94,9 +94,12 @@ def _with_floats(value: Any, key: str = "") -> Any:
     """The value with every coordinate as a number with a fraction."""
     if isinstance(value, dict):
         return {name: _with_floats(item, name) for name, item in value.items()}
+    if key == "vertices" and isinstance(value, list) and type(value[0]) is int:
+        return value  # the numbers of the two vertices of an edge
     if isinstance(value, list):
-        return [_with_floats(item, key) for item in value]
-    is_coordinate = key in ("control_net", "control_points", "vertices") and type(value) is int
+        inner = "control_points" if key == "vertices" else key
+        return [_with_floats(item, inner) for item in value]
+    is_coordinate = key in ("control_net", "control_points") and type(value) is int
     return float(value) if is_coordinate else value
 
 
