@@ -19,7 +19,7 @@ from service.engine.trims.splines import Splines
 from service.engine.vectors import length
 from service.surface.brep_model import BrepModel
 
-SAMPLES = 17
+SAMPLES = 9
 """Parameters at which a given parameter curve is compared with its edge before the proof."""
 
 NEAR = 1e-2

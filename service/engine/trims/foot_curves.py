@@ -78,8 +78,7 @@ def fit_feet(
         to a pole are at it. Model units.
     """
     work = place_curves(surfaces, face, curves, goal)
-    pieces = begin_pieces(work, guesses)
-    feet, distance = find_node_feet(work, pieces)
+    pieces, feet, distance = begin_pieces(work, guesses)
     straight = _find_straight(work, pieces, feet, distance, goal)
     done = _make_lines(work, pieces, feet, straight)
     is_left = ~np.isin(pieces.curve, straight)

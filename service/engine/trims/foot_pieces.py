@@ -128,30 +128,38 @@ def place_curves(
     return CurvesOnFaces(surfaces, face, curves, axes, sides)
 
 
-def begin_pieces(work: CurvesOnFaces, guesses: FirstGuesses) -> Pieces:
-    """The spans of the curves, with the feet at all breaks."""
+def begin_pieces(
+    work: CurvesOnFaces, guesses: FirstGuesses
+) -> tuple[Pieces, FloatArray, FloatArray]:
+    """The spans of the curves, with the feet at their nodes as from `find_node_feet`."""
     curves = work.curves
     spans = curves.list_spans()
     owner = np.repeat(np.arange(len(curves)), curves.span_count + 1)
-    guess = guesses.guess(owner, curves.breaks)
-    feet, _ = work.find_feet(owner, curves.breaks, guess)
+    inner_nodes = list_nodes()[1:-1]
+    t = spans.low + (spans.high - spans.low) * inner_nodes[:, np.newaxis]
+    # Breaks and nodes together.
+    curve = np.concatenate([owner, np.tile(spans.curve, len(inner_nodes))])
+    parameters = np.concatenate([curves.breaks, t.ravel()])
+    guess = guesses.guess(curve, parameters)
+    found, distance = work.find_feet(curve, parameters, guess)
+    feet, guess = found[: len(owner)], guess[: len(owner)]
     for k, at in enumerate((curves.first_break, curves.first_break + curves.span_count)):
         rows = (work.pole_axes[k] >= 0).nonzero()[0]
         feet[at[rows]] = guess[at[rows]]
         feet[at[rows], work.pole_axes[k, rows]] = work.pole_sides[k, rows]
     begin = curves.first_break[spans.curve] + spans.span
-    inner_nodes = list_nodes()[1:-1]
-    t = spans.low + (spans.high - spans.low) * inner_nodes[:, np.newaxis]
-    inner = guesses.guess(np.tile(spans.curve, len(inner_nodes)), t.ravel())
-    return Pieces(
+    inner = found[len(owner) :].reshape(len(inner_nodes), -1, 2).transpose(0, 2, 1)
+    pieces = Pieces(
         spans.curve,
         spans.low,
         spans.high,
         np.full(len(spans.curve), np.inf),
         feet[begin].T,
         feet[begin + 1].T,
-        inner.reshape(len(inner_nodes), -1, 2).transpose(0, 2, 1),
+        inner,
     )
+    at_nodes = _continue_to_poles(work, pieces, _join_ends(pieces, inner))
+    return pieces, at_nodes, distance[len(owner) :].reshape(len(inner_nodes), -1)
 
 
 def find_node_feet(work: CurvesOnFaces, pieces: Pieces) -> tuple[FloatArray, FloatArray]:
@@ -161,8 +169,13 @@ def find_node_feet(work: CurvesOnFaces, pieces: Pieces) -> tuple[FloatArray, Flo
     guess = pieces.inner.transpose(0, 2, 1).reshape(-1, 2)
     inner, distance = work.find_feet(np.tile(pieces.curve, count), t.ravel(), guess)
     inner = inner.reshape(count, -1, 2).transpose(0, 2, 1)
-    feet = np.concatenate([pieces.first[np.newaxis], inner, pieces.last[np.newaxis]])
-    return _continue_to_poles(work, pieces, feet), distance.reshape(count, -1)
+    feet = _continue_to_poles(work, pieces, _join_ends(pieces, inner))
+    return feet, distance.reshape(count, -1)
+
+
+def _join_ends(pieces: Pieces, inner: FloatArray) -> FloatArray:
+    """The feet (n + 1, 2, m) at all nodes from those at inner nodes (n − 1, 2, m)."""
+    return np.concatenate([pieces.first[np.newaxis], inner, pieces.last[np.newaxis]])
 
 
 def measure_excess(
