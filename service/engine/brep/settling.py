@@ -112,31 +112,40 @@ def _choose_pieces(
 
 def find_faults(polygons: Polygons, conflicts: Conflicts) -> LoopFaults:
     """The loops whose sides are in conflict, or that have the material on the wrong side."""
-    sides = conflicts.sides
-    is_bad = np.zeros(int(polygons.faces.max(initial=-1)) + 1, bool)
-    is_bad[polygons.faces[sides]] = True
-    # Loops that touch in a few places may cross there.
-    windings = np.ones(len(polygons.faces), np.intp)
-    tested = (is_bad[polygons.faces] & (polygons.begins != polygons.ends).any(axis=1)).nonzero()[0]
-    windings[tested] = count_windings(polygons, tested)
-    crosses = np.zeros(int(polygons.loops.max(initial=-1)) + 1, bool)
-    crosses[polygons.loops[conflicts.crosses]] = True
-    crosses[polygons.loops[windings != 1]] = True
-    first = sides[np.diff(polygons.loops[sides], prepend=-1) != 0]
-    other_sides = conflicts.others[first]
-    others = polygons.loops[other_sides]
-    codes = np.where(crosses[polygons.loops[first]] | crosses[others], "loops_cross", "loops_touch")
-    places = _find_meetings(polygons, first, other_sides)
-    found = LoopFaults(polygons.loops[first], codes, others, polygons.faces[first], places)
-    rest = (~is_bad[polygons.faces]).nonzero()[0]
-    wrong, is_whole = find_reversed_loops(take_faces(polygons, rest))
-    wrong = rest[wrong]
-    codes = np.where(is_whole, "loop_reversed", "loops_cross")
-    others = np.where(is_whole, -1, polygons.loops[wrong])
-    places, faces = polygons.begins[wrong].T, polygons.faces[wrong]
-    more = LoopFaults(polygons.loops[wrong], codes, others, faces, places)
+    if not len(conflicts.sides):
+        return _find_reversed(polygons, np.arange(len(polygons.faces)))
+    is_bad = np.zeros(int(polygons.faces.max()) + 1, bool)
+    is_bad[polygons.faces[conflicts.sides]] = True
+    is_bad = is_bad[polygons.faces]
+    found = _find_meeting_loops(polygons, conflicts, is_bad)
+    more = _find_reversed(polygons, (~is_bad).nonzero()[0])
     found = LoopFaults.join([found, more])
     return found.take(found.loops.argsort(kind="stable"))
+
+
+def _find_meeting_loops(polygons: Polygons, conflicts: Conflicts, is_bad: Bools) -> LoopFaults:
+    """The loops of bad faces, those of sides (M,), that cross or touch others."""
+    sides = conflicts.sides
+    # Loops that touch in a few places may cross there.
+    tested = (is_bad & (polygons.begins != polygons.ends).any(axis=1)).nonzero()[0]
+    crosses = np.zeros(int(polygons.loops.max()) + 1, bool)
+    crosses[polygons.loops[conflicts.crosses]] = True
+    crosses[polygons.loops[tested[count_windings(polygons, tested) != 1]]] = True
+    first = sides[np.diff(polygons.loops[sides], prepend=-1) != 0]
+    loops, others = polygons.loops[first], polygons.loops[conflicts.others[first]]
+    codes = np.where(crosses[loops] | crosses[others], "loops_cross", "loops_touch")
+    places = _find_meetings(polygons, first, conflicts.others[first])
+    return LoopFaults(loops, codes, others, polygons.faces[first], places)
+
+
+def _find_reversed(polygons: Polygons, sides: Ints) -> LoopFaults:
+    """Loops with the material on the wrong side, of faces without conflicts that have `sides`."""
+    wrong, is_whole = find_reversed_loops(take_faces(polygons, sides))
+    wrong = sides[wrong]
+    loops, places = polygons.loops[wrong], polygons.begins[wrong].T
+    codes = np.where(is_whole, "loop_reversed", "loops_cross")
+    others = np.where(is_whole, -1, loops)
+    return LoopFaults(loops, codes, others, polygons.faces[wrong], places)
 
 
 def _find_meetings(polygons: Polygons, sides: Ints, others: Ints) -> Ints:
@@ -156,6 +165,8 @@ def _find_meetings(polygons: Polygons, sides: Ints, others: Ints) -> Ints:
 
 def take_faces(polygons: Polygons, sides: Ints) -> Polygons:
     """The polygons of some faces: `sides` are all sides of these, in ascending order."""
+    if len(sides) == len(polygons.faces):
+        return polygons
     number = np.full(len(polygons.faces), -1)
     number[sides] = np.arange(len(sides))
     return Polygons(

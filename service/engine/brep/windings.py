@@ -24,18 +24,34 @@ CHUNK = 1 << 12
 def count_windings(polygons: Polygons, sides: Ints) -> Ints:
     """The winding numbers (k,) of all polygons of a face just left of the middles of sides (k,).
 
-    The sides must have a length.
+    The sides must have a length. From the middle of a side that is rather steep a ray runs along x,
+    a little above all places of this height; from that of a flat one it runs along y. Twice the
+    places are used, so that middles are whole numbers: areas of triangles in a square of 2^31 fit
+    into int64.
     """
-    along = np.abs(polygons.ends[sides] - polygons.begins[sides])
-    is_steep = along[:, 1] >= along[:, 0]
+    begins, ends = polygons.begins, polygons.ends
+    tree = BoxTree.of(polygons.faces, np.minimum(begins, ends), np.maximum(begins, ends))
     windings = np.zeros(len(sides), np.intp)
-    for rows, begins, ends in (
-        (is_steep, polygons.begins, polygons.ends),
-        (~is_steep, _turn(polygons.begins), _turn(polygons.ends)),
-    ):
-        chosen = rows.nonzero()[0]
-        if len(chosen):
-            windings[chosen] = _count_windings(polygons.faces, begins, ends, sides[chosen])
+    for rows in row_slices(len(sides), 1, CHUNK):
+        own = sides[rows]
+        middle, along = begins[own] + ends[own], ends[own] - begins[own]
+        is_flat = np.abs(along[:, 0]) > np.abs(along[:, 1])
+        high = (middle + 1) >> 1
+        high[np.arange(len(own)), is_flat.astype(np.intp)] = SIZE
+        ray, side = tree.find_pairs(polygons.faces[own], middle >> 1, high)
+        turned = is_flat[ray]
+        a, b = _turn(2 * begins[side], turned), _turn(2 * ends[side], turned)
+        point, run = _turn(middle[ray], turned), _turn(along[ray], turned)
+        rises = (a[:, 1] <= point[:, 1]) & (point[:, 1] < b[:, 1])
+        falls = (b[:, 1] <= point[:, 1]) & (point[:, 1] < a[:, 1])
+        # Left of a side that rises is towards smaller x. A side through the point itself counts as
+        # if the point were moved there.
+        own_rises = run[:, 1] > 0
+        area = orient(a, b, point)
+        is_left = (area > 0) | (area == 0) & own_rises
+        is_right = (area < 0) | (area == 0) & own_rises
+        steps = (rises & is_left).astype(np.intp) - (falls & is_right)
+        np.add.at(windings[rows], ray, steps)
     return windings
 
 
@@ -60,36 +76,10 @@ def choose_sides(polygons: Polygons) -> Ints:
     return chosen
 
 
-def _turn(places: Ints) -> Ints:
-    """Places turned by a right angle inside the square of places: (x, y) becomes (y, SIZE − x)."""
-    return np.stack([places[:, 1], SIZE - places[:, 0]], axis=1)
-
-
-def _count_windings(faces: Ints, begins: Ints, ends: Ints, sides: Ints) -> Ints:
-    """Winding numbers (k,) just left of the middles of sides (k,) that are not horizontal.
-
-    A ray runs from there along x, a little above all places of this height. Twice the places are
-    used, so that middles are whole numbers: areas of triangles in a square of 2^31 fit into int64.
-    """
-    tree = BoxTree.of(faces, np.minimum(begins, ends), np.maximum(begins, ends))
-    windings = np.zeros(len(sides), np.intp)
-    for rows in row_slices(len(sides), 1, CHUNK):
-        own = sides[rows]
-        middle = begins[own] + ends[own]
-        high = np.stack([np.full(len(own), SIZE), (middle[:, 1] + 1) >> 1], axis=1)
-        ray, side = tree.find_pairs(faces[own], middle >> 1, high)
-        a, b, point = 2 * begins[side], 2 * ends[side], middle[ray]
-        rises = (a[:, 1] <= point[:, 1]) & (point[:, 1] < b[:, 1])
-        falls = (b[:, 1] <= point[:, 1]) & (point[:, 1] < a[:, 1])
-        # Left of a side that rises is towards smaller x. A side through the point itself counts as
-        # if the point were moved there.
-        own_rises = (ends[own, 1] > begins[own, 1])[ray]
-        area = orient(a, b, point)
-        is_left = (area > 0) | (area == 0) & own_rises
-        is_right = (area < 0) | (area == 0) & own_rises
-        steps = (rises & is_left).astype(np.intp) - (falls & is_right)
-        np.add.at(windings[rows], ray, steps)
-    return windings
+def _turn(vectors: Ints, turned: Bools) -> Ints:
+    """Vectors (m, 2), some of them turned by a right angle: (x, y) becomes (y, −x)."""
+    x, y = vectors.T
+    return np.stack([np.where(turned, y, x), np.where(turned, -x, y)], axis=1)
 
 
 def find_reversed_loops(polygons: Polygons) -> tuple[Ints, Bools]:

@@ -51,7 +51,7 @@ def _list_issues(holes: list[list[tuple[float, float]]]) -> list[Issue]:
 
 
 CROSSING = [
-    ("/faces/1/loops/0", "loops_cross", "a loop that crosses loop 1 near (4.75, 0, 5)"),
+    ("/faces/1/loops/0", "loops_cross", "a loop that crosses loop 1 near (5.25, 0, 5)"),
     ("/faces/1/loops/1", "loops_cross", "a loop that crosses loop 0 near (4.75, 0, 5)"),
 ]
 TWISTED = [("/faces/1/loops/1", "loops_cross", "a loop that crosses itself near (3, 3, 5)")]
