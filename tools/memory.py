@@ -144,7 +144,7 @@ def measure_surface(name: str, surface: Surface) -> Iterator[Measurement]:
 
 
 def measure_brep(name: str, tolerance: float) -> Iterator[Measurement]:
-    """Measures the meshes of a solid in all formats; the limit of triangles is near their number."""
+    """Measures the meshes of a solid in all formats, with a limit near the number of triangles."""
     document = {"surface": read_solid(name)}
     surface = validate_document(MeshRequest, document).to_surface()
     accuracy = Accuracy(relative_tolerance=tolerance)
@@ -152,7 +152,8 @@ def measure_brep(name: str, tolerance: float) -> Iterator[Measurement]:
     assert report is not None
     # Without this limit the predicted memory would be that of the largest mesh.
     accuracy = replace(accuracy, max_triangles=report.triangles + report.triangles // 8)
-    plain, lines = MeshOptions(accuracy=accuracy), ("boundary",)
+    plain = MeshOptions(accuracy=accuracy)
+    lines: tuple[OverlayName, ...] = ("boundary",)
     variants: tuple[tuple[str, MeshOptions], ...] = (
         ("plain", plain),
         ("curved", replace(plain, uvs=True, curvatures=True)),
