@@ -83,7 +83,7 @@ def find_leaf_points(
     leaves = divide_cells(task, cells, AHEAD)
     sides = _to_places(surface, leaves)
     if surface.has_skipped_spans:
-        proper = ((sides[::2] < sides[1::2]).all(axis=0)).nonzero()[0]
+        proper = np.flatnonzero((sides[::2] < sides[1::2]).all(axis=0))
         leaves, sides = leaves.take(proper), sides.take(proper, axis=1)
     (u0, u1, v0, v1), extents = sides, sides[1::2] - sides[::2]
     # The means of the logarithms of sides, weighted by area.

@@ -154,7 +154,7 @@ def build_model(
 ) -> BrepModel:
     """The lowered form, as far as a mesh needs it; its first two faces are red."""
     faces, empty = len(surfaces), np.empty(0, np.intp)
-    no_curves = build_lines(np.empty((0, 2, 3)))
+    no_curves, no_pcurves = (build_lines(np.empty((0, 2, k))) for k in (3, 2))
     kept = np.array([face for face in range(faces) if face not in skips])
     skipped = tuple(
         SkippedFace(face, Issue("loop_open", "Open.", "", "a gap", "none")) for face in skips
@@ -179,7 +179,7 @@ def build_model(
         coedge_edges=empty,
         coedge_reversed=np.empty(0, bool),
         coedge_pcurves=empty,
-        pcurves=no_curves,
+        pcurves=no_pcurves,
         shell_counts=np.array([len(kept)]),
         shell_faces=kept,
         is_closed=np.array([False]),
