@@ -2,7 +2,7 @@
 
 `make bench-occ` meshes them as Open CASCADE has them, with its own cylinders, cones and spheres.
 The JSON documents of `tests/solids` are the same solids after conversion to B-splines, where the
-parameter curves kept the parameters of the original surfaces. So many of them are wrong by up to a
+parameter curves kept the parameters of the original surfaces. Many are therefore wrong by up to a
 hundredth of the diagonal, as they are in files from elsewhere.
 """
 
