@@ -259,12 +259,14 @@ def build_gappy(rng: Random) -> Part:
     relative = max(part.relative, 1e-4)
     points = np.array(part.document["vertices"])
     diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
-    gap = min(relative, 0.02) * diagonal * rng.uniform(0.01, 1) / 2
+    gap = min(relative, 0.005) * diagonal * rng.uniform(0.01, 1) / 2
     document = part.document | {"edges": [dict(edge) for edge in part.document["edges"]]}
     for edge in document["edges"]:
         if "curve" in edge:
             net = np.array(edge["curve"]["control_points"])
-            net += gap * rng.uniform(-1, 1, net.shape) / np.sqrt(3)
+            # The ends stay at their vertices, and the middle is moved furthest.
+            rise = np.sin(np.pi * np.arange(len(net)) / (len(net) - 1))
+            net += gap * rise[:, np.newaxis] * rng.uniform(-1, 1, 3) / np.sqrt(3)
             edge["curve"] = edge["curve"] | {"control_points": net.tolist()}
     if rng.random() < 0.5:
         document["uncertainty"] = 2 * gap
