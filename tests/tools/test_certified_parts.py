@@ -22,7 +22,6 @@ from tools.certify.written import Written, read_file
 from tools.client import Client, start_client
 
 SAMPLES = 20, 100
-WITH_EDGES = "plates", "sheets", "cut cylinders", "thin parts", "gaps", "wrong curves"
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +56,7 @@ def test_true_parameter_curves_lie_on_the_edges(name: str) -> None:
                 assert np.abs(points - space).max() <= 1e-13 * size
 
 
-@pytest.mark.parametrize("name", WITH_EDGES)
+@pytest.mark.parametrize("name", PARTS)
 def test_parts_have_no_cracks_and_deviations_are_within_bounds(client: Client, name: str) -> None:
     assert judge_part(client, name, 3, SAMPLES).faults == []
 

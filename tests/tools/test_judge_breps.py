@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from oracles.solids import read_solid
+from tools.judge.__main__ import Case, Verdict, judge_cases, list_cases
 from tools.judge.breps import BrepProof, Face, list_boxes, prove_brep
 from tools.judge.exact import Array, list_nets
 
@@ -74,6 +75,21 @@ def test_a_face_that_is_trimmed_on_the_wrong_side_is_found(cylinder: dict[str, A
     proof = prove_triangles(cylinder, write_sides() + write_end(0.0) + ring)
     assert (proof.beyond or 0) > BOUND
     assert proof.face == 1
+
+
+@pytest.mark.parametrize("name", ["frustum", "sphere_hole"])
+def test_meshes_of_solids_are_proved(name: str) -> None:
+    """The test takes two solids; `make judge` takes all, at a finer tolerance too."""
+    case = Case(f"solid {name}", None, {"relative_tolerance": 1e-2}, "glb")
+    (verdict,) = judge_cases([case])
+    assert isinstance(verdict, Verdict), verdict
+    assert (verdict.proof.undecided, verdict.proof.beyond) == (0, None)
+    assert verdict.triangles < 400
+
+
+def test_all_valid_solids_are_judged_at_two_tolerances() -> None:
+    cases = [case for case in list_cases(names=("solids",)) if case.seed is None]
+    assert len(cases) == 2 * 26
 
 
 def test_boxes_of_cells_are_those_of_their_nets() -> None:
