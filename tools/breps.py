@@ -78,3 +78,8 @@ def repeat_solid(document: Document, copies: int) -> Document:
             for shell in part["shells"]
         ]
     return result
+
+
+def list_solids() -> list[str]:
+    """Names of all solids of the tests."""
+    return sorted(path.name.removesuffix(".json.gz") for path in SOLIDS.glob("*.json.gz"))
