@@ -78,7 +78,7 @@ class BrepSurface(SurfaceKind):
         `unknown_vertex`, `unknown_edge`, `unknown_face`, `repeated_face`, `missing_face`;
         `degenerate_curve`, `edge_not_at_vertex`, `loop_open`, `used_twice_same_direction` and
         `not_closed`. If invalid faces are skipped, the last five and unknown vertices and edges
-        refuse the brep only if no face is left.
+        refuse no brep.
     """
 
     vertices: FloatArray

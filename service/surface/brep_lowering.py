@@ -30,8 +30,7 @@ def lower_columns(model: BrepModel) -> BrepModel:
     ------
     InvalidRequest
         The faults of all faces, with pointers relative to the brep. If the model skips invalid
-        faces, they are left out, and are raised only if no face is left; unknown, repeated and
-        missing faces of shells are always raised.
+        faces, these are left out; unknown, repeated and missing faces of shells are always raised.
     """
     _raise(find_shell_faults(model))
     model = _leave_out(model, find_index_faults(model))
@@ -69,8 +68,6 @@ def _leave_out(model: BrepModel, faults: list[Fault]) -> BrepModel:
     for fault in faults:
         if fault.face >= 0:
             issues.setdefault(fault.face, fault.issue)
-    if len(issues) == model.face_count:
-        raise InvalidRequest(*take_issues(map(Fault, issues.values())))
     is_kept = np.ones(model.face_count, bool)
     is_kept[list(issues)] = False
     loops, coedges = is_kept[model.loop_faces], is_kept[model.coedge_faces]

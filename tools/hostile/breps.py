@@ -85,9 +85,6 @@ def build_brep_cases() -> Iterator[HostileBody]:
     twice = f'{FACE},{FACE[:-1]},"reversed":false}}'
     code = "used_twice_same_direction"
     yield build_case("a face twice", write_brep(faces=twice), code, "/surface/edges/0")
-    both_open = f'{{"surface":{NET},"loops":[{{"edges":[0,1,2]}}]}}'
-    body = write_brep(',"invalid_faces":"skip"', faces=both_open)
-    yield build_case("nothing left", body, "loop_open", "/surface/faces/0/loops/0")
     group = f'{{"surface":{{"type":"group","members":[{{"surface":{write_brep()[11:-1]}}},?]}}}}'
     faults = {"wrong_length": '{"surface":{"type":"brep","faces":[]}}'}
     yield from vary_body("member", group, "/surface/members/1/surface/faces", faults)

@@ -83,7 +83,9 @@ def assemble(
     positions = stored[samples.vertex[welding.samples]]
     vertex_normals = None if normals is None else normals[welding.samples]
     uvs, colors, attributes = split_by_kind(tuple(c.take(welding.samples) for c in channels))
-    low, high = find_stored_bounds(positions if len(positions) else stored, origin)
+    # Without faces the edges are drawn; without edges too there is only the origin.
+    drawn = positions if len(positions) else stored
+    low, high = find_stored_bounds(drawn if len(drawn) else np.zeros((1, 3), dtype), origin)
     moves = storage.restore_positions(triangulation.positions, origin) - triangulation.positions
     error = float(length(moves, -1).max(initial=0.0)) + bound_origin_error(
         origin, np.array(low), np.array(high)

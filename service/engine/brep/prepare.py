@@ -141,6 +141,8 @@ def _finish(
     places = Places.of(surfaces, low, high)
     pcurves = topology.pcurves.map_points(places.origin[face], SIZE / places.extent[face])
     points = [nets.points.transpose(2, 0, 1).reshape(-1, 3) for nets in topology.curves.groups]
+    if not len(topology.vertices):  # all faces are skipped, and there are no edges
+        points.append(np.stack(model.bounds))
     every = np.arange(len(surfaces))
     low, high = places.to_places(every, low), places.to_places(every, high)
     box = np.stack(find_part_box(places, low, high, topology.vertices, *points))

@@ -168,7 +168,8 @@ def _list_first_samples(
     parameters = np.concatenate([start[used], end[used], inner[keep]])
     order = np.lexsort((parameters, edges))
     edges, parameters = edges[order], parameters[order]
-    new = np.append(True, edges[1:] != edges[:-1])
+    new = np.ones(len(edges), bool)
+    new[1:] = edges[1:] != edges[:-1]
     new[1:] |= np.diff(parameters) > SAME * (end - start)[edges[1:]]
     return edges[new], parameters[new]
 

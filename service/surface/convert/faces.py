@@ -47,21 +47,12 @@ def select(brep: BrepSurface, operation: Select, _allowed: SizeLimits) -> BrepSu
     Raises
     ------
     InvalidRequest
-        `unknown_face`, `repeated_face`, or `unknown_field` if the operation names a member. If the
-        brep skips invalid faces and all chosen faces are invalid: why they are.
+        `unknown_face`, `repeated_face`, or `unknown_field` if the operation names a member.
     """
     _refuse_member(operation)
     faces = np.array(operation.faces, np.intp)
     for position, face in enumerate(operation.faces):
         _require_face(brep, face, f"/faces/{position}")
-    try:
-        return _select(brep, faces)
-    except InvalidRequest as error:
-        raise InvalidRequest(*(replace(each, pointer="/faces") for each in error.issues)) from None
-
-
-def _select(brep: BrepSurface, faces: Ints) -> BrepSurface:
-    """The brep of these faces."""
     loop_starts = np.searchsorted(brep.loop_faces, np.arange(len(brep.surfaces) + 1))
     loops = expand_rows(loop_starts, faces)
     coedges = expand_rows(find_starts(brep.loop_counts), loops)
@@ -86,7 +77,7 @@ def _select(brep: BrepSurface, faces: Ints) -> BrepSurface:
         is_degenerate=brep.is_degenerate[edges],
         curves=brep.curves.select(curves[curves >= 0]),
         surfaces=brep.surfaces.select(faces),
-        face_names=tuple(brep.face_names[face] for face in faces.tolist()),
+        face_names=tuple(brep.face_names[face] for face in operation.faces),
         palette=palette,
         face_colors=face_colors,
         is_reversed=brep.is_reversed[faces],

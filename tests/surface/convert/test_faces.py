@@ -121,7 +121,6 @@ def test_faces_that_failed_a_check_can_be_selected() -> None:
         0: "unknown_edge",
         1: "unknown_vertex",
     }
-    assert refuse(read(document), Select((5, 4))) == ("unknown_vertex", "/operations/0/faces")
 
 
 def test_members_of_groups_are_named() -> None:

@@ -1,0 +1,128 @@
+"""Each call answers to breps: with a result, or with a refusal that says what to send."""
+
+from collections.abc import Iterator
+from copy import deepcopy
+from typing import Any
+
+import pytest
+
+from service.encoders.registry import FORMATS
+from tests.breps import PLATE, build_box
+from tools.client import Client
+
+PATCH = {"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]}
+GROUP = {"type": "group", "members": [{"surface": PATCH}, {"surface": PLATE}]}
+TRIMMED = "POST /v1/convert with the operation `untrim`"
+
+RAYS = {"origins": [[0, 0, 5]], "directions": [[0, 0, -1]]}
+PLANES = {"points": [[1, 1, 0]], "normals": [[1, 0, 0]]}
+QUESTIONS: list[tuple[str, dict[str, Any]]] = [
+    ("points", {"uv": [[0.5, 0.5]]}),
+    ("points", {"uv": [[0.5, 0.5]], "patch": 0}),
+    ("project", {"points": [[0, 0, 1]]}),
+    ("project", {"points": [[0, 0, 1]], "sign": True}),
+    ("intersect", {"rays": RAYS}),
+    ("intersect", {"planes": PLANES}),
+    ("measure", {}),
+]
+
+
+def skip_all() -> Iterator[dict[str, Any]]:
+    """Breps of which all faces are left out: on creation, and when the geometry is checked."""
+    plate = deepcopy(PLATE) | {"invalid_faces": "skip"}
+    plate["faces"][0]["loops"][0]["edges"] = [0, 1, 2]
+    yield plate
+    plate = {key: value for key, value in plate.items() if key != "vertex_uncertainties"}
+    yield plate | {"vertices": []}
+    net = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]
+    corners = [[0, 0], [0, 1], [1, 1], [1, 0], [0, 0]]  # clockwise
+    loop = {"pcurves": [{"control_points": corners[k : k + 2]} for k in range(4)]}
+    face = {"surface": {"control_net": net}, "loops": [loop]}
+    yield {"type": "brep", "faces": [face], "invalid_faces": "skip"}
+
+
+@pytest.mark.parametrize(("path", "fields"), QUESTIONS)
+@pytest.mark.parametrize("surface", [PLATE, GROUP], ids=["brep", "group"])
+def test_questions_refuse_breps_and_say_what_to_send(
+    client: Client, surface: dict[str, Any], path: str, fields: dict[str, Any]
+) -> None:
+    response = client.post(f"/v1/{path}", {"surface": surface} | fields)
+    assert response.status_code == 422
+    error = response.json()["errors"][0]
+    assert (error["code"], error["pointer"]) == ("not_parametric", "/surface")
+    if surface is PLATE or path != "points":  # a group as a whole has no parameters
+        assert error["got"] == "a brep"
+        assert TRIMMED in error["needed"]
+
+
+@pytest.mark.parametrize(
+    "operation",
+    [
+        {"op": "elevate", "degree": 3},
+        {"op": "split", "u": 0.5},
+        {"op": "restrict", "u": [0, 0.5]},
+        {"op": "transpose"},
+        {"op": "reverse", "direction": "u"},
+        {"op": "bezier"},
+        {"op": "triangle", "half": "lower"},
+    ],
+)
+def test_conversions_of_nets_refuse_breps_and_name_untrim(
+    client: Client, operation: dict[str, Any]
+) -> None:
+    body = {"surface": PLATE, "operations": [operation]}
+    error = client.post("/v1/convert", body).json()["errors"][0]
+    assert (error["code"], error["pointer"]) == ("not_parametric", "/operations/0")
+    assert "`untrim`" in error["needed"]
+
+
+def test_faces_that_are_taken_out_are_surfaces_for_every_call(client: Client) -> None:
+    body = {"surface": GROUP, "operations": [{"op": "untrim", "face": 0, "member": 1}]}
+    surface = client.post("/v1/convert", body).json()["surface"]
+    assert surface == {
+        "type": "bezier",
+        "control_net": PLATE["faces"][0]["surface"]["control_net"],
+        "up": "z",
+        "name": "top",
+    }
+    area = client.post("/v1/measure", {"surface": surface}).json()["area"]["value"]
+    assert area == pytest.approx(100)
+    body = {"surface": build_box(), "operations": [{"op": "select", "faces": [2, 4]}]}
+    brep = client.post("/v1/convert", body).json()["surface"]
+    report = client.post("/v1/mesh", {"surface": brep}).json()["report"]
+    assert (report["triangles"], report["boundary_edges"], report["watertight"]) == (4, 6, False)
+
+
+def test_a_stored_brep_is_returned_as_it_was_sent(client: Client) -> None:
+    stored = client.post("/v1/surfaces", {"surface": PLATE}).json()
+    content = client.get(stored["links"]["self"]).json()["surface"]
+    again = client.post("/v1/surfaces", {"surface": content}).json()
+    assert again["id"] == stored["id"]
+    report = client.get(stored["links"]["mesh"]["json"]).json()["report"]
+    assert (report["complete"], report["triangles"] > 8) == (True, True)
+
+
+@pytest.mark.parametrize("number", range(3))
+def test_breps_of_which_all_faces_are_left_out_have_an_empty_mesh(
+    client: Client, number: int
+) -> None:
+    surface = [*skip_all()][number]
+    for fmt in FORMATS:
+        response = client.post(f"/v1/mesh?format={fmt.name}", {"surface": surface})
+        assert response.status_code == (422 if fmt.name == "oogl" else 200), fmt.name
+    report = client.post("/v1/mesh", {"surface": surface}).json()["report"]
+    assert (report["triangles"], report["complete"]) == (0, False)
+    assert [face["face"] for face in report["skipped_faces"]] == [0]
+    group = {"type": "group", "members": [{"surface": surface}, {"surface": PLATE}]}
+    assert client.post("/v1/mesh?format=glb", {"surface": group}).status_code == 200
+
+
+def test_the_report_lists_faces_that_are_left_out(client: Client) -> None:
+    document = build_box() | {"invalid_faces": "skip"}
+    document["faces"][3]["reversed"] = True
+    report = client.post("/v1/mesh", {"surface": document}).json()["report"]
+    assert (report["complete"], report["watertight"], report["boundary_edges"]) == (False, False, 4)
+    (skipped,) = report["skipped_faces"]
+    assert (skipped["face"], skipped["code"]) == (3, "used_twice_same_direction")
+    assert skipped["got"]
+    assert skipped["needed"]
