@@ -25,7 +25,7 @@ from service.engine.brep.triangles import Mates, Triangles, find_mates
 from service.engine.brep.triangulation import FaceTriangulations
 from service.engine.vectors import NEXT
 
-CUTTING_ROUNDS = 15
+CUTTING_ROUNDS = 8
 """How often the triangles of a face are measured before it goes to Delaunay insertion."""
 
 INSERTION_ROUNDS = 60
