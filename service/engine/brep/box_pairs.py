@@ -8,11 +8,13 @@ tree in arrays, which other boxes descend together, level by level.
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
 from service.bases.arrays import Ints
 from service.bases.row_batches import expand_runs, row_slices
+from service.cancellation import checkpoint
 from service.engine.trims.places import BITS
 
 FEW = 64
@@ -20,6 +22,9 @@ FEW = 64
 
 BRANCHES = 4
 """Boxes below each box of the tree."""
+
+PAIRS = 1 << 17
+"""Pairs that are compared together, about: it limits memory."""
 
 CHUNK = 1 << 9
 """Boxes that descend together: it limits memory, also where all boxes meet each other."""
@@ -70,12 +75,15 @@ class BoxTree:
         begin = np.searchsorted(least, (faces << _SHIFT) - (1 << (_SHIFT - 1)))
         count = np.searchsorted(least, -boxes[2], side="right") - begin
         if int(count.sum()) <= FEW * (len(faces) + len(order)):
-            box, at = expand_runs(count, begin)
-            return _keep_meeting(boxes, self.boxes, box, order[at])
-        parts = [
-            self._descend(boxes[:, rows], _NONE, rows.start)
-            for rows in row_slices(len(faces), 1, CHUNK)
-        ]
+            parts = [
+                _keep_meeting(boxes, self.boxes, box, order[at])
+                for box, at in _list_pairs(count, begin)
+            ]
+        else:
+            parts = [
+                self._descend(boxes[:, rows], _NONE, rows.start)
+                for rows in row_slices(len(faces), 1, CHUNK)
+            ]
         box, own = (np.concatenate(part) for part in zip(*parts, strict=True))
         return box, own
 
@@ -88,8 +96,8 @@ class BoxTree:
         begin = np.arange(1, total + 1)
         count = np.searchsorted(least, -self.boxes[2, order], side="right") - begin
         if int(count.sum()) <= FEW * total:
-            first, at = expand_runs(count, begin)
-            yield _keep_meeting(self.boxes, self.boxes, order[first], order[at])
+            for first, at in _list_pairs(count, begin):
+                yield _keep_meeting(self.boxes, self.boxes, order[first], order[at])
             return
         order, levels = self._tree
         for rows in row_slices(total, 1, CHUNK):
@@ -135,6 +143,16 @@ class BoxTree:
                 box, node = box[after], node[after]
             box, node = _keep_meeting(boxes, level, box, node)
         return box + start, order[node]
+
+
+def _list_pairs(count: Ints, begin: Ints) -> Iterator[tuple[Ints, Ints]]:
+    """Pairs of a row i and one of `count[i]` numbers from `begin[i]` on, in several lists."""
+    ends = np.cumsum(count)
+    splits = np.searchsorted(ends, np.arange(PAIRS, int(ends[-1]), PAIRS))
+    for first, last in pairwise([0, *np.unique(splits).tolist(), len(count)]):
+        checkpoint()
+        run, number = expand_runs(count[first:last], begin[first:last])
+        yield run + first, number
 
 
 def _stack(faces: Ints, low: Ints, high: Ints) -> Ints:

@@ -24,18 +24,18 @@ CHUNK = 1 << 12
 def count_windings(polygons: Polygons, sides: Ints) -> Ints:
     """The winding numbers (k,) of all polygons of a face just left of the middles of sides (k,).
 
-    The sides must have a length. From the middle of a side that is rather steep a ray runs along x,
-    a little above all places of this height; from that of a flat one it runs along y. Twice the
-    places are used, so that middles are whole numbers: areas of triangles in a square of 2^31 fit
-    into int64.
+    The sides must have a length. A ray runs from there along x, a little above all places of this
+    height, or along y: where it meets fewer sides, but not along the side. Twice the places are
+    used, so that middles are whole numbers: areas of triangles in a square of 2^31 fit into int64.
     """
     begins, ends = polygons.begins, polygons.ends
+    along_y = _prefer_y(polygons)
     tree = BoxTree.of(polygons.faces, np.minimum(begins, ends), np.maximum(begins, ends))
     windings = np.zeros(len(sides), np.intp)
     for rows in row_slices(len(sides), 1, CHUNK):
         own = sides[rows]
         middle, along = begins[own] + ends[own], ends[own] - begins[own]
-        is_flat = np.abs(along[:, 0]) > np.abs(along[:, 1])
+        is_flat = np.where(along_y[polygons.faces[own]], along[:, 0] != 0, along[:, 1] == 0)
         high = (middle + 1) >> 1
         high[np.arange(len(own)), is_flat.astype(np.intp)] = SIZE
         ray, side = tree.find_pairs(polygons.faces[own], middle >> 1, high)
@@ -56,7 +56,7 @@ def count_windings(polygons: Polygons, sides: Ints) -> Ints:
 
 
 def choose_sides(polygons: Polygons) -> Ints:
-    """The longest side of each chain of sides between places that several sides share.
+    """A long side of each chain of sides between places that several sides share.
 
     If no sides are in conflict, the winding number just left of all sides of a chain is the same. A
     chain without a length has no side here.
@@ -69,11 +69,22 @@ def choose_sides(polygons: Polygons) -> Ints:
     # and the first, are parts of one chain, which is tested twice.
     starts = np.append(True, np.diff(polygons.loops) != 0)
     chain = np.cumsum(starts | shared)
-    lengths = np.abs(polygons.ends - polygons.begins).max(axis=1)
-    order = np.lexsort((-lengths, chain))
+    # The side that is longest across the rays.
+    extents = np.abs(polygons.ends - polygons.begins)
+    along_y = _prefer_y(polygons)[polygons.faces]
+    across = np.where(along_y, extents[:, 0], extents[:, 1])
+    order = np.lexsort((-extents.max(axis=1), -across, chain))
     first = order[np.append(True, np.diff(chain[order]) != 0)] if count else order
-    chosen: Ints = np.sort(first[lengths[first] > 0])
+    chosen: Ints = np.sort(first[has_length[first]])
     return chosen
+
+
+def _prefer_y(polygons: Polygons) -> Bools:
+    """Whether rays along y meet fewer sides of each face (F,) than rays along x, about."""
+    extents = np.abs(polygons.ends - polygons.begins)
+    along_x, along_y = (np.bincount(polygons.faces, extents[:, axis]) for axis in (1, 0))
+    prefer: Bools = along_y < along_x
+    return prefer
 
 
 def _turn(vectors: Ints, turned: Bools) -> Ints:

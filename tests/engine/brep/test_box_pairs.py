@@ -25,11 +25,12 @@ def _make_boxes(seed: int, count: int, spread: int) -> tuple[Ints, Ints, Ints]:
 
 @pytest.mark.parametrize("count", [0, 1, 2, 5, 130])
 @pytest.mark.parametrize("spread", [1, 1 << 27])
-@pytest.mark.parametrize("few", [0, 64])
+@pytest.mark.parametrize(("few", "pairs"), [(0, 1 << 17), (64, 1 << 17), (64, 50)])
 def test_all_pairs_that_meet_are_found_once(
-    count: int, spread: int, few: int, monkeypatch: pytest.MonkeyPatch
+    count: int, spread: int, few: int, pairs: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(box_pairs, "FEW", few)
+    monkeypatch.setattr(box_pairs, "PAIRS", pairs)
     boxes, others = _make_boxes(count, count, spread), _make_boxes(count + 1, 40, spread)
     tree = BoxTree.of(*boxes)
     first, second = tree.find_pairs(*others)
