@@ -130,6 +130,7 @@ def _compose_exactly(surfaces: ClosedSurfaces, face: Ints, pcurves: Splines) -> 
     # A coordinate is constant only if it is so in all parts of a curve.
     begins = np.flatnonzero(np.diff(parts.curve, prepend=-1))
     constant = np.logical_and.reduceat(parts.is_constant, begins, axis=1)[:, parts.curve]
+    constant[0] &= ~constant[1]  # a point is a curve of a degree above 0, too
     patches = surfaces.surfaces.nets
     nets = []
     for rows, places in pcurves.restrict(intervals):

@@ -3,8 +3,8 @@
 On a plane the curve of foot points is the affine image of the curve itself: of its control points,
 with its weights and knots. On other surfaces it is interpolated: a *piece* is the polynomial of
 degree n through the foot points at n + 1 Chebyshev–Lobatto nodes (1 − cos πk/n) / 2. Pieces begin
-as the spans of the curve. Where a piece is further from the curve between its nodes than at them,
-by more than `goal`, it is divided: at the parameter at which it crosses a knot line of the surface,
+as the spans of the curve. Where a piece is further than `goal` from the foot points between its
+nodes, it is divided: at the parameter at which it crosses a knot line of the surface,
 because foot points have only as many derivatives as the surface, and otherwise in the middle.
 
 The result does not depend on the tolerance of any mesh.
@@ -78,15 +78,15 @@ def fit_feet(
         to a pole are at it. Model units.
     """
     work = place_curves(surfaces, face, curves, goal)
-    pieces, feet, distance = begin_pieces(work, guesses)
-    straight = _find_straight(work, pieces, feet, distance, goal)
+    pieces, feet = begin_pieces(work, guesses)
+    straight = _find_straight(work, pieces, feet, goal)
     done = _make_lines(work, pieces, feet, straight)
     is_left = ~np.isin(pieces.curve, straight)
-    pieces, feet, distance = pieces.take(is_left), feet[..., is_left], distance[:, is_left]
+    pieces, feet = pieces.take(is_left), feet[..., is_left]
     while len(pieces.curve):
         checkpoint()
         points = np.einsum("ij,jkm->ikm", to_bezier(), feet)
-        excess = measure_excess(work, pieces, points, distance)
+        excess = measure_excess(work, pieces, points)
         share = (pieces.high - pieces.low) / (curves.end - curves.start)[pieces.curve]
         is_done = (excess <= goal) | (share < 2.0**-DEPTH)
         is_done |= (excess > KEPT * pieces.excess) & (share < SHORT)
@@ -94,7 +94,7 @@ def fit_feet(
         left = ~is_done
         pieces = divide_pieces(work, pieces.take(left), points[..., left], excess[left])
         if len(pieces.curve):
-            feet, distance = find_node_feet(work, pieces)
+            feet = find_node_feet(work, pieces)
     return _join(done)
 
 
@@ -118,12 +118,10 @@ def project_to_planes(surfaces: ClosedSurfaces, face: Ints, curves: Splines) -> 
     return join_spans(2, spans, nets)
 
 
-def _find_straight(
-    work: CurvesOnFaces, pieces: Pieces, feet: FloatArray, distance: FloatArray, goal: float
-) -> Ints:
+def _find_straight(work: CurvesOnFaces, pieces: Pieces, feet: FloatArray, goal: float) -> Ints:
     """The curves whose feet move uniformly along a segment, up to a tenth of `goal`.
 
-    Feet (n + 1, 2, m) and distances (n − 1, m) are those at the nodes of all spans.
+    Feet (n + 1, 2, m) are those at the nodes of all spans.
     """
     curves, curve = work.curves, pieces.curve
     t = pieces.list_parameters(list_nodes())
@@ -138,8 +136,8 @@ def _find_straight(
     is_straight = np.zeros(len(curve), bool)
     owner = np.tile(curve[rows], DEGREE - 1)
     places = line[1:-1][..., rows].transpose(0, 2, 1).reshape(-1, 2)
-    gap = work.measure(owner, t[1:-1][:, rows].ravel(), places).reshape(DEGREE - 1, -1)
-    is_straight[rows] = (gap - distance[:, rows] <= 0.1 * goal).all(axis=0)
+    error = work.measure(owner, t[1:-1][:, rows].ravel(), places).reshape(DEGREE - 1, -1)
+    is_straight[rows] = (error <= 0.1 * goal).all(axis=0)
     straight: Ints = np.logical_and.reduceat(is_straight, begins).nonzero()[0]
     return straight
 

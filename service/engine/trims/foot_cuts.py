@@ -54,7 +54,7 @@ def _find_cuts(
         share[rows] = 0.5
         guess = np.einsum("mj,jkm->mk", bernstein(DEGREE, share[rows]), points[..., rows])
         t = (pieces.low[rows] + pieces.high[rows]) / 2
-        foot[rows], _ = work.find_feet(pieces.curve[rows], t, guess)
+        foot[rows] = work.find_feet(pieces.curve[rows], t, guess)
     return share, foot.T
 
 

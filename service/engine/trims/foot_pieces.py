@@ -9,12 +9,15 @@ from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import bernstein
 from service.engine.trims.closure import ClosedSurfaces
 from service.engine.trims.foot_tables import FirstGuesses
-from service.engine.trims.inversion import find_feet
+from service.engine.trims.inversion import find_feet, measure_errors
 from service.engine.trims.splines import Splines
-from service.engine.vectors import Items, length
+from service.engine.vectors import Items
 
 DEGREE = 7
 """n of the pieces."""
+
+ALLOWED = 0.01
+"""Interpolated feet may be off by this share of their distance from the curve."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,16 +42,20 @@ class CurvesOnFaces:
     pole_axes: Ints
     pole_sides: FloatArray
 
-    def find_feet(
-        self, curve: Ints, t: FloatArray, guess: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Foot points (m, 2) of points of curves (m,) at t (m,), and distances (m,)."""
-        return find_feet(self.surfaces, self.face[curve], self.curves.evaluate(curve, t), guess)
+    def find_feet(self, curve: Ints, t: FloatArray, guess: FloatArray) -> FloatArray:
+        """Foot points (m, 2) of points of curves (m,) at t (m,)."""
+        points = self.curves.evaluate(curve, t)
+        return find_feet(self.surfaces, self.face[curve], points, guess)[0]
 
     def measure(self, curve: Ints, t: FloatArray, feet: FloatArray) -> FloatArray:
-        """Distances (m,) of curves (m,) at t (m,) from the surface at parameters (m, 2)."""
-        image = self.surfaces.evaluate(self.face[curve], feet)
-        return length(image - self.curves.evaluate(curve, t), -1)
+        """How far parameters (m, 2) are from the feet of curves (m,) at t (m,), in space.
+
+        A hundredth of the distance from the curve is subtracted: where that is far from the
+        surface, feet need not be closer.
+        """
+        points = self.curves.evaluate(curve, t)
+        error, distance = measure_errors(self.surfaces, self.face[curve], points, feet)
+        return error - ALLOWED * distance
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -128,9 +135,7 @@ def place_curves(
     return CurvesOnFaces(surfaces, face, curves, axes, sides)
 
 
-def begin_pieces(
-    work: CurvesOnFaces, guesses: FirstGuesses
-) -> tuple[Pieces, FloatArray, FloatArray]:
+def begin_pieces(work: CurvesOnFaces, guesses: FirstGuesses) -> tuple[Pieces, FloatArray]:
     """The spans of the curves, with the feet at their nodes as from `find_node_feet`."""
     curves = work.curves
     spans = curves.list_spans()
@@ -141,7 +146,7 @@ def begin_pieces(
     curve = np.concatenate([owner, np.tile(spans.curve, len(inner_nodes))])
     parameters = np.concatenate([curves.breaks, t.ravel()])
     guess = guesses.guess(curve, parameters)
-    found, distance = work.find_feet(curve, parameters, guess)
+    found = work.find_feet(curve, parameters, guess)
     feet, guess = found[: len(owner)], guess[: len(owner)]
     for k, at in enumerate((curves.first_break, curves.first_break + curves.span_count)):
         rows = (work.pole_axes[k] >= 0).nonzero()[0]
@@ -158,19 +163,17 @@ def begin_pieces(
         feet[begin + 1].T,
         inner,
     )
-    at_nodes = _continue_to_poles(work, pieces, _join_ends(pieces, inner))
-    return pieces, at_nodes, distance[len(owner) :].reshape(len(inner_nodes), -1)
+    return pieces, _continue_to_poles(work, pieces, _join_ends(pieces, inner))
 
 
-def find_node_feet(work: CurvesOnFaces, pieces: Pieces) -> tuple[FloatArray, FloatArray]:
-    """Feet (n + 1, 2, m) at the nodes of pieces, and the distances (n − 1, m) at inner nodes."""
+def find_node_feet(work: CurvesOnFaces, pieces: Pieces) -> FloatArray:
+    """Feet (n + 1, 2, m) at the nodes of pieces."""
     count = DEGREE - 1
     t = pieces.list_parameters(list_nodes()[1:-1])
     guess = pieces.inner.transpose(0, 2, 1).reshape(-1, 2)
-    inner, distance = work.find_feet(np.tile(pieces.curve, count), t.ravel(), guess)
+    inner = work.find_feet(np.tile(pieces.curve, count), t.ravel(), guess)
     inner = inner.reshape(count, -1, 2).transpose(0, 2, 1)
-    feet = _continue_to_poles(work, pieces, _join_ends(pieces, inner))
-    return feet, distance.reshape(count, -1)
+    return _continue_to_poles(work, pieces, _join_ends(pieces, inner))
 
 
 def _join_ends(pieces: Pieces, inner: FloatArray) -> FloatArray:
@@ -178,23 +181,19 @@ def _join_ends(pieces: Pieces, inner: FloatArray) -> FloatArray:
     return np.concatenate([pieces.first[np.newaxis], inner, pieces.last[np.newaxis]])
 
 
-def measure_excess(
-    work: CurvesOnFaces, pieces: Pieces, points: FloatArray, distance: FloatArray
-) -> FloatArray:
-    """How much further (m,) from the curves pieces are between their nodes than at them.
+def measure_excess(work: CurvesOnFaces, pieces: Pieces, points: FloatArray) -> FloatArray:
+    """How far (m,) pieces are from the feet of their curves between the nodes.
 
     Parameters
     ----------
     points : ndarray of float64, shape (n + 1, 2, m)
         Control points of the pieces.
-    distance : ndarray of float64, shape (n − 1, m)
-        At the inner nodes.
     """
     shares = list_checks()
     feet = np.einsum("ij,jkm->imk", bernstein(DEGREE, shares), points)
     t = pieces.list_parameters(shares)
-    gap = work.measure(np.tile(pieces.curve, len(shares)), t.ravel(), feet.reshape(-1, 2))
-    excess: FloatArray = gap.reshape(len(shares), -1).max(axis=0) - distance.max(axis=0)
+    error = work.measure(np.tile(pieces.curve, len(shares)), t.ravel(), feet.reshape(-1, 2))
+    excess: FloatArray = error.reshape(len(shares), -1).max(axis=0)
     return excess
 
 

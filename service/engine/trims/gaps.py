@@ -14,7 +14,7 @@ Ehlich and Zeller, Schwankung von Polynomen zwischen Gitterpunkten, Mathematisch
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi
 
 import numpy as np
@@ -47,6 +47,13 @@ MORE = 1.5
 
 FEW = 1 << 12
 """Up to this number of nodes, all parts are evaluated together."""
+
+
+LOOSE = 8.0
+"""Where the bound may be more than this factor too large, because weights vary, a part is halved."""
+
+LEAST = 2.0**-20
+"""No part is halved that is shorter than this share of the domain."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -86,26 +93,38 @@ def bound_gaps(
     origin = pieces.source
     intervals = Intervals(origin, spans.curve[origin], pieces.low, pieces.high, spans.span[origin])
     parts = cut_at_knots(surfaces, face, pcurves, intervals)
-    degree, has_weights = _find_degrees(surfaces, curves, edge, pcurves, parts)
-    count = (np.ceil(nodes * degree) + 1).astype(np.intp)
-    bound, seen = np.zeros((2, len(parts.curve)))
-    edge_span = pieces.span[parts.source]
-    partials = bound_partials(surfaces.surfaces)
-    for rows, size in _list_batches(count):
-        checkpoint()
-        bound[rows], seen[rows] = _bound_parts(
-            (surfaces.surfaces.nets, partials),
-            (curves, edge, pcurves),
-            parts.take(rows),
-            edge_span[rows],
-            (degree[rows], size, has_weights[rows]),
-        )
-    bound += surfaces.surfaces.errors[face[parts.curve]]
+    patches = surfaces.surfaces.nets, bound_partials(surfaces.surfaces)
+    splines = curves, edge, pcurves
+    least = LEAST * (pcurves.end - pcurves.start)
     total = np.zeros((2, len(face)))
-    begins = np.flatnonzero(np.diff(parts.curve, prepend=-1))
-    if len(begins):
-        total[:, parts.curve[begins]] = np.maximum.reduceat(np.stack([bound, seen]), begins, axis=1)
+    while len(parts.curve):
+        edge_span = pieces.span[parts.source]
+        degree, has_weights = _find_degrees(surfaces, curves, edge, pcurves, parts)
+        count = (np.ceil(nodes * degree) + 1).astype(np.intp)
+        bound, seen, growth = np.zeros((3, len(parts.curve)))
+        for rows, size in _list_batches(count):
+            checkpoint()
+            bound[rows], seen[rows], growth[rows] = _bound_parts(
+                patches,
+                splines,
+                parts.take(rows),
+                edge_span[rows],
+                (degree[rows], size, has_weights[rows]),
+            )
+        bound += surfaces.surfaces.errors[face[parts.curve]]
+        is_loose = (growth > LOOSE) & (parts.high - parts.low > least[parts.curve])
+        bound[is_loose] = 0.0
+        for row, values in zip(total, (bound, seen), strict=True):
+            np.maximum.at(row, parts.curve, values)
+        parts = _halve(parts.take(is_loose))
     return Gaps(total[0], total[1])
+
+
+def _halve(parts: SpanParts) -> SpanParts:
+    """Both halves of parts."""
+    middle = (parts.low + parts.high) / 2
+    halves = [replace(parts, high=middle), replace(parts, low=middle)]
+    return SpanParts.join(halves) if len(middle) else parts
 
 
 def _find_degrees(
@@ -153,8 +172,8 @@ def _bound_parts(
     parts: SpanParts,
     edge_span: Ints,
     counts: tuple[Ints, int, Bools],
-) -> tuple[FloatArray, FloatArray]:
-    """Bounds of the gaps over parts, and the largest gaps at nodes."""
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Bounds of the gaps over parts, the largest gaps at nodes, and by how much rounding grows."""
     curves, edge, pcurves = splines
     degree, count, has_weights = counts
     nets, partials = patches
@@ -196,4 +215,4 @@ def _bound_parts(
     beyond = 2.0 * parts.excess * partials[:, parts.around].max(axis=1)
     rounding += (shift * partials[:, parts.patch] + beyond).sum(axis=0)
     rounding += late * length(bound_speeds(curves, owner, edge_span))
-    return bound + growth * rounding, seen
+    return bound + growth * rounding, seen, growth

@@ -75,6 +75,21 @@ def find_feet(
     return best, least
 
 
+def measure_errors(
+    surfaces: ClosedSurfaces, face: Ints, points: FloatArray, parameters: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """How far points of surfaces are from foot points, along the surface; and from the points.
+
+    The first is the length of the next step of Newton's method, (m,), for parameters (m, 2).
+    """
+    low, high = _find_limits(surfaces, face)
+    x = np.minimum(np.maximum(parameters, low), high)
+    s, su, sv = surfaces.evaluate_partials(face, x)
+    rest = points - s
+    step = _step(x, (rest, su, sv), low, high) - x
+    return length(step[:, :1] * su + step[:, 1:] * sv, -1), length(rest, -1)
+
+
 def _find_limits(surfaces: ClosedSurfaces, face: Ints) -> tuple[FloatArray, FloatArray]:
     """Least and greatest parameters (m, 2): those of the domain, but without end if closed."""
     is_closed = surfaces.is_closed[face]
