@@ -23,6 +23,9 @@ LAST_STEP = 2.0**-20
 """A step of at most this share of the domain is the last one: the next one would be about as long
 as the unit of rounding."""
 
+FAST_STEP, FASTER = 2.0**-16, 2.0**-7
+"""So is a step of at most `FAST_STEP` that is at most `FASTER` times as long as the one before."""
+
 
 def find_feet(
     surfaces: ClosedSurfaces, face: Ints, points: FloatArray, guess: FloatArray
@@ -46,7 +49,8 @@ def find_feet(
     current = np.minimum(np.maximum(guess, low), high)
     best, least = current.copy(), np.full(len(face), np.inf)
     active = np.arange(len(face))
-    last_step = LAST_STEP * surfaces.period[face]
+    inverse = 1.0 / surfaces.period[face]
+    before = np.zeros(len(face))
     for step in range(STEPS + 1):
         s, su, sv = surfaces.evaluate_partials(face[active], current)
         rest = points[active] - s
@@ -61,7 +65,9 @@ def find_feet(
         su, sv, active = su[is_better], sv[is_better], better
         following = _step(current, (rest, su, sv), low[active], high[active])
         moved = following - current
-        is_last = (np.abs(moved) <= last_step[active]).all(axis=1)
+        share = (np.abs(moved) * inverse[active]).max(axis=1)
+        is_last = share <= np.where(share <= FASTER * before[active], FAST_STEP, LAST_STEP)
+        before[active] = share
         if is_last.any():
             # The last step is so short that the surface is its tangent plane.
             last = active[is_last]
