@@ -3,6 +3,7 @@
 import numpy as np
 
 from service.bases.arrays import Ints, RealArray
+from service.cancellation import checkpoint
 from service.engine.vectors import dot
 
 MAX_ROUNDS = 64
@@ -46,6 +47,25 @@ def find_leaders(key: Ints, values: RealArray, radius: float) -> Ints:
         _, first, inverse = np.unique(key[remaining], return_index=True, return_inverse=True)
         candidates = remaining[first][inverse]
     return leader
+
+
+def find_components(count: int, first_vertices: Ints, second_vertices: Ints) -> Ints:
+    """Connected components of a graph of `count` vertices: the least vertex of each, (count,).
+
+    Its edges join the vertices `first_vertices` (k,) with `second_vertices` (k,).
+    """
+    label = np.arange(count)
+    while True:
+        checkpoint()
+        smaller_label = np.minimum(label[first_vertices], label[second_vertices])
+        next_label = label.copy()
+        for ends in (first_vertices, second_vertices):
+            np.minimum.at(next_label, label[ends], smaller_label)
+        while not np.array_equal(next_label[next_label], next_label):
+            next_label = next_label[next_label]
+        if np.array_equal(next_label, label):
+            return label
+        label = next_label
 
 
 class DisjointSets:

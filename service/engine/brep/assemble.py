@@ -9,6 +9,7 @@ from service.engine.adaptive.assemble import weld_samples
 from service.engine.adaptive.samples import evaluate_curvatures
 from service.engine.bounds.goal import Goal
 from service.engine.brep.brep_triangulation import BrepTriangulation
+from service.engine.brep.fans import separate_fans
 from service.engine.brep.prepared import PreparedBrep
 from service.engine.brep.report import build_report, list_bounds
 from service.engine.brep.samples import FaceSamples, find_face_samples, merge_stored_points
@@ -59,6 +60,7 @@ def assemble(
     origin : ndarray of float64, shape (3,)
         The origin of stored positions, in model coordinates.
     """
+    triangulation, unpaired = separate_fans(triangulation, prepared.model.face_shells)
     dtype, stored = storage.dtype, storage.store_positions(triangulation.positions, origin)
     corner_triangles = triangulation.points[triangulation.triangles]
     leader, stays = merge_stored_points(corner_triangles, stored)
@@ -132,7 +134,7 @@ def assemble(
             report,
             goal,
             faces=faces,
-            merged=leader[corner_triangles[stays]],
+            unpaired=unpaired,
             error=error,
         ),
         colors=colors,

@@ -9,6 +9,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.brep.prepared import PreparedBrep
+from service.engine.clustering import find_components
 from service.engine.trims.spline_shapes import measure_polygons
 from service.engine.vectors import length
 
@@ -55,26 +56,13 @@ def collapse_edges(prepared: PreparedBrep, end_gaps: FloatArray, tolerance: floa
     edges = is_short.nonzero()[0]
     if not len(edges):
         return Collapse(is_short, chains, ends)
-    root = _find_components(len(prepared.vertices), ends[edges])
+    root = find_components(len(prepared.vertices), *ends[edges].T)
     chain = root[ends[edges, 0]]
     total = np.bincount(chain, lengths[edges] + end_gaps[edges].sum(axis=1))[chain]
     is_short[edges] = total <= CHAIN * tolerance
     chains[edges] = np.where(is_short[edges], total, 0.0)
-    merged = _find_components(len(prepared.vertices), ends[is_short])
+    merged = find_components(len(prepared.vertices), *ends[is_short].T)
     return Collapse(is_short, chains, merged[ends])
-
-
-def _find_components(count: int, pairs: Ints) -> Ints:
-    """For each of `count` vertices, the least vertex to which pairs (k, 2) connect it."""
-    root = np.arange(count)
-    while True:
-        least = root[pairs].min(axis=1)
-        before = root.copy()
-        np.minimum.at(root, pairs[:, 0], least)
-        np.minimum.at(root, pairs[:, 1], least)
-        root = root[root]
-        if np.array_equal(root, before):
-            return root
 
 
 def measure_end_gaps(prepared: PreparedBrep, ends: Ints) -> FloatArray:

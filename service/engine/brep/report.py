@@ -9,7 +9,7 @@ from service.bases.arrays import Ints
 from service.engine.bounds.goal import Goal
 from service.engine.brep.brep_triangulation import BrepTriangulation
 from service.engine.brep.prepared import PreparedBrep
-from service.engine.clustering import DisjointSets
+from service.engine.clustering import find_components
 from service.engine.mesh.brep_report import BrepReport
 from service.engine.mesh.mesh import MeshReport
 from service.engine.trims.spline_shapes import measure_polygons
@@ -39,7 +39,7 @@ def build_report(
     goal: Goal,
     *,
     faces: Ints,
-    merged: Ints,
+    unpaired: Ints,
     error: float,
 ) -> MeshReport:
     """The report on a mesh with the facts of its brep.
@@ -53,8 +53,8 @@ def build_report(
     goal : Goal
     faces : ndarray of int, shape (T,)
         The faces of all triangles in the file.
-    merged : ndarray of int, shape (T, 3)
-        The points of all triangles in the file.
+    unpaired : ndarray of int, shape (k, 2)
+        The ends of edges at which triangles form no pairs.
     error : float
         Bound of the distance by which storing moved a vertex.
     """
@@ -67,17 +67,18 @@ def build_report(
         if not isfinite(mesh_bound):
             mesh_bound, reason = None, NOT_FINITE
     collapsed, longest = measure_collapsed_chains(prepared, triangulation)
+    non_manifold, double = count_unpaired(prepared, triangulation, unpaired)
     return replace(
         report,
-        deviation_bound=bound if isfinite(bound) and len(merged) else None,
+        deviation_bound=bound if isfinite(bound) and len(faces) else None,
         mesh_deviation_bound=mesh_bound,
         brep=BrepReport(
             reached=bound <= goal.tolerance,
             gap_bound=float(prepared.gaps.max(initial=0.0)),
             pcurves_replaced=prepared.pcurves_replaced,
             complete=not skipped and not degenerate,
-            non_manifold_edges=count_non_manifold_edges(prepared),
-            double_edges=count_double_edges(prepared, triangulation, merged),
+            non_manifold_edges=non_manifold,
+            double_edges=double,
             degenerate_faces=degenerate,
             collapsed_edges=collapsed,
             longest_chain=longest,
@@ -87,33 +88,31 @@ def build_report(
     )
 
 
-def count_non_manifold_edges(prepared: PreparedBrep) -> int:
-    """The number of edges with more than two coedges in one shell."""
-    shells = prepared.model.face_shells[prepared.coedge_faces]
-    keys = prepared.coedge_edges * (len(prepared.model.shell_counts) + 1) + shells + 1
-    key, counts = np.unique(keys, return_counts=True)
-    crowded = key[counts > 2] // (len(prepared.model.shell_counts) + 1)
-    return len(np.unique(crowded))
+def count_unpaired(
+    prepared: PreparedBrep, triangulation: BrepTriangulation, unpaired: Ints
+) -> tuple[int, int]:
+    """The number of edges that are not manifold, and of other pairs of points with such an edge.
 
-
-def count_double_edges(
-    prepared: PreparedBrep, triangulation: BrepTriangulation, merged: Ints
-) -> int:
-    """The number of pairs of points that more than two triangles join.
-
-    Pieces of edges with more than two coedges do not count. `merged` (T, 3) are the points of the
-    triangles.
+    `unpaired` (k, 2) are the ends of the edges of the mesh at which triangles form no pairs
+    (`separate_fans`). An edge of the brep is not manifold if it has more than two coedges in one
+    shell, and one of its pieces is among them.
     """
-    lines = np.sort(np.stack([merged, merged[:, [1, 2, 0]]], axis=2).reshape(-1, 2), axis=1)
-    size = len(triangulation.positions)
-    keys, counts = np.unique(lines[:, 0] * size + lines[:, 1], return_counts=True)
+    if not len(unpaired):
+        return 0, 0
+    shells = prepared.model.face_shells
+    uses, counts = np.unique(
+        np.stack([prepared.coedge_edges, shells[prepared.coedge_faces]]), axis=1, return_counts=True
+    )
+    is_crowded = np.zeros(len(prepared.edge_vertices), bool)
+    is_crowded[uses[0, counts > 2]] = True
     starts, points = triangulation.edge_starts, triangulation.edge_points
-    uses = np.bincount(prepared.coedge_edges, minlength=len(starts) - 1)
     edges = np.repeat(np.arange(len(starts) - 1), np.diff(starts))
-    begin = np.flatnonzero((uses[edges[:-1]] > 2) & (edges[:-1] == edges[1:]))
+    begin = np.flatnonzero(is_crowded[edges[:-1]] & (edges[:-1] == edges[1:]))
     ends = np.sort(np.stack([points[begin], points[begin + 1]], axis=1), axis=1)
-    crowded = np.isin(keys, ends[:, 0] * size + ends[:, 1])
-    return int(np.count_nonzero((counts > 2) & ~crowded))
+    size = len(triangulation.positions)
+    keys, pieces = unpaired[:, 0] * size + unpaired[:, 1], ends[:, 0] * size + ends[:, 1]
+    non_manifold = np.unique(edges[begin[np.isin(pieces, keys)]])
+    return len(non_manifold), len(np.setdiff1d(keys, pieces))
 
 
 def measure_collapsed_chains(
@@ -135,9 +134,6 @@ def measure_collapsed_chains(
     if not len(collapsed):
         return 0, 0.0
     lengths = measure_polygons(prepared.curves)[prepared.edge_curves[collapsed]]
-    ends, number = np.unique(prepared.edge_vertices[collapsed], return_inverse=True)
-    sets = DisjointSets(len(ends))
-    for first, second in number.reshape(-1, 2).tolist():
-        sets.unite(first, second)
-    roots = np.array(sets.list_roots())[number.reshape(-1, 2)[:, 0]]
+    first, second = prepared.edge_vertices[collapsed].T
+    roots = find_components(len(prepared.vertices), first, second)[first]
     return len(collapsed), float(np.bincount(roots, lengths).max())

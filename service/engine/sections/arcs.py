@@ -24,6 +24,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import expand_runs
 from service.cancellation import checkpoint
+from service.engine.clustering import find_components
 from service.engine.sections.borders import ONE
 from service.engine.sections.cells import (
     ABOVE,
@@ -208,25 +209,9 @@ def _number_crossings(cells: EndedCells, segments: Segments) -> Ints:
     n, corners = len(cells), len(segments.value)
     first_vertices = np.concatenate([cell_of_side, cell_of_side[side]])
     second_vertices = np.concatenate([n + segments.corner[singular].ravel(), n + corners + segment])
-    label = _find_components(n + corners + len(segments.ends), first_vertices, second_vertices)
+    label = find_components(n + corners + len(segments.ends), first_vertices, second_vertices)
     crossing[singular] = np.unique(label[singular], return_inverse=True)[1]
     return crossing
-
-
-def _find_components(count: int, first_vertices: Ints, second_vertices: Ints) -> Ints:
-    """Connected components of a graph of `count` vertices: the least vertex of each, (count,)."""
-    label = np.arange(count)
-    while True:
-        checkpoint()
-        smaller_label = np.minimum(label[first_vertices], label[second_vertices])
-        next_label = label.copy()
-        for ends in (first_vertices, second_vertices):
-            np.minimum.at(next_label, label[ends], smaller_label)
-        while not np.array_equal(next_label[next_label], next_label):
-            next_label = next_label[next_label]
-        if np.array_equal(next_label, label):
-            return label
-        label = next_label
 
 
 def _find_spokes(hub: Ints, node: Ints, crossing: Ints, node_count: int) -> tuple[Ints, Ints]:
