@@ -126,3 +126,14 @@ def test_the_report_lists_faces_that_are_left_out(client: Client) -> None:
     assert (skipped["face"], skipped["code"]) == (3, "used_twice_same_direction")
     assert skipped["got"]
     assert skipped["needed"]
+
+
+def test_a_loop_that_is_there_twice_touches_itself_everywhere(client: Client) -> None:
+    """However short the sides of its polygon are, all are in conflict: halving them must end."""
+    document = deepcopy(PLATE)
+    document["faces"][0]["loops"].append(deepcopy(document["faces"][0]["loops"][1]))
+    document["edges"].append(deepcopy(document["edges"][4]))
+    document["faces"][0]["loops"][2]["edges"] = [5]
+    error = client.post("/v1/mesh", {"surface": document}).json()["errors"][0]
+    assert error["code"] in ("loops_touch", "loops_cross")
+    assert error["pointer"] == "/surface/faces/0/loops/1"

@@ -22,6 +22,10 @@ ROUNDS = 24
 """The most rounds of halving and moving. Halving a curve quarters its height over the chord, and
 places have 30 bits."""
 
+MOST_SIDES, GROWTH = 4096, 8
+"""Halving ends beyond this number of sides, or beyond 8 times the sides at first: loops that coincide
+over a length are in conflict at every side, however short."""
+
 LEAST = 0.5
 """Sides with a parameter curve nearer than this, in units, are straight: halving does not help."""
 
@@ -61,8 +65,9 @@ def settle_border(
     Sides that changed have unknown bounds.
     """
     conflicts = find_conflicts(border)
+    most_sides = max(MOST_SIDES, GROWTH * len(border.faces))
     for _ in range(ROUNDS):
-        if not len(conflicts.sides):
+        if not len(conflicts.sides) or len(border.faces) > most_sides:
             break
         checkpoint()
         border, is_moved = _separate_corners(border, conflicts)
