@@ -3,6 +3,8 @@
 Along a closed axis a parameter curve is only known up to periods. Each coedge is moved to where the
 one before ends. At a pole the parameter along the pole is free: there the loop continues along the
 side of the surface, with the material on its left, by a coedge of a degenerate edge.
+
+Proof in docs/proofs.md: "Regions of closed surfaces".
 """
 
 from dataclasses import dataclass, replace

@@ -7,6 +7,8 @@ for each side of the cut, and that no neighbour sees. Let the cut surface be unr
 along it with the material on its left, up to the next crossing, where a loop enters. Beyond the
 last crossing it goes along the border to a pole, along the side of the pole to the other border,
 and back. So every loop is closed in the plane.
+
+Proof in docs/proofs.md: "Regions of closed surfaces".
 """
 
 from dataclasses import dataclass

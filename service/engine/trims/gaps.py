@@ -50,7 +50,7 @@ FEW = 1 << 12
 
 
 LOOSE = 8.0
-"""Where the bound may be more than this factor too large, because weights vary, a part is halved."""
+"""A part is halved where its bound may be more than this factor too large: weights vary there."""
 
 LEAST = 2.0**-20
 """No part is halved that is shorter than this share of the domain."""
