@@ -205,7 +205,7 @@ class RampDefinition(StrictModel):
             "service/schemas/kinds.py",
             insertions=(
                 (
-                    "from service.schemas import bezier, bspline, patches",
+                    "from service.schemas import bezier, brep, bspline, patches",
                     ", ramp",
                 ),
                 (
