@@ -122,8 +122,9 @@ test-api: $(VENV)/.dev build/api/.ready ## Compare the live service with its Ope
 test-attack: $(VENV)/.dev ## Make all attacks of docs/safety.md on the live service, and print a table (5 minutes)
 	$(BIN)/python -m tools.attack
 
-fuzz: $(VENV)/.dev build/fuzz/.ready ## Fuzz every parser, for SECONDS in total (600)
+fuzz: $(VENV)/.dev build/fuzz/.ready ## Fuzz every parser, for SECONDS in total (600), then as long breps in all calls
 	PYTHONPATH=build/fuzz/packages $(BIN)/python -m tools.fuzz $(SECONDS)
+	$(BIN)/python -m tools.fuzz.breps 20000 0 $(SECONDS)
 
 memory: $(VENV)/.dev ## Compare the memory that meshes of many kinds take with the predicted memory
 	$(BIN)/python -m tools.memory

@@ -39,7 +39,7 @@ FORMATS = ("glb", "json", "obj", "ply", "stl", "off", "oogl", "gltf")
 
 
 def draw_request(rng: Random) -> tuple[str, dict[str, Any]]:
-    """The path and the document of a request."""
+    """The path of a request, and its document."""
     surface = draw_brep(rng)
     for _ in range(int(rng.choice([0, 1, 1, 2, 4]))):
         mutate(surface, rng)
@@ -86,7 +86,7 @@ def draw_options(rng: Random) -> dict[str, Any]:
 
 
 def send(client: Client, number: int) -> tuple[str, str]:
-    """Sends request `number`: the kind of its response, and what is wrong with it, or ""."""
+    """Sends request `number`; returns the kind of its response, and its fault or ""."""
     path, document = draw_request(np.random.default_rng([SEED, number]))
     body = orjson.dumps(document)
     start, peak = time.process_time(), measure_peak()

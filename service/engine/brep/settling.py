@@ -23,8 +23,8 @@ ROUNDS = 24
 places have 30 bits."""
 
 MOST_SIDES, GROWTH = 4096, 8
-"""Halving ends beyond this number of sides, or beyond 8 times the sides at first: loops that coincide
-over a length are in conflict at every side, however short."""
+"""Halving ends beyond this number of sides, or beyond `GROWTH` times the sides at first: loops that
+coincide over a length are in conflict at every side, however short."""
 
 LEAST = 0.5
 """Sides with a parameter curve nearer than this, in units, are straight: halving does not help."""
