@@ -25,6 +25,7 @@ from service.pipeline.cost import (
     TRIANGLE_EFFORT,
     adaptive_triangles,
     count_coarsest,
+    estimate_preparation,
 )
 from service.pipeline.mesh_plan import MeshPlan
 from service.surface.curve_model import SweepModel
@@ -74,6 +75,7 @@ def prepare_meshes(
         raise InvalidRequest(NOT_PATCHES)  # never reached: `plan_mesh` refuses such a request
     fmt, limits = plan.fmt, plan.limits
     all_effort = effort or Effort(EFFORT_FACTOR * limits.max_multiplications)
+    all_effort.spend(estimate_preparation(plan.counted_size))
     try:
         mesher = build_mesher(
             model,

@@ -16,7 +16,7 @@ from service.engine.models import NOT_PATCHES, find_largest_coordinate, to_patch
 from service.engine.options import MeshOptions
 from service.engine.sweeps import sweep
 from service.errors import InvalidRequest, Issue, UnsupportedByFormat
-from service.pipeline.cost import COEDGE_EFFORT, EFFORT_FACTOR, lowering_memory
+from service.pipeline.cost import EFFORT_FACTOR, estimate_preparation, lowering_memory
 from service.pipeline.limits import Limits, check_count
 from service.surface.checks import MAX_COORDINATE
 from service.surface.curve_model import SweepModel
@@ -39,8 +39,8 @@ def check_surface(size: SurfaceSize, limits: Limits) -> SurfaceSize:
     check_count(size.patches + size.face_patches, limits.max_patches, "patches", issue)
     if size.faces:
         limits.check_effort(
-            COEDGE_EFFORT * (size.coedges + size.edge_pieces) // EFFORT_FACTOR,
-            "A brep of so many edges takes too much work before it can be meshed.",
+            estimate_preparation(size) // EFFORT_FACTOR,
+            "A brep with this number of edges takes too much work before it can be meshed.",
             "/surface",
             "a part with fewer edges",
         )

@@ -308,6 +308,11 @@ def adaptive_cost(
     return max_triangles, file_bytes, Cost(fixed_memory + triangle_memory * max_triangles, seconds)
 
 
+def estimate_preparation(size: SurfaceSize) -> int:
+    """The multiplications before breps can be meshed: to find or to make parameter curves."""
+    return COEDGE_EFFORT * (size.coedges + size.edge_pieces)
+
+
 def count_coarsest(size: SurfaceSize) -> int:
     """The most triangles that the coarsest mesh by tolerance has."""
     patches = size.patches + size.face_patches
