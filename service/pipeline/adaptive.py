@@ -17,6 +17,7 @@ from service.engine.scenes.scene import Scene
 from service.engine.stored_positions import Storage
 from service.errors import InvalidRequest, Issue, TooLarge, count_nouns
 from service.measuring import Measured
+from service.pipeline.brep_cost import count_coarsest, estimate_preparation
 from service.pipeline.budget_search import Attempt, search_tolerances
 from service.pipeline.checks import check_bytes, check_vertices
 from service.pipeline.cost import (
@@ -24,8 +25,6 @@ from service.pipeline.cost import (
     MIN_TRIANGLE_BYTES,
     TRIANGLE_EFFORT,
     adaptive_triangles,
-    count_coarsest,
-    estimate_preparation,
 )
 from service.pipeline.mesh_plan import MeshPlan
 from service.surface.curve_model import SweepModel

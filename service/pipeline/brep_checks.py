@@ -6,6 +6,9 @@ from service.encoders.format import EncodeOptions, Format
 from service.engine.accuracy import Accuracy
 from service.engine.options import MeshOptions
 from service.errors import InvalidRequest, Issue
+from service.pipeline.brep_cost import estimate_preparation
+from service.pipeline.cost import EFFORT_FACTOR
+from service.pipeline.limits import Limits
 from service.surface.sizes import SurfaceSize
 
 DEFAULT_ACCURACY = Accuracy(relative_tolerance=0.001)
@@ -21,6 +24,17 @@ def settle_accuracy(size: SurfaceSize, options: MeshOptions) -> MeshOptions:
     if size.faces and options.accuracy is None:
         return replace(options, accuracy=DEFAULT_ACCURACY)
     return options
+
+
+def check_preparation(size: SurfaceSize, limits: Limits) -> None:
+    """Refuse breps whose preparation takes too much work (`TooLarge`: `too_costly`)."""
+    if size.faces:
+        limits.check_effort(
+            estimate_preparation(size) // EFFORT_FACTOR,
+            "A brep with this number of edges takes too much work before it can be meshed.",
+            "/surface",
+            "a part with fewer edges",
+        )
 
 
 def check_brep_options(

@@ -16,7 +16,7 @@ from service.engine.models import NOT_PATCHES, find_largest_coordinate, to_patch
 from service.engine.options import MeshOptions
 from service.engine.sweeps import sweep
 from service.errors import InvalidRequest, Issue, UnsupportedByFormat
-from service.pipeline.cost import EFFORT_FACTOR, estimate_preparation, lowering_memory
+from service.pipeline.cost import lowering_memory
 from service.pipeline.limits import Limits, check_count
 from service.surface.checks import MAX_COORDINATE
 from service.surface.curve_model import SweepModel
@@ -37,13 +37,6 @@ def check_surface(size: SurfaceSize, limits: Limits) -> SurfaceSize:
     message = "The surface has too many Bézier patches: one for every span of its knots."
     issue = Issue("too_many_patches", message, "/surface")
     check_count(size.patches + size.face_patches, limits.max_patches, "patches", issue)
-    if size.faces:
-        limits.check_effort(
-            estimate_preparation(size) // EFFORT_FACTOR,
-            "A brep with this number of edges takes too much work before it can be meshed.",
-            "/surface",
-            "a part with fewer edges",
-        )
     subject = "As patches the surface"  # `check_memory` adds "would take more memory than …"
     limits.check_memory(lowering_memory(size), subject, "/surface", "a smaller surface")
     return size

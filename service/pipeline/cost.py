@@ -14,6 +14,12 @@ from typing import Generic, TypeVar
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.engine.accuracy import Accuracy
 from service.engine.options import MeshOptions
+from service.pipeline.brep_cost import (
+    PROVED_BYTES,
+    SCRATCH_BYTES,
+    count_coarsest,
+    prepared_bytes,
+)
 from service.pipeline.limits import Limits
 from service.pipeline.mesh_counts import adaptive_size, mesh_counts
 from service.surface.convert.operations import Elevate, Operation, Split, ToTriangle
@@ -44,21 +50,13 @@ PROOF_BYTES, CELL_ARRAY_BYTES = 416, 16 << 20
 """Bytes for a mesh by tolerance: for each triangle, while its bound is proved; and for arrays of
 cells, whose size does not depend on the number of triangles."""
 
-PREPARING_FACTOR, BREP_SCRATCH_BYTES, BREP_TRIANGLE_BYTES = 12, 40 << 20, 1000
-"""Bytes for a brep: for each byte of its lowered model, while it is prepared and afterwards; for
-temporary arrays; and for each triangle, while its bound is proved."""
-
-COEDGE_EFFORT = 5_000
-"""Multiplications for each coedge, and for each span of curves, while a brep is prepared."""
-
 MEMORY_SHARE = 3
 """The size of a mesh, a curve or a section by tolerance is known only after it is computed. Each of
 these may take 1/`MEMORY_SHARE` of the memory that a request may take; a mesh may always take, in
 addition to the memory of its lowered surface, as much again."""
 
-COARSEST_TRIANGLES, COARSEST_EDGE_TRIANGLES, MIN_TRIANGLE_BYTES = 64, 8, 1
-"""The most triangles that the coarsest mesh by tolerance has for each patch; those that it has, in
-addition, for each edge of a brep; and the fewest bytes of a triangle in any format."""
+MIN_TRIANGLE_BYTES = 1
+"""The fewest bytes of a triangle in any format."""
 
 EFFORT_FACTOR, TRIANGLE_EFFORT = 2, 5_000
 """A mesh by tolerance, or the search for a mesh within a budget, may take `EFFORT_FACTOR` times the
@@ -105,9 +103,9 @@ def lowering_memory(size: SurfaceSize, other_bytes: int = 0) -> int:
     Afterwards the patches, the data of their shared edges and `other_bytes` bytes are in use.
     """
     patch_bytes = size.lowered_bytes + SEAM_BYTES * size.patches + 4 * size.side_bytes
-    if size.faces:
-        other_bytes += PREPARING_FACTOR * size.lowered_bytes
-    return MIN_SCRATCH_BYTES + max(size.peak_bytes, patch_bytes + other_bytes)
+    return MIN_SCRATCH_BYTES + max(
+        size.peak_bytes, patch_bytes + prepared_bytes(size) + other_bytes
+    )
 
 
 def compression_cost(length: int) -> Cost:
@@ -285,9 +283,9 @@ def adaptive_cost(
     files = 4 if accuracy.is_budgeted else 2
     line_memory = LINE_BYTES * (mesh.overlay_points + mesh.overlay_segments + mesh.overlay_cells)
     surface_memory = lowering_memory(size)
-    array_bytes = max(CELL_ARRAY_BYTES, BREP_SCRATCH_BYTES if size.faces else 0)
+    array_bytes = SCRATCH_BYTES if size.faces else CELL_ARRAY_BYTES
     fixed_memory = surface_memory + array_bytes + files * empty_bytes + line_memory
-    proof_bytes = BREP_TRIANGLE_BYTES if size.faces else PROOF_BYTES
+    proof_bytes = PROVED_BYTES if size.faces else PROOF_BYTES
     triangle_memory = proof_bytes + 8 * size.width + files * triangle_bytes
     limits.check_memory(
         fixed_memory + 2 * triangle_memory, "The mesh", accuracy.pointer, "a smaller surface"
@@ -306,17 +304,6 @@ def adaptive_cost(
     )
     seconds = 5e-3 + 3e-5 * max_triangles + 1e-3 * size.coedges
     return max_triangles, file_bytes, Cost(fixed_memory + triangle_memory * max_triangles, seconds)
-
-
-def estimate_preparation(size: SurfaceSize) -> int:
-    """The multiplications before breps can be meshed: to find or to make parameter curves."""
-    return COEDGE_EFFORT * (size.coedges + size.edge_pieces)
-
-
-def count_coarsest(size: SurfaceSize) -> int:
-    """The most triangles that the coarsest mesh by tolerance has."""
-    patches = size.patches + size.face_patches
-    return COARSEST_TRIANGLES * patches + COARSEST_EDGE_TRIANGLES * size.edges
 
 
 def adaptive_triangles(accuracy: Accuracy, limits: Limits, coarsest: int = 0) -> int:

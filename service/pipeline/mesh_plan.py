@@ -10,7 +10,11 @@ from service.engine.options import MeshOptions
 from service.engine.plans.counts import Counts
 from service.engine.scenes.scene import Scene
 from service.engine.tessellate import predict_size
-from service.pipeline.brep_checks import check_brep_options, settle_accuracy
+from service.pipeline.brep_checks import (
+    check_brep_options,
+    check_preparation,
+    settle_accuracy,
+)
 from service.pipeline.checks import (
     check_bytes,
     check_model,
@@ -151,6 +155,7 @@ def plan_sizes(
     fmt, encode = form
     counted_size = distinct if shares_meshes(fmt, encode) and not options.curvatures else complete
     check_surface(distinct, limits)
+    check_preparation(distinct, limits)
     check_options(complete, options, fmt, encode)
     size = mesh_size(complete, options, fmt)
     stored = size if counted_size is complete else mesh_size(counted_size, options, fmt)

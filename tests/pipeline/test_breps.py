@@ -14,7 +14,7 @@ from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.accuracy import Accuracy
 from service.engine.options import MeshOptions
 from service.errors import InvalidRequest, SurfaceError, TooLarge
-from service.pipeline.cost import count_coarsest
+from service.pipeline.brep_cost import count_coarsest
 from service.pipeline.estimate import plan_estimate
 from service.pipeline.limits import Limits
 from service.pipeline.mesh import MeshFile, plan_mesh, select_encode_options
