@@ -61,6 +61,10 @@ CONVERT = Query(
         _operation_flag("reverse", "u|v", "reverse u or v"),
         _operation_flag("bezier", None, "convert a B-spline to Bézier patches"),
         _operation_flag("triangle", "lower|upper", "make a triangular patch of half a patch"),
+        _operation_flag("untrim", "[M:]FACE", "take the whole surface of a face of a brep"),
+        _operation_flag(
+            "select", "[M:]FACE,FACE", "take some faces of a brep; of a group, member M"
+        ),
         _operation_flag("operations", "JSON", "a list of operations, as in a request"),
     ),
     _merge_operations,
@@ -96,8 +100,7 @@ def _parse_operation(name: str, text: str) -> dict[str, object]:
     fields: dict[str, object] = {}
     match name:
         case "elevate":
-            degrees = _parse_numbers(text, ",")
-            fields = {"degree": degrees[0] if len(degrees) == 1 else degrees}
+            fields = {"degree": _one_or_list(_parse_numbers(text, ","))}
         case "split" if "=" in text:
             fields = {key: number_from_text(value) for key, value in _parse_pairs(name, text)}
         case "split":
@@ -108,6 +111,12 @@ def _parse_operation(name: str, text: str) -> dict[str, object]:
             fields = {"direction": text}
         case "triangle":
             fields = {"half": text}
+        case "untrim" | "select":
+            member, colon, faces = text.rpartition(":")
+            numbers = _parse_numbers(faces, ",")
+            fields = {"faces": numbers} if name == "select" else {"face": _one_or_list(numbers)}
+            if colon:
+                fields["member"] = number_from_text(member)
     return {"op": name} | fields
 
 
@@ -115,6 +124,11 @@ def _parse_numbers(text: str, separator: str) -> list[int | float | str]:
     from service.schemas.query import number_from_text
 
     return [number_from_text(part) for part in text.split(separator)]
+
+
+def _one_or_list(numbers: list[int | float | str]) -> object:
+    """The only number of a list, or the list."""
+    return numbers[0] if len(numbers) == 1 else numbers
 
 
 def _parse_pairs(flag: str, text: str) -> list[tuple[str, str]]:

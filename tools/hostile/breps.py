@@ -226,5 +226,32 @@ def _build_long_cases() -> Iterator[HostileBody]:
     )
 
 
+def build_brep_conversions() -> Iterator[HostileBody]:
+    """Requests to /v1/convert with invalid operations on breps."""
+    brep = write_brep()[:-1]
+    faults = {
+        "missing_field": '{"op":"untrim"}@/face {"op":"select"}@/faces',
+        "null_value": '{"op":"untrim","face":null}@/face {"op":"select","faces":[null]}@/faces/0',
+        "wrong_type": '{"op":"untrim","face":"0"}@/face {"op":"select","faces":0}@/faces',
+        "wrong_length": '{"op":"select","faces":[]}@/faces',
+        "out_of_range": '{"op":"untrim","face":-1}@/face',
+        "unknown_face": '{"op":"untrim","face":1}@/face {"op":"select","faces":[0,7]}@/faces/1'
+        ' {"op":"untrim","face":18446744073709551615}@/face'
+        ' {"op":"select","faces":[18446744073709551615]}@/faces/0',
+        "repeated_face": '{"op":"select","faces":[0,0]}@/faces/1',
+        "unknown_field": '{"op":"untrim","face":0,"member":0}@/member',
+        "not_parametric": '{"op":"elevate","degree":3} {"op":"bezier"} {"op":"transpose"}',
+    }
+    body = f'{brep},"operations":[?]}}'
+    yield from vary_body("faces", body, "/operations/0", faults)
+    many = repeat_word("0", 300_000)
+    yield build_long_case(
+        "faces",
+        lambda: body.replace("?", f'{{"op":"select","faces":{many}}}'),
+        "repeated_face",
+        "/operations/0/faces/1",
+    )
+
+
 BREPS: tuple[HostileBody, ...] = tuple(build_brep_cases())
 """Breps for POST /v1/mesh."""

@@ -6,7 +6,7 @@ The bodies for /v1/mesh are those of `tools.hostile.requests`.
 import struct
 from collections.abc import Iterator, Mapping
 
-from tools.hostile.breps import BREPS
+from tools.hostile.breps import BREPS, build_brep_conversions
 from tools.hostile.requests import (
     HOSTILE,
     MIB,
@@ -215,7 +215,7 @@ def build_conversion_cases() -> Iterator[HostileBody]:
     )
 
 
-CONVERSIONS: tuple[HostileBody, ...] = tuple(build_conversion_cases())
+CONVERSIONS: tuple[HostileBody, ...] = (*build_conversion_cases(), *build_brep_conversions())
 """Bodies for POST /v1/convert."""
 
 

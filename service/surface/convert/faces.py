@@ -50,9 +50,9 @@ def select(brep: BrepSurface, operation: Select, _allowed: SizeLimits) -> BrepSu
         `unknown_face`, `repeated_face`, or `unknown_field` if the operation names a member.
     """
     _refuse_member(operation)
-    faces = np.array(operation.faces, np.intp)
     for position, face in enumerate(operation.faces):
         _require_face(brep, face, f"/faces/{position}")
+    faces = np.array(operation.faces, np.intp)
     loop_starts = np.searchsorted(brep.loop_faces, np.arange(len(brep.surfaces) + 1))
     loops = expand_rows(loop_starts, faces)
     coedges = expand_rows(find_starts(brep.loop_counts), loops)
