@@ -72,9 +72,7 @@ def measure_end_gaps(prepared: PreparedBrep, ends: Ints) -> FloatArray:
     """
     gaps = np.zeros(ends.shape)
     edges = (prepared.edge_curves >= 0).nonzero()[0]
-    for column in range(2):
-        points = prepared.curves.evaluate(
-            prepared.edge_curves[edges], prepared.edge_ranges[edges, column]
-        )
-        gaps[edges, column] = length(points - prepared.vertices[ends[edges, column]], -1)
+    curves, parameters = prepared.edge_curves[edges], prepared.edge_ranges[edges]
+    points = prepared.curves.evaluate(curves.repeat(2), parameters.ravel()).reshape(-1, 2, 3)
+    gaps[edges] = length(points - prepared.vertices[ends[edges]], -1)
     return gaps

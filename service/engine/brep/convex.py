@@ -10,8 +10,6 @@ def clip_to_square(polygons: FloatArray, size: float) -> FloatArray:
 
     Corners may repeat; a polygon outside of the square has all its corners at one point.
     """
-    if ((polygons >= 0) & (polygons <= size)).all():
-        return polygons
     for axis in range(2):
         for sign, limit in ((1.0, 0.0), (-1.0, size)):
             polygons = _clip(polygons, axis, sign, limit)
@@ -22,6 +20,8 @@ def _clip(polygons: FloatArray, axis: int, sign: float, limit: float) -> FloatAr
     """Sutherland and Hodgman's step: what is inside sign · x ≥ sign · limit, with a corner more."""
     inside = sign * polygons[..., axis]
     depth = inside - sign * limit
+    if (depth >= 0).all():
+        return polygons
     following, next_depth = np.roll(polygons, -1, axis=1), np.roll(depth, -1, axis=1)
     is_inside, crosses = depth >= 0, (depth >= 0) != (next_depth >= 0)
     share = depth / np.where(crosses, depth - next_depth, 1.0)

@@ -103,8 +103,18 @@ def find_slivers(
     ]
     # Counter-clockwise in both cases.
     polygons = np.stack(corners[::-1] if not inner else corners, axis=1)
-    number, triangles = list_fans(np.rint(clip_to_square(polygons, float(SIZE))).astype(np.intp))
-    return Slivers(rows[high[number]], triangles)
+    # Planes have no ends; other surfaces are only known inside of the box.
+    leaves = ((polygons < 0) | (polygons > SIZE)).any(axis=(1, 2))
+    leaves &= ~prepared.surfaces.is_planar[border.faces[sides[rows[high]]]]
+    inside, outside = (~leaves).nonzero()[0], leaves.nonzero()[0]
+    number, triangles = list_fans(np.rint(polygons[inside]).astype(np.intp))
+    slivers = Slivers(rows[high[inside[number]]], triangles)
+    if not len(outside):
+        return slivers
+    clipped = np.rint(clip_to_square(polygons[outside], float(SIZE))).astype(np.intp)
+    number, triangles = list_fans(clipped)
+    slivers = Slivers.join([slivers, Slivers(rows[high[outside[number]]], triangles)])
+    return slivers.take(slivers.owners.argsort(kind="stable"))
 
 
 def measure_heights(

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from service.engine.bounds.goal import Goal
+from service.engine.brep import settling
 from service.engine.brep.border import build_border
 from service.engine.brep.border_measure import measure_border
 from service.engine.brep.crossings import find_conflicts
@@ -143,3 +144,12 @@ def test_a_plate_with_many_holes_near_each_other() -> None:
         prepare_sheets([[list_lines([(-1, -1), (11, -1), (11, 11), (-1, 11)]), *holes]]), 0.5
     )
     assert not faults
+
+
+def test_halving_ends_where_loops_are_too_near(monkeypatch: pytest.MonkeyPatch) -> None:
+    thin = [arc((5, 5), 5, 0, 2 * pi), arc((5 + 0.9e-5, 5), 5 - 1e-5, 1, 1 - 2 * pi)]
+    assert not _settle(prepare_sheets([thin]), 0.14)[0]
+    monkeypatch.setattr(settling, "MOST_SIDES", 200)
+    faults, added = _settle(prepare_sheets([thin]), 0.14)
+    assert set(faults.values()) == {"loops_cross"}
+    assert added < 800
