@@ -26,6 +26,10 @@ MOST_SIDES, GROWTH = 16384, 8
 """Halving ends beyond this number of sides, or beyond `GROWTH` times the sides at first: loops that
 coincide over a length are in conflict at every side, however short."""
 
+MOST_MOVES = 256
+"""The most corners that are moved in one round, unless there are many sides: a corner takes longer
+than a side, and loops that coincide touch everywhere."""
+
 LEAST = 0.5
 """Sides with a parameter curve nearer than this, in units, are straight: halving does not help."""
 
@@ -93,7 +97,9 @@ def _separate_corners(border: Border, conflicts: Conflicts) -> tuple[Border, Boo
     if not len(conflicts.corners):
         return border, is_moved
     is_fixed = (border.shifts[border.rows] != 0).any(axis=1)
-    sides, steps = find_steps(border, conflicts.corners, border.places[border.rows], is_fixed)
+    corners = conflicts.corners[~is_fixed[conflicts.corners]]
+    corners = corners[: max(MOST_MOVES, len(border.faces) // 16)]
+    sides, steps = find_steps(border, corners, border.places[border.rows], is_fixed)
     if not len(sides):
         return border, is_moved
     is_moved[sides] = True
