@@ -101,7 +101,7 @@ def sample_edges(prepared: PreparedBrep, tolerance: float) -> EdgeSamples:
 
 
 def sample_evenly(prepared: PreparedBrep, parts: int) -> EdgeSamples:
-    """Samples of edges at equal parameters, without bounds: only for tests of loops.
+    """Samples of edges at equal parameters, without positions and bounds: for tests of loops.
 
     An edge has `parts` samples, or more, for each span of its parameter curve with the most spans,
     up to `MOST_EVEN`; and none inside if all its parameter curves are lines. Kinks are samples.
@@ -131,7 +131,7 @@ def sample_evenly(prepared: PreparedBrep, parts: int) -> EdgeSamples:
         bounds=np.full(len(edges), np.inf),
         is_point=is_point,
         ends=ends,
-        known=np.full((len(edges), 3), np.nan),
+        known=np.zeros((len(edges), 3)),
     )
 
 

@@ -56,7 +56,7 @@ CROSSING = [
 ]
 TWISTED = [("/faces/1/loops/1", "loops_cross", "a loop that crosses itself near (3, 3, 5)")]
 BACKWARD = [
-    ("/faces/1/loops/1", "loop_reversed", "a loop with the material on its right near (2, 2, 5)")
+    ("/faces/1/loops/1", "loop_reversed", "a loop with the material on its right near (4, 2, 5)")
 ]
 
 
