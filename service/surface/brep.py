@@ -213,7 +213,10 @@ class BrepSurface(SurfaceKind):
         has_edges[self.loop_faces[loops[self.coedge_edges >= 0]]] = True
         rows = expand_rows(self.surfaces.point_starts, np.flatnonzero(~has_edges))
         points = [self.vertices, self.curves.points, self.surfaces.points[rows]]
-        low, high = find_box(np.concatenate(points))
+        outline = np.concatenate(points)
+        if not len(outline):  # loops of edges that the brep lacks, which `lower_columns` refuses
+            return 0.0
+        low, high = find_box(outline)
         return dist(low.tolist(), high.tolist())
 
     def _count(self) -> SurfaceSize:

@@ -364,6 +364,13 @@ def test_invalid_breps_are_refused_with_a_pointer_to_the_fault(
     assert all(issue.got and issue.needed for issue in issues)
 
 
+def test_a_brep_without_any_point_is_refused() -> None:
+    net = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]
+    face = {"surface": {"control_net": net}, "loops": [{"edges": [0]}]}
+    (issue,) = refuse({"type": "brep", "vertices": [], "edges": [], "faces": [face]})
+    assert (issue.code, issue.pointer) == ("unknown_edge", "/surface/faces/0/loops/0/edges/0")
+
+
 def test_errors_of_several_faces_are_reported_together_up_to_twenty() -> None:
     document = deepcopy(PLATE)
     face = document["faces"][0]
