@@ -91,16 +91,18 @@ class Items:
 
     def take(self, index: Ints | Bools | slice) -> Self:
         """The items with these indices, or those that a mask marks."""
-        arrays = (getattr(self, name) for name in self.__dataclass_fields__)
+        names = self.__dataclass_fields__
         if isinstance(index, slice):
-            return type(self)(*(array[..., index] for array in arrays))
+            return type(self)(*[getattr(self, name)[..., index] for name in names])
         rows = index.nonzero()[0] if index.dtype == bool else index
-        return type(self)(*(array.take(rows, axis=-1) for array in arrays))
+        return type(self)(*[getattr(self, name).take(rows, axis=-1) for name in names])
 
     @classmethod
     def join(cls, parts: Sequence[Self]) -> Self:
         """The items of several records, one record after the other."""
         if len(parts) == 1:
             return parts[0]
-        arrays = ([getattr(part, name) for part in parts] for name in cls.__dataclass_fields__)
-        return cls(*(np.concatenate(array, axis=-1) for array in arrays))
+        names = cls.__dataclass_fields__
+        return cls(
+            *[np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in names]
+        )
