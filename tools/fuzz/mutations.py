@@ -18,7 +18,7 @@ VALUES: tuple[Any, ...] = (
     2**31, 2**53, 2**63, 2**64 - 1, "", "x", "bspline", "bezier", "periodic", "uniform", "clamped",
     [], [0], [0, 1], [[0, 0]], [[0, 0, 0], [1, 1, 1]], [None], [True], {}, {"type": "bspline"},
 )  # fmt: skip
-"""What may stand in place of any value."""
+"""Values that may stand in place of any other."""
 
 NAMES = (
     "type", "degree", "knots", "weights", "curve", "vertices", "uncertainty", "degenerate", "name",
