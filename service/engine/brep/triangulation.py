@@ -16,9 +16,10 @@ import pythoncdt
 from service.bases.arrays import AnyArray, FloatArray, Ints
 from service.cancellation import checkpoint
 from service.engine.brep.border_vertices import BorderVertices
+from service.surface.spline_tables import find_starts
 
 SUPER = 3
-"""Vertices that the library puts around all others; they have the number −1 here."""
+"""Vertices that the library puts around all others; they belong to no triangle inside."""
 
 
 class FaceTriangulations:
@@ -59,7 +60,7 @@ class FaceTriangulations:
             triangulation.insert_vertices(_to_buffer(points[first:last]))
             triangulation.insert_edges(_to_buffer(segments[begin:end]))
             self._triangulations[face] = triangulation
-            self._numbers[face] = np.concatenate([np.full(SUPER, -1), np.arange(first, last)])
+            self._numbers[face] = np.arange(first - SUPER, last)
 
     @property
     def faces(self) -> list[int]:
@@ -99,25 +100,33 @@ class FaceTriangulations:
             The number of the same triangle among those of its face when this face was last read;
             −1 for new triangles.
         """
-        corners, previous = [np.empty((0, SUPER), np.intp)], [np.empty(0, np.intp)]
-        for face in faces:
-            triangulation = self._triangulations[face]
-            vertices = triangulation.triangles_array()["vertices"].astype(np.intp)
-            depths = np.asarray(triangulation.calculate_triangle_depths())
-            inside = np.flatnonzero(depths & 1)
-            rows = np.full(len(vertices), -1)
-            rows[inside] = np.arange(len(inside))
-            # The library keeps a triangle at its place until it changes.
-            before = np.full(len(vertices), -1)
+        chosen = list(faces)
+        if not chosen:
+            return np.empty((3, 0), np.intp), np.empty(0, np.intp)
+        read = [self._triangulations[face] for face in chosen]
+        parts = [each.triangles_array()["vertices"] for each in read]
+        depths = np.concatenate([each.calculate_triangle_depths() for each in read])
+        vertices = np.concatenate(parts).astype(np.intp)
+        starts = find_starts(np.array([len(part) for part in parts]))
+        tables = [self._numbers[face] for face in chosen]
+        table_starts = find_starts(np.array([len(table) for table in tables]))
+        inside = np.flatnonzero(depths & 1)
+        owners = np.searchsorted(starts, inside, side="right") - 1
+        at = vertices[inside] + table_starts[owners][:, np.newaxis]
+        corners = np.concatenate(tables).take(at.T)
+        # The number of each triangle inside among those of its face.
+        rows = np.full(len(vertices), -1)
+        rows[inside] = np.arange(len(inside)) - np.searchsorted(inside, starts)[owners]
+        previous = np.full(len(vertices), -1)
+        for face, begin, end in zip(chosen, starts[:-1].tolist(), starts[1:].tolist(), strict=True):
             if face in self._seen:
+                # The library keeps a triangle at its place until it changes.
                 old_vertices, old_rows = self._seen[face]
-                known = len(old_rows)
-                same = (vertices[:known] == old_vertices).all(axis=1)
-                before[:known] = np.where(same, old_rows, -1)
-            self._seen[face] = vertices, rows
-            corners.append(self._numbers[face].take(vertices[inside]))
-            previous.append(before[inside])
-        return np.ascontiguousarray(np.concatenate(corners).T), np.concatenate(previous)
+                known = slice(begin, begin + len(old_rows))
+                same = (vertices[known] == old_vertices).all(axis=1)
+                previous[known] = np.where(same, old_rows, -1)
+            self._seen[face] = vertices[begin:end], rows[begin:end]
+        return corners, previous[inside]
 
     def _scale(self, faces: Ints, places: Ints) -> FloatArray:
         """Places (m, 2) as the library gets them."""
