@@ -1,15 +1,16 @@
-"""Loops as lists of arcs of coedges, while they are cut; and the edges that are split by this."""
+"""Loops as lists of arcs of coedges, while they are cut, with the edges that this makes or splits.
+
+Nothing is added to the columns of the topology before all faces are cut: each column grows once.
+"""
 
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 from typing import TypeAlias
 
 import numpy as np
 
-from service.bases.arrays import FloatArray
-from service.bases.row_batches import expand_runs
+from service.bases.arrays import FloatArray, Ints
 from service.engine.brep.topology import Topology
-from service.engine.trims.piecewise import restrict_curves
+from service.engine.trims.closure import ClosedSurfaces
 
 SAME = 1e-9
 """Splits of an edge that are nearer than this share of its range are one."""
@@ -35,139 +36,150 @@ class Arc:
 ArcLoop: TypeAlias = list[Arc]
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class NewEdge:
+    """An edge between two vertices, along the segment between two places of a face, from 0 to 1.
+
+    At a pole its curve is one point.
+    """
+
+    vertices: tuple[int, int]
+    face: int
+    begin: FloatArray
+    end: FloatArray
+    source: int
+    is_pole: bool
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class NewCoedge:
+    """A coedge of an edge, along the segment between two places, in the edge's direction."""
+
+    edge: int
+    begin: FloatArray
+    end: FloatArray
+    is_reversed: bool
+
+
 @dataclass(eq=False)
 class CutLoops:
-    """A topology, the loops of faces that are cut, and the splits of edges.
+    """The loops of faces that are cut, with new vertices, edges and coedges, and splits of edges.
 
     Attributes
     ----------
+    surfaces : ClosedSurfaces
     topology : Topology
+        Before any cut. The numbers of new vertices, edges and coedges follow those that it has.
     loops : dict
         The loops of each face that was cut, with the loops of the model from which they came.
     splits : dict
         For each edge, parameters at which it is split, with the vertices there.
+    vertices : list of ndarray of float64, shape (3,)
+    edges : list of NewEdge
+    coedges : list of NewCoedge
     """
 
+    surfaces: ClosedSurfaces
     topology: Topology
     loops: dict[int, list[tuple[int, ArcLoop]]] = field(default_factory=dict)
     splits: dict[int, list[tuple[float, int]]] = field(default_factory=dict)
+    vertices: list[FloatArray] = field(default_factory=list)
+    edges: list[NewEdge] = field(default_factory=list)
+    coedges: list[NewCoedge] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.old_edges = len(self.topology.edge_curves)
+        self.old_coedges = len(self.topology.coedge_edges)
 
     def list_arcs(self, loop: int) -> ArcLoop:
         """The whole coedges of a loop of the topology."""
         first = int(self.topology.loop_starts[loop])
-        return [
-            self.make_arc(coedge)
-            for coedge in range(first, first + int(self.topology.loop_counts[loop]))
-        ]
+        last = first + int(self.topology.loop_counts[loop])
+        edges = self.topology.coedge_edges[first:last]
+        ends = self.topology.edge_ranges[edges]
+        ends = np.where(self.topology.coedge_reversed[first:last, np.newaxis], ends[:, ::-1], ends)
+        return [Arc(first + k, a, b, np.zeros(2)) for k, (a, b) in enumerate(ends.tolist())]
 
-    def make_arc(self, coedge: int) -> Arc:
-        """A whole coedge."""
-        start, end = self.topology.edge_ranges[self.topology.coedge_edges[coedge]].tolist()
-        if self.topology.coedge_reversed[coedge]:
-            start, end = end, start
-        return Arc(coedge, start, end, np.zeros(2))
+    def find_edge(self, coedge: int) -> int:
+        """The edge of a coedge."""
+        if coedge < self.old_coedges:
+            return int(self.topology.coedge_edges[coedge])
+        return self.coedges[coedge - self.old_coedges].edge
+
+    def find_range(self, edge: int) -> tuple[float, float]:
+        """The first and the last parameter of an edge."""
+        if edge >= self.old_edges:
+            return 0.0, 1.0
+        start, end = self.topology.edge_ranges[edge].tolist()
+        return start, end
+
+    def find_vertices(self, edge: int) -> tuple[int, int]:
+        """The vertices at which an edge begins and ends."""
+        if edge >= self.old_edges:
+            return self.edges[edge - self.old_edges].vertices
+        first, last = self.topology.edge_vertices[edge].tolist()
+        return first, last
+
+    def is_pole(self, edge: int) -> bool:
+        """Whether an edge is degenerate."""
+        if edge >= self.old_edges:
+            return self.edges[edge - self.old_edges].is_pole
+        return bool(self.topology.is_degenerate[edge])
+
+    def find_shapes(self, coedges: Ints) -> tuple[Ints, Ints]:
+        """Degrees and numbers of spans (m,) of the parameter curves of coedges."""
+        degree, spans = np.ones((2, len(coedges)), np.intp)
+        old = (coedges < self.old_coedges).nonzero()[0]
+        pcurves = self.topology.pcurves
+        degree[old], spans[old] = pcurves.degree[coedges[old]], pcurves.span_count[coedges[old]]
+        return degree, spans
+
+    def evaluate(self, coedges: Ints, t: FloatArray) -> FloatArray:
+        """The places (m, 2) of coedges at parameters of their edges."""
+        is_old = coedges < self.old_coedges
+        if is_old.all():
+            return self.topology.pcurves.evaluate(coedges, t)
+        places = np.empty((len(coedges), 2))
+        old, new = is_old.nonzero()[0], (~is_old).nonzero()[0]
+        if len(old):
+            places[old] = self.topology.pcurves.evaluate(coedges[old], t[old])
+        lines = [self.coedges[k - self.old_coedges] for k in coedges[new].tolist()]
+        begin, end = np.array([[line.begin, line.end] for line in lines]).swapaxes(0, 1)
+        places[new] = begin + t[new, np.newaxis] * (end - begin)
+        return places
+
+    def add_vertex(self, point: FloatArray) -> int:
+        """A new vertex at a point (3,)."""
+        self.vertices.append(point)
+        return len(self.topology.vertices) + len(self.vertices) - 1
+
+    def add_edge(self, edge: NewEdge) -> int:
+        """A new edge."""
+        self.edges.append(edge)
+        return self.old_edges + len(self.edges) - 1
+
+    def add_coedge(self, coedge: NewCoedge) -> Arc:
+        """A new coedge, as an arc."""
+        self.coedges.append(coedge)
+        begin, end = (1.0, 0.0) if coedge.is_reversed else (0.0, 1.0)
+        return Arc(self.old_coedges + len(self.coedges) - 1, begin, end, np.zeros(2))
 
     def split(self, coedge: int, t: float) -> int:
         """The vertex at which the edge of a coedge is split at a parameter."""
-        topology = self.topology
-        edge = int(topology.coedge_edges[coedge])
-        start, end = topology.edge_ranges[edge].tolist()
+        edge = self.find_edge(coedge)
+        start, end = self.find_range(edge)
         for other, vertex in self.splits.get(edge, []):
             if abs(other - t) <= SAME * (end - start):
                 return vertex
-        if topology.is_degenerate[edge]:
-            vertex = int(topology.edge_vertices[edge, 0])
+        if self.is_pole(edge):
+            vertex = self.find_vertices(edge)[0]
+        elif edge < self.old_edges:
+            curve = self.topology.edge_curves[[edge]]
+            vertex = self.add_vertex(self.topology.curves.evaluate(curve, np.array([t]))[0])
         else:
-            curve = topology.edge_curves[[edge]]
-            point = topology.curves.evaluate(curve, np.array([t]))
-            uncertainty = float(topology.edge_uncertainties[edge])
-            self.topology, numbers = topology.add_vertices(point, uncertainty)
-            vertex = int(numbers[0])
+            new = self.edges[edge - self.old_edges]
+            place = new.begin + t * (new.end - new.begin)
+            face = np.array([new.face])
+            vertex = self.add_vertex(self.surfaces.evaluate(face, place[np.newaxis])[0])
         self.splits.setdefault(edge, []).append((t, vertex))
         return vertex
-
-    def finish(self) -> Topology:
-        """The topology with the new loops, and with pieces in place of edges that are split."""
-        cuts = self._split_edges()
-        topology = self.topology
-        is_split = np.isin(topology.coedge_edges, list(cuts))
-        is_cut = np.isin(topology.loop_faces, list(self.loops))
-        is_changed = is_cut | np.logical_or.reduceat(is_split, topology.loop_starts)
-        kept = (~is_changed).nonzero()[0]
-        # The loops that change: face, source, and arcs.
-        changed = [
-            (face, source, arcs) for face, loops in self.loops.items() for source, arcs in loops
-        ]
-        for loop in (is_changed & ~is_cut).nonzero()[0].tolist():
-            face, source = int(topology.loop_faces[loop]), int(topology.loop_sources[loop])
-            changed.append((face, source, self.list_arcs(loop)))
-        pieces = [
-            [piece for arc in arcs for piece in self._divide(arc, cuts)] for *_, arcs in changed
-        ]
-        first = len(topology.coedge_edges)
-        topology = _add_pieces(topology, [piece for row in pieces for piece in row])
-        _, rows = expand_runs(topology.loop_counts[kept], topology.loop_starts[kept])
-        counts = [len(row) for row in pieces]
-        return topology.take_coedges(
-            np.concatenate([rows, first + np.arange(sum(counts))]),
-            np.concatenate([topology.loop_faces[kept], [face for face, _, _ in changed]]),
-            np.concatenate([topology.loop_counts[kept], counts]),
-            np.concatenate([topology.loop_sources[kept], [source for _, source, _ in changed]]),
-        ).sort_loops()
-
-    def _split_edges(self) -> dict[int, list[tuple[float, float, int]]]:
-        """For each edge that is split, its pieces: ends, and the number of the new edge."""
-        cuts = {}
-        for edge, splits in self.splits.items():
-            topology = self.topology
-            start, end = topology.edge_ranges[edge].tolist()
-            first, last = topology.edge_vertices[edge].tolist()
-            ends = [(start, first), *sorted(splits), (end, last)]
-            low, high = np.array([t for t, _ in ends[:-1]]), np.array([t for t, _ in ends[1:]])
-            vertices = np.array([[a, b] for (_, a), (_, b) in pairwise(ends)])
-            curves = None
-            if not topology.is_degenerate[edge]:
-                curve = np.full(len(low), topology.edge_curves[edge])
-                curves = restrict_curves(topology.curves, curve, low, high)
-            self.topology, numbers = topology.add_edges(
-                vertices,
-                curves,
-                int(topology.edge_sources[edge]),
-                float(topology.edge_uncertainties[edge]),
-            )
-            ranges = self.topology.edge_ranges.copy()
-            ranges[numbers] = np.stack([low, high], axis=1)
-            self.topology = replace(self.topology, edge_ranges=ranges)
-            cuts[edge] = list(zip(low.tolist(), high.tolist(), numbers.tolist(), strict=True))
-        return cuts
-
-    def _divide(
-        self, arc: Arc, cuts: dict[int, list[tuple[float, float, int]]]
-    ) -> list[tuple[Arc, int]]:
-        """The parts of an arc over pieces of its edge, along the loop; and the piece of each."""
-        edge = int(self.topology.coedge_edges[arc.coedge])
-        if edge not in cuts:
-            return [(arc, edge)]
-        low, high = min(arc.begin, arc.end), max(arc.begin, arc.end)
-        start, end = self.topology.edge_ranges[edge].tolist()
-        margin = SAME * (end - start)
-        # Ends of arcs at splits are those of the pieces.
-        pieces = [(a, b, n) for a, b, n in cuts[edge] if a > low - margin and b < high + margin]
-        if arc.begin > arc.end:
-            return [(replace(arc, begin=b, end=a), n) for a, b, n in reversed(pieces)]
-        return [(replace(arc, begin=a, end=b), n) for a, b, n in pieces]
-
-
-def _add_pieces(topology: Topology, pieces: list[tuple[Arc, int]]) -> Topology:
-    """The topology with a coedge for each of the arcs, which are whole edges."""
-    coedges = np.array([arc.coedge for arc, _ in pieces])
-    ends = np.array([[arc.begin, arc.end] for arc, _ in pieces])
-    shift = np.array([arc.shift for arc, _ in pieces])
-    pcurves = restrict_curves(topology.pcurves, coedges, ends.min(axis=1), ends.max(axis=1))
-    return topology.add_coedges(
-        np.array([edge for _, edge in pieces]),
-        topology.coedge_reversed[coedges],
-        pcurves.map_points(-shift, np.ones_like(shift)),
-        topology.is_replaced[coedges],
-        topology.gaps[coedges],
-    )

@@ -25,8 +25,8 @@ first of these that some line has."""
 CANDIDATES = 32
 """Lines that are tried, beside those through vertices."""
 
-STEPS = 60
-"""Bisections."""
+STEPS, PARTS = 12, 32
+"""How often an interval with a crossing is divided, and into how many parts."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -179,13 +179,10 @@ def find_crossings(
 
 def _find_begin(work: CutLoops, arc: Arc) -> int:
     """The vertex at which an arc begins."""
-    topology = work.topology
-    edge = int(topology.coedge_edges[arc.coedge])
-    start, end = topology.edge_ranges[edge].tolist()
-    if arc.begin == start:
-        return int(topology.edge_vertices[edge, 0])
-    if arc.begin == end:
-        return int(topology.edge_vertices[edge, 1])
+    edge = work.find_edge(arc.coedge)
+    ends = work.find_range(edge)
+    if arc.begin in ends:
+        return work.find_vertices(edge)[ends.index(arc.begin)]
     return work.split(arc.coedge, arc.begin)
 
 
@@ -197,24 +194,22 @@ def _find_next(samples: _Samples, arcs: ArcLoop, i: int) -> float:
 
 def _locate(work: CutLoops, arc: Arc, t: float) -> FloatArray:
     """The place (2,) of an arc at a parameter."""
-    place: FloatArray = work.topology.pcurves.evaluate(np.array([arc.coedge]), np.array([t]))[0]
-    return place + arc.shift
+    place: FloatArray = work.evaluate(np.array([arc.coedge]), np.array([t]))[0] + arc.shift
+    return place
 
 
 def _find_parameter(
     work: CutLoops, arc: Arc, axis: int, ends: tuple[float, float], target: float
 ) -> float:
-    """Where the coordinate of an arc is `target`, between two parameters; by bisection."""
+    """Where the coordinate of an arc is `target`, between two parameters."""
     low, high = ends
-    rises = _locate(work, arc, high)[axis] > _locate(work, arc, low)[axis]
+    coedges = np.full(PARTS + 1, arc.coedge)
     for _ in range(STEPS):
-        middle = (low + high) / 2
-        if middle in (low, high):
-            break
-        if (_locate(work, arc, middle)[axis] < target) == rises:
-            low = middle
-        else:
-            high = middle
+        t = np.linspace(low, high, PARTS + 1)
+        beyond = work.evaluate(coedges, t)[:, axis] + arc.shift[axis] - target
+        # The first part at whose ends the coordinate is on both sides of the target.
+        k = max(int(((beyond < 0) != (beyond[0] < 0)).argmax()), 1)
+        low, high = float(t[k - 1]), float(t[k])
     return (low + high) / 2
 
 
@@ -237,14 +232,14 @@ def _sample(
 
 def sample_arcs(work: CutLoops, arcs: ArcLoop) -> tuple[FloatArray, FloatArray, Ints]:
     """Points (n, 2) along arcs, without their ends; the parameter of each, and its arc."""
-    pcurves = work.topology.pcurves
     coedges = np.array([arc.coedge for arc in arcs])
-    count = np.where(pcurves.degree[coedges] == 1, 1, SAMPLES) * pcurves.span_count[coedges]
+    degree, spans = work.find_shapes(coedges)
+    count = np.where(degree == 1, 1, SAMPLES) * spans
     numbers, step = expand_runs(count)
     begin, end = np.array([[arc.begin, arc.end] for arc in arcs]).T
     t = begin[numbers] + (end - begin)[numbers] * (step / count[numbers])
     shifts = np.array([arc.shift for arc in arcs])
-    return pcurves.evaluate(coedges[numbers], t) + shifts[numbers], t, numbers
+    return work.evaluate(coedges[numbers], t) + shifts[numbers], t, numbers
 
 
 def _circle(a: FloatArray, b: FloatArray, period: float) -> FloatArray:

@@ -5,6 +5,7 @@ import numpy as np
 from service.bases.arrays import Ints
 from service.engine.brep.arcs import ArcLoop, CutLoops
 from service.engine.brep.cut_lines import sample_arcs
+from service.engine.brep.cut_topology import finish_cuts
 from service.engine.brep.loop_polygons import sample_loops
 from service.engine.brep.private_seams import Cutter, NotClosed, SourcedLoop
 from service.engine.brep.topology import Topology
@@ -40,27 +41,24 @@ def cut_faces(
     outer = np.unique(topology.loop_faces[is_whole & (areas > 0)])
     turned = np.unique(topology.loop_faces[on_closed[~is_whole[on_closed]]])
     chosen = np.union1d(turned, np.setdiff1d(faces, outer))
-    work, unbounded = CutLoops(topology), []
+    work, unbounded = CutLoops(surfaces, topology), []
     for face in chosen.tolist():
-        numbers = (topology.loop_faces == face).nonzero()[0].tolist()
+        first, last = np.searchsorted(topology.loop_faces, [face, face + 1]).tolist()
+        numbers = range(first, last)
         loops = [
             SourcedLoop(int(topology.loop_sources[k]), work.list_arcs(k), turns[k].astype(float))
             for k in numbers
         ]
         try:
-            work.loops[face] = [
-                (loop.source, loop.arcs)
-                for loop in _cut_face(surfaces, work, face, loops, tolerance)
-            ]
+            work.loops[face] = [(loop.source, loop.arcs) for loop in _cut_face(work, face, loops)]
         except NotClosed:
             unbounded.append(int(topology.loop_sources[numbers[0]]))
-    return (work.finish() if work.loops else topology), list(work.loops), unbounded
+    return (finish_cuts(work, tolerance) if work.loops else topology), list(work.loops), unbounded
 
 
-def _cut_face(
-    surfaces: ClosedSurfaces, work: CutLoops, face: int, loops: list[SourcedLoop], tolerance: float
-) -> list[SourcedLoop]:
+def _cut_face(work: CutLoops, face: int, loops: list[SourcedLoop]) -> list[SourcedLoop]:
     """The loops of one face after all cuts that it needs."""
+    surfaces = work.surfaces
     axes = surfaces.is_closed[face].nonzero()[0].tolist()
     for is_second in (False, True):
         turned = [axis for axis in axes if any(loop.turns[axis] for loop in loops)]
@@ -70,7 +68,7 @@ def _cut_face(
             axis = axes[0]
         else:
             return loops
-        cutter = Cutter(surfaces, work, (face, axis), tolerance, is_cut=is_second)
+        cutter = Cutter(surfaces, work, (face, axis), is_cut=is_second)
         loops = cutter.cut(loops, is_whole=not turned)
         axes = [other for other in axes if other != axis]
         if not axes:

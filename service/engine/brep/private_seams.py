@@ -61,12 +61,11 @@ class Cutter:
         surfaces: ClosedSurfaces,
         work: CutLoops,
         where: tuple[int, int],
-        tolerance: float,
         *,
         is_cut: bool,
     ) -> None:
         self.surfaces, self.work, self.face, self.axis = surfaces, work, *where
-        self.maker = SeamMaker(surfaces, work, *where, tolerance)
+        self.maker = SeamMaker(surfaces, work, *where)
         self.other = 1 - self.axis
         self.low, self.period = surfaces.low[self.face], surfaces.period[self.face]
         # A face that is cut across the other axis already is not closed along it any more.
@@ -105,7 +104,7 @@ class Cutter:
     def _locate(self, arc: Arc) -> FloatArray:
         """The place in the middle of an arc."""
         t = np.array([(arc.begin + arc.end) / 2])
-        place: FloatArray = self.work.topology.pcurves.evaluate(np.array([arc.coedge]), t)[0]
+        place: FloatArray = self.work.evaluate(np.array([arc.coedge]), t)[0]
         return place + arc.shift
 
     def _shift(self, arcs: ArcLoop, turns: float, axis: int) -> ArcLoop:

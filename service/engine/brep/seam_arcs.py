@@ -5,11 +5,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.engine.brep.arcs import Arc, ArcLoop, CutLoops
+from service.engine.brep.arcs import ArcLoop, CutLoops, NewCoedge, NewEdge
 from service.engine.brep.topology import ADDED, SEAM
 from service.engine.trims.closure import ClosedSurfaces
-from service.engine.trims.composition import compose_curves
-from service.engine.trims.piecewise import make_segments
 
 
 @dataclass(eq=False)
@@ -22,8 +20,6 @@ class SeamMaker:
     work : CutLoops
         Gets the new vertices, edges and coedges.
     face, axis : int
-    tolerance : float
-        Uncertainty of new edges and vertices. Model units.
     line : float
         The coordinate of the line across the axis.
     seams : dict
@@ -36,7 +32,6 @@ class SeamMaker:
     work: CutLoops
     face: int
     axis: int
-    tolerance: float
     line: float = 0.0
     seams: dict[tuple[int, int], int] = field(default_factory=dict)
     poles: dict[int, int] = field(default_factory=dict)
@@ -50,8 +45,7 @@ class SeamMaker:
     def add_vertex(self, place: FloatArray) -> int:
         """A new vertex at a point of the surface."""
         point = self.surfaces.evaluate(np.array([self.face]), place[np.newaxis])
-        self.work.topology, numbers = self.work.topology.add_vertices(point, self.tolerance)
-        return int(numbers[0])
+        return self.work.add_vertex(point[0])
 
     def make_pole_vertex(self, end: int, side: float) -> int:
         """The vertex at a pole."""
@@ -63,11 +57,10 @@ class SeamMaker:
         """The arc along the side of a pole, from one border to the other."""
         low, high = self.place(self.line, side), self.place(self.line, side)
         high[self.axis] += self._period
-        ends = (high, low) if from_high else (low, high)
-        self.work.topology, edges = self.work.topology.add_edges(
-            np.array([[vertex, vertex]]), None, ADDED, self.tolerance
-        )
-        return [self._add_coedge(int(edges[0]), ends[0], ends[1], is_reversed=False)]
+        begin, end = (high, low) if from_high else (low, high)
+        edge = NewEdge((vertex, vertex), self.face, begin, end, ADDED, is_pole=True)
+        coedge = NewCoedge(self.work.add_edge(edge), begin, end, is_reversed=False)
+        return [self.work.add_coedge(coedge)]
 
     def make_seam(
         self,
@@ -84,28 +77,13 @@ class SeamMaker:
         is_down = ends[1] < ends[0]
         low, high = min(ends), max(ends)
         if is_down:
-            vertices = vertices[::-1]
+            vertices = vertices[1], vertices[0]
         across = self.line + (self._period if is_high else 0.0)
         begin, end = self.place(across, low), self.place(across, high)
         if key not in self.seams:
-            line = make_segments(begin[np.newaxis], end[np.newaxis], np.array([[0.0, 1.0]]))
-            curve = compose_curves(self.surfaces, np.array([self.face]), line, self.tolerance)
-            self.work.topology, edges = self.work.topology.add_edges(
-                np.array([vertices]), curve, SEAM, self.tolerance
-            )
-            self.seams[key] = int(edges[0])
-        return [self._add_coedge(self.seams[key], begin, end, is_reversed=is_down)]
-
-    def _add_coedge(
-        self, edge: int, begin: FloatArray, end: FloatArray, *, is_reversed: bool
-    ) -> Arc:
-        """A new coedge, with the segment between two places as its parameter curve."""
-        line = make_segments(begin[np.newaxis], end[np.newaxis], np.array([[0.0, 1.0]]))
-        number = len(self.work.topology.coedge_edges)
-        self.work.topology = self.work.topology.add_coedges(
-            np.array([edge]), np.array([is_reversed]), line
-        )
-        return self.work.make_arc(number)
+            edge = NewEdge(vertices, self.face, begin, end, SEAM, is_pole=False)
+            self.seams[key] = self.work.add_edge(edge)
+        return [self.work.add_coedge(NewCoedge(self.seams[key], begin, end, is_down))]
 
     @property
     def _period(self) -> float:
