@@ -28,6 +28,9 @@ CHUNK_NUMBERS = 1 << 15
 MAX_WHOLE_BYTES = 1 << 20
 """The most bytes of arrays whose JSON is written as a whole, not in chunks."""
 
+MAX_CHUNK_BYTES = 1 << 14
+"""The most bytes of arrays of an object or a list that is written as one chunk."""
+
 ROW_NUMBERS = 32
 """How many float64 orjson gets in one row. orjson reserves 24 bytes for each number and some
 spare bytes for each row, but a number of `FLOAT64_CHARS` and its comma take 25 bytes. So orjson
@@ -77,8 +80,13 @@ def _convert_unknown(value: object) -> object:
 
 
 def _write_chunks(value: object) -> Iterator[bytes]:
-    """The JSON text of a value in chunks; large arrays are written in several chunks."""
-    if isinstance(value, dict):
+    """The JSON text of a value in chunks; large arrays are written in several chunks.
+
+    Objects and lists with few numbers are one chunk each: a brep has very many.
+    """
+    if isinstance(value, dict | list | tuple) and _count_bytes(value) <= MAX_CHUNK_BYTES:
+        yield json_text(value)
+    elif isinstance(value, dict):
         opening = b"{"
         for key, item in value.items():
             yield opening + json_text(key) + b":"

@@ -137,3 +137,43 @@ def test_a_loop_that_is_there_twice_touches_itself_everywhere(client: Client) ->
     error = client.post("/v1/mesh", {"surface": document}).json()["errors"][0]
     assert error["code"] in ("loops_touch", "loops_cross")
     assert error["pointer"] == "/surface/faces/0/loops/1"
+
+
+SQUARE = [[0, 0], [1, 0], [1, 1], [0, 1], [0, 0]]
+SIDES = [{"control_points": SQUARE[k : k + 2]} for k in range(4)]
+BACK = {"control_points": [[0, 1], [1, 1]]}
+
+
+@pytest.mark.parametrize(
+    ("loop", "jump"),
+    [
+        ({"pcurves": SIDES}, None),
+        ({"pcurves": [*SIDES[:2], BACK, SIDES[3]], "reversed": [False, False, True, False]}, None),
+        ({"pcurves": SIDES[:3]}, "a jump of 1 behind parameter curve 2"),
+        ({"pcurves": [*SIDES[:2], BACK, SIDES[3]]}, "a jump of 1.41421 behind parameter curve 1"),
+        ({"pcurves": SIDES[:1]}, "a jump of 1 behind parameter curve 0"),
+    ],
+)
+def test_parameter_curves_alone_follow_each_other(
+    client: Client, loop: dict[str, Any], jump: str | None
+) -> None:
+    surface = {"type": "brep", "faces": [{"surface": PATCH, "loops": [loop]}]}
+    response = client.post("/v1/mesh", {"surface": surface}).json()
+    if jump is None:
+        assert response["report"]["boundary_edges"] >= 4
+        return
+    (error,) = response["errors"]
+    assert (error["code"], error["pointer"]) == ("loop_open", "/surface/faces/0/loops/0")
+    assert error["got"] == jump
+
+
+def test_the_parameter_curves_of_a_pole_need_not_join_in_parameters(client: Client) -> None:
+    """The side v = 1 is one point: a loop that leaves it out jumps there, but not in space."""
+    net = [[[0, 0, 0], [0, 0, 1]], [[1, 0, 0], [0, 0, 1]]]
+    sides = [SIDES[0], SIDES[1], SIDES[3]]
+    surface = {
+        "type": "brep",
+        "faces": [{"surface": {"control_net": net}, "loops": [{"pcurves": sides}]}],
+    }
+    report = client.post("/v1/mesh", {"surface": surface}).json()["report"]
+    assert (report["complete"], report["triangles"], report["boundary_edges"]) == (True, 1, 3)

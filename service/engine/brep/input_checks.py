@@ -97,6 +97,48 @@ def find_outside_pcurves(
     ]
 
 
+def find_open_pcurve_loops(
+    model: BrepModel, surfaces: ClosedSurfaces, found: ParameterCurves
+) -> list[Fault]:
+    """Loops of parameter curves alone, one of which begins far from the end of the one before.
+
+    Far is a tenth of the diagonal of the box of all ends of the face.
+    """
+    rows = (model.coedge_edges < 0).nonzero()[0]
+    if not len(rows):
+        return []
+    face, pcurves = model.coedge_faces[rows], found.pcurves
+    loop, starts = model.coedge_loops[rows], model.loop_starts
+    ends = np.stack([pcurves.start[rows], pcurves.end[rows]])
+    is_reversed = model.coedge_reversed[rows]
+    ends = np.where(is_reversed, ends[::-1], ends)
+    middles = (ends[0] + ends[1]) / 2
+    begin, middle, end = (
+        surfaces.evaluate(face, pcurves.evaluate(rows, t)) for t in (ends[0], middles, ends[1])
+    )
+    first = np.flatnonzero(np.diff(face, prepend=-1))
+    corners = np.stack([begin, middle, end])
+    high = np.maximum.reduceat(corners.max(axis=0), first)
+    diagonals = length(high - np.minimum.reduceat(corners.min(axis=0), first), -1)
+    allowed = FAR * np.repeat(diagonals, np.diff(first, append=len(rows)))
+    # Loops have parameter curves alone, or edges alone: the next one is in `rows`, too.
+    following = np.where(rows + 1 == starts[loop + 1], starts[loop], rows + 1)
+    jumps = length(begin[np.searchsorted(rows, following)] - end, -1)
+    far = np.flatnonzero(jumps > allowed)
+    faults = []
+    for k in far[np.unique(loop[far], return_index=True)[1]].tolist():
+        where, number = loop_pointer(model, loop.item(k)), rows.item(k) - starts.item(loop.item(k))
+        issue = Issue(
+            "loop_open",
+            "Each parameter curve of a loop begins where the one before it ends.",
+            where,
+            f"a jump of {jumps[k]:.6g} behind parameter curve {number}",
+            f"at most {allowed[k]:.6g}: a tenth of the diagonal of the face",
+        )
+        faults.append(Fault(issue, face.item(k)))
+    return faults
+
+
 def word_unbounded(model: BrepModel, loops: Iterable[int]) -> list[Fault]:
     """Faults of loops of the model whose material reaches a border that no loop has."""
     return [

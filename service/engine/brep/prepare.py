@@ -10,6 +10,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints
 from service.engine.brep.input_checks import (
     find_far_edges,
+    find_open_pcurve_loops,
     find_outside_pcurves,
     refuse_or_skip,
     word_loop_faults,
@@ -50,6 +51,7 @@ def prepare(model: BrepModel) -> PreparedBrep:
     found = find_parameter_curves(model, closed, curves, diagonal)
     tolerance = CLOSED * diagonal
     faults = find_far_edges(model, curves, found) + find_outside_pcurves(model, closed, found)
+    faults += find_open_pcurve_loops(model, closed, found)
     skipped = refuse_or_skip(model, faults)
     topology = _begin(model, curves, found).drop_faces(_list_faces(skipped))
     topology = add_pcurve_edges(closed, topology, tolerance)
