@@ -117,7 +117,7 @@ def find_closure(surfaces: FaceSurfaces, tolerance: float) -> ClosedSurfaces:
     is_pole = np.zeros((count, 2, 2), bool)
     faces = surfaces.faces
     curved = (~surfaces.is_planar).nonzero()[0]
-    for axis in range(2):
+    for axis in range(2) if len(curved) else ():
         along = faces.spans[1 - axis, curved]
         run, number = expand_runs(along)
         face = curved[run]
@@ -126,16 +126,16 @@ def find_closure(surfaces: FaceSurfaces, tolerance: float) -> ClosedSurfaces:
         # The patches on the far side, and those in the middle.
         across = 1 if axis else faces.stride[face]
         last = faces.spans[axis, face] - 1
-        begin, begin_weights = _take_rows(surfaces, near, axis, 0.0)
-        end, end_weights = _take_rows(surfaces, near + last * across, axis, 1.0)
-        is_odd = last % 2 == 0
-        middle, _ = _take_rows(
-            surfaces, near + (last + 1) // 2 * across, axis, np.where(is_odd, 0.5, 0.0)
-        )
+        patches = np.concatenate([near, near + last * across, near + (last + 1) // 2 * across])
+        where = np.repeat([0.0, 1.0, 0.0], len(near))
+        where[2 * len(near) :][last % 2 == 0] = 0.5
+        points, weights = _take_rows(surfaces, patches, axis, where)
+        begin, end, middle = np.split(points, 3)
+        begin_weights, end_weights, _ = np.split(weights, 3)
         starts = np.cumsum(along) - along
         apart, wide = _reach(begin, end, starts), _reach(begin, middle, starts)
         same_weights = (np.abs(begin_weights - end_weights) <= 1e-9).all(axis=1)
-        same = np.logical_and.reduceat(same_weights, starts) if len(starts) else same_weights
+        same = np.logical_and.reduceat(same_weights, starts)
         is_closed[curved, axis] = (apart <= tolerance) & (wide > 10 * tolerance) & same
         for end_number, side in enumerate((begin, end)):
             first = side[starts][:, :1][run]
@@ -145,14 +145,12 @@ def find_closure(surfaces: FaceSurfaces, tolerance: float) -> ClosedSurfaces:
 
 def _reach(a: FloatArray, b: FloatArray, starts: Ints) -> FloatArray:
     """The largest distances between points of a and b, (r, n, 3), in each run of rows."""
-    if not len(starts):
-        return np.zeros(0)
     reach: FloatArray = np.maximum.reduceat(length(a - b, -1).max(axis=1), starts)
     return reach
 
 
 def _take_rows(
-    surfaces: FaceSurfaces, patch: Ints, axis: int, where: FloatArray | float
+    surfaces: FaceSurfaces, patch: Ints, axis: int, where: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Points and relative weights of the rows of nets of patches across an axis.
 
@@ -160,14 +158,13 @@ def _take_rows(
     (r, n, 3), filled with their last points up to the longest row.
     """
     nets = surfaces.nets
-    share = np.broadcast_to(where, patch.shape)
     width = max((max(group.degree) for group in nets.groups), default=0) + 1
     points, weights = np.empty((len(patch), width, 3)), np.ones((len(patch), width))
     for group, rows in nets.split_by_group(patch):
         net = group.nets[nets.row[patch[rows]]]
         if axis:
             net = net.swapaxes(1, 2)
-        at = np.rint(share[rows] * (net.shape[1] - 1)).astype(np.intp)
+        at = np.rint(where[rows] * (net.shape[1] - 1)).astype(np.intp)
         line = net[np.arange(len(rows)), at]
         points[rows, : line.shape[1]] = project(line, -1)
         points[rows, line.shape[1] :] = project(line, -1)[:, -1:]
