@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 import yaml
+from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from service.api.app import create_app
@@ -25,9 +26,15 @@ from service.engine.options import MeshOptions
 from service.errors import TooLarge
 from service.pipeline.mesh_plan import build_plan
 from service.schemas.accuracy import ACCURACY_FIELDS
+from service.schemas.brep_parts import (
+    EdgeDefinition,
+    FaceDefinition,
+    LoopDefinition,
+    ShellDefinition,
+)
 from service.schemas.kinds import KINDS
 from service.schemas.options import MeshOptionFields
-from service.schemas.surfaces import SurfaceDefinition
+from service.schemas.surfaces import MemberDefinition, SurfaceDefinition
 from service.settings.environment import describe_values, variable
 from service.settings.values import Settings, result_limits
 from service.surface.examples.catalogue import find
@@ -127,13 +134,29 @@ def write_reference_page(_: str) -> str:
         for member in get_args(get_args(SurfaceDefinition.__value__)[0])
     }
     for kind in KINDS:
-        summary = (models[kind].__doc__ or "").strip()
-        paragraphs = [
-            "\n".join(map(str.strip, part.splitlines())) for part in summary.split("\n\n")
-        ]
-        lines += ["", f"## `{kind}`", "", "\n\n".join(paragraphs), ""]
-        lines += _list_fields(models[kind].model_json_schema())
+        lines += _describe_model(f"## `{kind}`", models[kind])
+        for field, model in _PARTS.get(kind, {}).items():
+            lines += _describe_model(f"### One of the `{field}`", model)
     return "\n".join([*lines, ""])
+
+
+_PARTS: dict[str, dict[str, type[BaseModel]]] = {
+    "brep": {
+        "edges": EdgeDefinition,
+        "faces": FaceDefinition,
+        "loops": LoopDefinition,
+        "shells": ShellDefinition,
+    },
+    "group": {"members": MemberDefinition},
+}
+"""For kinds whose fields are lists of objects, the models of these."""
+
+
+def _describe_model(title: str, model: type[BaseModel]) -> list[str]:
+    """Lines with a title, the docstring of a model, and the table of its fields."""
+    summary = (model.__doc__ or "").strip()
+    paragraphs = ["\n".join(map(str.strip, part.splitlines())) for part in summary.split("\n\n")]
+    return ["", title, "", "\n\n".join(paragraphs), "", *_list_fields(model.model_json_schema())]
 
 
 def write_flags(_: str) -> str:

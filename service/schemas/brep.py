@@ -82,6 +82,7 @@ class BrepDefinition(StrictModel):
     vertices: Annotated[FloatArray, _VERTICES, WrapValidator(_accept_empty)] = Field(
         default_factory=lambda: NO_VERTICES,
         description="The vertices [x, y, z]. Only a brep without edges has none.",
+        json_schema_extra={"minItems": 0},
         examples=[[[0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0], [7, 5, 0]]],
     )
     vertex_uncertainties: Annotated[
@@ -90,6 +91,7 @@ class BrepDefinition(StrictModel):
         default=None,
         description="For each vertex, how far it may be from the true one, in model units. The "
         "default is the uncertainty of the brep.",
+        json_schema_extra={"minItems": 0},
         examples=[[1e-6, 1e-6, 1e-6, 1e-6, 1e-6]],
     )
     edges: Edges = Field(
