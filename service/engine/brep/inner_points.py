@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.row_batches import expand_runs
+from service.bases.row_batches import expand_runs, row_slices
 from service.engine.adaptive.cutting.cells import FaceCells, Leaves, Task
 from service.engine.adaptive.cutting.subdivision import AHEAD, divide_cells
 from service.engine.adaptive.limits import MeshLimits
@@ -28,6 +28,9 @@ each: cells of several spans cost more to estimate."""
 
 LEAST = 64
 """The least extent of a cell to begin with, in units of `SPAN`; smaller ones become one span."""
+
+CHUNK = 1 << 11
+"""Points that are compared with segments in one step; it limits memory."""
 
 EXACT = 1 << 33
 """Places up to this size times `SPAN` are exact in 64 bits."""
@@ -170,19 +173,22 @@ def _join_equal(points: LeafPoints) -> LeafPoints:
 def _are_far(points: LeafPoints, border: Polygons) -> Bools:
     """Which points are further than `NEAR` times their size from all segments of their faces."""
     far = np.ones(len(points.faces), bool)
-    places, reach = points.places.astype(np.float64), NEAR * points.sizes
-    begins, ends = border.begins.astype(np.float64), border.ends.astype(np.float64)
+    begins, along = border.begins.astype(np.float64), (border.ends - border.begins).astype(float)
     tree = BoxTree.of(
         border.faces,
         np.minimum(border.begins, border.ends),
         np.maximum(border.begins, border.ends),
     )
-    low = np.floor(places - reach).astype(np.intp)
-    point, segment = tree.find_pairs(points.faces, low, np.ceil(places + reach).astype(np.intp))
-    to_begin = (begins[segment] - places[point]) / points.sizes[point]
-    along = (ends - begins)[segment] / points.sizes[point]
-    squared = np.square(along).sum(axis=1)
-    foot = -(to_begin * along).sum(axis=1) / np.where(squared > 0, squared, 1.0)
-    nearest = to_begin + np.clip(foot, 0.0, 1.0)[:, np.newaxis] * along
-    far[point[np.square(nearest).sum(axis=1) < NEAR * NEAR]] = False
+    for rows in row_slices(len(far), 1, CHUNK):
+        places, sizes = points.places[rows], points.sizes[rows]
+        low = np.floor(places - NEAR * sizes).astype(np.intp)
+        high = np.ceil(places + NEAR * sizes).astype(np.intp)
+        point, segment = tree.find_pairs(points.faces[rows], low, high)
+        size = sizes[point]
+        to_begin, step = (begins[segment] - places[point]) / size, along[segment] / size
+        squared = np.square(step).sum(axis=1)
+        foot = -(to_begin * step).sum(axis=1) / np.where(squared > 0, squared, 1.0)
+        nearest = to_begin + np.clip(foot, 0.0, 1.0)[:, np.newaxis] * step
+        is_near = np.square(nearest).sum(axis=1) < NEAR * NEAR
+        far[rows.start + point[is_near]] = False
     return far
