@@ -13,7 +13,7 @@ from math import inf
 
 import numpy as np
 
-from service.bases.arrays import FloatArray
+from service.bases.arrays import Bools, FloatArray
 from service.engine.bounds.degree_reduction import DIRECT, SHIFT
 from service.engine.nets.patch_nets import PatchNets
 from service.engine.vectors import UNIT
@@ -108,7 +108,9 @@ LEAST = 2.0**-1000
 rounding of their products is not relative to their size."""
 
 
-def find_least_tolerance(patch_nets: PatchNets, step: float = 0.0) -> float:
+def find_least_tolerance(
+    patch_nets: PatchNets, step: float = 0.0, used: Bools | None = None
+) -> float:
     """The least tolerance for which a mesh is attempted, in model units.
 
     The bounds of every mesh, however fine, contain the rounding of the certificate, with that of
@@ -116,12 +118,15 @@ def find_least_tolerance(patch_nets: PatchNets, step: float = 0.0) -> float:
     distance comes from evaluation, which rounds less than the certificate does, and from storing,
     with an error of at most `step`. The sum of the three errors, evaluation counted like the
     certificate, is doubled to leave room for the bending of the surface. The result is at least
-    `LEAST`, also if all points are 0.
+    `LEAST`, also if all points are 0. Only patches that are `used` (P,) count; by default all.
     """
     least = 0.0
     for nets in patch_nets.groups:
-        sizes = patch_nets.sizes[nets.patches]
-        far = sizes + np.abs(patch_nets.middles[:, nets.patches]).max(axis=0)
+        patches = nets.patches if used is None else nets.patches[used[nets.patches]]
+        if not len(patches):
+            continue
+        sizes = patch_nets.sizes[patches]
+        far = sizes + np.abs(patch_nets.middles[:, patches]).max(axis=0)
         # The error of the certificate in local units, with a factor 2 as a margin.
         error = 2 * UNIT * count_roundings(*nets.degree)
         if sum(nets.degree) > DIRECT:

@@ -16,8 +16,9 @@ from dataclasses import replace
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.row_batches import expand_runs
 from service.engine.adaptive.limits import MeshLimits
-from service.engine.bounds.goal import Goal
+from service.engine.bounds.goal import Goal, check_goal, find_least_tolerance
 from service.engine.brep.angles import find_turning_sides
 from service.engine.brep.border import Border, build_border, renew_border
 from service.engine.brep.border_measure import (
@@ -49,6 +50,10 @@ TURNS = 8
 SIDE_WORK = 2e4
 """Multiplications to sample and measure a side of a polygon, approximately."""
 
+FINEST = 2.0**-28
+"""The least tolerance, as a share of the diagonal: rounding of places moves surfaces by about this
+much."""
+
 SLACK = 0.1
 """Slack up to this share of the tolerance is subtracted from what triangles may take."""
 
@@ -72,6 +77,7 @@ def triangulate_brep(prepared: PreparedBrep, goal: Goal, limits: MeshLimits) -> 
         `tolerance_too_small`.
     Cancelled
     """
+    check_goal(goal, _find_least_tolerance(prepared), 0.0)
     samples, border = _sample_borders(prepared, goal, limits)
     boxes = _find_boxes(border, len(prepared.surfaces))
     leaves = _find_leaves(prepared, border, boxes, goal, limits)
@@ -100,6 +106,19 @@ def triangulate_brep(prepared: PreparedBrep, goal: Goal, limits: MeshLimits) -> 
         mesh_bounds=mesh_bounds + proved if goal.two_sided else None,
         rounds=refinement.rounds,
     )
+
+
+def _find_least_tolerance(prepared: PreparedBrep) -> float:
+    """The least tolerance for which a mesh is attempted.
+
+    It is that of the patches that faces touch, and at least `FINEST` diagonals.
+    """
+    faces, nets = prepared.places.faces, prepared.surfaces.nets
+    face, number = expand_runs(faces.spans.prod(axis=0))
+    row, column = np.divmod(number, faces.spans[1, face])
+    used = np.zeros(len(nets.sizes), bool)
+    used[faces.first[face] + row * faces.stride[face] + column] = True
+    return max(find_least_tolerance(nets, used=used), FINEST * prepared.diagonal)
 
 
 def _find_maxima(count: int, *values: tuple[Ints, FloatArray]) -> FloatArray:
@@ -137,7 +156,7 @@ def _sample_borders(
     prepared: PreparedBrep, goal: Goal, limits: MeshLimits
 ) -> tuple[EdgeSamples, Border]:
     """Samples of edges, and polygons of loops that are near enough to the surfaces."""
-    samples = sample_edges(prepared, goal.tolerance)
+    samples = sample_edges(prepared, goal.tolerance, limits)
     border = build_border(prepared, samples)
     if goal.angle < np.pi:
         for _ in range(TURNS):

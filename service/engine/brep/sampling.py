@@ -6,7 +6,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import expand_runs
-from service.cancellation import checkpoint
+from service.engine.adaptive.limits import MeshLimits
 from service.engine.brep.collapse import collapse_edges, measure_end_gaps
 from service.engine.brep.edge_bounds import bound_edge_pieces
 from service.engine.brep.edges import EdgeSamples
@@ -16,6 +16,9 @@ from service.engine.vectors import Items, length
 
 EDGE_SHARE = 0.7
 """Share of the tolerance for edges; the surface beside a chord, measured later, may have more."""
+
+PIECE_WORK = 5e3
+"""Multiplications to bound a piece of an edge, approximately."""
 
 ROUNDS = 60
 """The most rounds of division; each halves pieces that are too far from their chords, or more."""
@@ -61,13 +64,21 @@ class _Ends:
     gaps: FloatArray
 
 
-def sample_edges(prepared: PreparedBrep, tolerance: float) -> EdgeSamples:
+def sample_edges(
+    prepared: PreparedBrep, tolerance: float, limits: MeshLimits | None = None
+) -> EdgeSamples:
     """Samples of all edges that coedges use, with chords within `EDGE_SHARE` of the tolerance.
 
     Kinks of an edge and of its parameter curves are samples. A closed edge has at least three
     pieces, and edges with the same two vertices have at least two pieces each. Where a vertex is
     further from the end of its curve, the piece there is divided until the gap alone is left.
+
+    Raises
+    ------
+    TooLarge
+        `too_many_triangles`, `too_costly`.
     """
+    limits = limits or MeshLimits()
     gaps = measure_end_gaps(prepared, prepared.edge_vertices)
     collapse = collapse_edges(prepared, gaps, tolerance)
     is_point = prepared.is_degenerate | collapse.is_collapsed
@@ -83,7 +94,9 @@ def sample_edges(prepared: PreparedBrep, tolerance: float) -> EdgeSamples:
     parts[is_point] = 1
     pieces = pieces.divide(parts[pieces.edges])
     on_points = is_point[pieces.edges]
-    curved, bounds = _divide_pieces(prepared, ends, EDGE_SHARE * tolerance, pieces.take(~on_points))
+    curved, bounds = _divide_pieces(
+        prepared, ends, EDGE_SHARE * tolerance, pieces.take(~on_points), limits
+    )
     points = pieces.take(on_points)
     edges = np.concatenate([curved.edges, points.edges, used])
     parameters = np.concatenate([curved.low, points.low, prepared.edge_ranges[used, 1]])
@@ -188,14 +201,23 @@ def _count_least_pieces(is_point: Bools, ends: Ints, used: Ints) -> Ints:
 
 
 def _divide_pieces(
-    prepared: PreparedBrep, ends: _Ends, tolerance: float, pieces: _Pieces
+    prepared: PreparedBrep,
+    ends: _Ends,
+    tolerance: float,
+    pieces: _Pieces,
+    limits: MeshLimits,
 ) -> tuple[_Pieces, FloatArray]:
-    """Pieces of edges divided until they are near their chords, and their bounds."""
+    """Pieces of edges divided until they are near their chords, and their bounds.
+
+    A face with k sides has at least k − 2 triangles.
+    """
     done, done_bounds = [pieces.take(slice(0))], [np.zeros(0)]
+    faces, total = len(prepared.surfaces), 0
     for round_number in range(ROUNDS):
         if not len(pieces.edges):
             break
-        checkpoint()
+        limits.spend(PIECE_WORK * len(pieces.edges))
+        limits.count(total + len(pieces.edges) - 2 * faces)
         low, high = pieces.low, pieces.high
         at_ends = (
             low == prepared.edge_ranges[pieces.edges, 0],
@@ -212,6 +234,7 @@ def _divide_pieces(
         needs &= (low < step) & (step < high) & (round_number < ROUNDS - 1)
         done.append(pieces.take(~needs))
         done_bounds.append(bounds[~needs])
+        total += len(done_bounds[-1])
         pieces, bounds = pieces.take(needs), bounds[needs]
         parts = np.ceil(np.sqrt(np.minimum(bounds / tolerance, MOST_PARTS**2)))
         pieces = pieces.divide(np.maximum(parts, 2).astype(np.intp))

@@ -25,7 +25,7 @@ from service.engine.brep.meshing import triangulate_brep
 from service.engine.brep.prepare import prepare
 from service.engine.brep.prepared import PreparedBrep
 from service.engine.brep.settling import settle_border
-from service.errors import TooLarge
+from service.errors import InvalidRequest, TooLarge
 from service.schemas.brep import BrepDefinition
 
 
@@ -159,6 +159,24 @@ def test_triangles_and_work_are_limited(limits: MeshLimits, code: str) -> None:
     with pytest.raises(TooLarge) as error:
         triangulate_brep(prepared, Goal(1e-3 * prepared.diagonal), limits)
     assert error.value.issues[0].code == code
+
+
+@pytest.mark.parametrize("share", [1e-9, 1e-15, 1e-300])
+def test_tolerances_below_the_rounding_of_places_are_refused(share: float) -> None:
+    with pytest.raises(InvalidRequest) as error:
+        build("plate", share)
+    assert error.value.issues[0].code == "tolerance_too_small"
+
+
+def test_edges_are_not_sampled_further_than_triangles_are_allowed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # The error comes while edges are divided, so no polygon is built.
+    monkeypatch.delattr(meshing, "build_border")
+    prepared = read_prepared("plate")
+    with pytest.raises(TooLarge) as error:
+        triangulate_brep(prepared, Goal(1e-8 * prepared.diagonal), MeshLimits(5000))
+    assert error.value.issues[0].code == "too_many_triangles"
 
 
 @pytest.mark.parametrize("step", ["sample_edges", "FaceTriangulations", "Refinement"])
