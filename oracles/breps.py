@@ -95,7 +95,9 @@ def _sample_near_loops(region: Region, count: int, rng: np.random.Generator) -> 
     left /= np.maximum(lengths[rows], 1e-300)[:, np.newaxis]
     offset = np.exp(rng.uniform(np.log(NEAREST), np.log(FARTHEST), len(rows)))
     unit = region.starts[rows] + rng.random((len(rows), 1)) * along[rows]
-    places = region.low + (unit + offset[:, np.newaxis] * left) * region.size
+    unit += offset[:, np.newaxis] * left
+    unit = unit[((unit >= region.box[0]) & (unit <= region.box[1])).all(axis=1)]
+    places = region.low + unit * region.size
     is_inside, is_sure = region.find_inside(places)
     return np.asarray(places[is_inside & is_sure])
 

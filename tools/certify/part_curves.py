@@ -4,6 +4,7 @@ A loop is a list of splines, each of which begins where the one before ends. Out
 counter-clockwise; `reverse_loop` turns a loop around.
 """
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import TypeAlias
 
@@ -16,6 +17,10 @@ Loop: TypeAlias = list[Spline]
 
 KINDS = ("circle", "arcs", "ellipse", "star", "slot", "polygon", "smooth", "drop", "rounded")
 """Shapes that `draw_shape` knows."""
+
+
+WIDE_KINDS = ("circle", "arcs", "slot", "polygon", "smooth", "rounded")
+"""Shapes whose curvature is at most some tens of their radius, and that have no narrow tips."""
 
 
 def draw_segments(points: Array) -> Loop:
@@ -157,7 +162,9 @@ def reverse_loop(loop: Loop) -> Loop:
     ]
 
 
-def draw_plate(rng: Random, *, holes: int, nearest: float) -> list[Loop]:
+def draw_plate(
+    rng: Random, *, holes: int, nearest: float, kinds: Sequence[str] = KINDS
+) -> list[Loop]:
     """An outer loop around the square from 0 to `holes`, and `holes`² holes in its cells.
 
     A hole is 0.1 to `nearest` of a cell away from the walls of its cell.
@@ -169,7 +176,7 @@ def draw_plate(rng: Random, *, holes: int, nearest: float) -> list[Loop]:
     for i in range(holes):
         for j in range(holes):
             gap = 10 ** rng.uniform(np.log10(nearest), -1)
-            kind = str(rng.choice(KINDS))
+            kind = str(rng.choice(kinds))
             middle = np.array([i + 0.5, j + 0.5])
             if len(loops[0]) > 4 and {i, j} <= {0, holes - 1}:
                 gap = 0.2  # away from the rounded corners

@@ -7,6 +7,7 @@ must be within the reported bound of the mesh.
 
 import time
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from oracles.breps import (
 )
 from oracles.coedges import iterate_coedges
 from oracles.distance import Soup
+from oracles.regions import find_closed
 from tools.certify.part_documents import Document, Part
 from tools.certify.parts import build_part
 from tools.certify.table import Finding
@@ -82,32 +84,35 @@ def judge_document(
         return finding
     allowed = finding.bound + finding.gap + part.slack
     check_cracks(finding, part, mesh, allowed)
-    check_report(finding, mesh)
+    check_report(finding, mesh, measure_diagonal(part.document))
     if finding.triangles <= MAX_TRIANGLES:
         check_distances(finding, part, mesh, allowed, samples)
     return finding
 
 
 def measure_diagonal(document: Document) -> float:
-    """The diagonal of the vertices, or of the control points of the surfaces if there are none."""
-    nets = [np.array(face["surface"]["control_net"]).reshape(-1, 3) for face in document["faces"]]
-    points = np.array(document["vertices"]) if document["vertices"] else np.concatenate(nets)
-    return float(np.linalg.norm(np.ptp(points, axis=0)))
+    """The diagonal of the box of all vertices and control points."""
+    points = [np.array(face["surface"]["control_net"]).reshape(-1, 3) for face in document["faces"]]
+    curves = [edge["curve"] for edge in document["edges"] if "curve" in edge]
+    points += [np.array(curve["control_points"]) for curve in curves]
+    points.append(np.array(document["vertices"]).reshape(-1, 3))
+    return float(np.linalg.norm(np.ptp(np.concatenate(points), axis=0)))
 
 
-def check_report(finding: PartFinding, mesh: Written) -> None:
+def check_report(finding: PartFinding, mesh: Written, largest_diagonal: float) -> None:
     """Adds faults if the tolerance was not reached, or if the report is not complete.
 
-    Afterwards `tolerance` is absolute: the diagonal is that of the mesh.
+    The diagonal of a part is at least that of its mesh, and at most `largest_diagonal`. Afterwards
+    `tolerance` is absolute, with the former.
     """
     diagonal = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
     finding.tolerance *= diagonal
-    coarsest = COARSEST * diagonal * 1.5  # its own diagonal may be that of control points
+    share = min(COARSEST, finding.tolerance / diagonal)
     # Where the gaps of the file are larger, the tolerance may be out of reach.
-    has_gaps = finding.gap > OWN_GAPS * min(coarsest, finding.tolerance)
+    has_gaps = finding.gap > OWN_GAPS * share * diagonal
     if not mesh.report.get("reached", False) and not has_gaps:
         finding.faults.append(f"not reached: bound {finding.bound}, gap {finding.gap}")
-    largest = 1.1 * min(coarsest, finding.tolerance) + (2 * finding.gap if has_gaps else 0)
+    largest = 1.1 * share * largest_diagonal + (2 * finding.gap if has_gaps else 0)
     if not finding.bound + finding.gap <= largest:
         finding.faults.append(f"bound {finding.bound} and gap {finding.gap} above {largest}")
     if not mesh.report.get("complete", False) or mesh.report.get("skipped_faces"):
@@ -135,16 +140,25 @@ def check_cracks(finding: PartFinding, part: Part, mesh: Written, allowed: float
 
 
 def list_border_points(document: Document) -> Array:
-    """Points along all loops of a document, one after the other."""
+    """Points along the free edges, loops without edges, and natural borders of a document."""
     points = [spline.at(np.linspace(*spline.domain, 200)) for spline in list_free_edges(document)]
     for face in document["faces"]:
         net = read_surface(face["surface"])
+        low, high = net.domain.T
+        is_closed = find_closed(net)
         for loop in face.get("loops", []):
             if not loop.get("edges"):
                 for coedge in iterate_coedges(document, face, loop, net, None):
                     t = np.linspace(*coedge.curve.domain, 400)
-                    places = np.clip(coedge.curve.at(t).astype(float), *net.domain.T)
-                    points.append(net.at(places))
+                    places = coedge.curve.at(t).astype(np.float64)
+                    inside = low + (places - low) % (high - low)
+                    is_out = is_closed & ((places < low) | (places > high))
+                    points.append(net.at(np.clip(np.where(is_out, inside, places), low, high)))
+        if not face.get("loops"):
+            share = np.linspace(0, 1, 400)[:, np.newaxis]
+            corners = [low, np.array([high[0], low[1]]), high, np.array([low[0], high[1]]), low]
+            for a, b in pairwise(corners):
+                points.append(net.at(a + share * (b - a)))
     return np.concatenate(points).astype(np.float64)
 
 

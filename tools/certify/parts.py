@@ -9,10 +9,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from oracles.brep_documents import Array, Spline
+from oracles.brep_documents import Spline
 from tools.certify import part_documents as documents
+from tools.certify.more_parts import (
+    build_bare,
+    build_crossed,
+    build_crowded,
+    build_crumbs,
+    build_hollow,
+    build_sieve,
+)
 from tools.certify.part_curves import (
-    KINDS,
+    WIDE_KINDS,
     Loop,
     Random,
     draw_arc,
@@ -22,6 +30,7 @@ from tools.certify.part_curves import (
     reverse_loop,
 )
 from tools.certify.part_documents import Document, Part, build_prism, build_trimmed
+from tools.certify.part_surfaces import draw_tolerance, draw_wave, draw_windows, revolve
 
 
 class PartFamily(NamedTuple):
@@ -38,19 +47,12 @@ def build_part(name: str, seed: int) -> Part:
     return part
 
 
-def _draw_tolerance(rng: Random, least: float) -> float:
-    """A relative tolerance between `least` and 0.1; in one of ten cases up to 10 diagonals."""
-    if rng.random() < 0.1:
-        return float(10 ** rng.uniform(-1, 1))
-    return float(10 ** rng.uniform(np.log10(least), -1))
-
-
 def build_plate(rng: Random) -> Part:
     """A prism with holes of every shape, 1e-6 of a cell to 0.1 from borders and each other."""
     loops = draw_plate(rng, holes=int(rng.integers(1, 4)), nearest=1e-6)
     slope = rng.uniform(-0.1, 0.1, 2) * rng.integers(0, 2)
     document = build_prism(loops, 1.0, slope)
-    return Part(document, _draw_tolerance(rng, 1e-5), is_closed=True)
+    return Part(document, draw_tolerance(rng, 1e-5), is_closed=True)
 
 
 def build_sheet(rng: Random) -> Part:
@@ -61,7 +63,7 @@ def build_sheet(rng: Random) -> Part:
     document = _take_face(solid, -1)
     for loop in document["faces"][0]["loops"]:
         del loop["pcurves"]
-    return Part(document, _draw_tolerance(rng, 1e-6), truth)
+    return Part(document, draw_tolerance(rng, 1e-6), truth)
 
 
 def _take_face(document: Document, number: int) -> Document:
@@ -83,7 +85,10 @@ def _take_face(document: Document, number: int) -> Document:
 
 def build_cut_cylinder(rng: Random) -> Part:
     """A cylinder of round or other section that a plane cuts: its sides are trimmed."""
-    kind = str(rng.choice(["circle", "arcs", "ellipse", "smooth", "slot"]))
+    return _cut_cylinder(rng, str(rng.choice(["circle", "arcs", "ellipse", "smooth", "slot"])))
+
+
+def _cut_cylinder(rng: Random, kind: str) -> Part:
     radius = 10 ** rng.uniform(-1, 1)
     loops = [draw_shape(rng, kind, rng.uniform(-2, 2, 2), radius)]
     if rng.random() < 0.4 and kind in ("circle", "arcs"):
@@ -95,7 +100,7 @@ def build_cut_cylinder(rng: Random) -> Part:
     height = radius * rng.uniform(0.01, 3) - heights.min()
     tall = float((height + heights.max()) * rng.uniform(1, 1.5))
     return Part(
-        build_prism(loops, float(height), slope, tall=tall), _draw_tolerance(rng, 1e-5),
+        build_prism(loops, float(height), slope, tall=tall), draw_tolerance(rng, 1e-5),
         is_closed=True,
     )  # fmt: skip
 
@@ -106,7 +111,7 @@ def build_thin(rng: Random) -> Part:
     if kind == 0:
         loops = draw_plate(rng, holes=1, nearest=1e-3)
         return Part(
-            build_prism(loops, width, np.zeros(2)), _draw_tolerance(rng, 1e-5), is_closed=True
+            build_prism(loops, width, np.zeros(2)), draw_tolerance(rng, 1e-5), is_closed=True
         )
     corners = np.array([[0.0, 0], [1, 0], [1, width], [0, width]])
     if kind == 2:
@@ -117,57 +122,7 @@ def build_thin(rng: Random) -> Part:
     turn = rng.uniform(0, 2 * np.pi)
     corners = corners @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
     document = build_prism([draw_segments(corners)], 10 ** rng.uniform(-1, 0), np.zeros(2))
-    return Part(document, _draw_tolerance(rng, 1e-6), is_closed=True)
-
-
-QUARTERS = np.array([0.0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4])
-
-
-def revolve(profile: Spline) -> Document:
-    """The surface of a profile (n, 2) of radii and heights around z; u is 0 to 4, four quarters."""
-    arc = draw_arc(np.zeros(2), np.ones(2), 0.0, 2 * np.pi)
-    net = np.concatenate(
-        [
-            arc.points[:, np.newaxis] * profile.points[:, :1],
-            np.tile(profile.points[:, 1:], (9, 1, 1)),
-        ],
-        axis=2,
-    )
-    return {
-        "type": "bspline", "degree": [2, profile.degree],
-        "knots": [QUARTERS.tolist(), profile.knots.tolist()], "control_net": net.tolist(),
-        "weights": np.outer(arc.weights, profile.weights).tolist(),
-    }  # fmt: skip
-
-
-def draw_wave(rng: Random, low: float, high: float) -> Spline:
-    """A parameter curve once around u, from 0 to 4, with v between two values."""
-    count = int(rng.integers(3, 7))
-    heights = rng.uniform(low, high, count)
-    points = np.column_stack([np.linspace(0, 4, count + 1), np.append(heights, heights[0])])
-    if rng.random() < 0.3:
-        knots = np.concatenate([[0.0], np.linspace(0, 4, count + 1), [4.0]])
-        return Spline(1, knots, points, np.ones(count + 1))
-    curve = documents.draw_line([0, low], [4, low])
-    ends = np.concatenate([[0.0] * 4, np.linspace(0, 4, count - 1)[1:-1], [4.0] * 4])
-    return (
-        replace(curve, degree=3, knots=ends, points=points, weights=np.ones(count + 1))
-        if count >= 4
-        else replace(curve, points=np.array([[0, heights[0]], [4, heights[0]]]))
-    )
-
-
-def draw_windows(rng: Random, low: Array, high: Array, count: int) -> list[Loop]:
-    """A row of `count` holes along u between two corners of parameters."""
-    width, height = (high - low) / np.array([max(count, 1), 1])
-    loops = []
-    for k in range(count):
-        gap = 10 ** rng.uniform(-5, -1)
-        shape = draw_shape(rng, str(rng.choice(KINDS)), np.zeros(2), 0.5 - gap)
-        middle = low + np.array([(k + 0.5) * width, 0.5 * height])
-        scaled = [replace(c, points=middle + c.points * [width, height]) for c in shape]
-        loops.append(reverse_loop(scaled))
-    return loops
+    return Part(document, draw_tolerance(rng, 1e-6), is_closed=True)
 
 
 def build_torus(rng: Random) -> Part:
@@ -181,7 +136,7 @@ def build_torus(rng: Random) -> Part:
         corners = np.array([[0.2, 0.3], [3.8, 0.3], [3.8, 3.4], [0.2, 3.4]])
         border = [draw_segments(corners)]
     windows = draw_windows(rng, np.array([0.3, 1.0]), np.array([3.7, 2.1]), int(rng.integers(0, 5)))
-    return Part(build_trimmed(surface, border + windows), _draw_tolerance(rng, 3e-4))
+    return Part(build_trimmed(surface, border + windows), draw_tolerance(rng, 3e-4))
 
 
 def build_around(rng: Random) -> Part:
@@ -204,7 +159,7 @@ def build_around(rng: Random) -> Part:
         if rng.random() < 0.5:
             corners = np.array([0.1, low + 0.25 * size]), np.array([3.9, low + 0.65 * size])
             loops += draw_windows(rng, *corners, int(rng.integers(1, 4)))
-    return Part(build_trimmed(revolve(profile), loops), _draw_tolerance(rng, 1e-4))
+    return Part(build_trimmed(revolve(profile), loops), draw_tolerance(rng, 1e-4))
 
 
 def build_cap(rng: Random) -> Part:
@@ -220,7 +175,7 @@ def build_cap(rng: Random) -> Part:
         loops = [reverse_loop([draw_wave(rng, 0.8, 1.5)])]
         low, high = np.array([0.1, 0.2]), np.array([3.9, 0.75])
     loops += draw_windows(rng, low, high, int(rng.integers(0, 4)))
-    return Part(build_trimmed(surface, loops), _draw_tolerance(rng, 3e-4))
+    return Part(build_trimmed(surface, loops), draw_tolerance(rng, 3e-4))
 
 
 def build_freeform(rng: Random) -> Part:
@@ -250,16 +205,16 @@ def build_freeform(rng: Random) -> Part:
         [replace(c, points=margin + c.points * ((1 - 2 * margin) / size)) for c in loop]
         for loop in plate
     ]
-    return Part(build_trimmed(surface, scaled), _draw_tolerance(rng, 1e-4))
+    return Part(build_trimmed(surface, scaled), draw_tolerance(rng, 1e-4))
 
 
 def build_gappy(rng: Random) -> Part:
     """A prism or cut cylinder whose edges are off its faces by up to the tolerance."""
-    part = build_cut_cylinder(rng) if rng.random() < 0.5 else build_plate_apart(rng)
+    part = _cut_cylinder(rng, "arcs") if rng.random() < 0.5 else build_plate_apart(rng)
     relative = max(part.relative, 1e-4)
     points = np.array(part.document["vertices"])
     diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
-    gap = min(relative, 0.005) * diagonal * rng.uniform(0.01, 1) / 2
+    gap = min(relative, 0.002) * diagonal * rng.uniform(0.01, 1) / 2
     document = part.document | {"edges": [dict(edge) for edge in part.document["edges"]]}
     for edge in document["edges"]:
         if "curve" in edge:
@@ -275,8 +230,8 @@ def build_gappy(rng: Random) -> Part:
 
 def build_plate_apart(rng: Random) -> Part:
     """A prism with holes at least 0.05 of a cell from borders and each other."""
-    loops = draw_plate(rng, holes=int(rng.integers(1, 4)), nearest=0.05)
-    return Part(build_prism(loops, 1.0, np.zeros(2)), _draw_tolerance(rng, 1e-4), is_closed=True)
+    loops = draw_plate(rng, holes=int(rng.integers(1, 4)), nearest=0.05, kinds=WIDE_KINDS)
+    return Part(build_prism(loops, 1.0, np.zeros(2)), draw_tolerance(rng, 1e-4), is_closed=True)
 
 
 def build_wrong(rng: Random) -> Part:
@@ -340,5 +295,11 @@ PARTS = {
     "wrong curves": PartFamily(100, build_wrong),
     "moved parts": PartFamily(80, build_moved),
     "small parts": PartFamily(60, build_coarse),
+    "many holes": PartFamily(20, build_sieve),
+    "voids": PartFamily(30, build_hollow),
+    "edges of 1e-9": PartFamily(60, build_crumbs),
+    "close knots": PartFamily(60, build_crowded),
+    "no loops": PartFamily(40, build_bare),
+    "across the seam": PartFamily(40, build_crossed),
 }
 """The families by name."""
