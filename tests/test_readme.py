@@ -120,7 +120,7 @@ def test_commands_in_sentences_work_without_a_server(
     monkeypatch.chdir(tmp_path)
     (tmp_path / "net.json").write_text('{"control_net": [[[0,0,0],[0,1,1]],[[1,0,1],[1,1,0]]]}')
     commands = re.findall(r"`(surface (?:mesh|points|convert) [^`]+)`", TEXT)
-    assert len(commands) == 5
+    assert len(commands) == 6
     for command in commands:
         assert main(shlex.split(command)[1:]) == 0, command
     assert b"positions" in capsysbinary.readouterr().out
