@@ -120,6 +120,8 @@ def main(count: int = 1000, first: int = 0, seconds: float = float("inf")) -> bo
             if fault:
                 findings += 1
                 print(f"FINDING: brep {number}: {fault}", flush=True)
+            if sent % 1000 == 0:
+                print(f"{sent} of {count} breps", flush=True)
             if time.monotonic() > end:
                 break
     for kind, number in kinds.most_common():

@@ -216,7 +216,7 @@ def _build_long_cases() -> Iterator[HostileBody]:
         lambda: write_surface(f'"type":"brep","faces":[{repeat_word(unknown, 3)[1:-1]}]'),
         "too_many_strings",
     )
-    numbers = repeat_word("0", 300_000)
+    numbers = repeat_word("0", 150_000)
     pointer = "/surface/faces/0/loops/0"
     yield build_long_case(
         "edges of a loop", lambda: write_loops(f'[{{"edges":{numbers}}}]'), "loop_open", pointer
