@@ -141,9 +141,11 @@ def cut_at_knots(
         is_crossing: Bools = np.any(too_far, axis=(0, 1))
         crossing = (rising[axis, rest] & is_crossing[rest]).nonzero()[0]
         part = todo.take(rest)
-        cut[crossing] = _find_crossing(
-            pcurves, part.take(crossing), axis[crossing], knot[crossing], cut[crossing]
-        )
+        if len(crossing):
+            margin = MARGIN * surfaces.period[owner[rest[crossing]], axis[crossing]]
+            cut[crossing] = _find_crossing(
+                pcurves, part.take(crossing), axis[crossing], knot[crossing], margin
+            )
         todo = Intervals.join(
             [
                 Intervals(part.source, part.curve, part.low, cut, part.span),
@@ -175,25 +177,24 @@ def _empty_parts(empty: Ints) -> SpanParts:
 def _find_patches(surfaces: ClosedSurfaces, face: Ints, spans: list[Ints]) -> tuple[Ints, Ints]:
     """The patches (m,) of spans; and these with their neighbours, (9, m)."""
     faces = surfaces.surfaces.faces
-
-    def patch(u: Ints, v: Ints) -> Ints:
-        along = []
-        for axis, span in ((0, u), (1, v)):
-            count = faces.spans[axis, face]
-            clipped = np.minimum(np.maximum(span, 0), count - 1)
-            along.append(np.where(surfaces.is_closed[face, axis], span % count, clipped))
-        number: Ints = faces.first[face] + along[0] * faces.stride[face] + along[1]
-        return number
-
-    u, v = spans
-    around = [patch(u + i, v + j) for i in (0, -1, 1) for j in (0, -1, 1)]
-    return around[0], np.stack(around)
+    steps = np.array([[0], [-1], [1]])
+    along = []
+    for axis, span in enumerate(spans):
+        count = faces.spans[axis, face]
+        near = span + steps
+        inside = np.minimum(np.maximum(near, 0), count - 1)
+        along.append(np.where(surfaces.is_closed[face, axis], near % count, inside))
+    around = along[0][:, np.newaxis] * faces.stride[face] + along[1] + faces.first[face]
+    return around[0, 0], around.reshape(9, -1)
 
 
 def _find_crossing(
-    pcurves: Splines, part: Intervals, axis: Ints, knot: FloatArray, middle: FloatArray
+    pcurves: Splines, part: Intervals, axis: Ints, knot: FloatArray, margin: FloatArray
 ) -> FloatArray:
-    """Parameters (m,) inside of parts at which the coordinate along an axis is the knot."""
+    """Parameters (m,) inside of parts at which the coordinate along an axis is the knot.
+
+    It differs from the knot by at most half of `margin` (m,).
+    """
     number = np.arange(len(part.curve))
     low, high = part.low.copy(), part.high.copy()
 
@@ -203,7 +204,7 @@ def _find_crossing(
 
     a, b = value(low), value(high)
     side = np.zeros(len(number), np.intp)
-    t = middle
+    t = middle = (low + high) / 2
     for _ in range(STEPS):
         t = low - a * (high - low) / np.where(a == b, 1.0, b - a)
         t = np.where((a == b) | (t <= low) | (t >= high), (low + high) / 2, t)
@@ -214,7 +215,7 @@ def _find_crossing(
         b = np.where(is_low, np.where(side == 1, b / 2, b), at)
         a = np.where(is_low, at, np.where(side == -1, a / 2, a))
         side = np.where(is_low, 1, -1)
-        if (at == 0).all():
+        if (np.abs(at) <= margin / 2).all():
             break
     width = part.high - part.low
     is_inside = (t > part.low + 2.0**-30 * width) & (t < part.high - 2.0**-30 * width)
