@@ -100,7 +100,7 @@ def find_parameter_curves(
         guess[compared] = np.arange(len(compared))
         guess[seen > NEAR * diagonal] = -1
         coedges = face[made], guess[made]
-        fresh = _make_anew(surfaces, coedges, curves.take(curve[made]), own, diagonal)
+        fresh = make_pcurves(surfaces, coedges, curves.take(curve[made]), own, diagonal)
         fresh_seen = measure_gaps(surfaces, face[made], curves, curve[made], fresh)
         is_better = ~is_given[made] | (fresh_seen < seen[made])
         better = made[is_better]
@@ -153,7 +153,7 @@ def _prove(
     return (gaps <= uncertainty).nonzero()[0], gaps
 
 
-def _make_anew(
+def make_pcurves(
     surfaces: ClosedSurfaces,
     coedges: tuple[Ints, Ints],
     curves: Splines,

@@ -18,6 +18,7 @@ from service.engine.brep.input_checks import (
 )
 from service.engine.brep.parameter_curves import ParameterCurves, find_parameter_curves
 from service.engine.brep.pcurve_edges import add_pcurve_edges
+from service.engine.brep.pole_splits import find_passes, split_at_poles
 from service.engine.brep.prepared import PreparedBrep
 from service.engine.brep.regions import make_regions
 from service.engine.brep.settling import check_loops
@@ -50,11 +51,15 @@ def prepare(model: BrepModel) -> PreparedBrep:
     curves = Splines.of(model.curves)
     found = find_parameter_curves(model, closed, curves, diagonal)
     tolerance = CLOSED * diagonal
+    # Edges through poles get their parameter curves later, in parts.
+    curve = np.append(model.edge_curves, -1)[model.coedge_edges]
+    found.seen[find_passes(closed, model.coedge_faces, curves, curve, tolerance)[0]] = 0.0
     faults = find_far_edges(model, curves, found) + find_outside_pcurves(model, closed, found)
     faults += find_open_pcurve_loops(model, closed, found)
     skipped = refuse_or_skip(model, faults)
     topology = _begin(model, curves, found).drop_faces(_list_faces(skipped))
     topology = add_pcurve_edges(closed, topology, tolerance)
+    topology = split_at_poles(closed, topology, tolerance, diagonal)
     bare = _find_bare(model)
     topology, unbounded = make_regions(closed, topology, bare, tolerance)
     skipped += refuse_or_skip(model, word_unbounded(model, unbounded))

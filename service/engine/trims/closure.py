@@ -10,6 +10,10 @@ from service.bases.row_batches import expand_runs
 from service.engine.trims.surfaces import FaceSurfaces
 from service.engine.vectors import length, project
 
+AT_POLE = 100.0
+"""Points of curves are at a pole if they are nearer to it than this many times the error that foot
+points may have."""
+
 
 @dataclass(frozen=True, eq=False)
 class ClosedSurfaces:

@@ -20,7 +20,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.cancellation import checkpoint
-from service.engine.trims.closure import ClosedSurfaces
+from service.engine.trims.closure import AT_POLE, ClosedSurfaces
 from service.engine.trims.foot_cuts import divide_pieces
 from service.engine.trims.foot_pieces import (
     DEGREE,
@@ -74,10 +74,10 @@ def fit_feet(
     guesses : FirstGuesses
         First guesses.
     goal : float
-        The greatest distance that interpolation may add; ends of curves that are nearer than this
-        to a pole are at it. Model units.
+        The greatest distance that interpolation may add. Ends of curves that are nearer to a pole
+        than a hundred times this are at it. Model units.
     """
-    work = place_curves(surfaces, face, curves, goal)
+    work = place_curves(surfaces, face, curves, AT_POLE * goal)
     pieces, feet = begin_pieces(work, guesses)
     straight = _find_straight(work, pieces, feet, goal)
     done = _make_lines(work, pieces, feet, straight)

@@ -13,7 +13,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import expand_runs
 from service.cancellation import checkpoint
-from service.engine.trims.closure import ClosedSurfaces
+from service.engine.trims.closure import AT_POLE, ClosedSurfaces
 from service.engine.trims.inversion import find_feet
 from service.engine.trims.splines import Splines
 from service.surface.spline_tables import find_starts
@@ -148,7 +148,8 @@ def find_seed_feet(
         other, apart = find_feet(surfaces, face[to], points[to], feet[source])
         is_nearer = apart < distance[to] - tolerance
         feet[to[is_nearer]], distance[to[is_nearer]] = other[is_nearer], apart[is_nearer]
-    feet = _set_poles(surfaces, face, feet, curve, surfaces.find_poles(face, points, tolerance))
+    poles = surfaces.find_poles(face, points, AT_POLE * tolerance)
+    feet = _set_poles(surfaces, face, feet, curve, poles)
     return continue_feet(surfaces, face, feet, curve)
 
 
