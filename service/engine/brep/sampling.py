@@ -26,7 +26,7 @@ ROUNDS = 60
 MOST_PARTS = 16
 """The most parts into which one round divides a piece."""
 
-SAME = 2.0**-30
+SAME = 2.0**-22
 """Samples nearer than this share of the range of their edge are one."""
 
 MOST_EVEN = 64
