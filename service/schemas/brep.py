@@ -5,7 +5,14 @@ from dataclasses import replace
 from typing import Annotated, Any, Literal, TypeAlias, cast
 
 import numpy as np
-from pydantic import BaseModel, Field, ValidationInfo, WrapValidator, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    Field,
+    ValidationInfo,
+    WrapValidator,
+    model_validator,
+)
 from pydantic_core.core_schema import ValidatorFunctionWrapHandler
 
 from service.bases.arrays import FloatArray
@@ -25,9 +32,7 @@ _UNCERTAINTIES = NumberGrid(("numbers",), point_levels=1)
 
 def _accept_empty(value: object, handler: ValidatorFunctionWrapHandler) -> Any:
     """Accept an empty list too: a sphere has no vertices."""
-    if isinstance(value, list) and not value:
-        return NO_VERTICES
-    return handler(value)
+    return np.empty((0, 3)) if isinstance(value, list) and not value else handler(value)
 
 
 def _read_some_faces(items: Sequence[Any], limits: DocumentLimits) -> FaceColumns:
@@ -55,8 +60,6 @@ def _too_many_faces(count: int, limits: DocumentLimits) -> Issue:
     )
 
 
-NO_VERTICES: FloatArray = np.empty((0, 3))
-
 Edges: TypeAlias = Annotated[
     tuple[EdgeDefinition, ...],
     Field(strict=False),
@@ -80,13 +83,13 @@ class BrepDefinition(StrictModel):
 
     type: Literal["brep"] = Field(description="The kind of surface.")
     vertices: Annotated[FloatArray, _VERTICES, WrapValidator(_accept_empty)] = Field(
-        default_factory=lambda: NO_VERTICES,
+        default_factory=lambda: np.empty((0, 3)),
         description="The vertices [x, y, z]. Only a brep without edges has none.",
         json_schema_extra={"minItems": 0},
         examples=[[[0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0], [7, 5, 0]]],
     )
     vertex_uncertainties: Annotated[
-        FloatArray | None, _UNCERTAINTIES, WrapValidator(_accept_empty)
+        FloatArray | None, _UNCERTAINTIES, WrapValidator(_accept_empty), AfterValidator(np.ravel)
     ] = Field(
         default=None,
         description="For each vertex, how far it may be from the true one, in model units. The "

@@ -90,7 +90,10 @@ def test_a_face_without_loops_needs_neither_vertices_nor_edges() -> None:
     face: dict[str, Any] = {"surface": {"control_net": net}}
     short = read({"type": "brep", "faces": [face]})
     face = face | {"loops": []}
-    long = read({"type": "brep", "vertices": [], "edges": [], "faces": [face]})
+    empty: dict[str, Any] = {"vertices": [], "vertex_uncertainties": [], "edges": []}
+    long = read({"type": "brep", "faces": [face]} | empty)
+    assert long.vertex_uncertainties is not None
+    assert long.vertex_uncertainties.shape == (0,)
     assert canonical_content(short) == canonical_content(long)
     assert short.uncertainty == pytest.approx(1e-6 * 3**0.5)
 
