@@ -19,8 +19,8 @@ from service.engine.bounds.clip import Parts, PatchPieces, clip_parts
 from service.engine.bounds.goal import Goal
 from service.engine.brep.border import Border, renew_border
 from service.engine.brep.edges import EdgeSamples
+from service.engine.brep.halving import halve_pieces
 from service.engine.brep.prepared import PreparedBrep
-from service.engine.brep.sampling import halve_pieces
 from service.engine.brep.slivers import Slivers, find_slivers
 from service.engine.trims.clip import clip_segments
 from service.engine.vectors import UNIT, length

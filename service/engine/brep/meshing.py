@@ -30,12 +30,13 @@ from service.engine.brep.border_vertices import BorderVertices
 from service.engine.brep.brep_triangulation import BrepTriangulation
 from service.engine.brep.corners import FaceCorners
 from service.engine.brep.edges import EdgeSamples
+from service.engine.brep.halving import halve_pieces
 from service.engine.brep.inner_points import LeafPoints, find_leaf_points, find_points_inside
 from service.engine.brep.measure import TriangleMeasure
 from service.engine.brep.poles import split_poles
 from service.engine.brep.prepared import PreparedBrep
 from service.engine.brep.refine import Refinement
-from service.engine.brep.sampling import halve_pieces, sample_edges
+from service.engine.brep.sampling import sample_edges
 from service.engine.brep.scales import find_scales
 from service.engine.brep.settling import settle_border, take_faces
 from service.engine.brep.triangles import Triangles

@@ -12,9 +12,9 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import expand_runs
 from service.engine.brep.border import Polygons
 from service.engine.brep.edges import EdgeSamples
+from service.engine.brep.halving import insert_samples
 from service.engine.brep.inner_points import LeafPoints
 from service.engine.brep.prepared import PreparedBrep
-from service.engine.brep.sampling import insert_samples
 
 NEAR = 2.0
 """Units of places: points nearer than this to the line of a pole are on it, and those nearer to a

@@ -12,8 +12,9 @@ from service.cancellation import checkpoint
 from service.engine.brep.border import Border, Polygons, build_border, renew_border, shift_corners
 from service.engine.brep.crossings import Conflicts, find_conflicts, find_steps
 from service.engine.brep.edges import EdgeSamples
+from service.engine.brep.halving import halve_pieces
 from service.engine.brep.prepared import PreparedBrep
-from service.engine.brep.sampling import halve_pieces, sample_evenly
+from service.engine.brep.sampling import sample_evenly
 from service.engine.brep.slivers import measure_heights
 from service.engine.brep.windings import count_windings, find_reversed_loops
 from service.engine.vectors import Items

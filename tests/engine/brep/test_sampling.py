@@ -10,8 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.engine.brep.edges import EdgeSamples
+from service.engine.brep.halving import halve_pieces
 from service.engine.brep.prepared import PreparedBrep
-from service.engine.brep.sampling import EDGE_SHARE, halve_pieces, sample_edges
+from service.engine.brep.sampling import EDGE_SHARE, sample_edges
 from tests.engine.brep.sheets import SQUARE, Curve, hole, line, list_lines, prepare_sheets
 
 coordinates = st.floats(0, 10).map(lambda x: round(x, 3))

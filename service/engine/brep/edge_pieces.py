@@ -1,0 +1,83 @@
+"""The pieces with which the division of edges begins: between vertices and kinks."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.row_batches import expand_runs
+from service.engine.brep.prepared import PreparedBrep
+from service.engine.trims.spline_shapes import find_kinks
+from service.engine.vectors import Items
+
+SAME = 2.0**-22
+"""Samples nearer than this share of the range of their edge are one."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class EdgePieces(Items):
+    """m pieces of edges, each between two parameters."""
+
+    edges: Ints
+    low: FloatArray
+    high: FloatArray
+
+    def divide(self, parts: Ints) -> "EdgePieces":
+        """Each piece in a number of equal parts (m,)."""
+        run, number = expand_runs(parts)
+        low = self.low[run] + (self.high - self.low)[run] * (number / parts[run])
+        high = np.append(low[1:], 0.0)
+        high[number == parts[run] - 1] = self.high
+        return EdgePieces(self.edges[run], low, high)
+
+
+def list_first_samples(
+    prepared: PreparedBrep, is_point: Bools, ends: Ints
+) -> tuple[Ints, FloatArray]:
+    """Edges and parameters of the ends of all used edges, and of kinks; sorted by both."""
+    used = np.unique(prepared.coedge_edges)
+    start, end = prepared.edge_ranges.T
+    edge_of = np.full(len(prepared.curves), -1)
+    edge_of[prepared.edge_curves[prepared.edge_curves >= 0]] = (
+        prepared.edge_curves >= 0
+    ).nonzero()[0]
+    curve, kinks = find_kinks(prepared.curves)
+    extent = prepared.places.extent[prepared.coedge_faces]
+    coedge, pcurve_kinks = find_kinks(prepared.pcurves, extent)
+    # A closed curve of three to five spans, such as a circle, keeps its breaks.
+    closed = used[(ends[used, 0] == ends[used, 1]) & ~is_point[used]]
+    spans = prepared.curves.span_count[prepared.edge_curves[closed]]
+    closed = closed[(spans >= 3) & (spans <= 5)]
+    closed_curves = prepared.edge_curves[closed]
+    run, row = expand_runs(
+        prepared.curves.span_count[closed_curves] - 1,
+        prepared.curves.first_break[closed_curves] + 1,
+    )
+    inner_edges = np.concatenate([edge_of[curve], prepared.coedge_edges[coedge], closed[run]])
+    inner = np.concatenate([kinks, pcurve_kinks, prepared.curves.breaks[row]])
+    is_used = np.zeros(len(is_point) + 1, bool)
+    is_used[used] = ~is_point[used]
+    margin = SAME * (end - start)[inner_edges]
+    keep = is_used[inner_edges]
+    keep &= (inner > start[inner_edges] + margin) & (inner < end[inner_edges] - margin)
+    edges = np.concatenate([used, used, inner_edges[keep]])
+    parameters = np.concatenate([start[used], end[used], inner[keep]])
+    order = np.lexsort((parameters, edges))
+    edges, parameters = edges[order], parameters[order]
+    new = np.ones(len(edges), bool)
+    new[1:] = edges[1:] != edges[:-1]
+    new[1:] |= np.diff(parameters) > SAME * (end - start)[edges[1:]]
+    return edges[new], parameters[new]
+
+
+def count_least_pieces(is_point: Bools, ends: Ints, used: Ints) -> Ints:
+    """The least number of pieces of each edge (E,), so that no two chords are between two vertices.
+
+    It is 3 for closed edges, 2 for edges with the same two vertices, else 1.
+    """
+    least = np.ones(len(is_point), np.intp)
+    edges = used[~is_point[used]]
+    low, high = ends[edges].min(axis=1), ends[edges].max(axis=1)
+    _, number, count = np.unique(low << 32 | high, return_inverse=True, return_counts=True)
+    least[edges] = np.where(low == high, 3, np.where(count[number] > 1, 2, 1))
+    return least
