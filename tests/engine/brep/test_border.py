@@ -12,11 +12,16 @@ from service.engine.brep.prepared import PreparedBrep
 from service.engine.brep.sampling import sample_edges
 from service.engine.trims.places import SIZE
 from tests.engine.brep.polygons import build_polygons
-from tests.engine.brep.sheets import Against, Curve, hole, line, prepare_sheets
+from tests.engine.brep.sheets import Against, Curve, Loop, hole, line, prepare_sheets
 
 CUT = Curve([(5, 0), (3, 4), (7, 6), (5, 10)])
-LEFT = [line((0, 0), (5, 0)), CUT, line((5, 10), (0, 10)), line((0, 10), (0, 0))]
-RIGHT = [line((5, 0), (10, 0)), line((10, 0), (10, 10)), line((10, 10), (5, 10)), Against(CUT)]
+LEFT: Loop = [line((0, 0), (5, 0)), CUT, line((5, 10), (0, 10)), line((0, 10), (0, 0))]
+RIGHT: Loop = [
+    line((5, 0), (10, 0)),
+    line((10, 0), (10, 10)),
+    line((10, 10), (5, 10)),
+    Against(CUT),
+]
 
 
 @pytest.fixture(scope="module")
