@@ -28,6 +28,9 @@ NEAR = 1e-2
 GOAL = 1e-9
 """Interpolated foot points may add this share of the diagonal to a gap."""
 
+ENOUGH = 1e-8
+"""Gaps below this share of the diagonal need no close bound."""
+
 FINE = 8.0
 """Nodes for each degree, in the proof of gaps that are close to the uncertainty."""
 
@@ -80,8 +83,9 @@ def find_parameter_curves(
     if len(compared):
         owner = curve[compared]
         seen[compared] = measure_gaps(surfaces, face[compared], curves, owner, own)
+        limits = model.uncertainty, ENOUGH * diagonal
         rows, gaps[compared] = _prove(
-            surfaces, (face[compared], owner, seen[compared]), curves, own, model.uncertainty
+            surfaces, (face[compared], owner, seen[compared]), curves, own, limits
         )
         is_used[compared[rows]] = True
     free = (is_given & ~has_curve).nonzero()[0]
@@ -132,12 +136,14 @@ def _prove(
     coedges: tuple[Ints, Ints, FloatArray],
     curves: Splines,
     pcurves: Splines,
-    uncertainty: float,
+    limits: tuple[float, float],
 ) -> tuple[Ints, FloatArray]:
     """The given curves that are used, by number, and the proved gaps of all, NaN where unknown.
 
-    `coedges` are faces, numbers of curves, and gaps that were seen.
+    `coedges` are faces, numbers of curves, and gaps that were seen; `limits` are the uncertainty,
+    and a gap below which no close bound is needed.
     """
+    uncertainty, enough = limits
     face, curve, seen = coedges
     gaps = np.full(len(face), np.nan)
     rows = (seen <= uncertainty).nonzero()[0]
@@ -145,7 +151,13 @@ def _prove(
         if not len(rows):
             break
         proof = bound_gaps(
-            surfaces, face[rows], curves, curve[rows], pcurves.take(rows), nodes=nodes
+            surfaces,
+            face[rows],
+            curves,
+            curve[rows],
+            pcurves.take(rows),
+            enough=enough,
+            nodes=nodes,
         )
         gaps[rows] = proof.bound
         # Those that may be within the uncertainty, although this is not proved yet.

@@ -7,6 +7,7 @@ from math import dist
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.brep.parameter_curves import ENOUGH
 from service.engine.trims.closure import ClosedSurfaces
 from service.engine.trims.gaps import bound_gaps
 from service.engine.trims.places import SIZE, Places
@@ -127,5 +128,12 @@ class PreparedBrep:
             scale = places.extent[face] / SIZE
             pcurves = self.pcurves.take(rows).map_points(-places.origin[face] / scale, scale)
             open_surfaces = ClosedSurfaces.open(self.surfaces)
-            gaps[rows] = bound_gaps(open_surfaces, face, self.curves, curve[rows], pcurves).bound
+            gaps[rows] = bound_gaps(
+                open_surfaces,
+                face,
+                self.curves,
+                curve[rows],
+                pcurves,
+                enough=ENOUGH * self.diagonal,
+            ).bound
         return gaps
