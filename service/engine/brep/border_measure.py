@@ -29,7 +29,7 @@ NET_SHARE = 0.95
 """Share of the tolerance that the surface beside a chord may be away from it."""
 
 OVERHANG_SHARE = 1 / 3
-"""What polygons have beyond their loops may be this share of what slivers may be."""
+"""The part of a polygon beyond its loop may be this share of the bound of slivers from its chord."""
 
 FAR = 0.4
 """An edge further from its surface than this share of the tolerance has a gap that counts."""
@@ -112,8 +112,8 @@ def measure_border(
 ) -> Border:
     """The border with bounds of all sides; only those that are unknown are computed.
 
-    If the goal is two-sided, what polygons have beyond their loops counts as slivers too, and shall
-    be within `OVERHANG_SHARE` of what is allowed for them.
+    If the goal is two-sided, the part of a polygon beyond its loop counts as a sliver too; it shall
+    be within `OVERHANG_SHARE` of the bound of slivers.
     """
     unknown = np.isnan(border.segment_bounds).nonzero()[0]
     if not len(unknown):

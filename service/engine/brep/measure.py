@@ -51,8 +51,9 @@ class TriangleMeasure:
     aims : ndarray of float64, shape (F,)
         The bound that triangles of each face shall reach.
     beside : ndarray of float64, shape (F,)
-        How much less than twice the aim triangles of the mesh shall be from the surface: at most
-        this is added where polygons reach beyond their loops.
+        How much is added to distances from the mesh where polygons reach beyond their loops.
+        Triangles of the mesh shall be nearer to the surface than twice the aim by this, but no
+        nearer than the aim.
     goal : Goal
     limits : MeshLimits
     """
@@ -67,7 +68,7 @@ class TriangleMeasure:
         """Triangles (3, T) that have not been measured yet."""
         allowed = self._find_allowed(corners)
         beside = self.beside[self.corners.faces[corners[0]]]
-        return build_triangles(corners, allowed, 2 * allowed - beside)
+        return build_triangles(corners, allowed, np.maximum(2 * allowed - beside, allowed))
 
     def measure(self, triangles: Triangles, mates: Mates) -> Triangles:
         """The triangles, with the bounds of those that changed, or that have changed neighbours."""

@@ -19,37 +19,24 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import expand_runs
 from service.engine.adaptive.limits import MeshLimits
 from service.engine.bounds.goal import Goal, check_goal, find_least_tolerance
-from service.engine.brep.angles import find_turning_sides
-from service.engine.brep.border import Border, build_border, renew_border
-from service.engine.brep.border_measure import (
-    bound_overhangs,
-    measure_border,
-    refine_border,
-)
+from service.engine.brep.border import Border
+from service.engine.brep.border_measure import bound_overhangs
+from service.engine.brep.border_sampling import sample_borders, settle_borders
 from service.engine.brep.border_vertices import BorderVertices
 from service.engine.brep.brep_triangulation import BrepTriangulation
 from service.engine.brep.corners import FaceCorners
 from service.engine.brep.edges import EdgeSamples
-from service.engine.brep.halving import halve_pieces
 from service.engine.brep.inner_points import LeafPoints, find_leaf_points, find_points_inside
 from service.engine.brep.measure import TriangleMeasure
-from service.engine.brep.poles import split_poles
 from service.engine.brep.prepared import PreparedBrep
 from service.engine.brep.refine import Refinement
-from service.engine.brep.sampling import sample_edges
 from service.engine.brep.scales import find_scales
-from service.engine.brep.settling import settle_border, take_faces
+from service.engine.brep.settling import take_faces
 from service.engine.brep.triangles import Triangles
 from service.engine.brep.triangulation import FaceTriangulations
 from service.engine.trims.places import SIZE
 from service.engine.trims.slack import bound_slack
 from service.engine.vectors import NEXT
-
-TURNS = 8
-"""How often the sides of polygons are halved because normals turn too far."""
-
-SIDE_WORK = 2e4
-"""Multiplications to sample and measure a side of a polygon, approximately."""
 
 FINEST = 2.0**-28
 """The least tolerance, as a share of the diagonal: rounding of places moves surfaces by about this
@@ -79,10 +66,10 @@ def triangulate_brep(prepared: PreparedBrep, goal: Goal, limits: MeshLimits) -> 
     Cancelled
     """
     check_goal(goal, _find_least_tolerance(prepared), 0.0)
-    samples, border = _sample_borders(prepared, goal, limits)
+    samples, border = sample_borders(prepared, goal, limits)
     boxes = _find_boxes(border, len(prepared.surfaces))
     leaves = _find_leaves(prepared, border, boxes, goal, limits)
-    samples, border, is_valid = _settle(prepared, samples, border, leaves, goal)
+    samples, border, is_valid = settle_borders(prepared, samples, border, leaves, goal)
     corners, triangulations = _fill(prepared, samples, border, is_valid, (leaves, boxes))
     slack = bound_slack(
         prepared.places,
@@ -153,35 +140,6 @@ def _fill(
     return corners, triangulations
 
 
-def _sample_borders(
-    prepared: PreparedBrep, goal: Goal, limits: MeshLimits
-) -> tuple[EdgeSamples, Border]:
-    """Samples of edges, and polygons of loops that are near enough to the surfaces."""
-    samples = sample_edges(prepared, goal.tolerance, limits)
-    border = build_border(prepared, samples)
-    if goal.angle < np.pi:
-        for _ in range(TURNS):
-            _check_sides(border, limits)
-            turning = find_turning_sides(prepared.places, border, goal.angle)
-            samples, source = halve_pieces(prepared, samples, border.samples[turning])
-            if not (source < 0).any():
-                break
-            border = renew_border(prepared, samples, border, source)
-    _check_sides(border, limits)
-    return refine_border(prepared, samples, border, goal)
-
-
-def _check_sides(border: Border, limits: MeshLimits) -> None:
-    """Count the work of sides, and the triangles that faces have at least.
-
-    A polygon of k sides has at least k − 2 triangles.
-    """
-    limits.spend(SIDE_WORK * len(border.faces))
-    is_side = border.begin_vertices != border.end_vertices
-    sides = np.bincount(border.faces[is_side])
-    limits.count(int(np.maximum(sides - 2, 0).sum()))
-
-
 def _find_boxes(border: Border, count: int) -> tuple[Ints, Ints]:
     """The least and the greatest places (F, 2) of the polygons of faces."""
     low, high = np.zeros((count, 2), np.intp), np.full((count, 2), SIZE)
@@ -205,24 +163,6 @@ def _find_leaves(
     has_loops[border.faces] = True
     faces = (has_loops & ~prepared.surfaces.is_planar).nonzero()[0]
     return find_leaf_points(prepared.places, faces, boxes, goal, limits)
-
-
-def _settle(
-    prepared: PreparedBrep,
-    samples: EdgeSamples,
-    border: Border,
-    leaves: LeafPoints,
-    goal: Goal,
-) -> tuple[EdgeSamples, Border, Bools]:
-    """Samples of poles, polygons without conflicts; and the faces (F,) for which there are such."""
-    at_poles = split_poles(prepared, samples, leaves, border)
-    if at_poles is not None:
-        samples, source = at_poles
-        border = renew_border(prepared, samples, border, source)
-    samples, border, faults = settle_border(prepared, samples, border)
-    is_valid = np.ones(len(prepared.surfaces), bool)
-    is_valid[faults.faces] = False
-    return samples, measure_border(prepared, samples, border, goal), is_valid
 
 
 def _bound_beside(

@@ -16,9 +16,14 @@ from service.engine.bounds.certificate import PieceMeasure
 from service.engine.bounds.chords import measure_distances
 from service.engine.bounds.clip import Parts, PatchPieces, clip_parts, find_images
 from service.engine.bounds.goal import Goal
+from service.engine.brep.border import Border
 from service.engine.brep.corners import FaceCorners
 from service.engine.trims.clip import clip_segments
-from service.engine.vectors import NEXT
+from service.engine.trims.places import Places
+from service.engine.vectors import NEXT, length
+
+SHARES = (0.125, 0.25, 0.5, 0.75, 0.875)
+"""Where on a side the surface is compared with the chord."""
 
 BLOCK = 1 << 14
 """The most triangles that are measured in one step; it limits memory."""
@@ -44,6 +49,26 @@ def bound_reverse(corners: FaceCorners, triangles: Ints, tolerance: float) -> Fl
             found[weak] = np.fmin(found[weak], by_edges)
         bounds[rows] = found
     return bounds
+
+
+def find_uneven_sides(
+    surface: Places, border: Border, positions: FloatArray, tolerance: float
+) -> Ints:
+    """Sides of curved faces over which the surface runs along the chord unevenly, by samples.
+
+    Triangles at such a side would be further than the tolerance from their own places.
+    """
+    is_curved = ~surface.surfaces.is_planar[border.faces]
+    rows: Ints = (is_curved & (border.begin_vertices != border.end_vertices)).nonzero()[0]
+    begins, ends = border.begins[rows], border.ends[rows]
+    first, last = (positions[v[rows]] for v in (border.begin_vertices, border.end_vertices))
+    furthest = np.zeros(len(rows))
+    for share in SHARES:
+        points = surface.evaluate(border.faces[rows], begins + share * (ends - begins))
+        apart = length(points - first - share * (last - first), -1)
+        furthest = np.maximum(furthest, apart)
+    uneven: Ints = rows[furthest > tolerance]
+    return uneven
 
 
 def _bound_images(corners: FaceCorners, parts: Parts, tolerance: float) -> FloatArray:

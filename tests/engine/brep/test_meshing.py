@@ -17,7 +17,7 @@ from service.bases.arrays import FloatArray
 from service.cancellation import Cancellation, Cancelled, cancelled_by
 from service.engine.adaptive.limits import Effort, MeshLimits
 from service.engine.bounds.goal import Goal
-from service.engine.brep import meshing
+from service.engine.brep import border_sampling, meshing
 from service.engine.brep.border import Border
 from service.engine.brep.brep_triangulation import BrepTriangulation
 from service.engine.brep.edges import EdgeSamples
@@ -131,7 +131,7 @@ def test_faces_whose_loops_touch_are_left_out_and_have_no_bound(
         samples, border, _ = settle_border(*arguments)
         return samples, border, SimpleNamespace(faces=np.array([2]))
 
-    monkeypatch.setattr(meshing, "settle_border", find_fault)
+    monkeypatch.setattr(border_sampling, "settle_border", find_fault)
     mesh = build("box", 0.01)
     assert mesh.faces.tolist() == [0, 0, 1, 1, 3, 3, 4, 4, 5, 5]
     assert np.isinf(mesh.face_bounds).tolist() == [False, False, True, False, False, False]
@@ -172,14 +172,14 @@ def test_edges_are_not_sampled_further_than_triangles_are_allowed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     # The error comes while edges are divided, so no polygon is built.
-    monkeypatch.delattr(meshing, "build_border")
+    monkeypatch.delattr(border_sampling, "build_border")
     prepared = read_prepared("plate")
     with pytest.raises(TooLarge) as error:
         triangulate_brep(prepared, Goal(1e-8 * prepared.diagonal), MeshLimits(5000))
     assert error.value.issues[0].code == "too_many_triangles"
 
 
-@pytest.mark.parametrize("step", ["sample_edges", "FaceTriangulations", "Refinement"])
+@pytest.mark.parametrize("step", ["sample_borders", "FaceTriangulations", "Refinement"])
 def test_work_ends_soon_after_it_is_cancelled(monkeypatch: pytest.MonkeyPatch, step: str) -> None:
     cancellation, prepared = Cancellation(), read_prepared("plate")
     call = getattr(meshing, step)

@@ -1,0 +1,85 @@
+"""Polygons of faces that are fine enough for a goal, and without crossings.
+
+Edges are sampled for the tolerance, then halved where normals of the faces beside them turn too
+far, where a surface is far from a chord, and where it runs along a chord unevenly.
+"""
+
+import numpy as np
+
+from service.bases.arrays import Bools
+from service.engine.adaptive.limits import MeshLimits
+from service.engine.bounds.goal import Goal
+from service.engine.brep.angles import find_turning_sides
+from service.engine.brep.border import Border, build_border, renew_border
+from service.engine.brep.border_measure import measure_border, refine_border
+from service.engine.brep.edges import EdgeSamples
+from service.engine.brep.halving import halve_pieces
+from service.engine.brep.inner_points import LeafPoints
+from service.engine.brep.poles import split_poles
+from service.engine.brep.prepared import PreparedBrep
+from service.engine.brep.reverse import find_uneven_sides
+from service.engine.brep.sampling import sample_edges
+from service.engine.brep.settling import settle_border
+
+TURNS = 8
+"""How often the sides of polygons are halved because normals turn too far, or the surface runs
+along them unevenly."""
+
+SIDE_WORK = 2e4
+"""Multiplications to sample and measure a side of a polygon, approximately."""
+
+
+def sample_borders(
+    prepared: PreparedBrep, goal: Goal, limits: MeshLimits
+) -> tuple[EdgeSamples, Border]:
+    """Samples of edges, and polygons of loops that are near enough to the surfaces."""
+    samples = sample_edges(prepared, goal.tolerance, limits)
+    border = build_border(prepared, samples)
+    if goal.angle < np.pi:
+        for _ in range(TURNS):
+            _check_sides(border, limits)
+            turning = find_turning_sides(prepared.places, border, goal.angle)
+            samples, source = halve_pieces(prepared, samples, border.samples[turning])
+            if not (source < 0).any():
+                break
+            border = renew_border(prepared, samples, border, source)
+    _check_sides(border, limits)
+    samples, border = refine_border(prepared, samples, border, goal)
+    for _ in range(TURNS if goal.two_sided else 0):
+        uneven = find_uneven_sides(prepared.places, border, samples.positions, goal.tolerance)
+        samples, source = halve_pieces(prepared, samples, border.samples[uneven])
+        if not (source < 0).any():
+            break
+        border = renew_border(prepared, samples, border, source)
+        _check_sides(border, limits)
+        samples, border = refine_border(prepared, samples, border, goal)
+    return samples, border
+
+
+def _check_sides(border: Border, limits: MeshLimits) -> None:
+    """Count the work of sides, and the triangles that faces have at least.
+
+    A polygon of k sides has at least k − 2 triangles.
+    """
+    limits.spend(SIDE_WORK * len(border.faces))
+    is_side = border.begin_vertices != border.end_vertices
+    sides = np.bincount(border.faces[is_side])
+    limits.count(int(np.maximum(sides - 2, 0).sum()))
+
+
+def settle_borders(
+    prepared: PreparedBrep,
+    samples: EdgeSamples,
+    border: Border,
+    leaves: LeafPoints,
+    goal: Goal,
+) -> tuple[EdgeSamples, Border, Bools]:
+    """Samples of poles, polygons without conflicts; and the faces (F,) for which there are such."""
+    at_poles = split_poles(prepared, samples, leaves, border)
+    if at_poles is not None:
+        samples, source = at_poles
+        border = renew_border(prepared, samples, border, source)
+    samples, border, faults = settle_border(prepared, samples, border)
+    is_valid = np.ones(len(prepared.surfaces), bool)
+    is_valid[faults.faces] = False
+    return samples, measure_border(prepared, samples, border, goal), is_valid
