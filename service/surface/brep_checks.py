@@ -24,11 +24,10 @@ diagonal of each face with this edge."""
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """An issue, and the number of the face or of the shell whose fault it is; −1 for no number."""
+    """An issue, and the face whose fault it is; −1 if no face can be left out for it."""
 
     issue: Issue
     face: int = -1
-    shell: int = -1
 
 
 def find_index_faults(model: BrepModel) -> list[Fault]:

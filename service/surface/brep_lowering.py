@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from service.errors import InvalidRequest
+from service.errors import MAX_ISSUES, InvalidRequest
 from service.surface.brep_checks import (
     Fault,
     find_edge_faults,
@@ -19,6 +19,7 @@ from service.surface.shell_checks import (
     find_direction_faults,
     find_open_shells,
     find_shell_faults,
+    word_open_shell,
 )
 from service.surface.spline_tables import CurveTable
 
@@ -41,14 +42,15 @@ def lower_columns(model: BrepModel) -> BrepModel:
     if faults:
         model = _leave_out(model, faults)
         uses = count_uses(model)
-    open_shells = find_open_shells(model, uses)
-    if open_shells and not model.skips_invalid:
-        _raise(open_shells)
-    if open_shells:
-        is_closed = model.is_closed.copy()
-        is_closed[[fault.shell for fault in open_shells]] = False
-        model = replace(model, is_closed=is_closed)
-    return model
+    shells = find_open_shells(model, uses)
+    if not len(shells):
+        return model
+    if not model.skips_invalid:
+        first_shells = shells[:MAX_ISSUES].tolist()
+        raise InvalidRequest(*(word_open_shell(uses, shell) for shell in first_shells))
+    is_closed = model.is_closed.copy()
+    is_closed[shells] = False
+    return replace(model, is_closed=is_closed)
 
 
 def _raise(faults: Iterable[Fault]) -> None:

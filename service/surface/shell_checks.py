@@ -9,7 +9,7 @@ from heapq import heapify, heappop, heappush
 
 import numpy as np
 
-from service.bases.arrays import Bools, Ints
+from service.bases.arrays import Ints
 from service.errors import Issue, count_nouns, pointer
 from service.surface.brep_checks import Fault, range_text
 from service.surface.brep_model import BrepModel
@@ -70,7 +70,6 @@ class EdgeUses:
     forward: Ints
     backward: Ints
     rows: Ints
-    is_backward: Bools
 
 
 def count_uses(model: BrepModel) -> EdgeUses:
@@ -81,8 +80,7 @@ def count_uses(model: BrepModel) -> EdgeUses:
     counted = np.flatnonzero(is_counted)
     keys = model.face_shells[faces[counted]] * len(model.edge_vertices) + edges[counted]
     pairs, numbers = np.unique(keys, return_inverse=True)
-    is_backward = model.coedge_reversed ^ model.is_reversed[faces]
-    directions = is_backward[counted]
+    directions = (model.coedge_reversed ^ model.is_reversed[faces])[counted]
     rows = np.full(len(edges), -1)
     rows[counted] = numbers
     size = len(pairs)
@@ -93,7 +91,6 @@ def count_uses(model: BrepModel) -> EdgeUses:
         np.bincount(numbers[~directions], minlength=size),
         np.bincount(numbers[directions], minlength=size),
         rows,
-        is_backward,
     )
 
 
@@ -153,31 +150,30 @@ def _choose_faces(pairs: list[list[int]]) -> list[int]:
     return chosen
 
 
-def find_open_shells(model: BrepModel, uses: EdgeUses) -> list[Fault]:
-    """Shells that are said to be closed, but have an edge with a border; one fault for a shell."""
-    is_border = uses.forward != uses.backward
-    is_border &= model.is_closed[uses.shells]
-    faces = model.coedge_faces[model.coedge_edges == -1]
+def find_open_shells(model: BrepModel, uses: EdgeUses) -> Ints:
+    """Shells that are said to be closed, but have an edge with a border."""
     has_border = np.zeros(len(model.is_closed), bool)
-    has_border[uses.shells[is_border]] = True
-    has_border[model.face_shells[faces]] = True
-    faults = []
-    for shell in np.flatnonzero(has_border & model.is_closed).tolist():
-        edges = uses.edges[is_border & (uses.shells == shell)]
-        if len(edges):
-            first = edges.item(0)
-            row = np.flatnonzero(is_border & (uses.shells == shell)).item(0)
-            total = uses.forward.item(row) + uses.backward.item(row)
-            got = (
-                f"{count_nouns(len(edges), 'edges')} with a border; edge {first} has "
-                f"{count_nouns(total, 'faces')}"
-            )
-        else:
-            got = "a loop that is given by its pcurves alone, so that it shares no edge"
-        message = (
-            "In a closed shell, as many faces run along an edge in one direction as in the other."
+    has_border[uses.shells[uses.forward != uses.backward]] = True
+    # A loop that is given by its pcurves alone shares no edge with another face.
+    has_border[model.face_shells[model.coedge_faces[model.coedge_edges == -1]]] = True
+    return np.flatnonzero(has_border & model.is_closed)
+
+
+def word_open_shell(uses: EdgeUses, shell: int) -> Issue:
+    """The issue for one of the shells of `find_open_shells`."""
+    rows = np.flatnonzero((uses.forward != uses.backward) & (uses.shells == shell))
+    got = "a loop that is given by its pcurves alone, so that it shares no edge"
+    if len(rows):
+        first = rows.item(0)
+        total = uses.forward.item(first) + uses.backward.item(first)
+        got = (
+            f"{count_nouns(len(rows), 'edges')} with a border; edge {uses.edges[first]} has "
+            f"{count_nouns(total, 'coedges')}"
         )
-        needed = 'two faces at each edge; or `"closed": false`'
-        issue = Issue("not_closed", message, f"/shells/{shell}", got, needed)
-        faults.append(Fault(issue, shell=shell))
-    return faults
+    return Issue(
+        "not_closed",
+        "At each edge of a closed shell, as many coedges run in one direction as in the other.",
+        f"/shells/{shell}",
+        got,
+        'two coedges at each edge; or `"closed": false`',
+    )

@@ -13,10 +13,15 @@ from tools.certify.parts import PARTS
 Document: TypeAlias = dict[str, Any]
 Random: TypeAlias = np.random.Generator
 
+NUMBERS: tuple[Any, ...] = (
+    0, 1, -1, 2, 3, 64, 65, 1.5, -0.0, 1e-300, 5e-324, 1e-13, 1e39, -1e39, 1e308, 2**31, 2**53,
+    2**63, 2**64 - 1,
+)  # fmt: skip
+"""Numbers that may stand in place of any other."""
+
 VALUES: tuple[Any, ...] = (
-    None, True, False, 0, 1, -1, 2, 3, 64, 65, 1.5, -0.0, 1e-300, 5e-324, 1e-13, 1e39, -1e39, 1e308,
-    2**31, 2**53, 2**63, 2**64 - 1, "", "x", "bspline", "bezier", "periodic", "uniform", "clamped",
-    [], [0], [0, 1], [[0, 0]], [[0, 0, 0], [1, 1, 1]], [None], [True], {}, {"type": "bspline"},
+    None, True, False, *NUMBERS, "", "x", "bspline", "bezier", "periodic", "uniform", "clamped", [],
+    [0], [0, 1], [[0, 0]], [[0, 0, 0], [1, 1, 1]], [None], [True], {}, {"type": "bspline"},
 )  # fmt: skip
 """Values that may stand in place of any other."""
 
@@ -115,7 +120,7 @@ def _change_number(document: Document, rng: Random) -> None:
     elif choice == 1:
         holder[key] = value + float(rng.normal() * 10 ** rng.uniform(-12, 3))
     elif choice == 2:
-        holder[key] = VALUES[int(rng.integers(3, 23))]
+        holder[key] = NUMBERS[rng.integers(len(NUMBERS))]
     elif choice == 3 and len(holder) > 1 and isinstance(holder, list):
         holder[key] = holder[int(rng.integers(len(holder)))]
     else:
