@@ -29,7 +29,7 @@ NET_SHARE = 0.95
 """Share of the tolerance that the surface beside a chord may be away from it."""
 
 OVERHANG_SHARE = 1 / 3
-"""The part of a polygon beyond its loop may be this share of the bound of slivers from its chord."""
+"""The part of a polygon beyond its loop may be this share of the bound of slivers away."""
 
 FAR = 0.4
 """An edge further from its surface than this share of the tolerance has a gap that counts."""
