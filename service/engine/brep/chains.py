@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
+from service.bases.row_batches import expand_runs
 from service.engine.brep.topology import ADDED, Topology
 from service.engine.trims.closure import ClosedSurfaces
 from service.engine.trims.piecewise import make_segments
@@ -67,17 +68,17 @@ def join_chains(
     face = topology.coedge_faces[joints.after]
     period, is_closed = surfaces.period[face], surfaces.is_closed[face]
     move = np.where(is_closed, -np.rint(gap / period), 0.0)
-    # At a pole the loop goes on with the material on its left, or as given curves say.
-    at_pole = (joints.axis >= 0).nonzero()[0]
-    is_known = (topology.is_given[joints.before] & topology.is_given[joints.after])[at_pole]
-    known, rows = at_pole[is_known], at_pole[~is_known]
-    move[known, 1 - joints.axis[known]] = 0.0
+    # At a pole the loop goes on with the material on its left, up to a whole period.
+    rows = (joints.axis >= 0).nonzero()[0]
     free = 1 - joints.axis[rows]
     forward = _find_direction(joints.axis[rows], joints.end[rows])
-    rest = gap[rows, free] / period[rows, free]
-    rest = rest + np.where(is_closed[rows, free], move[rows, free], 0.0)
-    lacks_turn = is_closed[rows, free] & (forward * rest < SAME)
-    move[rows, free] += np.where(lacks_turn, forward, 0.0)
+    along = forward * gap[rows, free] / period[rows, free]
+    is_known = topology.is_given[joints.before[rows]] & topology.is_given[joints.after[rows]]
+    is_known &= (along > SAME) & (along < 1.0 + SAME)
+    along += forward * move[rows, free]
+    turn = np.where(along < SAME, forward, 0.0)
+    new_move = np.where(is_known, 0.0, move[rows, free] + turn)
+    move[rows, free] = np.where(is_closed[rows, free], new_move, 0.0)
     moves = np.zeros((len(topology.coedge_edges), 2))
     moves[joints.after] = move
     # The first joint of a loop closes it; the sum of all moves is its number of turns.
@@ -146,7 +147,7 @@ def _add_poles(
     # A loop that runs around does not end at its start.
     rows = ((joints.axis >= 0) & apart | (joints.open >= 0)).nonzero()[0]
     if not len(rows):
-        return topology if not topology.is_open.any() else _drop_open(topology)
+        return topology
     missing = rows[joints.open[rows] < 0]
     vertex = topology.coedge_vertices[0, joints.after[missing]]
     topology, new = topology.add_edges(np.stack([vertex, vertex], axis=1), None, ADDED, tolerance)
@@ -165,11 +166,13 @@ def _add_poles(
     return topology.take_coedges(coedges[order], topology.loop_faces, counts, topology.loop_sources)
 
 
-def _drop_open(topology: Topology) -> Topology:
-    """Loops without the coedges that have no parameter curves."""
-    kept = (~topology.is_open).nonzero()[0]
-    counts = np.bincount(topology.coedge_loops[kept], minlength=len(topology.loop_counts))
-    used = counts > 0
+def drop_points(topology: Topology) -> Topology:
+    """The topology without loops that are poles alone: a pole inside a face needs no loop."""
+    if not topology.is_open.any():
+        return topology
+    is_point = np.logical_and.reduceat(topology.is_open, topology.loop_starts)
+    kept = (~is_point).nonzero()[0]
+    _, coedges = expand_runs(topology.loop_counts[kept], topology.loop_starts[kept])
     return topology.take_coedges(
-        kept, topology.loop_faces[used], counts[used], topology.loop_sources[used]
+        coedges, topology.loop_faces[kept], topology.loop_counts[kept], topology.loop_sources[kept]
     )

@@ -45,6 +45,8 @@ class ParameterCurves:
         In parameters of the surfaces, over the ranges of the edges.
     is_replaced, is_open : ndarray of bool, shape (C,)
         Whether a given curve was made anew; whether there is none yet, because the edge is a pole.
+    is_guided : ndarray of bool, shape (C,)
+        Whether a given curve is used, or was the first guess of the new one.
     gaps : ndarray of float64, shape (C,)
         Proved gaps; NaN where they are not known.
     seen : ndarray of float64, shape (C,)
@@ -54,6 +56,7 @@ class ParameterCurves:
     pcurves: Splines
     is_replaced: Bools
     is_open: Bools
+    is_guided: Bools
     gaps: FloatArray
     seen: FloatArray
 
@@ -97,7 +100,7 @@ def find_parameter_curves(
         (free, given.take(number[free])),
         (unknown, make_segments(nowhere, nowhere, nowhere + np.array([0.0, 1.0]))),
     ]
-    is_replaced = np.zeros(count, bool)
+    is_replaced, is_guided = np.zeros(count, bool), is_given.copy()
     made = (has_curve & ~is_used).nonzero()[0]
     if len(made):
         guess = np.full(count, -1)
@@ -109,13 +112,14 @@ def find_parameter_curves(
         is_better = ~is_given[made] | (fresh_seen < seen[made])
         better = made[is_better]
         is_replaced[better] = is_given[better]
+        is_guided[better] &= guess[better] >= 0
         gaps[better], seen[better] = np.nan, fresh_seen[is_better]
         parts.append((better, fresh.take(is_better.nonzero()[0])))
     # Of two curves of a coedge the last one counts.
     which = np.zeros(count, np.intp)
     which[np.concatenate([rows for rows, _ in parts])] = np.arange(sum(len(x) for _, x in parts))
     pcurves = Splines.join([part for _, part in parts if len(part)] or [given]).take(which)
-    return ParameterCurves(pcurves, is_replaced, is_open, gaps, seen)
+    return ParameterCurves(pcurves, is_replaced, is_open, is_guided, gaps, seen)
 
 
 def measure_gaps(

@@ -1,6 +1,7 @@
 """Loops of closed surfaces, moved by periods to where their face is one region of the plane."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
@@ -62,10 +63,12 @@ def _find_move(
     for outer, outer_low, outer_high, shift in outers:
         least = np.ceil((outer_low - low) / period - SAME)
         most = np.floor((outer_high - high) / period + SAME)
-        for u in range(int(least[0]), int(most[0]) + 1):
-            for v in range(int(least[1]), int(most[1]) + 1):
-                move = np.array([u, v], np.float64)
-                offset = move * np.where(np.isfinite(period), period, 0.0) - shift
-                if polygons.contains(outer, points + offset).mean() > 0.5:
-                    return move
+        u, v = (range(int(a), int(b) + 1) for a, b in zip(least, most, strict=True))
+        moves = sorted(product(u, v), key=lambda move: abs(move[0]) + abs(move[1]))
+        for move in moves:
+            offset = np.array(move) * np.where(np.isfinite(period), period, 0.0) - shift
+            if len(moves) + len(outers) == 2 or (
+                polygons.contains(outer, points + offset).mean() > 0.5
+            ):
+                return np.array(move, np.float64)
     return np.zeros(2)

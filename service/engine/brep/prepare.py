@@ -130,7 +130,7 @@ def _begin(model: BrepModel, curves: Splines, found: ParameterCurves) -> Topolog
         edge,
         model.coedge_reversed,
         found.pcurves.move_ranges(start, end),
-        model.coedge_pcurves >= 0,
+        found.is_guided,
         found.is_replaced,
         found.is_open | np.append(model.is_degenerate, False)[edge],
         found.gaps,

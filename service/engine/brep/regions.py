@@ -7,7 +7,7 @@ loops that run around a closed direction are cut.
 import numpy as np
 
 from service.bases.arrays import Ints
-from service.engine.brep.chains import join_chains
+from service.engine.brep.chains import drop_points, join_chains
 from service.engine.brep.face_cuts import cut_faces
 from service.engine.brep.natural_loops import add_natural_loops
 from service.engine.brep.periods import place_loops
@@ -34,11 +34,17 @@ def make_regions(
         Loops of the model whose material reaches a border of the surface that no loop has.
     """
     unbounded: list[int] = []
+    with_loops = np.unique(topology.loop_faces)
+    topology = drop_points(topology)
+    # A face whose only loop is a pole is its whole surface.
+    bare = np.union1d(bare, np.setdiff1d(with_loops, topology.loop_faces)).astype(np.intp)
     if len(topology.loop_counts):
         topology, turns = join_chains(surfaces, topology, tolerance)
         topology, cut, unbounded = cut_faces(surfaces, topology, turns, tolerance)
         is_given = topology.is_given | (topology.edge_curves[topology.coedge_edges] < 0)
         is_free = ~np.logical_and.reduceat(is_given, topology.loop_starts)
+        # Of several loops, one may be a period away from where the others are.
+        is_free |= np.bincount(topology.loop_faces)[topology.loop_faces] > 1
         is_free &= surfaces.is_closed[topology.loop_faces].any(axis=1)
         is_free |= np.isin(topology.loop_faces, cut)
         free = is_free.nonzero()[0]

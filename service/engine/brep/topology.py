@@ -30,7 +30,7 @@ class Topology:
         The loop of the model of which a loop is, or which gave its first coedge; −1 for natural
         loops.
     is_given : ndarray of bool, shape (C,)
-        Whether the request has a parameter curve for the coedge.
+        Whether the request has a parameter curve for the coedge that is used, or was a guess.
     is_replaced : ndarray of bool, shape (C,)
     is_open : ndarray of bool, shape (C,)
         Whether the parameter curve is still to be made: the coedge is a pole.

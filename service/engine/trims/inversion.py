@@ -3,7 +3,8 @@
 Newton's method without second partials (Gauss–Newton), for all points at once: its error after a
 step is about the square of the step where the points are on the surfaces, and a share of it, the
 distance over the least radius of curvature, where they are not. Steps are clamped to the domain.
-Where one parameter would leave it, the other moves alone.
+Where one parameter would leave it, the other moves alone. Steps that lead further away, as near
+knots at which the speed of the surface changes, are shortened.
 
 References
 ----------
@@ -16,7 +17,7 @@ from service.bases.arrays import FloatArray, Ints
 from service.engine.trims.closure import ClosedSurfaces
 from service.engine.vectors import dot, length
 
-STEPS = 14
+STEPS = 18
 """The most steps for a point."""
 
 LAST_STEP = 2.0**-20
@@ -49,18 +50,21 @@ def find_feet(
     current = np.minimum(np.maximum(guess, low), high)
     best, least = current.copy(), np.full(len(face), np.inf)
     active = np.arange(len(face))
-    inverse = 1.0 / surfaces.period[face]
+    inverse = 1.0 / surfaces.period[face]  # (m, 2)
     before = np.zeros(len(face))
     for step in range(STEPS + 1):
         s, su, sv = surfaces.evaluate_partials(face[active], current)
         rest = points[active] - s
         distance = length(rest, -1)
         is_better = distance < least[active]
-        better = active[is_better]
+        better, worse = active[is_better], active[~is_better]
         best[better], least[better] = current[is_better], distance[is_better]
-        # A point that moved to a greater distance stays where it was.
-        if step == STEPS or not len(better):
+        if step == STEPS:
             break
+        # A point that moved to a greater distance tries a quarter of this step.
+        shorter = (current[~is_better] - best[worse]) / 4
+        is_long = (np.abs(shorter) * inverse[worse] > LAST_STEP).any(axis=1)
+        retried, retry = worse[is_long], best[worse[is_long]] + shorter[is_long]
         current, rest = current[is_better], rest[is_better]
         su, sv, active = su[is_better], sv[is_better], better
         following = _step(current, (rest, su, sv), low[active], high[active])
@@ -75,9 +79,10 @@ def find_feet(
             rest = rest[is_last] - along[:, :1] * su[is_last] - along[:, 1:] * sv[is_last]
             best[last], least[last] = following[is_last], length(rest, -1)
             active, following = active[~is_last], following[~is_last]
-            if not len(active):
-                break
-        current = following
+        active = np.concatenate([active, retried])
+        if not len(active):
+            break
+        current = np.concatenate([following, retry])
     return best, least
 
 

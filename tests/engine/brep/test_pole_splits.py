@@ -12,7 +12,7 @@ from service.engine.brep.prepare import prepare
 from tests.engine.brep.test_prepare import count_cracks, lower
 
 CENTER, RADIUS = np.array([1.0, 2.0, 3.0]), 7.0
-"""Of the sphere among the solids; its axis is parallel to z."""
+"""The sphere among the solids; its axis is parallel to z."""
 
 
 def find_point(across: FloatArray, angle: float, radius: float = RADIUS) -> list[float]:
