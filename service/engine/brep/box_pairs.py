@@ -12,7 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from service.bases.arrays import Ints
+from service.bases.arrays import Bools, Ints
 from service.bases.row_batches import expand_runs, row_slices
 from service.cancellation import checkpoint
 from service.engine.trims.places import BITS
@@ -87,8 +87,11 @@ class BoxTree:
         box, own = (np.concatenate(part) for part in zip(*parts, strict=True))
         return box, own
 
-    def list_own_pairs(self) -> Iterator[tuple[Ints, Ints]]:
-        """All pairs of boxes of the tree that meet, each pair once, in several lists."""
+    def list_own_pairs(self, is_done: Bools | None = None) -> Iterator[tuple[Ints, Ints]]:
+        """All pairs of boxes of the tree that meet, each pair once, in several lists.
+
+        Further lists have no boxes of faces that the caller marks in `is_done` (F,) meanwhile.
+        """
         total = len(self.faces)
         if not total:
             return
@@ -101,8 +104,11 @@ class BoxTree:
             return
         order, levels = self._tree
         for rows in row_slices(total, 1, CHUNK):
-            rank, second = self._descend(levels[-1][:, rows], np.arange(total)[rows], rows.start)
-            yield order[rank], second
+            ranks = np.arange(total)[rows]
+            if is_done is not None:
+                ranks = ranks[~is_done[self.faces[order[ranks]]]]
+            box, second = self._descend(levels[-1][:, ranks], ranks, 0)
+            yield order[ranks[box]], second
 
     @cached_property
     def _by_x(self) -> tuple[Ints, Ints]:

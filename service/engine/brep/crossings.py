@@ -23,6 +23,9 @@ STEPS = np.array([[1, 0], [0, 1], [-1, 0], [0, -1], [1, 1], [-1, 1], [-1, -1], [
 """The moves of a place to its neighbours."""
 
 
+MOST_CONFLICTS = 1 << 15
+"""A face with more conflicts in one list of pairs is invalid: the rest of its pairs is left out."""
+
 REACH = 1.4
 """A corner may be moved to a place up to this number of units from the parameter curve, in both
 directions; slack has room for it (`service.engine.trims.slack`)."""
@@ -63,7 +66,8 @@ def find_conflicts(polygons: Polygons) -> Conflicts:
     low = np.minimum(polygons.begins, polygons.ends)
     high = np.maximum(polygons.begins, polygons.ends)
     all_sides = _list_segments(polygons)
-    for pairs in BoxTree.of(polygons.faces, low, high).list_own_pairs():
+    is_hopeless = np.zeros(int(polygons.faces.max(initial=-1)) + 1, bool)
+    for pairs in BoxTree.of(polygons.faces, low, high).list_own_pairs(is_hopeless):
         meetings = classify_pairs(all_sides.take(pairs[0]), all_sides.take(pairs[1]))
         rows = (meetings.crosses | meetings.touches.any(axis=0)).nonzero()[0]
         first, second, found = pairs[0][rows], pairs[1][rows], meetings.take(rows)
@@ -73,6 +77,8 @@ def find_conflicts(polygons: Polygons) -> Conflicts:
         for sides in (first, second):
             crosses[sides[found.crosses]] = True
             touches[sides[~found.crosses]] = True
+        counts = np.bincount(polygons.faces[first], minlength=len(is_hopeless))
+        is_hopeless |= counts > MOST_CONFLICTS
     # Sides without a length between two vertices.
     short = (polygons.begins == polygons.ends).all(axis=1)
     short &= polygons.begin_vertices != polygons.end_vertices

@@ -138,10 +138,11 @@ def find_faults(polygons: Polygons, conflicts: Conflicts) -> LoopFaults:
 def _find_meeting_loops(polygons: Polygons, conflicts: Conflicts, is_bad: Bools) -> LoopFaults:
     """The loops of bad faces, those of sides (M,), that cross or touch others."""
     sides = conflicts.sides
-    # Loops that touch in a few places may cross there.
-    tested = (is_bad & (polygons.begins != polygons.ends).any(axis=1)).nonzero()[0]
     crosses = np.zeros(int(polygons.loops.max()) + 1, bool)
     crosses[polygons.loops[conflicts.crosses]] = True
+    # Loops that touch in a few places may cross there.
+    is_tested = is_bad & ~crosses[polygons.loops] & (polygons.begins != polygons.ends).any(axis=1)
+    tested = is_tested.nonzero()[0]
     crosses[polygons.loops[tested[count_windings(polygons, tested) != 1]]] = True
     first = sides[np.diff(polygons.loops[sides], prepend=-1) != 0]
     loops, others = polygons.loops[first], polygons.loops[conflicts.others[first]]

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from service.engine.brep import box_pairs, crossings
 from service.engine.brep.border import Polygons
 from service.engine.brep.crossings import find_conflicts, find_steps
 from tests.engine.brep.polygons import Loop, build_polygons
@@ -175,3 +176,18 @@ def _move(polygons: Polygons, sides: np.ndarray, steps: np.ndarray) -> Polygons:
     begins = polygons.begins.copy()
     begins[sides] += steps
     return replace(polygons, begins=begins, ends=begins[polygons.nexts])
+
+
+def test_faces_with_very_many_conflicts_are_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The other faces are searched all the same."""
+    places = np.random.default_rng(0).integers(0, 1 << 30, (1500, 2)).tolist()
+    star = [(x, y) for x, y in places]
+    cross = [(0, 0), (9, 9), (9, 0), (0, 9)]
+    polygons = build_polygons([star], [cross])
+    every = find_conflicts(polygons).sides
+    assert len(every) > 1490
+    monkeypatch.setattr(crossings, "MOST_CONFLICTS", 100)
+    monkeypatch.setattr(box_pairs, "FEW", 0)
+    found = find_conflicts(polygons).sides
+    assert 100 < len(found) <= len(every)
+    assert set(every[-2:].tolist()) <= set(found.tolist())
