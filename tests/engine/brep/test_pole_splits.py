@@ -9,7 +9,7 @@ import pytest
 from oracles.solids import read_solid
 from service.bases.arrays import FloatArray
 from service.engine.brep.prepare import prepare
-from tests.engine.brep.test_prepare import count_cracks, lower
+from tests.engine.brep.solid_documents import count_cracks, lower
 
 CENTER, RADIUS = np.array([1.0, 2.0, 3.0]), 7.0
 """The sphere among the solids; its axis is parallel to z."""
