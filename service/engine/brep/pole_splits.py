@@ -24,6 +24,12 @@ SAMPLES = 32
 STEPS = 20
 """Steps of Newton's method towards it."""
 
+LAST_STEP = 2.0**-26
+"""A step of at most this share of the distance of samples is the last one."""
+
+REACH = 4.0
+"""A pole is looked for near a sample if it is at most this many chords to the next sample away."""
+
 END = 1e-4
 """A pole this close to an end of an edge, as a share of its range, is at the end."""
 
@@ -95,9 +101,13 @@ def _find_near(
     run = np.repeat(np.arange(len(curve)), count + 1)
     points = curves.evaluate(curve[run], t.ravel())
     apart = length(points - poles[run], -1).reshape(len(curve), -1)
-    # Samples that are nearer than both neighbours.
+    # Samples that are nearer than both neighbours, and not much further than these are from them.
     is_least = (apart[:, 1:-1] <= apart[:, :-2]) & (apart[:, 1:-1] < apart[:, 2:])
+    chords = length(np.diff(points.reshape(len(curve), -1, 3), axis=1), -1)
+    is_least &= apart[:, 1:-1] <= REACH * np.maximum(chords[:, 1:], chords[:, :-1]) + tolerance
     row, column = is_least.nonzero()
+    if not len(row):
+        return np.zeros(0, np.intp), np.zeros(0)
     at = t[row, column + 1]
     step = ((end - start) / count)[row]
     low, high = at - step, at + step
@@ -106,7 +116,10 @@ def _find_near(
         rest = c - poles[row]
         slope = dot(rest, first, -1)
         bend = dot(first, first, -1) + dot(rest, second, -1)
+        before = at
         at = np.minimum(np.maximum(at - slope / np.where(bend > 0, bend, 1.0), low), high)
+        if (np.abs(at - before) <= LAST_STEP * step).all():
+            break
     reached = length(curves.evaluate(curve[row], at) - poles[row], -1)
     margin = END * (end - start)[row]
     inside = (at > start[row] + margin) & (at < end[row] - margin)

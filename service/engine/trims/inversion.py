@@ -27,6 +27,9 @@ as the unit of rounding."""
 FAST_STEP, FASTER = 2.0**-16, 2.0**-7
 """So is a step of at most `FAST_STEP` that is at most `FASTER` times as long as the one before."""
 
+NOISE = 2.0**-44
+"""Distances that differ by less than this share of the coordinates are equal."""
+
 
 def find_feet(
     surfaces: ClosedSurfaces, face: Ints, points: FloatArray, guess: FloatArray
@@ -52,17 +55,20 @@ def find_feet(
     active = np.arange(len(face))
     inverse = 1.0 / surfaces.period[face]  # (m, 2)
     before = np.zeros(len(face))
+    noise = NOISE * float(np.abs(points).max(initial=0.0))
     for step in range(STEPS + 1):
         s, su, sv = surfaces.evaluate_partials(face[active], current)
         rest = points[active] - s
         distance = length(rest, -1)
         is_better = distance < least[active]
-        better, worse = active[is_better], active[~is_better]
+        better = active[is_better]
+        is_worse = distance > least[active] + noise
+        worse = active[is_worse]
         best[better], least[better] = current[is_better], distance[is_better]
         if step == STEPS:
             break
         # A point that moved to a greater distance tries a quarter of this step.
-        shorter = (current[~is_better] - best[worse]) / 4
+        shorter = (current[is_worse] - best[worse]) / 4
         is_long = (np.abs(shorter) * inverse[worse] > LAST_STEP).any(axis=1)
         retried, retry = worse[is_long], best[worse[is_long]] + shorter[is_long]
         current, rest = current[is_better], rest[is_better]
