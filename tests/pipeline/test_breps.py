@@ -104,6 +104,11 @@ def test_a_budget_is_met_and_nearly_used(budget: dict[str, Any]) -> None:
     assert 0.8 * allowed <= used <= allowed
 
 
+@pytest.mark.parametrize(("fmt", "tolerance"), [("glb", 1e-7), ("json", 1e-9), ("json", 1e-300)])
+def test_a_tolerance_below_rounding_is_refused_at_once(fmt: str, tolerance: float) -> None:
+    assert refusal(CONE, fmt=fmt, tolerance=tolerance) == ("tolerance_too_small", "/tolerance")
+
+
 def test_a_camera_allows_less_where_it_is_near() -> None:
     def count(distance: float) -> int:
         camera = {"position": [distance, 0, 0], "field_of_view": 0.8, "height": 1000}

@@ -9,12 +9,16 @@ import numpy as np
 import pytest
 
 from oracles.gltf import Gltf, read_glb
+from oracles.solids import read_solid
 from service.encoders.format import Compression, EncodeOptions
 from service.encoders.gltf import meshopt
 from service.encoders.registry import BY_NAME
 from service.engine.mesh.mesh import Mesh
 from service.engine.quantize import quantize_mesh
 from service.engine.scenes.scene import Scene, arrange
+from service.pipeline.mesh import render
+from service.schemas.request import MeshRequest
+from service.schemas.validation import validate_document
 from service.surface.bezier import BezierSurface
 from service.surface.lowered import Color, GroupModel, PatchModel, PlacedModel
 from tests.clients.gltf_validator import list_issues
@@ -157,3 +161,14 @@ def test_the_validator_finds_no_issue_in_compact_files(
     first, second = read_glb(content).document["meshes"][0]["primitives"]
     assert first["extras"]["faces"]["face"] == [1, 3]
     assert second["extras"]["faces"]["face"] == [2]
+
+
+@pytest.mark.parametrize("name", ["plate", "sphere"])
+def test_the_validator_finds_no_issue_in_a_solid(name: str, tmp_path: Path) -> None:
+    solid = read_solid(name)
+    for face in solid["faces"][::2]:
+        face["color"] = [0.1, 0.2, 0.9, 0.5]
+    document = {"surface": solid, "uvs": True, "curvatures": True, "overlays": ["boundary"]}
+    request = validate_document(MeshRequest, document)
+    content = render(request.to_surface(), request.mesh_options(), BY_NAME["glb"])
+    assert list_issues(content, tmp_path / "model.glb") == []
