@@ -11,7 +11,7 @@ from service.bases.arrays import FloatArray, Ints
 from service.engine.trims.places import SIZE, Places
 from service.engine.vectors import length
 
-SAMPLES = 5
+SAMPLES = 3
 """A face has this many samples of its speed, squared."""
 
 MOST = 1e4
