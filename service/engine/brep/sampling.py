@@ -20,6 +20,10 @@ from service.engine.vectors import length
 EDGE_SHARE = 0.7
 """Share of the tolerance for edges; the surface beside a chord, measured later, may have more."""
 
+SPARE = 1.1
+"""Bounds of parts fall by nearly the square of their number. This
+factor saves most further halvings."""
+
 PIECE_WORK = 5e3
 """Multiplications to bound a piece of an edge, approximately."""
 
@@ -167,7 +171,7 @@ def _divide_pieces(
         done_bounds.append(bounds[~needs])
         total += len(done_bounds[-1])
         pieces, bounds = pieces.take(needs), bounds[needs]
-        parts = np.ceil(np.sqrt(np.minimum(bounds / tolerance, MOST_PARTS**2)))
+        parts = np.ceil(np.sqrt(np.minimum(SPARE * bounds / tolerance, MOST_PARTS**2)))
         pieces = pieces.divide(np.maximum(parts, 2).astype(np.intp))
     return EdgePieces.join(done), np.concatenate(done_bounds)
 
