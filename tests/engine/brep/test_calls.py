@@ -13,7 +13,7 @@ from service.engine.bounds.goal import Goal
 from service.engine.brep.meshing import triangulate_brep
 from service.engine.brep.prepare import prepare
 from service.surface.brep_model import BrepModel
-from tests.engine.brep.test_prepare import lower
+from tests.engine.brep.solid_documents import lower
 from tests.engine.trims.test_calls import count_calls
 
 CALLS_PER_FACE = 40
