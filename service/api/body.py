@@ -35,7 +35,8 @@ from service.decoders.format import Decoder, Tree
 from service.encoders.format import FileFormat
 from service.errors import Issue
 from service.pipeline.calls import CALLS
-from service.schemas.document import DocumentBudget, parse_document
+from service.schemas.budget import DocumentBudget
+from service.schemas.document import parse_document
 from service.schemas.fields import RequestModel
 from service.schemas.query import add_fields, document_from_query
 from service.schemas.validation import parse_request, validate_document

@@ -17,7 +17,8 @@ from service.api.errors import BodyTooLarge, BodyTooSlow
 from service.api.intake import GROUP_PARTS
 from service.api.services import Context
 from service.errors import InvalidRequest, Issue
-from service.schemas.document import DocumentBudget, DocumentLimits
+from service.schemas.budget import DocumentBudget
+from service.schemas.document import DocumentLimits
 from service.settings.values import Settings
 
 MEDIA_TYPE = "application/x-ndjson"

@@ -2,11 +2,12 @@
 
 `orjson` refuses NaN, Infinity, 1e400, lone surrogates and text that is not UTF-8. If an object has
 two equal keys, orjson silently keeps the last; this module refuses such an object. A short text can
-become many objects in memory, so a `DocumentBudget` counts values while the text is still arriving.
+become many objects in memory, so `service.schemas.budget` counts values while the text is still
+arriving.
 """
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import orjson
 
@@ -42,15 +43,6 @@ that orjson can parse."""
 
 MAX_FACES = 20_000
 """The most faces of all breps of a surface, by default."""
-
-BYTES_PER_VALUE, BYTES_PER_STRING, BYTES_PER_OBJECT = 100, 800, 1500
-"""Upper bounds of memory, in bytes: of a number as a Python object, until it is part of an array;
-of a string, and of the error if it is an unknown key; of an object, and of the model made from
-it."""
-
-BYTES_PER_MORE_STRING, BYTES_PER_MORE_OBJECT = 200, 500
-"""Upper bounds for each string and each object after the first `MAX_STRINGS`. Only breps have more,
-which are read without models; at most `MAX_STRINGS` keys can become errors."""
 
 _UTF_16_OR_32 = re.compile(rb"\xff\xfe|\xfe\xff|[^\0]\0|\0{1,3}[^\0]")
 """The beginning of UTF-16 and UTF-32: a byte order mark, or a zero byte before or after the first
@@ -98,66 +90,6 @@ class DocumentLimits:
 
 
 DEFAULT_LIMITS = DocumentLimits()
-
-
-@dataclass(slots=True)
-class DocumentBudget:
-    """Counts the values in a JSON text while it arrives, to refuse too large a text early."""
-
-    limits: DocumentLimits = field(default_factory=DocumentLimits)
-    received: int = 0
-    values: int = 0
-    objects: int = 0
-    quotes: int = 0
-
-    def take(self, chunk: bytes) -> None:
-        """Count the values in the next chunk of the text.
-
-        Raises
-        ------
-        InvalidRequest
-            `too_many_values` or `too_many_strings`.
-        """
-        self.received += len(chunk)
-        objects = chunk.count(b"{")
-        self.objects += objects
-        self.values += chunk.count(b",") + chunk.count(b"[") + objects
-        self.quotes += chunk.count(b'"')
-        max_values = self.limits.max_values + VALUES_PER_OBJECT * self.objects
-        if self.values > max_values:
-            message = (
-                "The document has more values than this service reads as JSON. A larger net can be "
-                "sent as a .npy file."
-            )
-            raise InvalidRequest(
-                Issue(
-                    "too_many_values",
-                    message,
-                    "",
-                    f"more than {max_values} commas and brackets",
-                    f"at most {max_values}, or a .npy file",
-                )
-            )
-        max_strings = MAX_STRINGS + STRINGS_PER_OBJECT * self.objects
-        if self.quotes // 2 > max_strings or self.objects > MAX_OBJECTS:
-            raise too_many_strings()
-
-    @property
-    def memory(self) -> int:
-        """Upper bound, in bytes, of the memory that the text so far and its Python objects need."""
-        return 3 * self.received + bound_memory(self.values + 1, self.quotes // 2, self.objects)
-
-
-def bound_memory(values: int, strings: int, objects: int) -> int:
-    """Upper bound, in bytes, of the memory of the Python objects of a document."""
-    few_strings, few_objects = min(strings, MAX_STRINGS), min(objects, MAX_STRINGS)
-    return (
-        BYTES_PER_VALUE * values
-        + BYTES_PER_STRING * few_strings
-        + BYTES_PER_MORE_STRING * (strings - few_strings)
-        + BYTES_PER_OBJECT * few_objects
-        + BYTES_PER_MORE_OBJECT * (objects - few_objects)
-    )
 
 
 def too_many_strings() -> InvalidRequest:

@@ -38,7 +38,8 @@ from pydantic import BaseModel
 from service.bases.arrays import AnyArray
 from service.errors import DamagedObject
 from service.pipeline.cost import Work, definition_cost
-from service.schemas.document import DocumentLimits, bound_memory
+from service.schemas.budget import bound_memory
+from service.schemas.document import DocumentLimits
 from service.schemas.fields import RequestModel
 from service.schemas.request import SurfaceRequest
 from service.schemas.surfaces import definition

@@ -15,8 +15,9 @@ from service.errors import InvalidRequest, Issue
 from service.schemas.batches import Unreadable
 from service.schemas.brep_batches import read_edges, read_faces
 from service.schemas.brep_parts import EdgeDefinition, FaceDefinition
+from service.schemas.budget import DocumentBudget
 from service.schemas.curves import CurveDefinition
-from service.schemas.document import DEFAULT_LIMITS, MAX_BYTES, DocumentBudget, DocumentLimits
+from service.schemas.document import DEFAULT_LIMITS, MAX_BYTES, DocumentLimits
 from service.schemas.request import SurfaceRequest
 from service.schemas.surfaces import definition
 from service.schemas.validation import parse_request, validate_document

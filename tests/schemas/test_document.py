@@ -11,7 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.errors import InvalidRequest, MalformedJson, SurfaceError
-from service.schemas.document import DocumentBudget, DocumentLimits, parse_document
+from service.schemas.budget import DocumentBudget
+from service.schemas.document import DocumentLimits, parse_document
 from service.schemas.request import MeshRequest
 from service.schemas.scan import MAX_PREFIX, find_pointer, find_repeated_key, is_deeper
 from service.schemas.validation import validate_document

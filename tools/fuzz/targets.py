@@ -32,9 +32,10 @@ from service.decoders.registry import BY_NAME as DECODERS
 from service.decoders.registry import DECODERS as ALL_DECODERS
 from service.encoders.registry import FORMATS
 from service.errors import InvalidSettings, SurfaceError
+from service.schemas.budget import DocumentBudget
 from service.schemas.convert import ConvertRequest
 from service.schemas.curves import CurveRequest
-from service.schemas.document import DocumentBudget, DocumentLimits
+from service.schemas.document import DocumentLimits
 from service.schemas.queries import PointsRequest
 from service.schemas.query import canonical_query, document_from_query, parse_mesh_query
 from service.schemas.request import MeshRequest, SignRequest, SurfaceRequest
