@@ -98,9 +98,9 @@ def _move(document: Document, rng: Random) -> None:
 def mutate(document: Document, rng: Random) -> None:
     """Changes one value somewhere in a document: geometry, topology, or the form."""
     kind = rng.random()
-    if kind < 0.4:
+    if kind < 0.5:
         _change_number(document, rng)
-    elif kind < 0.7:
+    elif kind < 0.85:
         # After a change of the form there may be no such lists.
         with suppress(TypeError, KeyError, AttributeError, IndexError, ValueError):
             _change_topology(document, rng)
