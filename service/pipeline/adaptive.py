@@ -164,10 +164,20 @@ def build_within_budget(
     _check_budget("/max_triangles", "triangles", mesh.report.triangles, accuracy.max_triangles)
     _check_budget("/max_bytes", "bytes", len(content), accuracy.max_bytes)
 
+    # The greatest tolerance that a brep did not reach: finer ones would not lower its bound.
+    unreached = 0.0
+
     def attempt(tolerance: float) -> Attempt[tuple[AnyMesh, Content]] | None:
+        nonlocal unreached
+        if tolerance < unreached:
+            return None
         effort.reserve_rest(effort_for_mesh)  # all but the work of this mesh
         try:
-            return try_tolerance(accuracy, tolerance)
+            result = try_tolerance(accuracy, tolerance)
+            brep = result.result[0].report.brep
+            if brep is not None and not brep.reached:
+                unreached = tolerance
+            return result
         except TooLarge:
             return None
         except InvalidRequest as error:

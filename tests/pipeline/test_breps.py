@@ -12,6 +12,8 @@ from oracles.solids import read_solid
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.accuracy import Accuracy
+from service.engine.bounds.goal import Goal
+from service.engine.brep.mesher import BrepMesher
 from service.engine.options import MeshOptions
 from service.errors import InvalidRequest, SurfaceError, TooLarge
 from service.pipeline.brep_cost import count_coarsest
@@ -107,6 +109,27 @@ def test_a_budget_is_met_and_nearly_used(budget: dict[str, Any]) -> None:
 @pytest.mark.parametrize(("fmt", "tolerance"), [("glb", 1e-7), ("json", 1e-9), ("json", 1e-300)])
 def test_a_tolerance_below_rounding_is_refused_at_once(fmt: str, tolerance: float) -> None:
     assert refusal(CONE, fmt=fmt, tolerance=tolerance) == ("tolerance_too_small", "/tolerance")
+
+
+def test_a_budget_stops_where_the_gaps_of_a_part_allow_no_better_mesh(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    wide = read_solid("cylinder")
+    # A vertex is further from the ends of its edges than any mesh of the budget deviates.
+    wide["vertices"][0] = np.add(wide["vertices"][0], [0.3, 0.2, 0.1]).tolist()
+    tried: list[float] = []
+
+    def build(self: BrepMesher, goal: Goal, *limits: Any) -> Any:
+        tried.append(goal.tolerance)
+        return build_mesh(self, goal, *limits)
+
+    build_mesh = BrepMesher.build_mesh
+    monkeypatch.setattr(BrepMesher, "build_mesh", build)
+    report = make(wide, max_triangles=1000).report
+    assert report is not None
+    assert report.deviation_bound is not None
+    assert report.deviation_bound > 0.3
+    assert len(tried) <= 3
 
 
 def test_a_camera_allows_less_where_it_is_near() -> None:
