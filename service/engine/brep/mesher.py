@@ -6,7 +6,7 @@ import numpy as np
 
 from service.engine.adaptive.limits import Effort, MeshLimits
 from service.engine.adaptive.tolerances import move_goal, subtract_rounding
-from service.engine.bounds.goal import Goal, check_goal, find_least_tolerance
+from service.engine.bounds.goal import Goal
 from service.engine.brep.assemble import assemble
 from service.engine.brep.meshing import triangulate_brep
 from service.engine.brep.prepared import PreparedBrep
@@ -15,10 +15,6 @@ from service.engine.options import MeshOptions
 from service.engine.scenes.painting import paint_parts
 from service.engine.stored_positions import Storage, bound_origin_error
 from service.surface.brep_model import BrepModel
-
-FINEST = 2.0**-28
-"""The least tolerance of a mesh, as a share of the diagonal of the brep: rounding to places alone
-may take that much."""
 
 COARSEST = 0.02
 """The greatest tolerance of a mesh, as a share of the diagonal of the brep: much coarser meshes
@@ -79,8 +75,6 @@ class BrepMesher:
         # The brep is not placed here: this only subtracts the rounding of adding the origin.
         goal = move_goal(goal, None, (low, high), bound_origin_error(origin, low, high))
         rounding = storage.bound_storage_rounding(origin, low, high)
-        least = find_least_tolerance(prepared.surfaces.nets, rounding)
-        check_goal(goal, max(least, FINEST * prepared.diagonal), 0.0)
         triangulation = triangulate_brep(
             prepared,
             subtract_rounding(goal, rounding, (low, high)),
