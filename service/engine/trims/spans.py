@@ -13,6 +13,9 @@ from service.surface.spline_tables import find_starts
 STEP = 4.0
 """Distance of the keys of two domains. The keys of the breaks of one domain run from 0 to 1."""
 
+FEW = 4
+"""Where no domain has more spans than this, breaks are compared one after the other."""
+
 
 @dataclass(frozen=True, eq=False)
 class Breaks:
@@ -52,9 +55,11 @@ class Breaks:
         At a break it is the span that begins there, or with `before` the span that ends there.
         Parameters outside of a domain belong to its first or its last span.
         """
-        if not self._has_inner:
+        if self._largest == 1:
             return np.zeros(len(domain), np.intp)
         first = self.first.take(domain)
+        if self._largest <= FEW:
+            return self._count_breaks(domain, first, t, before)
         key = (t - self.values.take(first)) * self._rates.take(domain) + STEP * domain
         after = self._keys.searchsorted(key, side="left" if before else "right")
         span: Ints = np.minimum(np.maximum(after - 1 - first, 0), self._most.take(domain))
@@ -68,10 +73,19 @@ class Breaks:
                 return at - first
             at += up.astype(np.intp) - down
 
+    def _count_breaks(self, domain: Ints, first: Ints, t: FloatArray, before: bool) -> Ints:
+        """The spans, as numbers of inner breaks that are not above t: one after the other."""
+        most = self._most.take(domain)
+        span = np.zeros(len(domain), np.intp)
+        for k in range(1, self._largest):
+            inner = self.values.take(first + np.minimum(most, k))
+            span += inner < t if before else inner <= t
+        return np.minimum(span, most)
+
     @cached_property
-    def _has_inner(self) -> bool:
-        """Whether some domain has more than one span."""
-        return bool((self.count > 1).any())
+    def _largest(self) -> int:
+        """The largest number of spans of a domain."""
+        return int(self.count.max(initial=1))
 
     @cached_property
     def _most(self) -> Ints:
