@@ -9,6 +9,8 @@ the same positions.
 
 The triangles at a point that are connected by edges and by pairs are a *fan*; if the point is at
 the end of an edge with pairs, each fan gets a vertex of its own.
+
+Proof in docs/proofs.md: "Pairs of triangles at an edge".
 """
 
 from dataclasses import dataclass, replace
@@ -92,7 +94,8 @@ def separate_fans(triangulation: BrepTriangulation, shells: Ints) -> tuple[BrepT
     triangulation : BrepTriangulation
         The same, if no edge is crowded.
     unpaired : ndarray of int, shape (k, 2)
-        The ends of crowded edges whose triangles form no pairs, the lower point first.
+        The ends of edges that are still crowded, the lower point first: their triangles form no
+        pairs, or the pairs are connected around both ends.
     """
     points = triangulation.points[triangulation.triangles]
     following = points[:, [1, 2, 0]]
@@ -101,16 +104,16 @@ def separate_fans(triangulation: BrepTriangulation, shells: Ints) -> tuple[BrepT
     ordered = np.sort(keys)
     if not (ordered[2:] == ordered[:-2]).any():
         return triangulation, np.empty((0, 2), np.intp)
-    edges = _group_sides(points, keys, np.repeat(shells[triangulation.faces], 3))
+    shell_of_side = np.repeat(shells[triangulation.faces], 3)
+    edges = _group_sides(points, keys, shell_of_side)
     crowded, is_paired = _sort_by_angle(
         edges.take(edges.counts > 2), points, triangulation.positions
     )
     paired, unpaired = crowded.take(is_paired), crowded.take(~is_paired)
     forward = (paired.sides == paired.low).nonzero()[0]
     flat = points.ravel()
-    ends = np.stack([flat[unpaired.low], flat[unpaired.high]], axis=1)[unpaired.first]
     if not len(forward):
-        return triangulation, ends
+        return triangulation, _list_ends(unpaired, flat)
     # Plain edges and pairs connect two triangles, crowded edges without pairs all of them.
     links = [
         paired.link(forward, paired.list_previous()[forward]),
@@ -122,7 +125,18 @@ def separate_fans(triangulation: BrepTriangulation, shells: Ints) -> tuple[BrepT
     first, second = (np.concatenate(ends) for ends in zip(*links, strict=True))
     fans = find_components(flat.size, first, second)
     at_pairs = np.unique(flat[np.concatenate([paired.low, paired.high])])
-    return _give_vertices(triangulation, flat, fans, at_pairs), ends
+    separated, source = _give_vertices(triangulation, flat, fans, at_pairs)
+    points = separated.points[separated.triangles]
+    following = points[:, [1, 2, 0]]
+    keys = np.minimum(points, following) * len(source) + np.maximum(points, following)
+    edges = _group_sides(points, keys.ravel(), shell_of_side)
+    return separated, _list_ends(edges.take(edges.counts > 2), source[points.ravel()])
+
+
+def _list_ends(edges: _Sides, points: Ints) -> Ints:
+    """The ends (m, 2) of edges, the lower point first; `points` (3 T,) has that of each corner."""
+    ends = np.stack([points[edges.low], points[edges.high]], axis=1)[edges.first]
+    return np.sort(ends, axis=1)
 
 
 def _group_sides(points: Ints, keys: Ints, shells: Ints) -> _Sides:
@@ -166,8 +180,8 @@ def _sort_by_angle(crowded: _Sides, points: Ints, positions: FloatArray) -> tupl
 
 def _give_vertices(
     triangulation: BrepTriangulation, points: Ints, fans: Ints, chosen: Ints
-) -> BrepTriangulation:
-    """The triangulation with a vertex for each fan at some points.
+) -> tuple[BrepTriangulation, Ints]:
+    """The triangulation with a vertex for each fan at some points, and the source of each point.
 
     Parameters
     ----------
@@ -196,13 +210,13 @@ def _give_vertices(
     )
     flat[moved] = len(triangulation.points) + corner_number.reshape(-1)
     old = corners[:, 0]
-    return replace(
+    source = np.concatenate([np.arange(len(triangulation.positions)), classes[is_new, 0]])
+    separated = replace(
         triangulation,
-        positions=np.concatenate(
-            [triangulation.positions, triangulation.positions[classes[is_new, 0]]]
-        ),
+        positions=triangulation.positions[source],
         triangles=flat.reshape(-1, 3),
         points=np.concatenate([triangulation.points, corners[:, 1]]),
         corner_faces=np.concatenate([triangulation.corner_faces, triangulation.corner_faces[old]]),
         places=np.concatenate([triangulation.places, triangulation.places[old]]),
     )
+    return separated, source

@@ -94,6 +94,20 @@ def test_towers_that_touch_along_a_line_of_two_edges_are_separated() -> None:
     assert count_topology(list_points(after)).watertight
 
 
+def test_pairs_that_are_connected_around_both_ends_stay_one_edge() -> None:
+    # Two cubes touch along an edge, and cubes above and below both of them connect them.
+    ring = [(x, y, z) for z in (0, 2) for x in (0, 1) for y in (0, 1)]
+    points, squares, _ = build_cubes((0, 0, 1), (1, 1, 1), *ring)
+    uses = [sum(sorted(square) == sorted(other) for other in squares) for square in squares]
+    kept = [square for square, count in zip(squares, uses, strict=True) if count == 1]
+    before = triangulate(points, kept)
+    after, unpaired = separate_fans(before, np.zeros(len(kept), np.intp))
+    assert len(unpaired) == 1
+    ends = before.positions[unpaired[0]]
+    assert ends.tolist() == [[1, 1, 1], [1, 1, 2]]
+    assert not count_topology(list_points(after)).watertight
+
+
 def test_cubes_of_two_shells_share_their_edge() -> None:
     points, squares, cubes = build_cubes((0, 0, 0), (1, 1, 0))
     before = triangulate(points, squares)
