@@ -145,29 +145,45 @@ class MeshReport(ResponseModel):
     mesh_deviation_bound: Annotated[Length | None, _OPTIONAL_BOUND] = None
     """With `two_sided`; proved: no point of the faces is further than this from the surface. Null
     for a brep without such a bound; `mesh_deviation_reason` says why."""
-    mesh_deviation_reason: str | Missing = None
+    mesh_deviation_reason: str | Missing = Field(
+        default=None, examples=["The part is too thin for this tolerance."]
+    )
     """Why `mesh_deviation_bound` is null."""
-    reached: bool | Missing = None
+    reached: bool | Missing = Field(default=None, examples=[True])
     """Whether `deviation_bound` is at most the tolerance. This and the next fields are only for
     breps, and groups with breps: sums and greatest values over all of them."""
-    gap_bound: Length | Missing = None
+    gap_bound: Length | Missing = Field(default=None, examples=[1.5e-7])
     """Proved, in model units: no point of an edge is further than this from the point of its
     parameter curve at the same parameter, on the surface of the face."""
-    pcurves_replaced: Count | Missing = None
+    pcurves_replaced: Count | Missing = Field(default=None, examples=[2])
     """Number of given parameter curves that were made anew, because they were too far from their
     edges."""
-    complete: bool | Missing = None
+    complete: bool | Missing = Field(default=None, examples=[True])
     """Whether all faces have triangles: none is in `skipped_faces`, and none is degenerate."""
-    non_manifold_edges: Count | Missing = None
+    non_manifold_edges: Count | Missing = Field(default=None, examples=[0])
     """Number of edges with more than two coedges in one shell that could not be put in pairs."""
-    double_edges: Count | Missing = None
+    double_edges: Count | Missing = Field(default=None, examples=[0])
     """Number of pairs of vertices that more than two triangles join; those along
     `non_manifold_edges` do not count."""
-    degenerate_faces: Count | Missing = None
+    degenerate_faces: Count | Missing = Field(default=None, examples=[0])
     """Number of faces without triangles, because they are too narrow."""
-    collapsed_edges: CollapsedEdges | Missing = None
+    collapsed_edges: CollapsedEdges | Missing = Field(
+        default=None, examples=[{"count": 1, "longest_chain": 2e-7}]
+    )
     """Edges that became one vertex, because they are shorter than their uncertainty."""
-    skipped_faces: list[SkippedFace] | Missing = None
+    skipped_faces: list[SkippedFace] | Missing = Field(
+        default=None,
+        examples=[
+            [
+                {
+                    "face": 3,
+                    "code": "edge_not_on_surface",
+                    "got": "an edge 2.5 from the surface",
+                    "needed": "at most 1/10 of the diagonal of the face",
+                }
+            ]
+        ],
+    )
     """Invalid faces that were left out, with `"invalid_faces": "skip"`."""
     normal_angle: Length | Missing = None
     """With `angle_tolerance`: the largest measured angle, in radians, between the normals at the
