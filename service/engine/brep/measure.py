@@ -5,7 +5,7 @@ A triangle is compared with its own triangle of the mesh and the neighbours of t
 
 - An affine surface over a triangle is a triangle, so it is no further than its corners are.
 - A *flat* triangle, with two equal points, is not in the mesh. It is compared with the triangles
-  beyond its edges.
+  beyond its edges; if that does not help, with others of its face that have its points.
 - A thin triangle may be near the mesh although it is not near its own triangle, because the surface
   is parametrised unevenly. It is also compared with the triangles beyond its edges.
 
@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.row_batches import row_slices
+from service.bases.row_batches import expand_runs, row_slices
 from service.engine.adaptive.cutting.cells import estimate_piece_cost
 from service.engine.adaptive.limits import MeshLimits
 from service.engine.bounds.certificate import PieceMeasure
@@ -25,7 +25,7 @@ from service.engine.bounds.clip import Parts, clip_parts
 from service.engine.bounds.goal import Goal
 from service.engine.brep.corners import FaceCorners
 from service.engine.brep.reverse import bound_reverse, find_maxima
-from service.engine.brep.triangles import Mates, Triangles, build_triangles
+from service.engine.brep.triangles import Mates, Triangles, build_triangles, join_ends
 from service.engine.vectors import NEXT, cross, dot, length
 
 THIN = 4.0
@@ -36,6 +36,9 @@ FAR = 0.4
 
 REVERSE_WORK = 5e3
 """Multiplications to bound the distance of a triangle of the mesh from the surface, roughly."""
+
+FEW = 4
+"""The most triangles at its points with which a flat triangle is compared."""
 
 BLOCK = 1 << 15
 """The most triangles that are measured in one step; it limits memory."""
@@ -78,13 +81,16 @@ class TriangleMeasure:
         )
         rows = neighbours.find_outdated(triangles).nonzero()[0]
         bounds, is_wide = triangles.bounds.copy(), triangles.is_wide.copy()
-        bounds[rows], is_wide[rows] = self._measure_rows(triangles, neighbours, rows)
+        bounds[rows], is_wide[rows], far = self._measure_rows(triangles, neighbours, rows)
+        # What rests on triangles that are no neighbours must always be measured again.
+        is_changed = np.zeros(len(triangles), bool)
+        is_changed[rows[far]] = True
         return replace(
             triangles,
             bounds=bounds,
             mesh_bounds=self._measure_mesh(triangles),
             is_wide=is_wide,
-            is_changed=np.zeros(len(triangles), bool),
+            is_changed=is_changed,
         )
 
     def _measure_mesh(self, triangles: Triangles) -> FloatArray:
@@ -109,8 +115,11 @@ class TriangleMeasure:
 
     def _measure_rows(
         self, triangles: Triangles, neighbours: "_Neighbours", rows: Ints
-    ) -> tuple[FloatArray, Bools]:
-        """Bounds of these triangles; whether they rest on the triangles beyond the neighbours."""
+    ) -> tuple[FloatArray, Bools, Ints]:
+        """Bounds of these triangles; whether they rest on the triangles beyond the neighbours.
+
+        The last result are the columns of those that rest on triangles further away.
+        """
         corners, surfaces = self.corners, self.corners.surface.surfaces
         own = triangles.corners.take(rows, axis=1)
         faces, points = corners.faces[own[0]], corners.points[own]
@@ -130,7 +139,13 @@ class TriangleMeasure:
         before = np.where(is_flat, np.inf, bounds)
         if len(thin):
             self._lower(bounds, own, [neighbours.list_beyond(rows, thin)], neighbours)
-        return bounds, bounds < before
+        far = (~(bounds <= triangles.allowed[rows]) & is_flat).nonzero()[0]
+        if len(far):
+            every_face = corners.faces[triangles.corners[0]]
+            at_points = neighbours.list_at_points(every_face, rows, far)
+            self._lower(bounds, own, [at_points], neighbours)
+            far = np.unique(at_points[0])
+        return bounds, bounds < before, far
 
     def _lower(
         self,
@@ -226,6 +241,30 @@ class _Neighbours:
         points = self.points[self.corners.take(reference, axis=1)]
         proper = (points != points[NEXT]).all(axis=0).nonzero()[0]
         return columns[column[proper]], reference[proper]
+
+    def list_at_points(self, faces: Ints, rows: Ints, columns: Ints) -> tuple[Ints, Ints]:
+        """Pairs of one of the `columns` of `rows`, flat triangles, and a triangle at its points.
+
+        That is a triangle of the mesh, of the same face, which has an edge between the two points,
+        or has the point if all three are one. `faces` (T,) are those of all triangles. There are at
+        most `FEW` pairs for a column.
+        """
+        own = self.points[self.corners.take(rows[columns], axis=1)]
+        wanted = join_ends(own.min(axis=0), own.max(axis=0))
+        owners = faces[rows[columns]]
+        points = self.points[self.corners]
+        is_candidate = np.isin(faces, owners) & np.all(points != points[NEXT], axis=0)
+        candidates = is_candidate.nonzero()[0]
+        begins = points.take(candidates, axis=1)
+        keys = np.concatenate([join_ends(begins, begins[NEXT]), join_ends(begins, begins)])
+        order = np.argsort(keys.ravel(), kind="stable")
+        keys = keys.ravel()[order]
+        first = np.searchsorted(keys, wanted)
+        count = np.minimum(np.searchsorted(keys, wanted, side="right") - first, FEW)
+        pair, at = expand_runs(count, first)
+        reference = np.tile(candidates, 6)[order[at]]
+        same = (faces[reference] == owners[pair]).nonzero()[0]
+        return columns[pair[same]], reference[same]
 
     def _has_neighbour(self, marked: Bools) -> Bools:
         """Which triangles have a marked one beyond an edge."""

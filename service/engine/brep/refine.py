@@ -70,10 +70,12 @@ class Refinement:
             edges = self._find_faulty_edges(triangles)
             if not len(edges):
                 break
-            self._done = []
             mates = find_mates(triangles.corners)
-            triangles = self._divide(triangles, mates, join_mates(mates, edges), edges[:0])
-            self._refine(triangles, self._cut, CUTTING_ROUNDS)
+            divided = self._divide(triangles, mates, join_mates(mates, edges), edges[:0])
+            if len(divided) == len(triangles):  # no edge can be cut
+                break
+            self._done = []
+            self._refine(divided, self._cut, CUTTING_ROUNDS)
         return self._join()
 
     def _read(self, faces: list[int]) -> Triangles:

@@ -277,3 +277,22 @@ def test_no_point_of_the_mesh_is_further_from_the_surface_than_its_bound(seed: i
     failing = triangles.take(np.zeros(1, np.intp))
     failing.bounds[:], failing.mesh_bounds[:] = 0.0, np.nan
     assert failing.fails.all()
+
+
+def test_flat_triangles_beside_flat_ones_are_compared_with_others_at_their_points() -> None:
+    # Two corners of the square become those beside them: the triangles there are flat, and so are
+    # their neighbours.
+    steps = [(0, 0), (1, 0), (2, 0), (3, 0), (16, 0), (16, 16), (0, 16)]
+    filled = fill([steps], [], [])
+    own = filled.read()
+    filled.corners.points[1:4] = filled.corners.points[0]
+    points = filled.corners.points[own]
+    flat = (points == points[NEXT]).any(axis=0)
+    beyond = find_mates(own).beyond
+    surrounded = [t for t in flat.nonzero()[0] if all(k < 0 or flat[k] for k in beyond[:, t])]
+    assert surrounded
+    filled.corners.residuals[:] = 3.0
+    triangles = measure(filled)
+    assert np.isfinite(triangles.bounds).all()
+    assert triangles.is_changed[surrounded].all()
+    check_bounds(filled, triangles, np.random.default_rng(0))
