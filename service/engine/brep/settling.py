@@ -23,7 +23,7 @@ ROUNDS = 24
 """The most rounds of halving and moving. Halving a curve quarters its height over the chord, and
 places have 30 bits."""
 
-MOST_SIDES, GROWTH = 16384, 8
+MOST_SIDES, GROWTH = 4096, 8
 """Halving ends beyond this number of sides, or beyond `GROWTH` times the sides at first: loops that
 coincide over a length are in conflict at every side, however short."""
 
@@ -71,11 +71,16 @@ def settle_border(
     """
     conflicts = find_conflicts(border)
     most_sides = max(MOST_SIDES, GROWTH * len(border.faces))
+    is_stuck = False
     for _ in range(ROUNDS):
         if not len(conflicts.sides) or len(border.faces) > most_sides:
             break
         checkpoint()
-        border, is_moved = _separate_corners(border, conflicts)
+        is_moved = np.zeros(len(border.faces), bool)
+        if not is_stuck:
+            border, is_moved = _separate_corners(border, conflicts)
+            # Many corners of which none can move are those of loops that coincide.
+            is_stuck = len(conflicts.corners) >= MOST_MOVES and not is_moved.any()
         pieces = _choose_pieces(prepared, samples, border, conflicts, is_moved)
         samples, source = halve_pieces(prepared, samples, pieces)
         if (source < 0).any():
