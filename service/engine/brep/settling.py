@@ -23,7 +23,7 @@ ROUNDS = 24
 """The most rounds of halving and moving. Halving a curve quarters its height over the chord, and
 places have 30 bits."""
 
-MOST_SIDES, GROWTH = 4096, 8
+MOST_SIDES, GROWTH = 8192, 8
 """Halving ends beyond this number of sides, or beyond `GROWTH` times the sides at first: loops that
 coincide over a length are in conflict at every side, however short."""
 
