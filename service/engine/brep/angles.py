@@ -12,7 +12,7 @@ from service.engine.brep.corners import FaceCorners
 from service.engine.trims.places import Places
 from service.engine.vectors import NEXT, cross, dot, length
 
-INWARD = 2.0**-6
+INWARD = 2.0**-12
 """The normal at a corner is taken at this share of the way to the middle."""
 
 

@@ -27,6 +27,6 @@ def test_edges_that_turn_more_than_the_angle_are_found(angle: float) -> None:
     turn = np.abs(begins - begins[[1, 2, 0]])
     # Normals are taken a little inside of triangles.
     expected = ~corners.find_fixed(triangles) & (turn > angle)
-    clear = np.abs(turn - angle) > 0.05
+    clear = np.abs(turn - angle) > 0.001
     assert (result == expected)[:, own][clear[:, own]].all()
     assert expected[:, own].any() == (angle < 1.5)
