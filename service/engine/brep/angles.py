@@ -31,14 +31,18 @@ def find_turning_edges(corners: FaceCorners, triangles: Ints, angle: float) -> B
 
 
 def find_turning_sides(surface: Places, border: Border, angle: float) -> Ints:
-    """The sides of polygons of curved faces whose normals turn by more than an angle."""
+    """The sides of polygons of curved faces whose normals turn by more than an angle.
+
+    The normals at both ends and in the middle are compared.
+    """
     is_curved = ~surface.surfaces.is_planar[border.faces]
     rows: Ints = (is_curved & (border.begin_vertices != border.end_vertices)).nonzero()[0]
     if not len(rows):
         return rows
-    ends = np.stack([border.begins[rows], border.ends[rows]])
-    normals = _evaluate_normals(surface, border.faces[rows], ends)
-    turning: Ints = rows[_measure_angles(normals[0], normals[1]) > angle]
+    begins, ends = border.begins[rows], border.ends[rows]
+    places = np.stack([begins, (begins + ends) // 2, ends])
+    normals = _evaluate_normals(surface, border.faces[rows], places)
+    turning: Ints = rows[_measure_angles(normals, normals[NEXT]).max(axis=0) > angle]
     return turning
 
 

@@ -112,16 +112,17 @@ def test_the_mesh_is_near_the_faces_if_the_goal_is_two_sided() -> None:
     assert build("bolt", 0.01).mesh_bounds is None
 
 
-def test_normals_turn_by_at_most_the_angle_along_edges() -> None:
-    prepared, angle = read_prepared("torus"), 0.25
-    mesh = build("torus", 0.02, angle)
+@pytest.mark.parametrize("name", ["torus", "wavy"])
+def test_normals_turn_by_at_most_the_angle_along_edges(name: str) -> None:
+    prepared, angle = read_prepared(name), 0.25
+    mesh = build(name, 0.02, angle)
     partials = prepared.places.evaluate_partials(mesh.corner_faces, mesh.places)
     normals = np.cross(partials[1], partials[2])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     own = normals[mesh.triangles]
     turns = np.arccos(np.clip((own * own[:, [1, 2, 0]]).sum(axis=2), -1, 1))
     assert turns.max() <= 1.001 * angle
-    assert len(mesh.triangles) > 4 * len(build("torus", 0.02).triangles)
+    assert len(mesh.triangles) > 4 * len(build(name, 0.02).triangles)
 
 
 def test_faces_whose_loops_touch_are_left_out_and_have_no_bound(
