@@ -70,8 +70,7 @@ def build_half(turn: float, arcs: int, *, other: bool) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("other", [False, True])
-@pytest.mark.parametrize("arcs", [1, 2])
-@pytest.mark.parametrize("turn", [0.0, 1.1])
+@pytest.mark.parametrize(("turn", "arcs"), [(0.0, 1), (1.1, 2)])
 def test_a_half_sphere_is_closed(turn: float, arcs: int, other: bool) -> None:
     prepared = prepare(lower(build_half(turn, arcs, other=other)))
     assert prepared.gaps.max() < 1e-9 * prepared.diagonal

@@ -61,7 +61,7 @@ def test_no_point_of_an_edge_is_beyond_its_bound(seed: int) -> None:
     gaps = bound_gaps(surfaces, every, edges, every, pcurves)
     finer = bound_gaps(surfaces, every, edges, every, pcurves, nodes=8.0)
     worst = np.array(
-        [max(find_gap(tables, k, Fraction(i, 16)) for i in range(17)) for k in range(COUNT)]
+        [max(find_gap(tables, k, Fraction(i, 8)) for i in range(9)) for k in range(COUNT)]
     )
     assert (worst <= gaps.bound).all()
     assert (worst <= finer.bound).all()
