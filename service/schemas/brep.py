@@ -131,7 +131,8 @@ class BrepDefinition(StrictModel):
         default="refuse",
         description="What happens if a face is invalid: its loop is open, loops cross, an edge is "
         "far from its surface. With `refuse` the brep is refused; with `skip` the face is left out "
-        "and listed in the report.",
+        "and listed in the report. If the edges of a face are further from its surface than the "
+        "uncertainty, its loops never refuse the brep, because a gap is no mistake of the request.",
     )
     up: UpField = "y"
     name: NameField = "brep"

@@ -213,6 +213,11 @@ def refuse_or_skip(model: BrepModel, faults: list[Fault]) -> tuple[SkippedFace, 
     """
     if faults and not model.skips_invalid:
         raise InvalidRequest(*take_issues(faults))
+    return skip_faces(faults)
+
+
+def skip_faces(faults: Iterable[Fault]) -> tuple[SkippedFace, ...]:
+    """The faces with faults, each with its first one."""
     first: dict[int, SkippedFace] = {}
     for fault in faults:
         first.setdefault(fault.face, SkippedFace(fault.face, fault.issue))

@@ -3,6 +3,7 @@
 Proof in docs/proofs.md: "Regions given by the input".
 """
 
+from dataclasses import replace
 from math import dist
 
 import numpy as np
@@ -13,6 +14,7 @@ from service.engine.brep.input_checks import (
     find_open_pcurve_loops,
     find_outside_pcurves,
     refuse_or_skip,
+    skip_faces,
     word_loop_faults,
     word_unbounded,
 )
@@ -43,7 +45,9 @@ def prepare(model: BrepModel) -> PreparedBrep:
     ------
     InvalidRequest
         If a face is invalid and the model does not skip invalid faces: `edge_not_on_surface`,
-        `pcurve_outside`, `loop_reversed`, `loops_cross`, `loops_touch`.
+        `pcurve_outside`, `loop_reversed`, `loops_cross`, `loops_touch`. A face whose edges are
+        further from its surface than the uncertainty is never refused for its loops; it is left
+        out, and its gap is reported.
     """
     diagonal = _measure_model(model)
     surfaces = FaceSurfaces.of(model.surfaces, model.name)
@@ -71,10 +75,17 @@ def prepare(model: BrepModel) -> PreparedBrep:
     if not len(loop_faults.loops):
         return prepared
     worded = word_loop_faults(prepared, loop_faults, topology.loop_sources)
-    crossed = refuse_or_skip(model, worded)
-    topology = topology.drop_faces(_list_faces(crossed))
+    gaps = np.zeros(len(surfaces))
+    np.maximum.at(gaps, prepared.coedge_faces, prepared.gaps)
+    # Where edges are off the surface, loops may lie anyhow: a gap is reported, and refuses nothing.
+    is_gap = gaps > model.uncertainty
+    crossed = skip_faces(fault for fault in worded if is_gap[fault.face])
+    crossed += refuse_or_skip(model, [fault for fault in worded if not is_gap[fault.face]])
+    left_out = _list_faces(crossed)
+    topology = topology.drop_faces(left_out)
     boxes = find_face_boxes(topology.pcurves, topology.coedge_faces, len(surfaces))
-    return _finish(model, surfaces, topology, skipped + crossed, boxes)
+    prepared = _finish(model, surfaces, topology, skipped + crossed, boxes)
+    return replace(prepared, left_out_gap=float(gaps[left_out].max(initial=0.0)))
 
 
 def _find_bare(model: BrepModel) -> Ints:

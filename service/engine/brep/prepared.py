@@ -77,6 +77,9 @@ class PreparedBrep:
         restricted to the boxes of the parameter curves.
     known_gaps : ndarray of float64, shape (C,), or None
         Gaps that are proved already; NaN where not.
+    left_out_gap : float
+        The largest gap of the faces that are left out because their loops cross, touch or are
+        reversed.
     """
 
     model: BrepModel
@@ -104,6 +107,7 @@ class PreparedBrep:
     skipped_faces: tuple[SkippedFace, ...]
     box: FloatArray
     known_gaps: FloatArray | None = None
+    left_out_gap: float = 0.0
 
     @cached_property
     def diagonal(self) -> float:

@@ -74,7 +74,7 @@ def build_report(
         mesh_deviation_bound=mesh_bound,
         brep=BrepReport(
             reached=bound <= goal.tolerance,
-            gap_bound=float(prepared.gaps.max(initial=0.0)),
+            gap_bound=float(prepared.gaps.max(initial=prepared.left_out_gap)),
             pcurves_replaced=prepared.pcurves_replaced,
             complete=not skipped and not degenerate,
             non_manifold_edges=non_manifold,

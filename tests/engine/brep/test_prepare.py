@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from oracles.solids import VALID, read_solid
+from oracles.solids import INVALID, VALID, read_solid
 from service.engine.brep.prepare import prepare
 from service.engine.brep.topology import SEAM
 from tests.engine.brep.solid_documents import count_cracks, lower, strip_pcurves, strip_seams
@@ -25,6 +25,15 @@ def test_a_solid_without_seams_is_closed(name: str) -> None:
     assert (prepared.edge_sources == SEAM).any()
     assert prepared.gaps.max() < 1e-6 * prepared.diagonal
     assert count_cracks(prepared) == 0
+
+
+def test_a_face_whose_loop_is_reversed_where_edges_are_off_the_surface_is_left_out() -> None:
+    """The edges of one face are on another plane, 1.5 away, and run around it the wrong way."""
+    prepared = prepare(lower(read_solid(INVALID)))
+    (skipped,) = prepared.skipped_faces
+    assert (skipped.face, skipped.issue.code) == (26, "loop_reversed")
+    assert 1.5 <= prepared.left_out_gap <= 2.2
+    assert prepared.gaps.max() < 1e-6
 
 
 def test_gaps_of_solids_are_those_of_many_points() -> None:
