@@ -112,15 +112,17 @@ def test_the_mesh_is_near_the_faces_if_the_goal_is_two_sided() -> None:
     assert build("bolt", 0.01).mesh_bounds is None
 
 
-@pytest.mark.parametrize("name", ["torus", "wavy"])
+@pytest.mark.parametrize("name", ["torus", "torus_cut"])
 def test_normals_turn_by_at_most_the_angle_along_edges(name: str) -> None:
     prepared, angle = read_prepared(name), 0.25
     mesh = build(name, 0.02, angle)
     partials = prepared.places.evaluate_partials(mesh.corner_faces, mesh.places)
     normals = np.cross(partials[1], partials[2])
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    own = normals[mesh.triangles]
-    turns = np.arccos(np.clip((own * own[:, [1, 2, 0]]).sum(axis=2), -1, 1))
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    normals /= np.where(lengths > 0, lengths, 1)  # 0 at poles
+    own, regular = normals[mesh.triangles], (lengths > 0)[mesh.triangles, 0]
+    cosines = np.clip((own * own[:, [1, 2, 0]]).sum(axis=2), -1, 1)
+    turns = np.arccos(cosines)[regular & regular[:, [1, 2, 0]]]
     assert turns.max() <= 1.001 * angle
     assert len(mesh.triangles) > 4 * len(build(name, 0.02).triangles)
 
