@@ -3,6 +3,7 @@
 import numpy as np
 
 from service.bases.arrays import Ints
+from service.cancellation import checkpoint
 from service.engine.brep.arcs import ArcLoop, CutLoops
 from service.engine.brep.cut_lines import sample_arcs
 from service.engine.brep.cut_topology import finish_cuts
@@ -43,6 +44,7 @@ def cut_faces(
     chosen = np.union1d(turned, np.setdiff1d(faces, outer))
     work, unbounded = CutLoops(surfaces, topology), []
     for face in chosen.tolist():
+        checkpoint()
         first, last = np.searchsorted(topology.loop_faces, [face, face + 1]).tolist()
         numbers = range(first, last)
         loops = [

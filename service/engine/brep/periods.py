@@ -6,6 +6,7 @@ from itertools import product
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
+from service.cancellation import checkpoint
 from service.engine.brep.loop_polygons import LoopPolygons, sample_loops
 from service.engine.brep.topology import Topology
 from service.engine.trims.closure import ClosedSurfaces
@@ -35,6 +36,7 @@ def place_loops(surfaces: ClosedSurfaces, topology: Topology, loops: Ints) -> To
     moves[is_hole] = 0.0
     outer_low, outer_high = low + moves * finite, high + moves * finite
     for k in is_hole.nonzero()[0].tolist():
+        checkpoint()
         outers = (~is_hole & (face == face[k])).nonzero()[0]
         moves[k] = _find_move(
             polygons,
