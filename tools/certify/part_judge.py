@@ -38,6 +38,9 @@ COARSEST = 0.02
 OWN_GAPS = 0.05
 """Gaps of at most this share of the tolerance must not keep a mesh from reaching it."""
 
+MAX_FACES = 60
+"""Most faces of a part that are sampled, at random."""
+
 MAX_TRIANGLES = 400_000
 """Parts with more triangles are judged without distances."""
 
@@ -171,7 +174,8 @@ def check_distances(
     count = max(samples[0], samples[1] // len(document["faces"]))
     soup = Soup(mesh.corners)
     rounding = 1e-14 * float(np.abs(mesh.vertices).max())
-    for face in range(len(document["faces"])):
+    faces = rng.permutation(len(document["faces"]))[:MAX_FACES]
+    for face in faces.tolist():
         points: FaceSamples = sample_face(document, face, count, rng)
         distance, worst = measure_to_mesh(soup, points.points, allowed)
         finding.deviation = max(finding.deviation, distance)
