@@ -6,6 +6,7 @@ from math import floor, log10
 import numpy as np
 
 from service.bases.arrays import Ints
+from service.engine.brep.domains import find_beyond
 from service.engine.brep.parameter_curves import ParameterCurves
 from service.engine.brep.prepared import PreparedBrep
 from service.engine.brep.settling import LoopFaults
@@ -20,14 +21,8 @@ from service.surface.brep_model import BrepModel, SkippedFace
 FAR = 0.1
 """An edge is at most this share of the diagonal of its face away from the surface."""
 
-OUTSIDE = 1e-6
-"""A parameter curve leaves the domain by at most this share of it, as rounding in files does."""
-
 DIGITS = 6
 """Digits of the diagonal of the part with which messages say where a fault is."""
-
-SAMPLES = 64
-"""Parameters at which curves with control points outside of the domain are evaluated."""
 
 
 def find_far_edges(model: BrepModel, curves: Splines, found: ParameterCurves) -> list[Fault]:
@@ -62,38 +57,23 @@ def find_outside_pcurves(
 ) -> list[Fault]:
     """Given parameter curves that are used and leave the domain of their surface.
 
-    Planes have no ends, and along closed axes surfaces are continued.
+    A curve of a coedge with an edge is made anew instead, except where that is no better.
     """
     face, pcurves = model.coedge_faces, found.pcurves
-    is_used = (model.coedge_pcurves >= 0) & ~found.is_replaced & ~surfaces.surfaces.is_planar[face]
-    rows = is_used.nonzero()[0]
-    if not len(rows):
-        return []
-    margin = OUTSIDE * surfaces.period
-    low = np.where(surfaces.is_closed, -np.inf, surfaces.low - margin)[face]
-    high = np.where(surfaces.is_closed, np.inf, surfaces.surfaces.high + margin)[face]
-    least, most = find_boxes(pcurves)
-    rows = rows[((least < low) | (most > high))[rows].any(axis=1)]
-    if not len(rows):
-        return []
-    # Control points may be outside although the curve is not.
-    share = np.linspace(0.0, 1.0, SAMPLES)
-    t = pcurves.start[rows, np.newaxis] * (1 - share) + pcurves.end[rows, np.newaxis] * share
-    points = pcurves.evaluate(np.repeat(rows, SAMPLES), t.ravel()).reshape(-1, SAMPLES, 2)
-    beyond = np.maximum(low[rows, np.newaxis] - points, points - high[rows, np.newaxis])
-    beyond = beyond.max(axis=1)
+    used = ((model.coedge_pcurves >= 0) & ~found.is_replaced).nonzero()[0]
+    rows, beyond = find_beyond(surfaces, face[used], pcurves.take(used))
     return [
         Fault(
             Issue(
                 "pcurve_outside",
                 "The parameter curves of a face stay in the domain of its surface.",
-                coedge_pointer(model, rows.item(k), "pcurves"),
-                f"{'uv'[int(beyond[k].argmax())]} beyond the domain by {beyond[k].max():.6g}",
+                coedge_pointer(model, used.item(row), "pcurves"),
+                f"{'uv'[int(apart.argmax())]} beyond the domain by {apart.max():.6g}",
                 "parameters inside of the knots of the surface",
             ),
-            model.coedge_faces.item(rows.item(k)),
+            model.coedge_faces.item(used.item(row)),
         )
-        for k in np.flatnonzero((beyond > 0).any(axis=1)).tolist()
+        for row, apart in zip(rows.tolist(), beyond, strict=True)
     ]
 
 

@@ -1,8 +1,8 @@
 """The parameter curve of every coedge: the given one where it is used, else foot points.
 
 A given parameter curve is used if it is proved to be nowhere further from its edge than the
-uncertainty of the brep. Otherwise it is made anew, from the foot points of the edge's curve on the
-surface, once and for all: it depends on no tolerance.
+uncertainty of the brep, and stays in the domain of the surface. Otherwise it is made anew, from the
+foot points of the edge's curve on the surface, once and for all: it depends on no tolerance.
 """
 
 from dataclasses import dataclass
@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.brep.domains import find_beyond
 from service.engine.trims.closure import ClosedSurfaces
 from service.engine.trims.foot_curves import fit_feet, project_to_planes
 from service.engine.trims.foot_tables import make_guesses
@@ -91,6 +92,9 @@ def find_parameter_curves(
             surfaces, (face[compared], owner, seen[compared]), curves, own, limits
         )
         is_used[compared[rows]] = True
+        outside, _ = find_beyond(surfaces, face[compared], own)
+        is_used[compared[outside]] = False
+        seen[compared[outside]] = np.maximum(seen[compared[outside]], model.uncertainty)
     free = (is_given & ~has_curve).nonzero()[0]
     is_open = ~is_given & ~has_curve
     unknown = is_open.nonzero()[0]

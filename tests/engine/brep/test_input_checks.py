@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from oracles.solids import read_solid
 from service.engine.brep.prepare import prepare
 from service.errors import InvalidRequest
 from tests.engine.brep.solid_documents import Document, lower
@@ -115,6 +116,17 @@ def test_a_parameter_curve_outside_of_the_domain_is_refused() -> None:
         side["control_points"] = [[u + 0.15, v] for u, v in side["control_points"]]
     code, pointer = refuse(document)
     assert (code, pointer) == ("pcurve_outside", "/faces/0/loops/0/pcurves/0")
+
+
+def test_a_parameter_curve_outside_of_the_domain_is_made_anew_if_it_has_an_edge() -> None:
+    """It is nearer to its edge than the uncertainty, and 0.018 beyond the end of the cylinder."""
+    document = read_solid("cylinder") | {"uncertainty": 0.05}
+    upper = document["faces"][0]["loops"][0]["pcurves"][0]
+    assert upper["control_points"][0] == [0.0, 12.0]
+    upper["control_points"] = [[u, 12.03] for u, _ in upper["control_points"]]
+    prepared = prepare(lower(document))
+    assert int(prepared.is_replaced.sum()) == 1
+    assert prepared.gaps.max() < 1e-6
 
 
 @pytest.mark.parametrize(("shift", "replaced"), [(0.0, 0), (1e-7, 0), (1e-4, 1)])
