@@ -1,5 +1,6 @@
 """A brep: a solid or open shells of trimmed faces, checked on creation."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, fields
 from functools import partial
 from math import dist
@@ -12,7 +13,7 @@ from service.errors import InvalidRequest, Issue, count_nouns
 from service.surface.brep_lowering import lower_columns
 from service.surface.brep_model import BrepModel
 from service.surface.bspline import BsplineSurface
-from service.surface.checks import Up, check_stored, check_up, validate_points
+from service.surface.checks import Up, check_uncertainties, check_up, validate_points
 from service.surface.curve import BsplineCurve
 from service.surface.knot_tables import KnotTable
 from service.surface.placement import Box, find_box
@@ -186,10 +187,13 @@ class BrepSurface(SurfaceKind):
         uncertainty = self.uncertainty
         if uncertainty is None:
             uncertainty = UNCERTAINTY_SHARE * self._outline_diagonal()
-        _check_uncertainty(np.array([uncertainty]), "/uncertainty")
+        check_uncertainties(np.array([uncertainty]), lambda _: "/uncertainty")
         object.__setattr__(self, "uncertainty", float(uncertainty) + 0.0)
-        counts = {"vertex": len(self.vertices), "edge": len(self.edge_vertices)}
-        for noun, count in counts.items():
+        columns: tuple[tuple[str, int, Callable[[int], str]], ...] = (
+            ("vertex", len(self.vertices), "/vertex_uncertainties/{}".format),
+            ("edge", len(self.edge_vertices), "/edges/{}/uncertainty".format),
+        )
+        for noun, count, where in columns:
             given = getattr(self, f"{noun}_uncertainties")
             values = np.full(count, np.nan) if given is None else given
             if len(values) != count:
@@ -203,7 +207,7 @@ class BrepSurface(SurfaceKind):
                     )
                 )
             values = np.where(np.isnan(values), uncertainty, values) + 0.0
-            _check_uncertainty(values, f"/{noun}_uncertainties")
+            check_uncertainties(values, where)
             object.__setattr__(self, f"{noun}_uncertainties", values)
 
     def _outline_diagonal(self) -> float:
@@ -265,19 +269,3 @@ def discontinuous_surface(where: str) -> Issue:
         "degree + 1 equal knots",
         "at most degree equal knots inside the domain",
     )
-
-
-def _check_uncertainty(values: FloatArray, where: str) -> None:
-    """Refuse uncertainties that are negative, or that single precision cannot store."""
-    check_stored(values, where)
-    if values.min(initial=0.0) < 0:
-        position = int(values.argmin())
-        raise InvalidRequest(
-            Issue(
-                "out_of_range",
-                "An uncertainty is a distance.",
-                where if len(values) == 1 else f"{where}/{position}",
-                f"{values[position]:.6g}",
-                "at least 0",
-            )
-        )

@@ -204,6 +204,27 @@ def check_up(up: str) -> None:
         )
 
 
+def check_uncertainties(values: FloatArray, where: Callable[[int], str]) -> None:
+    """Refuse uncertainties that are negative, or that single precision cannot store.
+
+    `where` is the JSON pointer to the value with this number.
+    """
+    is_wrong = ~((values >= 0) & (values <= MAX_COORDINATE))
+    if is_wrong.any():
+        raise InvalidRequest(
+            *(
+                Issue(
+                    "out_of_range",
+                    "An uncertainty is a distance, within single precision.",
+                    where(number),
+                    f"{values[number]:.6g}",
+                    f"at least 0, at most {MAX_COORDINATE:.7g}",
+                )
+                for number in np.flatnonzero(is_wrong)[:MAX_ISSUES].tolist()
+            )
+        )
+
+
 def _refuse(
     values: FloatArray,
     where: str,

@@ -148,7 +148,7 @@ def find_crossings(
     position = (samples.points[:, axis] - line.at) / period
     nearest = np.rint(position)
     is_on = np.abs(position - nearest) <= SAME
-    is_on[:-1] &= samples.is_vertex
+    is_on[:-1] &= samples.is_vertex | (position == nearest)[:-1]
     position = np.where(is_on, nearest, position)
     turning = samples.find_turning()
     arcs = loop[0]
@@ -157,11 +157,11 @@ def find_crossings(
         arc = arcs[samples.arcs[i]]
         direction = int(samples.signs[i])
         if is_on[i] and not turning[i]:
-            vertex = _find_begin(work, arc)
-            at = float(samples.points[i, 1 - axis])
+            t, at = float(samples.parameters[i]), float(samples.points[i, 1 - axis])
+            vertex = _find_begin(work, arc) if samples.is_vertex[i] else work.split(arc.coedge, t)
             key = first_key + len(crossings)
             crossings.append(
-                Crossing(key, samples.arcs[i], arc.begin, at, direction, round(position[i]), vertex)
+                Crossing(key, samples.arcs[i], t, at, direction, round(position[i]), vertex)
             )
         a, b = position[i], position[i + 1]
         numbers = range(int(np.floor(min(a, b))) + 1, int(np.ceil(max(a, b))))

@@ -1,6 +1,7 @@
 """Regions of faces on closed surfaces, by their areas in the parameters."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import tau
 
 import numpy as np
@@ -13,6 +14,7 @@ from service.engine.brep.prepared import PreparedBrep
 from service.engine.brep.topology import SEAM
 from service.engine.trims.places import SIZE
 from service.errors import InvalidRequest
+from service.surface.spline_tables import CurveTable
 from tests.engine.brep.closed_faces import KINDS, LONG, WIDE, Loop, build_face
 from tests.engine.trims.tables import seeds
 
@@ -98,6 +100,26 @@ def test_holes_and_bands_have_their_areas(kind: str, seed: int) -> None:
     polygons: list[Loop] = [[(u, v) for u, v in loops[k].tolist()] for k in order]
     prepared = prepare(build_face(kind, polygons))
     assert measure(prepared) == pytest.approx(expected, abs=1e-8)
+
+
+@pytest.mark.parametrize("middle", [0.0, WIDE / 3, WIDE])
+def test_a_hole_whose_sides_have_their_middles_on_the_seam(middle: float) -> None:
+    """Sides of degree 2: points at which they are sampled are exactly on the line of the cut."""
+    hole = [(-0.5, 0.5), (-0.5, 1.5), (0.5, 1.5), (0.5, 0.5), (-0.5, 0.5)]
+    around: list[Loop] = [[(0, 0), (WIDE, 0)], [(WIDE, LONG), (0, LONG)]]
+    model = build_face("tube", [*around, [(middle + u, v) for u, v in hole]])
+    pcurves = model.pcurves
+    ends = pcurves.points.reshape(-1, 2, 2)
+    curved = CurveTable(
+        pcurves.degrees + 1,
+        pcurves.counts + 1,
+        np.stack([ends[:, 0], ends.mean(axis=1), ends[:, 1]], axis=1).reshape(-1, 2),
+        np.ones(3 * len(ends)),
+        pcurves.is_rational,
+        np.tile([0.0, 0, 0, 1, 1, 1], len(ends)),
+    )
+    prepared = prepare(replace(model, pcurves=curved))
+    assert measure(prepared) == pytest.approx(WHOLE - 1, abs=1e-8)
 
 
 @pytest.mark.parametrize("axis", [0, 1])
