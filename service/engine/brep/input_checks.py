@@ -57,7 +57,7 @@ def find_outside_pcurves(
 ) -> list[Fault]:
     """Given parameter curves that are used and leave the domain of their surface.
 
-    A curve of a coedge with an edge is made anew instead, except where that is no better.
+    The parameter curve of an edge with a curve is made anew instead.
     """
     face, pcurves = model.coedge_faces, found.pcurves
     used = ((model.coedge_pcurves >= 0) & ~found.is_replaced).nonzero()[0]

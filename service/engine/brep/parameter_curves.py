@@ -80,7 +80,7 @@ def find_parameter_curves(
     has_curve, is_given = curve >= 0, number >= 0
     given = Splines.of(model.pcurves)
     gaps, seen = np.full(count, np.nan), np.zeros(count)
-    is_used = is_given & ~has_curve
+    is_used, is_outside = is_given & ~has_curve, np.zeros(count, bool)
     compared = (has_curve & is_given).nonzero()[0]
     own = given.take(number[compared])
     own = own.move_ranges(curves.start[curve[compared]], curves.end[curve[compared]])
@@ -93,8 +93,8 @@ def find_parameter_curves(
         )
         is_used[compared[rows]] = True
         outside, _ = find_beyond(surfaces, face[compared], own)
-        is_used[compared[outside]] = False
-        seen[compared[outside]] = np.maximum(seen[compared[outside]], model.uncertainty)
+        is_outside[compared[outside]] = True
+        is_used &= ~is_outside
     free = (is_given & ~has_curve).nonzero()[0]
     is_open = ~is_given & ~has_curve
     unknown = is_open.nonzero()[0]
@@ -113,7 +113,7 @@ def find_parameter_curves(
         coedges = face[made], guess[made]
         fresh = make_pcurves(surfaces, coedges, curves.take(curve[made]), own, diagonal)
         fresh_seen = measure_gaps(surfaces, face[made], curves, curve[made], fresh)
-        is_better = ~is_given[made] | (fresh_seen < seen[made])
+        is_better = ~is_given[made] | is_outside[made] | (fresh_seen < seen[made])
         better = made[is_better]
         is_replaced[better] = is_given[better]
         is_guided[better] &= guess[better] >= 0
