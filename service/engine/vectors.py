@@ -94,6 +94,8 @@ class Items:
         names = self.__dataclass_fields__
         if isinstance(index, slice):
             return type(self)(*[getattr(self, name)[..., index] for name in names])
+        if index.dtype == bool and index.all():
+            return self
         rows = index.nonzero()[0] if index.dtype == bool else index
         return type(self)(*[getattr(self, name).take(rows, axis=-1) for name in names])
 

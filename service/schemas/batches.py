@@ -12,6 +12,7 @@ import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
 from service.bases.arrays import FloatArray, Ints
+from service.bases.row_batches import count_runs
 from service.schemas.fields import Name
 from service.schemas.validation import MAX_INDEX
 from service.surface.spline_tables import find_starts
@@ -111,10 +112,12 @@ def read_nets(nets: Items, levels: int, width: int | None) -> tuple[FloatArray, 
         require_type(items, list)
         lengths = np.fromiter(map(len, items), np.intp, len(items))
         counts[:, level] = lengths[first]
-        starts = find_starts(lengths)
-        sizes = np.diff(first, append=len(items))
-        require(lengths.all() and (lengths == np.repeat(counts[:, level], sizes)).all())
-        first = starts[first]
+        require(lengths.all())
+        if level:
+            sizes = count_runs(first, len(items))
+            require((lengths == counts[:, level].repeat(sizes)).all())
+        if level + 1 < levels:
+            first = find_starts(lengths)[first]
         items = list(chain.from_iterable(items))
     if width is None:
         return read_numbers(items), counts

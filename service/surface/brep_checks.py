@@ -12,6 +12,7 @@ from itertools import islice
 import numpy as np
 
 from service.bases.arrays import FloatArray
+from service.bases.row_batches import count_runs, find_begins
 from service.errors import MAX_ISSUES, Issue
 from service.surface.brep_model import BrepModel
 from service.surface.spline_checks import find_end_points
@@ -83,10 +84,10 @@ def find_edge_faults(model: BrepModel) -> list[Fault]:
     edges, faces = model.coedge_edges[coedges], model.coedge_faces[coedges]
     curves = model.edge_curves[edges]
     low, high = _curve_boxes(model.curves)
-    first = np.flatnonzero(np.diff(faces, prepend=-1))  # the first coedge of each face
+    first = find_begins(faces)  # the first coedge of each face
     face_low = np.minimum.reduceat(low[curves], first, axis=0)
     face_high = np.maximum.reduceat(high[curves], first, axis=0)
-    diagonals = np.repeat(length(face_high - face_low), np.diff(first, append=len(faces)))
+    diagonals = np.repeat(length(face_high - face_low), count_runs(first, len(faces)))
     distances = length(
         find_end_points(model.curves)[curves] - model.vertices[model.edge_vertices[edges]]
     )

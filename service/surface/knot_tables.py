@@ -40,12 +40,13 @@ class KnotTable:
     @cached_property
     def vectors(self) -> Ints:
         """The number of the vector of each knot."""
-        return np.repeat(np.arange(len(self.degrees)), np.diff(self.starts))
+        return np.arange(len(self.degrees)).repeat(self.counts + self.degrees + 1)
 
     @cached_property
     def ends(self) -> Ints:
         """Positions of the knots U_p and U_{count}, between which the domain is; (2, N)."""
-        return self.starts[:-1] + np.stack([self.degrees, self.counts])
+        ends: Ints = self.starts[:-1] + np.array([self.degrees, self.counts])
+        return ends
 
     @cached_property
     def domains(self) -> FloatArray:
@@ -79,7 +80,7 @@ class KnotTable:
         )
         least = np.maximum(least, MIN_LENGTH)[vectors]
         is_first = np.ones(len(knots), bool)  # of a cluster
-        np.greater_equal(np.diff(knots), least[1:], out=is_first[1:])
+        np.greater_equal(knots[1:] - knots[:-1], least[1:], out=is_first[1:])
         is_first[self.starts[:-1]] = True
         number = np.cumsum(is_first) - 1
         first = np.flatnonzero(is_first)
@@ -109,7 +110,8 @@ class KnotTable:
         domain a spline would be discontinuous.
         """
         (low, high), vectors = self.domains, self.vectors
-        is_short = self.is_span & (np.append(np.diff(self.knots), 0.0) < MIN_LENGTH)
+        is_short = self.is_span.copy()  # the last knot begins no span
+        is_short[:-1] &= self.knots[1:] - self.knots[:-1] < MIN_LENGTH
         is_inside = (self.knots > low[vectors]) & (self.knots < high[vectors])
         is_wrong: Bools = self._any(is_short | (is_inside & self._find_equal(0))) | ~(low < high)
         return is_wrong

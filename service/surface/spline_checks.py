@@ -4,12 +4,13 @@ The functions only tell which splines must be refused. The class of the single s
 error.
 """
 
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.row_batches import count_runs
 from service.surface.checks import MAX_COORDINATE, MAX_WEIGHT_RATIO, USUAL_EXPONENT
 from service.surface.knot_tables import KnotTable
 from service.surface.knots import MAX_BEZIER_POINTS, MAX_PIECES
@@ -27,7 +28,7 @@ def check_curves(table: CurveTable) -> tuple[CurveTable, Ints]:
     from 1 are multiplied by a power of two, as those of single curves. If any curve must be
     refused, the table is returned as it is.
     """
-    if not len(table):
+    if not len(table) or table.is_normal:
         return table, NO_NUMBERS
     starts = table.point_starts[:-1]
     highest = np.maximum.reduceat(table.points, starts, axis=0)
@@ -48,7 +49,7 @@ def check_surfaces(table: SurfaceTable) -> tuple[SurfaceTable, Ints]:
 
     See `check_curves`.
     """
-    if not len(table):
+    if not len(table) or table.is_normal:
         return table, NO_NUMBERS
     raw_knots = KnotTable(table.knots, table.degrees.ravel(), table.counts.ravel())
     is_invalid = raw_knots.find_disordered().reshape(-1, 2).any(axis=1) | _find_wrong_numbers(table)
@@ -71,7 +72,7 @@ def _finish(table: Table, knots: KnotTable, is_invalid: Bools) -> tuple[Table, I
     if is_rational.any():
         low, high = _weight_ranges(table)
         is_rational = is_rational & (low < high)
-        counts = np.diff(table.point_starts)
+        counts = count_runs(table.point_starts[:-1], len(weights))
         exponents = np.frexp(high)[1]
         exponents[np.abs(exponents) <= USUAL_EXPONENT] = 0
         weights = np.ldexp(weights, -np.repeat(exponents, counts))
@@ -80,8 +81,9 @@ def _finish(table: Table, knots: KnotTable, is_invalid: Bools) -> tuple[Table, I
     table = replace(
         table, points=points, weights=weights, is_rational=is_rational, knots=knots.knots + 0.0
     )
-    for field in fields(table):
-        getattr(table, field.name).flags.writeable = False
+    for column in (table.degrees, table.counts, points, weights, is_rational, table.knots):
+        column.flags.writeable = False
+    object.__setattr__(table, "is_normal", True)
     return table, NO_NUMBERS
 
 
@@ -118,12 +120,11 @@ def find_end_points(table: CurveTable) -> FloatArray:
 
 def _find_wrong_numbers(table: CurveTable | SurfaceTable) -> Bools:
     """Whether each spline has a coordinate or a weight that is refused."""
-    rows = np.repeat(np.arange(len(table)), np.diff(table.point_starts))
+    starts = table.point_starts[:-1]
     is_wrong = ~(np.abs(table.points) <= MAX_COORDINATE).all(axis=1)  # true for NaN, too
     is_wrong |= ~((table.weights > 0) & np.isfinite(table.weights))
     low, high = _weight_ranges(table)
-    is_invalid = np.bincount(rows[is_wrong], minlength=len(table)) > 0
-    return is_invalid | ~(high <= MAX_WEIGHT_RATIO * low)
+    return np.logical_or.reduceat(is_wrong, starts) | ~(high <= MAX_WEIGHT_RATIO * low)
 
 
 def _weight_ranges(table: CurveTable | SurfaceTable) -> tuple[FloatArray, FloatArray]:

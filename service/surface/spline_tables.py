@@ -4,7 +4,7 @@ A part of a thousand faces has thousands of curves. One object for each of them 
 the time of reading; a table has one array for each property of all of them.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -15,7 +15,7 @@ from service.bases.arrays import Bools, FloatArray, Ints
 def find_starts(counts: Ints) -> Ints:
     """Where the rows of each entry begin in a column, (n+1,): 0, c_0, c_0 + c_1, …, Σ c."""
     starts = np.zeros(len(counts) + 1, np.intp)
-    np.cumsum(counts, out=starts[1:])
+    counts.cumsum(out=starts[1:])
     return starts
 
 
@@ -62,6 +62,9 @@ class CurveTable:
         Full knot vectors, curve after curve; no span of a domain is shorter than
         `service.surface.knots.find_least_span`, and inside a domain no multiplicity exceeds the
         degree.
+    is_normal : bool
+        Whether `service.surface.spline_checks` has accepted the table and made it normal, so that
+        it need not be checked again. A table that is made from another one is not marked.
     """
 
     degrees: Ints
@@ -70,6 +73,7 @@ class CurveTable:
     weights: FloatArray
     is_rational: Bools
     knots: FloatArray
+    is_normal: bool = field(default=False, init=False)
 
     def __len__(self) -> int:
         return len(self.degrees)
@@ -134,6 +138,8 @@ class SurfaceTable:
     knots : ndarray of float64, shape (Σ (nu + p + 1 + nv + q + 1),)
         Full knot vectors: that of u, then that of v, surface after surface, with the spans and
         multiplicities of `CurveTable`.
+    is_normal : bool
+        As in `CurveTable`.
     """
 
     degrees: Ints
@@ -142,6 +148,7 @@ class SurfaceTable:
     weights: FloatArray
     is_rational: Bools
     knots: FloatArray
+    is_normal: bool = field(default=False, init=False)
 
     def __len__(self) -> int:
         return len(self.degrees)

@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.row_batches import row_slices, unique_values
+from service.bases.row_batches import find_begins, row_slices, unique_values
 from service.engine.bounds.clip import Parts, PatchPieces, clip_parts, find_images
 from service.engine.bounds.degree_reduction import DIRECT, sort_by_box
 from service.engine.bounds.faces import SPAN, Faces
@@ -212,7 +212,7 @@ def _split_into_blocks(faces: Faces, parts: Parts) -> Iterator[Parts]:
     low, high = parts.corners.min(axis=0), parts.corners.max(axis=0)
     # A part is counted as one piece for each span of the box about it.
     block = np.cumsum(((high - low) // SPAN + 1).prod(axis=0)) // BLOCK
-    begins = np.diff(block, prepend=-1).nonzero()[0]
+    begins = find_begins(block)
     for begin, end in pairwise([*begins.tolist(), len(block)]):
         yield parts.take(slice(begin, end))
 
@@ -255,7 +255,7 @@ def _join(choose: np.ufunc, values: FloatArray, part: Ints, count: int) -> Float
     """
     if np.array_equal(part, np.arange(count)):  # one piece for each part
         return values
-    begins = np.diff(part, prepend=-1).nonzero()[0]
+    begins = find_begins(part)
     chosen = np.zeros(count)
     chosen[part[begins]] = choose.reduceat(values, begins)
     return chosen

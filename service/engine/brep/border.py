@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.bases.row_batches import expand_runs, unique_values
+from service.bases.row_batches import expand_runs, find_begins, unique_values
 from service.engine.brep.edges import EdgeSamples
 from service.engine.brep.prepared import PreparedBrep
 from service.engine.trims.places import BITS, SIZE
@@ -153,7 +153,7 @@ def _join_coedges(
     sample = samples.offsets[prepared.coedge_edges[coedge]] + number
     loops = prepared.coedge_loops[coedge]
     nexts = np.arange(1, len(coedge) + 1)
-    starts = np.diff(loops, prepend=-1).nonzero()[0]
+    starts = find_begins(loops)
     nexts[np.append(starts[1:], len(coedge))[: len(starts)] - 1] = starts
     begins = np.clip(np.rint(places[row]).astype(np.intp) + shifts[row], 0, SIZE)
     vertices = samples.vertices[sample]

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.bases.row_batches import expand_runs
+from service.bases.row_batches import count_runs, expand_runs, mark_begins
 from service.engine.brep.topology import ADDED, Topology
 from service.engine.trims.closure import ClosedSurfaces
 from service.engine.trims.piecewise import make_segments
@@ -62,7 +62,7 @@ def join_chains(
         How often each loop runs around along both axes: that many periods are from its start to
         its end.
     """
-    ends = topology.find_ends()
+    ends = topology.ends
     joints = _find_joints(surfaces, topology, ends)
     gap = ends[0, joints.after] - ends[1, joints.before]
     face = topology.coedge_faces[joints.after]
@@ -106,9 +106,9 @@ def _find_joints(surfaces: ClosedSurfaces, topology: Topology, ends: FloatArray)
     """All joints between coedges that have parameter curves."""
     after = (~topology.is_open).nonzero()[0]
     loop = topology.coedge_loops[after]
-    is_first = np.diff(loop, prepend=-1) != 0
+    is_first = mark_begins(loop)
     begins = is_first.nonzero()[0]
-    runs = np.diff(np.append(begins, len(after)))
+    runs = count_runs(begins, len(after))
     before = np.roll(after, 1)
     before[begins] = after[begins + runs - 1]
     # An open coedge just before `after`, around the loop.
@@ -140,7 +140,7 @@ def _add_poles(
     surfaces: ClosedSurfaces, topology: Topology, joints: _Joints, tolerance: float
 ) -> Topology:
     """Coedges along the sides that are poles, where loops leave them out."""
-    ends = topology.find_ends()
+    ends = topology.ends
     face = topology.coedge_faces[joints.after]
     begin, end = ends[1, joints.before], ends[0, joints.after]
     apart = (np.abs(end - begin) > SAME * surfaces.period[face]).any(axis=1)

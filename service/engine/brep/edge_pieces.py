@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.row_batches import expand_runs
+from service.bases.row_batches import expand_runs, unique_values
 from service.engine.brep.prepared import PreparedBrep
 from service.engine.trims.spline_shapes import find_kinks
 from service.engine.vectors import Items
@@ -35,7 +35,7 @@ def list_first_samples(
     prepared: PreparedBrep, is_point: Bools, ends: Ints
 ) -> tuple[Ints, FloatArray]:
     """Edges and parameters of the ends of all used edges, and of kinks; sorted by both."""
-    used = np.unique(prepared.coedge_edges)
+    used = np.bincount(prepared.coedge_edges).nonzero()[0]
     start, end = prepared.edge_ranges.T
     edge_of = np.full(len(prepared.curves), -1)
     edge_of[prepared.edge_curves[prepared.edge_curves >= 0]] = (
@@ -66,7 +66,7 @@ def list_first_samples(
     edges, parameters = edges[order], parameters[order]
     new = np.ones(len(edges), bool)
     new[1:] = edges[1:] != edges[:-1]
-    new[1:] |= np.diff(parameters) > SAME * (end - start)[edges[1:]]
+    new[1:] |= parameters[1:] - parameters[:-1] > SAME * (end - start)[edges[1:]]
     return edges[new], parameters[new]
 
 
@@ -78,6 +78,7 @@ def count_least_pieces(is_point: Bools, ends: Ints, used: Ints) -> Ints:
     least = np.ones(len(is_point), np.intp)
     edges = used[~is_point[used]]
     low, high = ends[edges].min(axis=1), ends[edges].max(axis=1)
-    _, number, count = np.unique(low << 32 | high, return_inverse=True, return_counts=True)
-    least[edges] = np.where(low == high, 3, np.where(count[number] > 1, 2, 1))
+    number = unique_values(low << 32 | high)[1]
+    count = np.bincount(number)[number]
+    least[edges] = np.where(low == high, 3, np.where(count > 1, 2, 1))
     return least

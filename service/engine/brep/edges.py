@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.row_batches import find_begins
 from service.engine.brep.prepared import PreparedBrep
 from service.surface.spline_tables import find_starts
 
@@ -55,13 +56,13 @@ class EdgeSamples:
     @property
     def counts(self) -> Ints:
         """Numbers (E,) of samples of each edge."""
-        return np.diff(self.offsets)
+        return self.offsets[1:] - self.offsets[:-1]
 
     @property
     def edge_bounds(self) -> FloatArray:
         """For each edge (E,), no point of its curve is further than this from its polyline."""
         bounds = np.zeros(len(self.is_point))
-        first = np.diff(self.edges, prepend=-1).nonzero()[0]
+        first = find_begins(self.edges)
         if len(first):
             bounds[self.edges[first]] = np.maximum.reduceat(self.bounds, first)
         return bounds
@@ -87,7 +88,7 @@ class EdgeSamples:
         """
         offsets = find_starts(np.bincount(edges, minlength=len(is_point)))
         is_inner = np.ones(len(edges), bool)
-        used = np.diff(offsets).nonzero()[0]
+        used = (offsets[1:] - offsets[:-1]).nonzero()[0]
         first, last = offsets[used], offsets[used + 1] - 1
         is_inner[first] = is_inner[last] = False
         is_inner &= ~is_point[edges]

@@ -38,12 +38,12 @@ def cut_faces(
     areas[on_closed] = sample_loops(topology, on_closed).find_areas()
     is_whole = (turns == 0).all(axis=1)
     # Faces with a loop that runs around, or with no loop about them.
-    faces = np.unique(topology.loop_faces[on_closed])
-    outer = np.unique(topology.loop_faces[is_whole & (areas > 0)])
-    turned = np.unique(topology.loop_faces[on_closed[~is_whole[on_closed]]])
-    chosen = np.union1d(turned, np.setdiff1d(faces, outer))
+    is_chosen = np.zeros(len(surfaces.surfaces), bool)
+    is_chosen[topology.loop_faces[on_closed]] = True
+    is_chosen[topology.loop_faces[is_whole & (areas > 0)]] = False
+    is_chosen[topology.loop_faces[on_closed[~is_whole[on_closed]]]] = True
     work, unbounded = CutLoops(surfaces, topology), []
-    for face in chosen.tolist():
+    for face in is_chosen.nonzero()[0].tolist():
         checkpoint()
         first, last = np.searchsorted(topology.loop_faces, [face, face + 1]).tolist()
         numbers = range(first, last)

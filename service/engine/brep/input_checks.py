@@ -6,6 +6,7 @@ from math import floor, log10
 import numpy as np
 
 from service.bases.arrays import Ints
+from service.bases.row_batches import count_runs, find_begins
 from service.engine.brep.domains import find_beyond
 from service.engine.brep.parameter_curves import ParameterCurves
 from service.engine.brep.prepared import PreparedBrep
@@ -33,10 +34,10 @@ def find_far_edges(model: BrepModel, curves: Splines, found: ParameterCurves) ->
     if not len(rows):
         return []
     low, high = (box[model.edge_curves[edge[rows]]] for box in find_boxes(curves))
-    first = np.flatnonzero(np.diff(model.coedge_faces[rows], prepend=-1))
+    first = find_begins(model.coedge_faces[rows])
     extent = np.maximum.reduceat(high, first) - np.minimum.reduceat(low, first)
     diagonals = length(extent, -1)
-    allowed = FAR * np.repeat(diagonals, np.diff(first, append=len(rows)))
+    allowed = FAR * np.repeat(diagonals, count_runs(first, len(rows)))
     return [
         Fault(
             Issue(
@@ -96,11 +97,11 @@ def find_open_pcurve_loops(
     begin, middle, end = (
         surfaces.evaluate(face, pcurves.evaluate(rows, t)) for t in (ends[0], middles, ends[1])
     )
-    first = np.flatnonzero(np.diff(face, prepend=-1))
+    first = find_begins(face)
     corners = np.stack([begin, middle, end])
     high = np.maximum.reduceat(corners.max(axis=0), first)
     diagonals = length(high - np.minimum.reduceat(corners.min(axis=0), first), -1)
-    allowed = FAR * np.repeat(diagonals, np.diff(first, append=len(rows)))
+    allowed = FAR * np.repeat(diagonals, count_runs(first, len(rows)))
     # Loops have parameter curves alone, or edges alone: the next one is in `rows`, too.
     following = np.where(rows + 1 == starts[loop + 1], starts[loop], rows + 1)
     jumps = length(begin[np.searchsorted(rows, following)] - end, -1)

@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.row_batches import expand_runs
+from service.bases.row_batches import expand_runs, find_begins
 from service.engine.adaptive.limits import MeshLimits
 from service.engine.bounds.goal import Goal, check_goal, find_least_tolerance
 from service.engine.brep.border import Border
@@ -143,7 +143,7 @@ def _fill(
 def _find_boxes(border: Border, count: int) -> tuple[Ints, Ints]:
     """The least and the greatest places (F, 2) of the polygons of faces."""
     low, high = np.zeros((count, 2), np.intp), np.full((count, 2), SIZE)
-    first = np.diff(border.faces, prepend=-1).nonzero()[0]
+    first = find_begins(border.faces)
     if len(first):
         faces = border.faces[first]
         low[faces] = np.minimum.reduceat(border.begins, first)

@@ -80,6 +80,8 @@ def find_passes(
     rows = (curve >= 0).nonzero()[0]
     rows = rows[surfaces.is_pole[face[rows]].any(axis=(1, 2))]
     pairs, parameters = [rows[:0]], [np.zeros(0)]
+    if not len(rows):
+        return pairs[0], parameters[0]
     for axis, end in ((0, 0), (0, 1), (1, 0), (1, 1)):
         chosen = rows[surfaces.is_pole[face[rows], axis, end]]
         poles = surfaces.pole_points[face[chosen], axis, end]

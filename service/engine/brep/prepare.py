@@ -9,6 +9,7 @@ from math import dist
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
+from service.bases.row_batches import find_begins
 from service.engine.brep.input_checks import (
     find_far_edges,
     find_open_pcurve_loops,
@@ -57,13 +58,15 @@ def prepare(model: BrepModel) -> PreparedBrep:
     tolerance = CLOSED * diagonal
     # Edges through poles get their parameter curves later, in parts.
     curve = np.append(model.edge_curves, -1)[model.coedge_edges]
-    found.seen[find_passes(closed, model.coedge_faces, curves, curve, tolerance)[0]] = 0.0
+    passes = find_passes(closed, model.coedge_faces, curves, curve, tolerance)[0]
+    found.seen[passes] = 0.0
     faults = find_far_edges(model, curves, found) + find_outside_pcurves(model, closed, found)
     faults += find_open_pcurve_loops(model, closed, found)
     skipped = refuse_or_skip(model, faults)
     topology = _begin(model, curves, found).drop_faces(_list_faces(skipped))
     topology = add_pcurve_edges(closed, topology, tolerance)
-    topology = split_at_poles(closed, topology, tolerance, diagonal)
+    if len(passes):
+        topology = split_at_poles(closed, topology, tolerance, diagonal)
     bare = _find_bare(model)
     topology, unbounded = make_regions(closed, topology, bare, tolerance)
     skipped += refuse_or_skip(model, word_unbounded(model, unbounded))
@@ -104,7 +107,7 @@ def _list_faces(skipped: tuple[SkippedFace, ...]) -> Ints:
 def _measure_model(model: BrepModel) -> float:
     """A diagonal of the part from its vertices and edges, or from whole nets if it has none."""
     points = np.concatenate([model.vertices, model.curves.points])
-    count = len(np.unique(model.loop_faces))
+    count = len(find_begins(model.loop_faces))
     if not len(points) or count + len(model.skipped) < model.face_count:
         points = np.concatenate([points, model.surfaces.points])
     return dist(points.min(axis=0), points.max(axis=0))

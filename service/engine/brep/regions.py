@@ -34,10 +34,12 @@ def make_regions(
         Loops of the model whose material reaches a border of the surface that no loop has.
     """
     unbounded: list[int] = []
-    with_loops = np.unique(topology.loop_faces)
+    is_bare = np.zeros(len(surfaces.surfaces), bool)
+    is_bare[bare] = is_bare[topology.loop_faces] = True
     topology = drop_points(topology)
     # A face whose only loop is a pole is its whole surface.
-    bare = np.union1d(bare, np.setdiff1d(with_loops, topology.loop_faces)).astype(np.intp)
+    is_bare[topology.loop_faces] = False
+    bare = is_bare.nonzero()[0]
     if len(topology.loop_counts):
         topology, turns = join_chains(surfaces, topology, tolerance)
         topology, cut, unbounded = cut_faces(surfaces, topology, turns, tolerance)
@@ -46,7 +48,9 @@ def make_regions(
         # Of several loops, one may be a period away from where the others are.
         is_free |= np.bincount(topology.loop_faces)[topology.loop_faces] > 1
         is_free &= surfaces.is_closed[topology.loop_faces].any(axis=1)
-        is_free |= np.isin(topology.loop_faces, cut)
+        is_cut = np.zeros(len(is_bare), bool)
+        is_cut[cut] = True
+        is_free |= is_cut[topology.loop_faces]
         free = is_free.nonzero()[0]
         if len(free):
             faces = np.unique(topology.loop_faces[free])

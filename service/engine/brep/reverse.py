@@ -11,7 +11,7 @@ Proof in docs/proofs.md: "The distance from the mesh to trimmed faces".
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.bases.row_batches import row_slices
+from service.bases.row_batches import find_begins, row_slices
 from service.engine.bounds.certificate import PieceMeasure
 from service.engine.bounds.chords import measure_distances
 from service.engine.bounds.clip import Parts, PatchPieces, clip_parts, find_images
@@ -129,7 +129,7 @@ def _measure(
 def find_maxima(values: FloatArray, owners: Ints, count: int) -> FloatArray:
     """The largest value of each of `count` owners, in ascending order; 0 where there is none."""
     maxima = np.zeros(count)
-    begins = np.diff(owners, prepend=-1).nonzero()[0]
+    begins = find_begins(owners)
     if len(begins):
         maxima[owners[begins]] = np.maximum.reduceat(values, begins)
     return maxima

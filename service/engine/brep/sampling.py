@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.row_batches import find_begins
 from service.engine.adaptive.limits import MeshLimits
 from service.engine.brep.collapse import collapse_edges, measure_end_gaps
 from service.engine.brep.edge_bounds import bound_edge_pieces
@@ -75,7 +76,7 @@ def sample_edges(
     edges, parameters = list_first_samples(prepared, is_point, ends.vertices)
     first = (edges[1:] == edges[:-1]).nonzero()[0]
     pieces = EdgePieces(edges[first], parameters[first], parameters[first + 1])
-    used = np.unique(edges)
+    used = edges[find_begins(edges)]
     least = count_least_pieces(is_point, ends.vertices, used)
     parts = -(-least // np.maximum(np.bincount(pieces.edges, minlength=len(is_point)), 1))
     parts[is_point] = 1
@@ -116,7 +117,7 @@ def sample_evenly(prepared: PreparedBrep, parts: int) -> EdgeSamples:
     np.maximum.at(counts, prepared.coedge_edges, wanted)
     present = np.bincount(pieces.edges, minlength=len(is_point))
     counts = np.maximum(-(-counts // np.maximum(present, 1)), 1)
-    used = np.unique(edges)
+    used = edges[find_begins(edges)]
     least = count_least_pieces(is_point, ends, used)
     counts = np.maximum(counts, -(-least // np.maximum(present, 1)))
     counts[is_point] = 1

@@ -81,11 +81,13 @@ class Topology:
         ends = np.where(self.coedge_reversed[:, np.newaxis], ends[:, ::-1], ends)
         return np.ascontiguousarray(ends.T)
 
-    def find_ends(self) -> FloatArray:
+    @cached_property
+    def ends(self) -> FloatArray:
         """The parameters (2, C, 2) at which coedges begin and end, along their loops."""
         every = np.arange(len(self.coedge_edges))
-        start, end = self.edge_ranges[self.coedge_edges].T
-        ends = np.stack([self.pcurves.evaluate(every, t) for t in (start, end)])
+        parameters = self.edge_ranges[self.coedge_edges].T.ravel()
+        ends = self.pcurves.evaluate(np.concatenate([every, every]), parameters)
+        ends = ends.reshape(2, -1, 2)
         return np.where(self.coedge_reversed[:, np.newaxis], ends[::-1], ends)
 
     def take_coedges(

@@ -14,6 +14,7 @@ import numpy as np
 import pythoncdt
 
 from service.bases.arrays import AnyArray, FloatArray, Ints
+from service.bases.row_batches import find_begins
 from service.cancellation import checkpoint
 from service.engine.brep.border_vertices import BorderVertices
 from service.surface.spline_tables import find_starts
@@ -77,7 +78,7 @@ class FaceTriangulations:
         first = self._count if first is None else first
         self._count = first + len(faces)
         points = self._scale(faces, places)
-        begins = np.flatnonzero(np.diff(faces, prepend=-1))
+        begins = find_begins(faces)
         ends = np.append(begins[1:], len(faces))
         for face, begin, end in zip(
             faces[begins].tolist(), begins.tolist(), ends.tolist(), strict=True

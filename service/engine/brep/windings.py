@@ -11,7 +11,7 @@ Proof in docs/proofs.md: "The polygon of a trimmed face".
 import numpy as np
 
 from service.bases.arrays import Bools, Ints
-from service.bases.row_batches import row_slices
+from service.bases.row_batches import find_begins, mark_begins, row_slices
 from service.engine.brep.border import Polygons
 from service.engine.brep.box_pairs import BoxTree
 from service.engine.brep.predicates import orient
@@ -40,8 +40,8 @@ def count_windings(polygons: Polygons, sides: Ints) -> Ints:
         high[np.arange(len(own)), is_flat.astype(np.intp)] = SIZE
         ray, side = tree.find_pairs(polygons.faces[own], middle >> 1, high)
         turned = is_flat[ray]
-        a, b = _turn(2 * begins[side], turned), _turn(2 * ends[side], turned)
-        point, run = _turn(middle[ray], turned), _turn(along[ray], turned)
+        vectors = np.array([2 * begins[side], 2 * ends[side], middle[ray], along[ray]])
+        a, b, point, run = _turn(vectors, turned)
         rises = (a[:, 1] <= point[:, 1]) & (point[:, 1] < b[:, 1])
         falls = (b[:, 1] <= point[:, 1]) & (point[:, 1] < a[:, 1])
         # Left of a side that rises is towards smaller x. A side through the point itself counts as
@@ -67,14 +67,13 @@ def choose_sides(polygons: Polygons) -> Ints:
     shared = np.bincount(places[has_length], minlength=count)[places] > 1
     # Sides are sorted by loop, and along each loop, so a chain is a run; the last run of a loop,
     # and the first, are parts of one chain, which is tested twice.
-    starts = np.append(True, np.diff(polygons.loops) != 0)
-    chain = np.cumsum(starts | shared)
+    chain = (mark_begins(polygons.loops) | shared).cumsum()
     # The side that is longest across the rays.
     extents = np.abs(polygons.ends - polygons.begins)
     along_y = _prefer_y(polygons)[polygons.faces]
     across = np.where(along_y, extents[:, 0], extents[:, 1])
     order = np.lexsort((-extents.max(axis=1), -across, chain))
-    first = order[np.append(True, np.diff(chain[order]) != 0)] if count else order
+    first = order[mark_begins(chain[order])]
     chosen: Ints = np.sort(first[has_length[first]])
     return chosen
 
@@ -88,9 +87,9 @@ def _prefer_y(polygons: Polygons) -> Bools:
 
 
 def _turn(vectors: Ints, turned: Bools) -> Ints:
-    """Vectors (m, 2), some of them turned by a right angle: (x, y) becomes (y, −x)."""
-    x, y = vectors.T
-    return np.stack([np.where(turned, y, x), np.where(turned, -x, y)], axis=1)
+    """Vectors (…, m, 2), some of them turned by a right angle: (x, y) becomes (y, −x)."""
+    x, y = vectors[..., 0], vectors[..., 1]
+    return np.stack([np.where(turned, y, x), np.where(turned, -x, y)], axis=-1)
 
 
 def find_reversed_loops(polygons: Polygons) -> tuple[Ints, Bools]:
@@ -107,7 +106,7 @@ def find_reversed_loops(polygons: Polygons) -> tuple[Ints, Bools]:
     windings = count_windings(polygons, sides)
     loops, is_wrong = polygons.loops[sides], windings != 1
     wrong = sides[is_wrong]
-    first = np.diff(polygons.loops[wrong], prepend=-1).nonzero()[0]
+    first = find_begins(polygons.loops[wrong])
     number = polygons.loops[wrong[first]]
     size = int(loops.max(initial=-1)) + 1
     counts = np.bincount(loops[is_wrong], minlength=size)

@@ -22,7 +22,7 @@ Proof in docs/proofs.md: "Intervals of closest points".
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.row_batches import row_slices
+from service.bases.row_batches import find_begins, row_slices
 from service.cancellation import checkpoint
 from service.engine.cells import models as model_rows
 from service.engine.cells.bounding_spheres import BoundingSpheres, sphere_bounds
@@ -128,7 +128,7 @@ class ClosestLevels(TreeSearch):
     def examine_spheres(self, level: int, item: Ints, sphere: Ints) -> Ints:
         """The rows of spheres that are not farther than the centre of another sphere."""
         low, upper = self._bound_spheres(level, item, sphere)
-        starts = np.flatnonzero(np.diff(item, prepend=-1))
+        starts = find_begins(item)
         points = item[starts]
         best = np.minimum(self.sphere_best[points], np.minimum.reduceat(upper, starts))
         self.sphere_best[points] = best

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.row_batches import count_runs, find_begins
 from service.engine.cells.tree import CellTree
 from service.engine.closest.newton import SurfacePoints, measure_surface_points
 from service.engine.vectors import Items, dot, length
@@ -83,14 +84,14 @@ class Nearest:
         if not len(point):
             return
         # The first row of each point, and the least bound among its rows.
-        starts = np.flatnonzero(np.diff(point, prepend=-1))
+        starts = find_begins(point)
         min_upper = np.minimum.reduceat(upper, starts)
         points = point[starts]
         is_better = min_upper < self.best[points]
         if is_better.any():
             # For each point, the first of the rows with its least bound.
             nearest_rows = np.flatnonzero(
-                upper == np.repeat(min_upper, np.diff(starts, append=len(point)))
+                upper == np.repeat(min_upper, count_runs(starts, len(point)))
             )
             nearest_rows = nearest_rows[np.diff(point[nearest_rows], prepend=-1) > 0]
             points, nearest_rows = points[is_better], nearest_rows[is_better]

@@ -11,7 +11,7 @@ stay two points, and points that differ from an end by rounding alone form a gro
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.row_batches import unique_rows
+from service.bases.row_batches import count_runs, unique_rows
 from service.engine.connectivity.equal_points import find_possible_neighbours
 
 MAX_ROUNDS = 8
@@ -55,7 +55,7 @@ def _find_groups(points: FloatArray, radius: float) -> tuple[Ints, Bools]:
     set_number = _separate_by_gaps(points, radius)
     order = np.argsort(set_number, kind="stable")
     starts = run_starts(set_number[order])
-    sizes = np.diff(starts, append=len(order))
+    sizes = count_runs(starts, len(order))
     ordered = points[order]
     low, high = np.minimum.reduceat(ordered, starts), np.maximum.reduceat(ordered, starts)
     is_wide = np.square(high - low).sum(axis=1) > radius**2

@@ -34,6 +34,7 @@ from math import expm1
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
+from service.bases.row_batches import count_runs
 from service.cancellation import checkpoint
 from service.engine.connectivity.curve_patches import collapse_thin_patches
 from service.engine.connectivity.edge_patterns import (
@@ -202,7 +203,7 @@ def _make_weights_equal(
     is_run_start = np.ones(len(order), dtype=bool)
     is_run_start[1:] = (np.diff(group[order]) > 0) | (np.diff(logs_to_compare[order]) > tolerance)
     starts = np.flatnonzero(is_run_start)
-    counts = np.diff(starts, append=len(order))
+    counts = count_runs(starts, len(order))
     width = logs_to_compare[order[starts + counts - 1]] - logs_to_compare[order[starts]]
     min_width = EQUAL_WEIGHT if scale is None else EQUAL_SCALED_LOGS
     is_changed = np.repeat((width > min_width) & (width <= tolerance), counts)

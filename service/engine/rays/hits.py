@@ -27,6 +27,7 @@ from enum import IntEnum
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.row_batches import count_runs, find_begins
 from service.engine.rays.bounds import Rays
 from service.engine.vectors import Items, cross, dot, length
 
@@ -141,8 +142,8 @@ def merge_hits(hits: Hits, rays: Rays, min_length_along: float) -> Hits:
     max_variation = MAX_VARIATION * rays.thickness[hits.ray]
     is_behind = hits.t < rays.near[hits.ray]
     cluster = _number_clusters(hits, pad)
-    first = np.flatnonzero(np.diff(cluster, prepend=-1))
-    sizes = np.diff(first, append=len(cluster))
+    first = find_begins(cluster)
+    sizes = count_runs(first, len(cluster))
     kind = np.full(len(cluster), int(Kind.CROSSING))
     is_kept = np.ones(len(cluster), bool)
     # `first` has the first row of each cluster. A cluster needs merging if it has a strip or a

@@ -14,7 +14,7 @@ other cells are then behind a hit.
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.row_batches import row_slices
+from service.bases.row_batches import count_runs, find_begins, row_slices
 from service.cancellation import checkpoint
 from service.engine.cells import models as model_rows
 from service.engine.cells.bounding_spheres import BoundingSpheres
@@ -159,9 +159,9 @@ class RayLevels(TreeSearch):
         center, radius = self.cells.models[:3, cell], self.cells.models[model_rows.RADIUS, cell]
         # The origins of rays are perpendicular to their directions, so (c − o) · d = c · d.
         low = dot(center, self.rays.direction[:, ray]) - radius
-        starts = np.flatnonzero(np.diff(ray, prepend=-1))
+        starts = find_begins(ray)
         middle = (np.minimum.reduceat(low, starts) + np.maximum.reduceat(low, starts)) / 2
-        is_near = low <= np.repeat(middle, np.diff(starts, append=len(ray)))
+        is_near = low <= np.repeat(middle, count_runs(starts, len(ray)))
         return (ray[is_near], cell[is_near]), (ray[~is_near], cell[~is_near])
 
     def step(self, ray: Ints, cell: Ints) -> Pairs:

@@ -15,6 +15,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
+from service.bases.row_batches import count_runs, find_begins
 from service.cancellation import checkpoint
 
 MAX_NODES = 64
@@ -75,8 +76,8 @@ def _find_mates(node: Ints, positions: FloatArray, radius: float) -> Ints:
     order = np.argsort(node, kind="stable")
     mate = np.full(len(node), -1)
     # `order` lists the halves node by node: those of a node from `begins`, `counts` halves.
-    begins = np.flatnonzero(np.diff(node[order], prepend=-1))
-    counts = np.diff(begins, append=len(node))
+    begins = find_begins(node[order])
+    counts = count_runs(begins, len(node))
     begins_of_two = begins[counts == 2]
     mate[order[begins_of_two]], mate[order[begins_of_two + 1]] = (
         order[begins_of_two + 1],

@@ -20,6 +20,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import bernstein, multiply
+from service.bases.row_batches import find_begins
 from service.cancellation import checkpoint
 from service.engine.trims.closure import ClosedSurfaces
 from service.engine.trims.foot_pieces import DEGREE, list_checks, list_nodes, to_bezier
@@ -128,7 +129,7 @@ def _compose_exactly(surfaces: ClosedSurfaces, face: Ints, pcurves: Splines) -> 
     parts = parts.take(parts.high > parts.low)
     intervals = Intervals(parts.curve, parts.curve, parts.low, parts.high, parts.span)
     # A coordinate is constant only if it is so in all parts of a curve.
-    begins = np.flatnonzero(np.diff(parts.curve, prepend=-1))
+    begins = find_begins(parts.curve)
     constant = np.logical_and.reduceat(parts.is_constant, begins, axis=1)[:, parts.curve]
     constant[0] &= ~constant[1]  # a point is a curve of a degree above 0, too
     patches = surfaces.surfaces.nets

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
+from service.bases.row_batches import find_begins
 from service.cancellation import checkpoint
 from service.engine.trims.closure import AT_POLE, ClosedSurfaces
 from service.engine.trims.foot_cuts import divide_pieces
@@ -125,7 +126,7 @@ def _find_straight(work: CurvesOnFaces, pieces: Pieces, feet: FloatArray, goal: 
     """
     curves, curve = work.curves, pieces.curve
     t = pieces.list_parameters(list_nodes())
-    begins = np.flatnonzero(np.diff(curve, prepend=-1))
+    begins = find_begins(curve)
     ends = np.append(begins[1:], len(curve)) - 1
     start, stop = feet[0][:, begins][:, curve], feet[-1][:, ends][:, curve]
     share = (t - curves.start[curve]) / (curves.end - curves.start)[curve]

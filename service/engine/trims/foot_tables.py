@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.row_batches import expand_runs
+from service.bases.row_batches import count_runs, expand_runs, find_begins
 from service.cancellation import checkpoint
 from service.engine.trims.closure import AT_POLE, ClosedSurfaces
 from service.engine.trims.inversion import find_feet
@@ -163,10 +163,10 @@ def continue_feet(
     turns = np.zeros_like(feet)
     turns[1:] = np.rint((feet[:-1] - feet[1:]) / period[1:])
     turns *= surfaces.is_closed[face]
-    begins = np.flatnonzero(np.diff(curve, prepend=-1))
+    begins = find_begins(curve)
     turns[begins] = 0.0
     total = np.cumsum(turns, axis=0)
-    runs = np.diff(np.append(begins, len(curve)))
+    runs = count_runs(begins, len(curve))
     total -= np.repeat(total[begins], runs, axis=0)
     continued: FloatArray = feet + total * period
     return continued

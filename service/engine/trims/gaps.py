@@ -124,6 +124,8 @@ def bound_gaps(
         bound[is_left] = 0.0
         for row, values in zip(total, (bound, seen), strict=True):
             np.maximum.at(row, parts.curve, values)
+        if not is_left.any():
+            break
         parts = parts.take(is_left)
         if density == nodes:
             parts = _halve(parts)
@@ -135,7 +137,7 @@ def _halve(parts: SpanParts) -> SpanParts:
     """Both halves of parts."""
     middle = (parts.low + parts.high) / 2
     halves = [replace(parts, high=middle), replace(parts, low=middle)]
-    return SpanParts.join(halves) if len(middle) else parts
+    return SpanParts.join(halves)
 
 
 def _find_degrees(
@@ -164,6 +166,9 @@ def _list_batches(count: Ints) -> Iterator[tuple[Ints, int]]:
 
     `count` (m,) is the least number of nodes of each part.
     """
+    if len(count) * int(count.max(initial=0)) <= FEW:
+        yield np.arange(len(count)), int(count.max(initial=0))
+        return
     order = np.argsort(count, kind="stable")
     sizes = count[order]
     first = 0

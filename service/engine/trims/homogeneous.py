@@ -89,11 +89,11 @@ def bound_speeds(splines: Splines, curve: Ints, span: Ints) -> FloatArray:
             weights = values[:, size:]
             points = values[:, :size] - values[:1, :size] / weights[:1] * weights
             reach = np.abs(points / weights).max(axis=0)
-            steps = np.abs(np.diff(points, axis=0)).max(axis=0)
-            steps += reach * np.abs(np.diff(weights, axis=0)).max(axis=0)
+            steps = np.abs(points[1:] - points[:-1]).max(axis=0)
+            steps += reach * np.abs(weights[1:] - weights[:-1]).max(axis=0)
             steps /= weights.min(axis=0)
         else:
-            steps = np.abs(np.diff(values, axis=0)).max(axis=0)
+            steps = np.abs(values[1:] - values[:-1]).max(axis=0)
         bounds[:, rows] = nets.degree * steps / width[rows]
     return bounds
 

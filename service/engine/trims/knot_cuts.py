@@ -96,7 +96,7 @@ def cut_at_knots(
         low, high = np.empty((2, 2, len(todo.curve)))
         for rows, nets in pcurves.restrict(todo):
             points = project(nets, -1, 2)
-            steps = np.diff(points, axis=1)
+            steps = points[:, 1:] - points[:, :-1]
             rising[:, rows] = ((steps >= 0).all(axis=1) | (steps <= 0).all(axis=1)).T
             low[:, rows], high[:, rows] = points.min(axis=1).T, points.max(axis=1).T
         owner = face[todo.curve]
@@ -132,6 +132,8 @@ def cut_at_knots(
         )
         rest = (~is_done).nonzero()[0]
         if not len(rest):
+            if len(done) == 1:  # nothing was cut
+                return done[0]
             break
         # The axis along which a part is divided, and the knot.
         axis = np.where(too_far[0].any(axis=0), 0, 1)[rest]

@@ -5,6 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
+from service.bases.row_batches import find_begins
 from service.engine.trims.span_nets import Intervals, SpanNets
 from service.engine.trims.splines import Splines
 from service.surface.spline_tables import find_starts
@@ -46,7 +47,7 @@ def join_spans(
         order = rows.argsort()
         values = np.concatenate([values for _, values in members])[order]
         owner = source[rows[order]]
-        begins = np.flatnonzero(np.diff(owner, prepend=-1))
+        begins = find_begins(owner)
         curves = owner[begins]
         degree[curves], group[curves], row[curves] = shape[0] - 1, len(groups), begins
         is_rational[curves] = shape[1] > dimension

@@ -6,7 +6,7 @@ Proof in docs/proofs.md: "Places of trimmed faces".
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.row_batches import expand_runs
+from service.bases.row_batches import expand_runs, mark_begins
 from service.engine.nets.nets import Nets
 from service.engine.trims.places import Places
 from service.engine.trims.span_nets import Intervals
@@ -81,8 +81,8 @@ def bound_lengths(group: Nets, rows: Ints) -> FloatArray:
     """
     values = group.values.take(rows, axis=3)
     bounds = np.empty((2, len(rows)))
-    for axis in range(2):
-        steps = np.diff(values, axis=axis)
+    along = values[1:] - values[:-1], values[:, 1:] - values[:, :-1]
+    for axis, steps in enumerate(along):
         longest = length(steps[:, :, :3])
         if group.is_rational:
             radius = length(project(values)).max(axis=(0, 1))
@@ -120,7 +120,7 @@ def _box_joins(
     first, last = pcurves.start, pcurves.end
     begins = pcurves.evaluate(curve, np.where(is_reversed, last, first))
     ends = pcurves.evaluate(curve, np.where(is_reversed, first, last))
-    is_first = np.diff(loop, prepend=-1) != 0
+    is_first = mark_begins(loop)
     following = curve + 1
     following[np.append(is_first[1:], True)] = curve[is_first]
     begins = begins[following]

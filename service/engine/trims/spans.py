@@ -130,7 +130,7 @@ def list_spans(knots: FloatArray, degrees: Ints, starts: Ints) -> tuple[Ints, In
     position, owner : ndarray of int, shape (m,)
         The row in `knots` of the knot at which each span begins, and the number of its spline.
     """
-    owner = np.repeat(np.arange(len(degrees)), np.diff(starts))
+    owner = np.arange(len(degrees)).repeat(starts[1:] - starts[:-1])
     row = np.arange(len(knots))
     is_begin = (row >= (starts[:-1] + degrees)[owner]) & (row < (starts[1:] - degrees - 1)[owner])
     is_begin[:-1] &= knots[1:] > knots[:-1]

@@ -3,7 +3,7 @@
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.bases.row_batches import expand_runs
+from service.bases.row_batches import expand_runs, find_begins
 from service.engine.trims.span_nets import Intervals
 from service.engine.trims.splines import Splines
 from service.engine.vectors import dot, length
@@ -45,7 +45,7 @@ def measure_polygons(splines: Splines) -> FloatArray:
     lengths = np.zeros(len(spans.curve))
     for nets, rows in splines.split(spans.curve):
         points = nets.points.take(splines.row[spans.curve[rows]] + spans.span[rows], axis=2)
-        lengths[rows] = length(np.diff(points, axis=0)).sum(axis=0)
+        lengths[rows] = length(points[1:] - points[:-1]).sum(axis=0)
     total: FloatArray = np.bincount(spans.curve, lengths, minlength=len(splines)).astype(np.float64)
     return total
 
@@ -78,7 +78,7 @@ def find_face_boxes(pcurves: Splines, face: Ints, count: int) -> tuple[FloatArra
     if len(face):
         spans = pcurves.list_spans()
         owner = face[spans.curve]
-        begins = np.flatnonzero(np.diff(owner, prepend=-1))
+        begins = find_begins(owner)
         least, most = box_spans(pcurves, spans)
         low[owner[begins]] = np.minimum.reduceat(least, begins)
         high[owner[begins]] = np.maximum.reduceat(most, begins)

@@ -30,5 +30,6 @@ def part(name: str) -> BrepSurface:
         columns: dict[str, Any] = {key: arrays[key] for key in arrays.files}
     face_names = tuple(columns.pop("face_names").tolist())
     for table, kind in TABLES.items():
-        columns[table] = kind(**{f.name: columns.pop(f"{table}.{f.name}") for f in fields(kind)})
+        names = [field.name for field in fields(kind) if field.init]
+        columns[table] = kind(**{name: columns.pop(f"{table}.{name}") for name in names})
     return BrepSurface(**columns, face_names=face_names, up="z", name=name)
