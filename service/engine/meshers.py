@@ -15,7 +15,7 @@ from service.engine.adaptive.meshing import ModelMesher
 from service.engine.adaptive.tolerances import build_model_goals, separate_copies
 from service.engine.bounds.goal import Goal
 from service.engine.brep.mesher import BrepMesher
-from service.engine.brep.prepare import prepare
+from service.engine.brep.preparation.prepare import prepare
 from service.engine.brep.prepared import PreparedBrep
 from service.engine.joining.join import join
 from service.engine.joining.members import JoinedGroup, join_group, separate_members

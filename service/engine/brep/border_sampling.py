@@ -9,17 +9,17 @@ import numpy as np
 from service.bases.arrays import Bools
 from service.engine.adaptive.limits import MeshLimits
 from service.engine.bounds.goal import Goal
-from service.engine.brep.angles import find_turning_sides
-from service.engine.brep.border import Border, build_border, renew_border
-from service.engine.brep.border_measure import measure_border, refine_border
-from service.engine.brep.edges import EdgeSamples
-from service.engine.brep.halving import halve_pieces
-from service.engine.brep.inner_points import LeafPoints
-from service.engine.brep.poles import split_poles
+from service.engine.brep.borders.border import Border, build_border, renew_border
+from service.engine.brep.borders.border_measure import measure_border, refine_border
+from service.engine.brep.borders.edges import EdgeSamples
+from service.engine.brep.borders.halving import halve_pieces
+from service.engine.brep.borders.sampling import sample_edges
+from service.engine.brep.borders.settling import settle_border
+from service.engine.brep.filling.angles import find_turning_sides
+from service.engine.brep.filling.inner_points import LeafPoints
+from service.engine.brep.filling.poles import split_poles
+from service.engine.brep.filling.reverse import find_uneven_sides
 from service.engine.brep.prepared import PreparedBrep
-from service.engine.brep.reverse import find_uneven_sides
-from service.engine.brep.sampling import sample_edges
-from service.engine.brep.settling import settle_border
 
 TURNS = 8
 """How often the sides of polygons are halved because normals turn too far, or the surface runs

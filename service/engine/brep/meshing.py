@@ -19,21 +19,25 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import expand_runs, find_begins
 from service.engine.adaptive.limits import MeshLimits
 from service.engine.bounds.goal import Goal, check_goal, find_least_tolerance
-from service.engine.brep.border import Border
-from service.engine.brep.border_measure import bound_overhangs
 from service.engine.brep.border_sampling import sample_borders, settle_borders
-from service.engine.brep.border_vertices import BorderVertices
+from service.engine.brep.borders.border import Border
+from service.engine.brep.borders.border_measure import bound_overhangs
+from service.engine.brep.borders.border_vertices import BorderVertices
+from service.engine.brep.borders.edges import EdgeSamples
+from service.engine.brep.borders.settling import take_faces
 from service.engine.brep.brep_triangulation import BrepTriangulation
-from service.engine.brep.corners import FaceCorners
-from service.engine.brep.edges import EdgeSamples
-from service.engine.brep.inner_points import LeafPoints, find_leaf_points, find_points_inside
-from service.engine.brep.measure import TriangleMeasure
+from service.engine.brep.filling.corners import FaceCorners
+from service.engine.brep.filling.inner_points import (
+    LeafPoints,
+    find_leaf_points,
+    find_points_inside,
+)
+from service.engine.brep.filling.measure import TriangleMeasure
+from service.engine.brep.filling.refine import Refinement
+from service.engine.brep.filling.scales import find_scales
+from service.engine.brep.filling.triangles import Triangles
+from service.engine.brep.filling.triangulation import FaceTriangulations
 from service.engine.brep.prepared import PreparedBrep
-from service.engine.brep.refine import Refinement
-from service.engine.brep.scales import find_scales
-from service.engine.brep.settling import take_faces
-from service.engine.brep.triangles import Triangles
-from service.engine.brep.triangulation import FaceTriangulations
 from service.engine.trims.places import SIZE
 from service.engine.trims.slack import bound_slack
 from service.engine.vectors import NEXT

@@ -7,9 +7,8 @@ from math import dist
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.brep.parameter_curves import ENOUGH
 from service.engine.trims.closure import ClosedSurfaces
-from service.engine.trims.gaps import bound_gaps
+from service.engine.trims.gaps import ENOUGH, bound_gaps
 from service.engine.trims.places import SIZE, Places
 from service.engine.trims.splines import Splines
 from service.engine.trims.surfaces import FaceSurfaces

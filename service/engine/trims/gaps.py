@@ -40,6 +40,9 @@ FACTOR, COARSE = 2.0, 1.25
 """m / n, nodes for each degree; and how many are tried first: with them |N| may be 3.3 times larger
 between nodes, and 1.5 times with the others."""
 
+ENOUGH = 1e-8
+"""Gaps below this share of the diagonal of a part need no close bound."""
+
 SAMPLES = 1 << 15
 """The most nodes that are evaluated at once."""
 

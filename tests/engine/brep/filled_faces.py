@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Ints
-from service.engine.brep.border import Polygons
-from service.engine.brep.border_vertices import BorderVertices
-from service.engine.brep.corners import FaceCorners
-from service.engine.brep.predicates import orient
-from service.engine.brep.triangulation import FaceTriangulations
+from service.engine.brep.borders.border import Polygons
+from service.engine.brep.borders.border_vertices import BorderVertices
+from service.engine.brep.borders.predicates import orient
+from service.engine.brep.filling.corners import FaceCorners
+from service.engine.brep.filling.triangulation import FaceTriangulations
 from service.engine.trims.places import SIZE, Places
 from service.engine.trims.surfaces import FaceSurfaces
 from service.surface.spline_tables import SurfaceTable

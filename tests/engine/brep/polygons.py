@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from service.bases.arrays import Ints
-from service.engine.brep.border import Polygons
+from service.engine.brep.borders.border import Polygons
 
 Loop = Sequence[tuple[int, int]]
 

@@ -11,7 +11,7 @@ from service.bases.arrays import Ints
 from service.engine.adaptive.limits import Effort, MeshLimits
 from service.engine.bounds.goal import Goal
 from service.engine.brep.meshing import triangulate_brep
-from service.engine.brep.prepare import prepare
+from service.engine.brep.preparation.prepare import prepare
 from service.surface.brep_model import BrepModel
 from tests.engine.brep.solid_documents import lower
 from tests.engine.trims.test_calls import count_calls

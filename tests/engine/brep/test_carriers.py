@@ -9,7 +9,7 @@ from oracles.solids import read_solid
 from service.engine.adaptive.limits import Effort, MeshLimits
 from service.engine.bounds.goal import Goal
 from service.engine.brep.meshing import triangulate_brep
-from service.engine.brep.prepare import prepare
+from service.engine.brep.preparation.prepare import prepare
 from service.engine.trims.surfaces import FaceSurfaces
 from service.surface.brep_model import BrepModel
 from tests.engine.brep.solid_documents import lower

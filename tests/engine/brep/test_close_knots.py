@@ -6,7 +6,7 @@ import pytest
 from service.engine.adaptive.limits import Effort, MeshLimits
 from service.engine.bounds.goal import Goal
 from service.engine.brep.meshing import triangulate_brep
-from service.engine.brep.prepare import prepare
+from service.engine.brep.preparation.prepare import prepare
 from tests.engine.brep.made_breps import build_model
 from tests.engine.trims.test_places import build_curved_strips
 

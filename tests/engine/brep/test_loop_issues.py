@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from service.engine.brep.prepare import prepare
+from service.engine.brep.preparation.prepare import prepare
 from service.errors import InvalidRequest, Issue
 from service.schemas.request import SurfaceRequest
 from service.schemas.validation import validate_document

@@ -18,13 +18,13 @@ from service.cancellation import Cancellation, Cancelled, cancelled_by
 from service.engine.adaptive.limits import Effort, MeshLimits
 from service.engine.bounds.goal import Goal
 from service.engine.brep import border_sampling, meshing
-from service.engine.brep.border import Border
+from service.engine.brep.borders.border import Border
+from service.engine.brep.borders.edges import EdgeSamples
+from service.engine.brep.borders.settling import settle_border
 from service.engine.brep.brep_triangulation import BrepTriangulation
-from service.engine.brep.edges import EdgeSamples
 from service.engine.brep.meshing import triangulate_brep
-from service.engine.brep.prepare import prepare
+from service.engine.brep.preparation.prepare import prepare
 from service.engine.brep.prepared import PreparedBrep
-from service.engine.brep.settling import settle_border
 from service.errors import InvalidRequest, TooLarge
 from service.schemas.brep import BrepDefinition
 

@@ -1,0 +1,1 @@
+"""Samples of edges, and the polygons of loops: bounds beside them, crossings, windings."""

@@ -1,0 +1,1 @@
+"""Triangles inside of polygons: triangulation, bounds, refinement."""

@@ -1,0 +1,1 @@
+"""Breps made ready for meshing: regions, parameter curves, checks, for any tolerance."""
