@@ -5,6 +5,7 @@ for anything else. They do not check what `service.surface.spline_checks` checks
 """
 
 from collections.abc import Mapping
+from itertools import chain
 from typing import Any, cast
 
 import numpy as np
@@ -84,21 +85,17 @@ def _read_splines(
     points, counts = read_nets(take(definitions, name), axes, dimension)
     degrees = counts - 1
     if len(bezier) < len(definitions):
-        degrees[splines] = [
-            _read_degrees(item, axes)
-            for item, is_spline in zip(definitions, splines, strict=True)
-            if is_spline
-        ]
+        own = [item for item, is_spline in zip(definitions, splines, strict=True) if is_spline]
+        degrees[splines] = _read_degrees(own, axes)
     require((degrees <= limits.max_degree).all() and (degrees <= MAX_DEGREE).all())
     require((degrees < counts).all() and (degrees >= 1).all())
     vectors: list[Any] = []
-    for item, is_spline, numbers, count in zip(
-        definitions, splines, degrees.tolist(), counts.tolist(), strict=True
-    ):
+    for item, is_spline, numbers in zip(definitions, splines, degrees.tolist(), strict=True):
         if is_spline:
-            vectors += _read_knots(item, numbers, count)
+            vectors += _split_knots(item, axes)
         else:
             vectors += [_UNIT_KNOTS[degree] for degree in numbers]
+    _replace_names(vectors, degrees, counts)
     knots, lengths = read_nets(vectors, 1, None)
     form = lengths[:, 0], degrees.ravel(), counts.ravel()
     require(has_valid_form(form[1], form[2], form[0]).all())
@@ -106,13 +103,14 @@ def _read_splines(
     return points, weights, is_rational, complete_knots(knots, *form)
 
 
-def _read_degrees(item: Mapping[str, Any], axes: int) -> list[int]:
-    """The degrees of a B-spline, one for each axis."""
-    degree = item.get("degree", 3)
-    degrees = degree if axes == 2 and type(degree) is list else [degree] * axes
-    require(len(degrees) == axes)
-    require_type(degrees, int)
-    require(all(1 <= each <= MAX_DEGREE for each in degrees))
+def _read_degrees(items: Objects, axes: int) -> list[list[int]]:
+    """The degrees of B-splines, one for each axis."""
+    values = [item.get("degree", 3) for item in items]
+    degrees = [each if axes == 2 and type(each) is list else [each] * axes for each in values]
+    require(set(map(len, degrees)) <= {axes})
+    numbers = list(chain.from_iterable(degrees))
+    require_type(numbers, int)
+    require(min(numbers, default=1) >= 1 and max(numbers, default=1) <= MAX_DEGREE)
     return degrees
 
 
@@ -125,14 +123,13 @@ def _split_knots(item: Mapping[str, Any], axes: int) -> Items:
     return list(value)
 
 
-def _read_knots(item: Mapping[str, Any], degrees: list[int], counts: list[int]) -> Items:
-    """The knot vectors of a B-spline, with numbers in place of names."""
-    vectors = list(_split_knots(item, len(degrees)))
-    for axis, vector in enumerate(vectors):
+def _replace_names(vectors: list[Any], degrees: Ints, counts: Ints) -> None:
+    """Put numbers in place of the names of knot vectors."""
+    for number, vector in enumerate(vectors):
         if type(vector) is str:
             require(vector in NAMED)
-            vectors[axis] = build_knot_vector(cast(Knots, vector), counts[axis], degrees[axis])
-    return vectors
+            count, degree = counts.item(number), degrees.item(number)
+            vectors[number] = build_knot_vector(cast(Knots, vector), count, degree)
 
 
 def _has_periodic(item: Mapping[str, Any], axes: int) -> bool:
@@ -149,7 +146,7 @@ def _unroll(item: Mapping[str, Any], axes: int, dimension: int) -> Mapping[str, 
     nets = {name: take([item], name)[0]}
     if "weights" in item:
         nets["weights"] = item["weights"]
-    degrees, knots = _read_degrees(item, axes), list(_split_knots(item, axes))
+    degrees, knots = _read_degrees([item], axes)[0], list(_split_knots(item, axes))
     arrays = {}
     for key, net in nets.items():
         numbers, counts = read_nets([net], axes, dimension if key == name else None)

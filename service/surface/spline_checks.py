@@ -88,14 +88,21 @@ def _finish(table: Table, knots: KnotTable, is_invalid: Bools) -> tuple[Table, I
 
 
 def find_end_points(table: CurveTable) -> FloatArray:
-    """First and last point of each curve by de Boor's algorithm, (n, 2, D); exact if clamped.
+    """First and last point of each curve, (n, 2, D): control points if the knots are clamped.
+
+    Other curves are evaluated by de Boor's algorithm.
 
     References
     ----------
     Piegl and Tiller, The NURBS Book, 2nd ed., section 5.2.
     """
-    ends = np.empty((len(table), 2, table.points.shape[1]))
+    starts = table.point_starts
+    ends: FloatArray = table.points[np.array([starts[:-1], starts[1:] - 1]).T]
     knots = KnotTable(table.knots, table.degrees, table.counts)
+    outer = table.knots[np.array([knots.starts[:-1], knots.starts[1:] - 1])]
+    is_free = (knots.domains != outer).any(axis=0)
+    if not is_free.any():
+        return ends
     spans = np.flatnonzero(knots.is_span)
     owners, curves = knots.vectors[spans], np.arange(len(table))
     last = np.searchsorted(owners, curves, side="right") - 1
@@ -104,8 +111,8 @@ def find_end_points(table: CurveTable) -> FloatArray:
     homogeneous = np.concatenate([table.points * weights, weights], axis=1)
     # Control point i of curve k is `points[knot_starts[k] + i − shifts[k]]`.
     shifts = table.knot_starts[:-1] - table.point_starts[:-1]
-    for degree in np.unique(table.degrees).tolist():
-        chosen = np.flatnonzero(table.degrees == degree)
+    for degree in np.unique(table.degrees[is_free]).tolist():
+        chosen = np.flatnonzero((table.degrees == degree) & is_free)
         index = end_spans[:, chosen, np.newaxis] + np.arange(-degree, 1)  # (2, k, degree + 1)
         net = homogeneous[index - shifts[chosen, np.newaxis]]
         parameters = knots.domains[:, chosen, np.newaxis]

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.row_batches import expand_runs
+from service.bases.row_batches import expand_runs, find_begins
 from service.engine.nets.blossoms import build_blossoms
 from service.engine.trims.lowering import lower_curves
 from service.engine.trims.span_nets import (
@@ -148,7 +148,7 @@ class Splines:
             values[:, : self.dimension] -= origin[curve].T * weights
             values[:, : self.dimension] *= scale[curve].T
             groups.append(SpanNets(values, nets.is_rational))
-            curves = np.unique(curve)
+            curves = curve[find_begins(curve)]
             group[curves], row[curves] = k, find_starts(self.span_count[curves])[:-1]
         return replace(self, groups=tuple(groups), group=group, row=row)
 

@@ -153,7 +153,10 @@ class BoxTree:
 
 def _list_pairs(count: Ints, begin: Ints) -> Iterator[tuple[Ints, Ints]]:
     """Pairs of a row i and one of `count[i]` numbers from `begin[i]` on, in several lists."""
-    ends = np.cumsum(count)
+    ends = count.cumsum()
+    if int(ends[-1]) <= PAIRS:
+        yield expand_runs(count, begin)
+        return
     splits = np.searchsorted(ends, np.arange(PAIRS, int(ends[-1]), PAIRS))
     for first, last in pairwise([0, *np.unique(splits).tolist(), len(count)]):
         checkpoint()

@@ -70,6 +70,8 @@ def find_conflicts(polygons: Polygons) -> Conflicts:
     for pairs in BoxTree.of(polygons.faces, low, high).list_own_pairs(is_hopeless):
         meetings = classify_pairs(all_sides.take(pairs[0]), all_sides.take(pairs[1]))
         rows = (meetings.crosses | meetings.touches.any(axis=0)).nonzero()[0]
+        if not len(rows):
+            continue
         first, second, found = pairs[0][rows], pairs[1][rows], meetings.take(rows)
         others[first], others[second] = second, first
         ends = np.stack([first, nexts[first], second, nexts[second]])

@@ -170,6 +170,8 @@ def _divide_pieces(
         needs &= (low < step) & (step < high) & (round_number < ROUNDS - 1)
         done.append(pieces.take(~needs))
         done_bounds.append(bounds[~needs])
+        if not needs.any():
+            break
         total += len(done_bounds[-1])
         pieces, bounds = pieces.take(needs), bounds[needs]
         parts = np.ceil(np.sqrt(np.minimum(SPARE * bounds / tolerance, MOST_PARTS**2)))

@@ -87,6 +87,8 @@ def find_slivers(
     near, far = (frames.left, frames.right) if inner else (frames.right, frames.left)
     far = np.where(frames.is_graph, 0.0, far)
     high = (np.maximum(near, far) > NOISE).nonzero()[0]
+    if not len(high):
+        return Slivers(high, np.empty((3, 2, 0), np.intp))
     tangents = frames.tangents[high]
     across = np.stack([tangents[:, 1], -tangents[:, 0]], axis=1)
     if inner:

@@ -135,8 +135,9 @@ class TriangleMeasure:
             references.append(neighbours.list_beyond(rows, is_flat.nonzero()[0]))
         self._lower(bounds, own, references, neighbours)
         thin = (~(bounds <= triangles.allowed[rows]) & ~is_flat).nonzero()[0]
-        thin = thin[self._is_thin(points[:, thin])]
         before = np.where(is_flat, np.inf, bounds)
+        if len(thin):
+            thin = thin[self._is_thin(points[:, thin])]
         if len(thin):
             self._lower(bounds, own, [neighbours.list_beyond(rows, thin)], neighbours)
         far = (~(bounds <= triangles.allowed[rows]) & is_flat).nonzero()[0]

@@ -69,11 +69,11 @@ class Refinement:
             triangles = self._join()
             edges = self._find_faulty_edges(triangles)
             if not len(edges):
-                break
+                return triangles
             mates = find_mates(triangles.corners)
             divided = self._divide(triangles, mates, join_mates(mates, edges), edges[:0])
             if len(divided) == len(triangles):  # no edge can be cut
-                break
+                return triangles
             self._done = []
             self._refine(divided, self._cut, CUTTING_ROUNDS)
         return self._join()
@@ -106,9 +106,10 @@ class Refinement:
             if not goes.all():
                 self._done.append(triangles.take(~goes))
                 done += self._count(self._done[-1])
-                triangles, fails = triangles.take(goes), fails[goes]
-                mates = find_mates(triangles.corners)
-            if not len(triangles):
+                if goes.any():
+                    triangles, fails = triangles.take(goes), fails[goes]
+                    mates = find_mates(triangles.corners)
+            if not goes.any():
                 break
             triangles = step(triangles, mates, fails.nonzero()[0])
             # A face in which nothing moved would not move in the next round either.
@@ -178,6 +179,8 @@ class Refinement:
 
     def _join(self) -> Triangles:
         """All triangles, sorted by face."""
-        every = Triangles.join([*self._done, self._measure.build(np.empty((3, 0), np.intp))])
+        if not self._done:
+            return self._measure.build(np.empty((3, 0), np.intp))
+        every = Triangles.join(self._done)
         faces = self._measure.corners.faces[every.corners[0]]
         return every.take(np.argsort(faces, kind="stable"))

@@ -25,6 +25,8 @@ def find_beyond(surfaces: ClosedSurfaces, face: Ints, pcurves: Splines) -> tuple
     least, most = find_boxes(pcurves)
     is_curved = ~surfaces.surfaces.is_planar[face]
     rows = (((least < low) | (most > high)).any(axis=1) & is_curved).nonzero()[0]
+    if not len(rows):
+        return rows, np.zeros((0, 2))
     # Control points may be outside although the curve is not.
     share = np.linspace(0.0, 1.0, SAMPLES)
     t = pcurves.start[rows, np.newaxis] * (1 - share) + pcurves.end[rows, np.newaxis] * share
