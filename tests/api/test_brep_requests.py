@@ -177,3 +177,15 @@ def test_the_parameter_curves_of_a_pole_need_not_join_in_parameters(client: Clie
     }
     report = client.post("/v1/mesh", {"surface": surface}).json()["report"]
     assert (report["complete"], report["triangles"], report["boundary_edges"]) == (True, 1, 3)
+
+
+def test_a_parameter_curve_goes_around_a_thousand_times_at_most(client: Client) -> None:
+    """It is cut at each turn: a curve of a million turns would take minutes."""
+    ring = [[1, 0], [1, 2], [-1, 2], [-1, -2], [1, -2], [1, 0]]
+    net = [[[x, y, z] for z in (0, 1)] for x, y in ring]
+    sides = [[[0, 0], [9, 0]], [[9, 0], [9, 1]], [[9, 1], [0, 1]], [[0, 1], [0, 0]]]
+    for turns, code in ((1, None), (1e6, "pcurve_outside")):
+        curves = [{"control_points": [[u * turns / 9, v] for u, v in side]} for side in sides]
+        face = {"surface": {"control_net": net}, "loops": [{"pcurves": curves}]}
+        response = client.post("/v1/mesh", {"surface": {"type": "brep", "faces": [face]}}).json()
+        assert response.get("errors", [{"code": None}])[0]["code"] == code
