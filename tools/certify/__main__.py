@@ -108,10 +108,14 @@ def judge_task(task: Task) -> Finding:
         signal.setitimer(signal.ITIMER_PROF, 0)
 
 
+_STACK = ExitStack()
+"""Keeps the client of a process open until the process ends."""
+
+
 @cache
 def _start_client() -> Client:
-    """The client of a process, which stays open until the process ends."""
-    return ExitStack().enter_context(start_client(create_app(Settings())))
+    """The client of a process."""
+    return _STACK.enter_context(start_client(create_app(Settings())))
 
 
 def _raise_timeout(_signal: int, _frame: object) -> None:

@@ -88,6 +88,13 @@ def test_a_cone_takes_one_round_and_few_triangles(share: float) -> None:
     assert len(mesh.triangles) < 30 / share**0.5
 
 
+def test_faces_in_which_few_triangles_fail_are_cut_further() -> None:
+    """The pipe has thin triangles along which its speed changes; 0.5 % fail after 8 rounds."""
+    mesh = build("pipe", 2.5e-4)
+    assert 8 < mesh.rounds < 30
+    assert mesh.face_bounds.max() <= 2.5e-4 * read_prepared("pipe").diagonal
+
+
 def test_edges_are_chains_of_vertices_between_their_ends() -> None:
     prepared, mesh = read_prepared("plate"), build("plate", 0.01)
     sides = mesh.points[mesh.triangles]

@@ -26,10 +26,14 @@ from service.engine.brep.filling.triangulation import FaceTriangulations
 from service.engine.vectors import NEXT
 
 CUTTING_ROUNDS = 8
-"""How often the triangles of a face are measured before it goes to Delaunay insertion."""
+"""How often the triangles of a face are measured before it goes to Delaunay insertion, if many
+still fail."""
 
-INSERTION_ROUNDS = 60
-"""How often they are measured then."""
+MANY = 0.02
+"""Failing triangles are many if they are more than this share of the triangles of a face."""
+
+LONGEST = 60
+"""How often the triangles of a face are measured before it is given up."""
 
 REPAIRS = 10
 """How often edges are cut that exist twice, or whose normals turn too far."""
@@ -64,7 +68,7 @@ class Refinement:
         failing = self._refine(self._read(self._triangulations.faces), self._cut, CUTTING_ROUNDS)
         if len(failing):
             self._drop(failing)
-            self._refine(self._read(failing.tolist()), self._insert, INSERTION_ROUNDS)
+            self._refine(self._read(failing.tolist()), self._insert, LONGEST)
         for _ in range(REPAIRS):
             triangles = self._join()
             edges = self._find_faulty_edges(triangles)
@@ -85,22 +89,24 @@ class Refinement:
     def _refine(self, triangles: Triangles, step: Step, most: int) -> Ints:
         """Measure and refine triangles until their faces are done; the faces that are not.
 
-        All triangles are added to those that are done.
+        A face with many failing triangles has `most` rounds, others have `LONGEST`. All triangles
+        are added to those that are done.
         """
         corners, measure = self._measure.corners, self._measure
         count = len(corners.surface.surfaces)
         is_stuck, is_left = np.zeros(count, bool), np.zeros(count, bool)
         done = sum(self._count(each) for each in self._done)
-        most = most if len(triangles) else 0
-        for round_number in range(1, most + 1):
+        for round_number in range(1, LONGEST + 1 if len(triangles) else 1):
             self.rounds += 1
             mates = find_mates(triangles.corners)
             triangles = measure.measure(triangles, mates)
             measure.limits.count(done + self._count(triangles))
             faces, fails = corners.faces[triangles.corners[0]], triangles.fails
-            is_failing = np.zeros(count, bool)
-            is_failing[faces[fails]] = True
-            ends = is_failing & (is_stuck | (round_number == most))
+            failing = np.bincount(faces[fails], minlength=count)
+            is_failing = failing > 0
+            has_many = failing > MANY * np.bincount(faces, minlength=count)
+            ends = is_stuck | (has_many & (round_number >= most)) | (round_number == LONGEST)
+            ends &= is_failing
             is_left |= ends
             goes = (is_failing & ~ends)[faces]
             if not goes.all():

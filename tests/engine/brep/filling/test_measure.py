@@ -188,7 +188,7 @@ def test_a_face_that_cannot_be_refined_keeps_a_measured_bound(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(refine, "CUTTING_ROUNDS", 2)
-    monkeypatch.setattr(refine, "INSERTION_ROUNDS", 3)
+    monkeypatch.setattr(refine, "LONGEST", 3)
     filled = fill()
     triangles = Refinement(build_measure(filled, 1e-6), filled.triangulations).run()
     assert not triangles.is_changed.any()
