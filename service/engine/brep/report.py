@@ -101,7 +101,7 @@ def count_unpaired(
         return 0, 0
     shells = prepared.model.face_shells
     uses, counts = np.unique(
-        np.stack([prepared.coedge_edges, shells[prepared.coedge_faces]]), axis=1, return_counts=True
+        np.array([prepared.coedge_edges, shells[prepared.coedge_faces]]), axis=1, return_counts=True
     )
     is_crowded = np.zeros(len(prepared.edge_vertices), bool)
     is_crowded[uses[0, counts > 2]] = True

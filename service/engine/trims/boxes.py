@@ -33,7 +33,7 @@ def find_part_box(places: Places, low: FloatArray, high: FloatArray, *points: Fl
     counts = end - begin + 1
     run, number = expand_runs(counts.prod(axis=0))
     face = faces[run]
-    spans = begin[:, run] + np.stack([number // counts[1, run], number % counts[1, run]])
+    spans = begin[:, run] + np.array([number // counts[1, run], number % counts[1, run]])
     patch = places.first[face] + spans[0] * places.stride[face] + spans[1]
     corners = np.empty((2, 2, len(patch)))
     for axis in range(2):

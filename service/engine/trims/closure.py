@@ -79,7 +79,7 @@ class ClosedSurfaces:
         turns, inside = np.divmod(span, self.surfaces.faces.spans[axis, face])
         at = breaks.first[2 * face + axis] + inside
         shift = turns * self.period[face, axis]
-        knots: FloatArray = np.stack([breaks.values[at], breaks.values[at + 1]]) + shift
+        knots: FloatArray = np.array([breaks.values[at], breaks.values[at + 1]]) + shift
         return knots
 
     def evaluate(self, face: Ints, parameters: FloatArray) -> FloatArray:

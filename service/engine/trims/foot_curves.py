@@ -149,7 +149,7 @@ def _make_lines(work: CurvesOnFaces, pieces: Pieces, feet: FloatArray, chosen: I
         return []
     begins = np.searchsorted(pieces.curve, chosen)
     ends = np.searchsorted(pieces.curve, chosen, side="right") - 1
-    points = np.stack([feet[0][:, begins], feet[-1][:, ends]])
+    points = np.array([feet[0][:, begins], feet[-1][:, ends]])
     return [_Done(chosen, work.curves.start[chosen], work.curves.end[chosen], points)]
 
 

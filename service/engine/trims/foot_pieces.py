@@ -128,7 +128,7 @@ def place_curves(
     number = np.arange(len(face))
     axes, sides = np.full((2, len(face)), -1), np.zeros((2, len(face)))
     if surfaces.is_pole[face].any():
-        both = np.stack([surfaces.low, surfaces.surfaces.high])
+        both = np.array([surfaces.low, surfaces.surfaces.high])
         for k, t in enumerate((curves.start, curves.end)):
             axes[k], end = surfaces.find_poles(face, curves.evaluate(number, t), tolerance)
             sides[k] = both[end, face, axes[k]]

@@ -101,7 +101,7 @@ def cut_at_knots(
             low[:, rows], high[:, rows] = points.min(axis=1).T, points.max(axis=1).T
         owner = face[todo.curve]
         spans = [surfaces.find_spans(owner, a, (low[a] + high[a]) / 2) for a in range(2)]
-        knots = np.stack([surfaces.list_knots(owner, a, spans[a]) for a in range(2)])
+        knots = np.array([surfaces.list_knots(owner, a, spans[a]) for a in range(2)])
         excess = np.maximum(np.maximum(knots[:, 0] - low, high - knots[:, 1]), 0.0)
         excess[:, surfaces.surfaces.is_planar[owner]] = 0.0  # planes have no ends
         is_open = ~surfaces.is_closed[owner].T

@@ -51,7 +51,7 @@ def bound_slack(
     has_border[face] = True
     owner, number = expand_runs(np.where(has_border & (count <= FEW), count, 0))
     columns = spans[1].take(owner)
-    near = [np.stack([owner, number // columns, number % columns])]
+    near = [np.array([owner, number // columns, number % columns])]
     rows = (count[face] > FEW).nonzero()[0]
     if len(rows):
         chosen = pcurves.take(rows), face[rows], loop[rows], is_reversed[rows]

@@ -201,6 +201,11 @@ class Splines:
 
     def list_spans(self) -> Intervals:
         """All spans of all curves, curve after curve; `source` is the curve."""
+        return self._spans
+
+    @cached_property
+    def _spans(self) -> Intervals:
+        """The result of `list_spans`."""
         curve, span = expand_runs(self.span_count)
         at = self.first_break[curve] + span
         return Intervals(curve, curve, self.breaks[at], self.breaks[at + 1], span)
@@ -217,7 +222,7 @@ class Splines:
         at = self.first_break[intervals.curve] + intervals.span
         low = self.breaks[at]
         width = self.breaks[at + 1] - low
-        ends = np.stack([(intervals.low - low) / width, (intervals.high - low) / width])
+        ends = np.array([(intervals.low - low) / width, (intervals.high - low) / width])
         ends = np.minimum(np.maximum(ends, 0.0), 1.0)
         ends = 1.0 - (1.0 - ends)  # so that 1 − t is exact, too
         column = self.row[intervals.curve] + intervals.span

@@ -94,7 +94,7 @@ def _find_failing(
     prepared: PreparedBrep, samples: EdgeSamples, border: Border, tolerance: float
 ) -> Bools:
     """Which sides are further from the surface than they need to be."""
-    points = samples.positions[np.stack([border.begin_vertices, border.end_vertices])]
+    points = samples.positions[np.array([border.begin_vertices, border.end_vertices])]
     chords = length(points[1] - points[0], -1)
     edges = prepared.coedge_edges[border.coedges]
     ends = samples.bounds[border.samples]
@@ -157,6 +157,8 @@ class _SideMeasure:
         """Bounds (2, m) of the segments and of the slivers of sides; owners are rows of these."""
         bounds = np.zeros((2, len(sides)))
         planar = self.prepared.surfaces.is_planar[self.border.faces[sides]]
+        if planar.all() or not planar.any():
+            return (self._bound_planar if planar.all() else self._bound_curved)(sides, slivers)
         for is_planar, bound in ((True, self._bound_planar), (False, self._bound_curved)):
             rows = (planar == is_planar).nonzero()[0]
             if len(rows):
@@ -193,17 +195,17 @@ class _SideMeasure:
         owners = np.concatenate([np.arange(count), slivers.owners])
         # A chord is a triangle whose last two corners are equal.
         end = border.end_vertices[sides]
-        reference = np.stack([border.begin_vertices[sides], end, end]).take(owners, axis=1)
+        reference = np.array([border.begin_vertices[sides], end, end]).take(owners, axis=1)
         parts = Parts(
             faces[owners],
-            np.concatenate([np.stack([begins, ends, ends]), slivers.corners], axis=2),
+            np.concatenate([np.array([begins, ends, ends]), slivers.corners], axis=2),
             reference,
             np.full(reference.shape, -1),
             np.zeros(len(owners), bool),
         )
         places, own = self.prepared.places, faces[slivers.owners]
         found = [
-            clip_segments(places, faces, np.stack([begins, ends])),
+            clip_segments(places, faces, np.array([begins, ends])),
             clip_parts(places, own, slivers.corners),
         ]
         pieces = PatchPieces(

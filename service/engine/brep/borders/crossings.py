@@ -74,7 +74,7 @@ def find_conflicts(polygons: Polygons) -> Conflicts:
             continue
         first, second, found = pairs[0][rows], pairs[1][rows], meetings.take(rows)
         others[first], others[second] = second, first
-        ends = np.stack([first, nexts[first], second, nexts[second]])
+        ends = np.array([first, nexts[first], second, nexts[second]])
         is_corner[ends[found.touches]] = True
         for sides in (first, second):
             crosses[sides[found.crosses]] = True

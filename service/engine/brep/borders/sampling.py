@@ -183,9 +183,11 @@ def _find_chords(
     prepared: PreparedBrep, ends: _Ends, pieces: EdgePieces, at_ends: tuple[Bools, Bools]
 ) -> FloatArray:
     """The chords (m, 2, 3) of pieces; at the ends of edges they end in the vertices."""
-    curves = np.tile(prepared.edge_curves[pieces.edges], 2)
+    curves = prepared.edge_curves[pieces.edges]
     parameters = np.concatenate([pieces.low, pieces.high])
-    chords = prepared.curves.evaluate(curves, parameters).reshape(2, -1, 3)
+    chords = prepared.curves.evaluate(np.concatenate([curves, curves]), parameters).reshape(
+        2, -1, 3
+    )
     for column, at_end in enumerate(at_ends):
         vertices = ends.vertices[pieces.edges[at_end], column]
         chords[column, at_end] = prepared.vertices[vertices]

@@ -40,7 +40,7 @@ def find_turning_sides(surface: Places, border: Border, angle: float) -> Ints:
     if not len(rows):
         return rows
     begins, ends = border.begins[rows], border.ends[rows]
-    places = np.stack([begins, (begins + ends) // 2, ends])
+    places = np.array([begins, (begins + ends) // 2, ends])
     normals = _evaluate_normals(surface, border.faces[rows], places)
     turning: Ints = rows[_measure_angles(normals, normals[NEXT]).max(axis=0) > angle]
     return turning

@@ -58,8 +58,8 @@ def flip_edges(
     if not len(best):
         return none
     flipped = triangles.corners.copy()
-    flipped[:, rows[best]] = np.stack([a, d, c])[:, best]
-    flipped[:, other[best]] = np.stack([d, b, c])[:, best]
+    flipped[:, rows[best]] = np.array([a, d, c])[:, best]
+    flipped[:, other[best]] = np.array([d, b, c])[:, best]
     is_changed, is_wide = triangles.is_changed.copy(), triangles.is_wide.copy()
     both = np.concatenate([rows[best], other[best]])
     is_changed[both], is_wide[both] = True, False
@@ -87,7 +87,7 @@ def _is_better(
 
 def _measure_heights(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
     """Heights (m,) of triangles of points (m, 3) over their longest edges."""
-    edges = np.stack([b - a, c - b, a - c])
+    edges = np.array([b - a, c - b, a - c])
     areas = length(cross(edges[0], edges[1], -1), -1)
     longest = np.sqrt(dot(edges, edges, -1).max(axis=0))
     heights: FloatArray = areas / np.where(longest > 0, longest, 1.0)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.row_batches import expand_runs, row_slices
+from service.bases.row_batches import expand_runs, mark_begins, row_slices
 from service.engine.adaptive.cutting.cells import FaceCells, Leaves, Task
 from service.engine.adaptive.cutting.subdivision import AHEAD, divide_cells
 from service.engine.adaptive.limits import MeshLimits
@@ -120,7 +120,7 @@ def _build_cells(surface: Places, faces: Ints, low: Ints, high: Ints) -> FaceCel
     for axis in (0, 1):
         begin, end = surface.find_spans(faces, axis, low[:, axis], high[:, axis])
         first, last = surface.knots_at(faces, axis, begin)
-        width, ends = last - first, np.stack([low[:, axis], high[:, axis]]) - first
+        width, ends = last - first, np.array([low[:, axis], high[:, axis]]) - first
         small = np.abs(ends).max(axis=0) < EXACT
         exact = np.where(small, ends, 0)
         inner_low = np.where(small, exact[0] * SPAN // width, np.floor(ends[0] / width * SPAN))
@@ -163,8 +163,8 @@ def _join_equal(points: LeafPoints) -> LeafPoints:
     """The points, sorted, with one for each place: it has the least size."""
     order = np.lexsort((points.places[:, 1], points.places[:, 0], points.faces))
     points = points.take(order)
-    is_first = np.ones(len(order), bool)
-    is_first[1:] = (np.diff(points.faces) != 0) | (np.diff(points.places, axis=0) != 0).any(axis=1)
+    is_first = mark_begins(points.faces)
+    is_first[1:] |= (points.places[1:] != points.places[:-1]).any(axis=1)
     begins = is_first.nonzero()[0]
     least = np.minimum.reduceat(points.sizes, begins)
     return LeafPoints(points.faces[begins], points.places[begins], least, points.cells)

@@ -90,9 +90,9 @@ def _bound_by_edges(corners: FaceCorners, parts: Parts, own: Ints, tolerance: fl
     """
     count = len(parts.face)
     begins, ends = parts.corners, parts.corners[NEXT]
-    segments = np.stack([begins, ends]).transpose(0, 2, 1, 3).reshape(2, 2, -1)
+    segments = np.array([begins, ends]).transpose(0, 2, 1, 3).reshape(2, 2, -1)
     faces = np.tile(parts.face, 3)
-    reference = np.stack([parts.reference, parts.reference[NEXT], parts.reference[NEXT]])
+    reference = np.array([parts.reference, parts.reference[NEXT], parts.reference[NEXT]])
     edges = Parts(
         faces,
         segments[[0, 1, 1]],

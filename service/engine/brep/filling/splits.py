@@ -59,7 +59,7 @@ def measure_edges(corners: FaceCorners, triangles: Ints) -> tuple[Ints, FloatArr
     begins, ends = corners.places[low], corners.places[high]
     cuts, shares = find_cuts(corners.surface, faces, begins, ends)
     places = np.concatenate([cuts, (3 * begins + ends) // 4, (begins + 3 * ends) // 4])
-    ways = np.stack([shares, np.full(len(shares), 0.25), np.full(len(shares), 0.75)])
+    ways = np.array([shares, np.full(len(shares), 0.25), np.full(len(shares), 0.75)])
     begin = corners.positions[corners.points[low]]
     along = corners.positions[corners.points[high]] - begin
     surface = corners.surface.evaluate(np.tile(faces, 3), places).reshape(3, -1, 3)
@@ -160,7 +160,7 @@ def add_middles(corners: FaceCorners, triangles: Triangles, rows: Ints) -> tuple
     corners.add(corners.faces[own[0]], middles)
     removed = np.zeros(len(triangles), bool)
     removed[rows] = True
-    parts = [np.stack([own[k], own[NEXT[k]], number]) for k in range(3)]
+    parts = [np.array([own[k], own[NEXT[k]], number]) for k in range(3)]
     return removed, np.concatenate(parts, axis=1)
 
 

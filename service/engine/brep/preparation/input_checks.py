@@ -90,7 +90,7 @@ def find_open_pcurve_loops(
         return []
     face, pcurves = model.coedge_faces[rows], found.pcurves
     loop, starts = model.coedge_loops[rows], model.loop_starts
-    ends = np.stack([pcurves.start[rows], pcurves.end[rows]])
+    ends = np.array([pcurves.start[rows], pcurves.end[rows]])
     is_reversed = model.coedge_reversed[rows]
     ends = np.where(is_reversed, ends[::-1], ends)
     middles = (ends[0] + ends[1]) / 2
@@ -98,7 +98,7 @@ def find_open_pcurve_loops(
         surfaces.evaluate(face, pcurves.evaluate(rows, t)) for t in (ends[0], middles, ends[1])
     )
     first = find_begins(face)
-    corners = np.stack([begin, middle, end])
+    corners = np.array([begin, middle, end])
     high = np.maximum.reduceat(corners.max(axis=0), first)
     diagonals = length(high - np.minimum.reduceat(corners.min(axis=0), first), -1)
     allowed = FAR * np.repeat(diagonals, count_runs(first, len(rows)))
