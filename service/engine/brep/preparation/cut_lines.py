@@ -7,6 +7,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import expand_runs
 from service.engine.brep.preparation.arcs import Arc, ArcLoop, CutLoops
+from service.engine.brep.preparation.circle import Circle
 from service.engine.trims.closure import ClosedSurfaces
 
 SAMPLES = 24
@@ -22,8 +23,8 @@ CLEARANCES = (1e-2, 1e-3, 1e-5)
 """How far a line has to be from points at which a loop turns back, or runs along the line: the
 first of these that some line has."""
 
-CANDIDATES = 32
-"""Lines that are tried, beside those through vertices."""
+CANDIDATES, MOST_VERTICES = 32, 256
+"""Lines that are tried: between vertices, and at most through this many of them."""
 
 STEPS, PARTS = 12, 32
 """How often an interval with a crossing is divided, and into how many parts."""
@@ -103,27 +104,21 @@ def choose_line(
         _sample(surfaces, work, where, (arcs, turn))
         for arcs, turn in zip(loops, turns, strict=True)
     ]
-    values = [loop.points[:-1, axis] for loop in samples]
-    turning = [loop.find_turning() for loop in samples]
     none = np.zeros(0)
-    critical = np.concatenate([none, *(v[t] for v, t in zip(values, turning, strict=True))])
-    vertices = np.concatenate(
-        [
-            none,
-            *(v[loop.is_vertex & ~t] for v, t, loop in zip(values, turning, samples, strict=True)),
-        ]
-    )
+    values = np.concatenate([none, *(loop.points[:-1, axis] for loop in samples)])
+    following = np.concatenate([none, *(loop.points[1:, axis] for loop in samples)])
+    turning = np.concatenate([none > 0, *(loop.find_turning() for loop in samples)])
+    is_vertex = np.concatenate([none > 0, *(loop.is_vertex for loop in samples)])
+    vertices = values[is_vertex & ~turning]
+    some = vertices[:: len(vertices) // MOST_VERTICES + 1]
     spread = low + period * ((np.arange(CANDIDATES) + 0.381966) / CANDIDATES)
-    candidates = np.concatenate([[low], vertices, spread])
-    clear = _find_distance(candidates, critical, period)
-    near = _circle(candidates, vertices, period)
-    on_vertex = near <= SAME
-    is_bad = ((near < APART) & ~on_vertex).any(axis=1)
-    crossings = np.zeros(len(candidates))
-    for loop in samples:
-        line = np.floor((loop.points[:, axis] - candidates[:, np.newaxis]) / period)
-        crossings += np.abs(np.diff(line, axis=1)).sum(axis=1)
-    cost = crossings - on_vertex.sum(axis=1) + 0.5 * (np.arange(len(candidates)) > 0)
+    candidates = np.concatenate([[low], some, spread])
+    around = Circle(low, period)
+    clear = around.find_distance(candidates, values[turning])
+    on_vertex = around.count_near(candidates, vertices, SAME)
+    is_bad = around.count_near(candidates, vertices, APART) > on_vertex
+    crossings = around.count_crossings(candidates, values, following)
+    cost = crossings - on_vertex + 0.5 * (np.arange(len(candidates)) > 0)
     for clearance in CLEARANCES:
         good = ((clear >= clearance) & ~is_bad).nonzero()[0]
         if len(good):
@@ -240,15 +235,3 @@ def sample_arcs(work: CutLoops, arcs: ArcLoop) -> tuple[FloatArray, FloatArray, 
     t = begin[numbers] + (end - begin)[numbers] * (step / count[numbers])
     shifts = np.array([arc.shift for arc in arcs])
     return work.evaluate(coedges[numbers], t) + shifts[numbers], t, numbers
-
-
-def _circle(a: FloatArray, b: FloatArray, period: float) -> FloatArray:
-    """Distances (n, m) between coordinates a and b around a period, as shares of it."""
-    apart = (a[:, np.newaxis] - b) / period
-    return np.abs(apart - np.rint(apart))
-
-
-def _find_distance(a: FloatArray, b: FloatArray, period: float) -> FloatArray:
-    """The distance of each coordinate a to the nearest of b, as a share of a period."""
-    nearest: FloatArray = _circle(a, b, period).min(axis=1, initial=1.0)
-    return nearest
