@@ -168,7 +168,7 @@ def build_mesher(
             joined, breps, options, storage, has_nodes=has_nodes, is_quantized=is_quantized
         )
     if isinstance(model, BrepModel):
-        prepared = _set_box(prepare(model))
+        prepared = prepare(model)
         step = find_grid_steps(prepared.model, options)[0] if is_quantized else 0.0
         return BrepMesher(prepared, options, replace(storage, step=step), paints=not has_nodes)
     model, _ = join(model, options.weld_tolerance)
@@ -195,13 +195,9 @@ def _prepare_breps(group: GroupModel) -> tuple[GroupModel, dict[int, PreparedBre
                 prepared_of[key] = prepare(model)
             except InvalidRequest as error:
                 raise error.within(pointer(("members", first, "surface"))) from None
-        prepared = _set_box(replace(prepared_of[key], model=model))
+        low, high = prepared_of[key].box
+        boxed = replace(model, prepared_box=(low, high))
+        prepared = replace(prepared_of[key], model=boxed)
         breps[id(prepared.model)] = prepared
         models.append(prepared.model)
     return replace(group, models=tuple(models)), breps
-
-
-def _set_box(prepared: PreparedBrep) -> PreparedBrep:
-    """The prepared brep with its own box as that of its model."""
-    low, high = prepared.box
-    return replace(prepared, model=replace(prepared.model, prepared_box=(low, high)))

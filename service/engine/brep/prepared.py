@@ -10,6 +10,7 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.trims.closure import ClosedSurfaces
 from service.engine.trims.gaps import ENOUGH, bound_gaps
 from service.engine.trims.places import SIZE, Places
+from service.engine.trims.spline_shapes import find_kinks
 from service.engine.trims.splines import Splines
 from service.engine.trims.surfaces import FaceSurfaces
 from service.surface.brep_model import BrepModel, SkippedFace
@@ -29,7 +30,7 @@ class PreparedBrep:
     Attributes
     ----------
     model : BrepModel
-        The lowered brep, for names, colours and shells.
+        The lowered brep, for names, colours and shells; its box is that of the prepared brep.
     surfaces : FaceSurfaces
         The surfaces of all faces.
     places : Places
@@ -117,6 +118,18 @@ class PreparedBrep:
     def pcurves_replaced(self) -> int:
         """Number of given parameter curves that were made anew."""
         return int(self.is_replaced.sum())
+
+    @cached_property
+    def kinks(self) -> tuple[Ints, FloatArray]:
+        """Edges, and their parameters, at which a curve or a parameter curve of them has a kink."""
+        edges = (self.edge_curves >= 0).nonzero()[0]
+        edge_of = np.full(len(self.curves), -1)
+        edge_of[self.edge_curves[edges]] = edges
+        curve, t = find_kinks(self.curves)
+        extent = self.places.extent[self.coedge_faces]
+        coedge, pcurve_t = find_kinks(self.pcurves, extent)
+        kinked = np.concatenate([edge_of[curve], self.coedge_edges[coedge]])
+        return kinked, np.concatenate([t, pcurve_t])
 
     @cached_property
     def gaps(self) -> FloatArray:

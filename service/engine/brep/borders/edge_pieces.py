@@ -7,7 +7,6 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import expand_runs, unique_values
 from service.engine.brep.prepared import PreparedBrep
-from service.engine.trims.spline_shapes import find_kinks
 from service.engine.vectors import Items
 
 SAME = 2.0**-22
@@ -37,13 +36,7 @@ def list_first_samples(
     """Edges and parameters of the ends of all used edges, and of kinks; sorted by both."""
     used = np.bincount(prepared.coedge_edges).nonzero()[0]
     start, end = prepared.edge_ranges.T
-    edge_of = np.full(len(prepared.curves), -1)
-    edge_of[prepared.edge_curves[prepared.edge_curves >= 0]] = (
-        prepared.edge_curves >= 0
-    ).nonzero()[0]
-    curve, kinks = find_kinks(prepared.curves)
-    extent = prepared.places.extent[prepared.coedge_faces]
-    coedge, pcurve_kinks = find_kinks(prepared.pcurves, extent)
+    kinked, kinks = prepared.kinks
     # A closed curve of three to five spans, such as a circle, keeps its breaks.
     closed = used[(ends[used, 0] == ends[used, 1]) & ~is_point[used]]
     spans = prepared.curves.span_count[prepared.edge_curves[closed]]
@@ -53,8 +46,8 @@ def list_first_samples(
         prepared.curves.span_count[closed_curves] - 1,
         prepared.curves.first_break[closed_curves] + 1,
     )
-    inner_edges = np.concatenate([edge_of[curve], prepared.coedge_edges[coedge], closed[run]])
-    inner = np.concatenate([kinks, pcurve_kinks, prepared.curves.breaks[row]])
+    inner_edges = np.concatenate([kinked, closed[run]])
+    inner = np.concatenate([kinks, prepared.curves.breaks[row]])
     is_used = np.zeros(len(is_point) + 1, bool)
     is_used[used] = ~is_point[used]
     margin = SAME * (end - start)[inner_edges]

@@ -171,7 +171,7 @@ def _finish(
     low, high = places.to_places(every, low), places.to_places(every, high)
     box = np.stack(find_part_box(places, low, high, topology.vertices, *points))
     return PreparedBrep(
-        model=model,
+        model=replace(model, prepared_box=(box[0], box[1])),
         surfaces=surfaces,
         places=places,
         curves=topology.curves,
