@@ -868,6 +868,85 @@ export interface components {
             name?: string;
         };
         /**
+         * BezierNet
+         * @description One tensor-product Bézier patch: the surface of a face of a `brep`.
+         *
+         *     S(u, v) = Σ B_i(u) B_j(v) w_ij P_ij / Σ B_i(u) B_j(v) w_ij for u and v from 0 to 1. A net of
+         *     r × c control points has degree (r − 1, c − 1); rows follow each other along u, columns
+         *     along v.
+         */
+        BezierNet: {
+            /**
+             * Type
+             * @description The kind of surface; `bezier` is the default.
+             * @default bezier
+             * @constant
+             */
+            type?: "bezier";
+            /**
+             * Control Net
+             * @description Control points [x, y, z], row by row. Rows follow each other along u, points in a row along v; rows have equal lengths. At least 2 × 2 points; every coordinate is finite and within single precision.
+             * @example [
+             *       [
+             *         [
+             *           0,
+             *           0,
+             *           0
+             *         ],
+             *         [
+             *           0,
+             *           1,
+             *           1
+             *         ],
+             *         [
+             *           0,
+             *           2,
+             *           0
+             *         ]
+             *       ],
+             *       [
+             *         [
+             *           1,
+             *           0,
+             *           1
+             *         ],
+             *         [
+             *           1,
+             *           1,
+             *           2
+             *         ],
+             *         [
+             *           1,
+             *           2,
+             *           1
+             *         ]
+             *       ]
+             *     ]
+             */
+            control_net: [
+                number,
+                number,
+                number
+            ][][];
+            /**
+             * Weights
+             * @description One positive weight for every control point, in the same rows. Left out, the surface is polynomial.
+             * @example [
+             *       [
+             *         1,
+             *         0.7071067811865476,
+             *         1
+             *       ],
+             *       [
+             *         1,
+             *         0.7071067811865476,
+             *         1
+             *       ]
+             *     ]
+             */
+            weights?: number[][];
+        };
+        /**
          * Boundary
          * @description An open border: a chain of edges, with the surface on their left.
          */
@@ -910,6 +989,184 @@ export interface components {
                 number,
                 number
             ];
+        };
+        /**
+         * BrepDefinition
+         * @description A solid, or open shells, of trimmed faces that share edges.
+         *
+         *     The words are those of ISO 10303-42. A *face* is the part of a surface inside its *loops*; a
+         *     loop runs along *edges*, and an edge lies between two *vertices*. A solid is a closed *shell*,
+         *     and further closed shells are its voids. One trimmed face is a brep of one face. Both faces at
+         *     an edge get the very same vertices of the mesh, so that it has no cracks.
+         */
+        BrepDefinition: {
+            /**
+             * Type
+             * @description The kind of surface.
+             * @constant
+             */
+            type: "brep";
+            /**
+             * Vertices
+             * @description The vertices [x, y, z]. Only a brep without edges has none.
+             * @example [
+             *       [
+             *         0,
+             *         0,
+             *         0
+             *       ],
+             *       [
+             *         10,
+             *         0,
+             *         0
+             *       ],
+             *       [
+             *         10,
+             *         10,
+             *         0
+             *       ],
+             *       [
+             *         0,
+             *         10,
+             *         0
+             *       ],
+             *       [
+             *         7,
+             *         5,
+             *         0
+             *       ]
+             *     ]
+             */
+            vertices?: [
+                number,
+                number,
+                number
+            ][];
+            /**
+             * Vertex Uncertainties
+             * @description For each vertex, how far it may be from the true one, in model units. The default is the uncertainty of the brep.
+             * @example [
+             *       0.000001,
+             *       0.000001,
+             *       0.000001,
+             *       0.000001,
+             *       0.000001
+             *     ]
+             */
+            vertex_uncertainties?: number[];
+            /**
+             * Edges
+             * @description The edges.
+             * @default []
+             * @example [
+             *       {
+             *         "vertices": [
+             *           0,
+             *           1
+             *         ]
+             *       },
+             *       {
+             *         "vertices": [
+             *           1,
+             *           2
+             *         ]
+             *       },
+             *       {
+             *         "vertices": [
+             *           2,
+             *           0
+             *         ]
+             *       }
+             *     ]
+             */
+            edges?: components["schemas"]["EdgeDefinition"][];
+            /**
+             * Faces
+             * @description The faces. The limits of faces and of control points are for the brep, or for the group with this brep, as a whole.
+             * @example [
+             *       {
+             *         "loops": [
+             *           {
+             *             "edges": [
+             *               0,
+             *               1,
+             *               2
+             *             ]
+             *           }
+             *         ],
+             *         "surface": {
+             *           "control_net": [
+             *             [
+             *               [
+             *                 0,
+             *                 0,
+             *                 0
+             *               ],
+             *               [
+             *                 0,
+             *                 9,
+             *                 0
+             *               ]
+             *             ],
+             *             [
+             *               [
+             *                 9,
+             *                 0,
+             *                 0
+             *               ],
+             *               [
+             *                 9,
+             *                 9,
+             *                 0
+             *               ]
+             *             ]
+             *           ]
+             *         }
+             *       }
+             *     ]
+             */
+            faces: components["schemas"]["FaceDefinition"][];
+            /**
+             * Shells
+             * @description The shells. Left out, all faces are one open shell. Of a solid, the first shell is the outer one.
+             * @example [
+             *       {
+             *         "closed": false,
+             *         "faces": [
+             *           0
+             *         ]
+             *       }
+             *     ]
+             */
+            shells?: components["schemas"]["ShellDefinition"][];
+            /**
+             * Uncertainty
+             * @description How far points may be from the true ones, in model units. A given pcurve is used if it is at most this far from its edge. The default is 1e-6 of the diagonal of the box about vertices and edges.
+             * @example 0.000001
+             */
+            uncertainty?: number;
+            /**
+             * Invalid Faces
+             * @description What happens if a face is invalid: its loop is open, loops cross, an edge is far from its surface. With `refuse` the brep is refused; with `skip` the face is left out and listed in the report. If the edges of a face are further from its surface than the uncertainty, its loops never refuse the brep, because a gap is no mistake of the request.
+             * @default refuse
+             * @enum {string}
+             */
+            invalid_faces?: "refuse" | "skip";
+            /**
+             * Up
+             * @description The model's vertical axis. With `z`, the root node of a glTF file rotates the model, since y is up in glTF; the coordinates do not change.
+             * @default y
+             * @example z
+             * @enum {string}
+             */
+            up?: "y" | "z";
+            /**
+             * Name
+             * @description Name of the surface or curve. Its part, its node in glTF and a comment in OOGL have this name.
+             * @default brep
+             * @example sail
+             */
+            name?: string;
         };
         /**
          * BsplineCurveDefinition
@@ -1296,6 +1553,192 @@ export interface components {
             name?: string;
         };
         /**
+         * BsplineNet
+         * @description One tensor-product B-spline surface: the surface of a face of a `brep`.
+         *
+         *     S(u, v) = Σ N_i(u) N_j(v) w_ij P_ij / Σ N_i(u) N_j(v) w_ij over the domain of its knots. A net
+         *     of r × c control points needs r + p + 1 knots along u and c + q + 1 along v. Each cell between
+         *     neighbouring distinct knots along u and along v becomes one Bézier patch.
+         */
+        BsplineNet: {
+            /**
+             * Type
+             * @description The kind of surface.
+             * @constant
+             */
+            type: "bspline";
+            /**
+             * Control Net
+             * @description Control points [x, y, z], row by row. Rows follow each other along u, points in a row along v; rows have equal lengths. At least degree + 1 points in each direction (3 in a periodic direction); every coordinate is finite and within single precision.
+             * @example [
+             *       [
+             *         [
+             *           0,
+             *           0,
+             *           0
+             *         ],
+             *         [
+             *           0,
+             *           1,
+             *           1
+             *         ],
+             *         [
+             *           0,
+             *           2,
+             *           1
+             *         ],
+             *         [
+             *           0,
+             *           3,
+             *           0
+             *         ]
+             *       ],
+             *       [
+             *         [
+             *           1,
+             *           0,
+             *           1
+             *         ],
+             *         [
+             *           1,
+             *           1,
+             *           2
+             *         ],
+             *         [
+             *           1,
+             *           2,
+             *           2
+             *         ],
+             *         [
+             *           1,
+             *           3,
+             *           1
+             *         ]
+             *       ],
+             *       [
+             *         [
+             *           2,
+             *           0,
+             *           1
+             *         ],
+             *         [
+             *           2,
+             *           1,
+             *           0
+             *         ],
+             *         [
+             *           2,
+             *           2,
+             *           0
+             *         ],
+             *         [
+             *           2,
+             *           3,
+             *           1
+             *         ]
+             *       ],
+             *       [
+             *         [
+             *           3,
+             *           0,
+             *           0
+             *         ],
+             *         [
+             *           3,
+             *           1,
+             *           1
+             *         ],
+             *         [
+             *           3,
+             *           2,
+             *           1
+             *         ],
+             *         [
+             *           3,
+             *           3,
+             *           0
+             *         ]
+             *       ]
+             *     ]
+             */
+            control_net: [
+                number,
+                number,
+                number
+            ][][];
+            /**
+             * Degree
+             * @description Degree along u and along v, 1 to 64, or one number for both. The default is 3.
+             * @default [
+             *       3,
+             *       3
+             *     ]
+             * @example [
+             *       3,
+             *       2
+             *     ]
+             */
+            degree?: number | [
+                number,
+                number
+            ];
+            /**
+             * Knots
+             * @description Knots along u and along v, each a list of numbers or a name; or one name for both. Numbers never decrease, and each occurs at most degree + 1 times. At a knot that occurs degree times the surface has a crease, and at one that occurs degree + 1 times it is discontinuous. With `clamped`, the default, the surface reaches its first and last control points; with `uniform` it does not; with `periodic` it closes smoothly, and its control points are not repeated. The intervals of named knots have length 1, and the first begins at 0. Knots that differ by less than 9e-13 of the length of the domain are made equal, unless this would make more than degree knots equal (degree + 1 at an end of the domain). The first and the last knot have no effect and may both be left out.
+             * @default [
+             *       "clamped",
+             *       "clamped"
+             *     ]
+             * @example [
+             *       "clamped",
+             *       [
+             *         0,
+             *         0,
+             *         0,
+             *         0.5,
+             *         1,
+             *         1,
+             *         1
+             *       ]
+             *     ]
+             */
+            knots?: ("uniform" | "clamped" | "periodic") | [
+                ("uniform" | "clamped" | "periodic") | number[],
+                ("uniform" | "clamped" | "periodic") | number[]
+            ];
+            /**
+             * Weights
+             * @description One positive weight for every control point, in the same rows. Left out, the surface is polynomial.
+             * @example [
+             *       [
+             *         1,
+             *         1,
+             *         1,
+             *         1
+             *       ],
+             *       [
+             *         1,
+             *         2,
+             *         2,
+             *         1
+             *       ],
+             *       [
+             *         1,
+             *         2,
+             *         2,
+             *         1
+             *       ],
+             *       [
+             *         1,
+             *         1,
+             *         1,
+             *         1
+             *       ]
+             *     ]
+             */
+            weights?: number[][];
+        };
+        /**
          * CameraDefinition
          * @description A perspective camera: its position, and how large an error appears in its picture.
          *
@@ -1416,6 +1859,22 @@ export interface components {
              * @description For a curve: unit tangents.
              */
             tangents?: number[][];
+        };
+        /**
+         * CollapsedEdges
+         * @description Edges of a brep that became one vertex.
+         */
+        CollapsedEdges: {
+            /**
+             * Count
+             * @description Their number.
+             */
+            count: number;
+            /**
+             * Longest Chain
+             * @description The greatest length of connected edges that became one vertex, in model units.
+             */
+            longest_chain: number;
         };
         /**
          * ConvertRequest
@@ -1583,6 +2042,62 @@ export interface components {
             curve: components["schemas"]["CurveDefinition"];
         };
         /**
+         * EdgeDefinition
+         * @description An edge: a curve of space between two vertices.
+         *
+         *     An edge without a `curve` is a straight line between its vertices.
+         */
+        EdgeDefinition: {
+            /**
+             * Vertices
+             * @description The numbers, from 0, of the vertices at which the curve begins and ends. A closed curve begins and ends at one vertex, whose number is there twice. A `degenerate` edge has one vertex.
+             * @example [
+             *       0,
+             *       1
+             *     ]
+             * @example [
+             *       4,
+             *       4
+             *     ]
+             */
+            vertices: number[];
+            /**
+             * @description The curve, with control points [x, y, z]. Its `up` and `name` have no effect.
+             * @example {
+             *       "control_points": [
+             *         [
+             *           0,
+             *           0,
+             *           0
+             *         ],
+             *         [
+             *           1,
+             *           2,
+             *           0
+             *         ],
+             *         [
+             *           3,
+             *           2,
+             *           1
+             *         ]
+             *       ]
+             *     }
+             */
+            curve?: components["schemas"]["CurveDefinition"];
+            /**
+             * Uncertainty
+             * @description How far the curve may be from the true edge, in model units; an edge that is no longer than this may become a point. The default is the uncertainty of the brep.
+             * @example 0.000001
+             */
+            uncertainty?: number;
+            /**
+             * Degenerate
+             * @description Whether the edge is a point: a side of a surface that is collapsed, as at the pole of a sphere. Such an edge has one vertex and no curve.
+             * @default false
+             */
+            degenerate?: boolean;
+        };
+        /**
          * EdgePlace
          * @description A side of a patch.
          */
@@ -1738,6 +2253,94 @@ export interface components {
              * @description The reasons for refusals, by format.
              */
             refused: components["schemas"]["Refusal"][];
+        };
+        /**
+         * FaceDefinition
+         * @description A face: the part of a surface that is inside its loops.
+         *
+         *     A face without loops is its whole surface, with its natural borders. Where the surface is
+         *     closed, or collapses to a point, the face is closed there.
+         */
+        FaceDefinition: {
+            /**
+             * Name
+             * @description Name of the face.
+             * @example top
+             */
+            name?: string;
+            /**
+             * Color
+             * @description Colour of the face: red, green, blue and, as an optional fourth number, opacity; sRGB, each from 0 to 1. The colour of a member of a group applies to faces without one.
+             * @example [
+             *       0.8,
+             *       0.2,
+             *       0.1
+             *     ]
+             */
+            color?: number[];
+            /**
+             * Reversed
+             * @description Whether the normal of the face is −(du × dv).
+             * @default false
+             */
+            reversed?: boolean;
+            /**
+             * Surface
+             * @description The surface, which may be larger than the face. It is continuous: inside its domain no knot occurs more than degree times.
+             * @example {
+             *       "control_net": [
+             *         [
+             *           [
+             *             0,
+             *             0,
+             *             0
+             *           ],
+             *           [
+             *             0,
+             *             10,
+             *             0
+             *           ]
+             *         ],
+             *         [
+             *           [
+             *             10,
+             *             0,
+             *             0
+             *           ],
+             *           [
+             *             10,
+             *             10,
+             *             0
+             *           ]
+             *         ]
+             *       ]
+             *     }
+             */
+            surface: components["schemas"]["BezierNet"] | components["schemas"]["BsplineNet"];
+            /**
+             * Loops
+             * @description The loops, in any order: material is on the left of each of them.
+             * @default []
+             * @example [
+             *       {
+             *         "edges": [
+             *           0,
+             *           1,
+             *           2,
+             *           3
+             *         ]
+             *       },
+             *       {
+             *         "edges": [
+             *           4
+             *         ],
+             *         "reversed": [
+             *           true
+             *         ]
+             *       }
+             *     ]
+             */
+            loops?: components["schemas"]["LoopDefinition"][];
         };
         /**
          * FaultyEdge
@@ -2251,6 +2854,59 @@ export interface components {
             next?: string;
         };
         /**
+         * LoopDefinition
+         * @description A loop: edges that follow each other around a face, with the face on their left.
+         *
+         *     Left is as seen with du × dv towards the viewer, also if the face is reversed. Loops are given
+         *     by their `edges`, by `pcurves`, or by both.
+         */
+        LoopDefinition: {
+            /**
+             * Edges
+             * @description The numbers of the edges, from 0, in the order of the loop. Left out, the loop is given by its pcurves alone, and its edges belong to this face only.
+             * @example [
+             *       0,
+             *       1,
+             *       2,
+             *       3
+             *     ]
+             */
+            edges?: number[];
+            /**
+             * Reversed
+             * @description For each edge, whether the loop runs from its end to its start; left out, none does.
+             * @example [
+             *       false,
+             *       true,
+             *       false,
+             *       false
+             *     ]
+             */
+            reversed?: boolean[];
+            /**
+             * Pcurves
+             * @description For each edge, its curve in the parameters of the surface, with control points [u, v]; or null, and the service makes it. A pcurve runs in the direction of its edge, also where the loop is reversed, and at the parameters of the edge up to an affine map. A pcurve that does not, or that is further from the edge than the uncertainty, is made anew.
+             * @example [
+             *       {
+             *         "control_points": [
+             *           [
+             *             0,
+             *             0
+             *           ],
+             *           [
+             *             1,
+             *             0
+             *           ]
+             *         ]
+             *       },
+             *       null,
+             *       null,
+             *       null
+             *     ]
+             */
+            pcurves?: (components["schemas"]["CurveDefinition"] | null)[];
+        };
+        /**
          * MeasureRequest
          * @description A surface to measure.
          */
@@ -2383,7 +3039,7 @@ export interface components {
             ];
         };
         /** @description A surface in a group: any but a group. */
-        MemberSurfaceDefinition: components["schemas"]["BezierDefinition"] | components["schemas"]["BsplineDefinition"] | components["schemas"]["PatchesDefinition"] | components["schemas"]["TriangleDefinition"] | components["schemas"]["MultipatchDefinition"] | components["schemas"]["TubeDefinition"] | components["schemas"]["RibbonDefinition"];
+        MemberSurfaceDefinition: components["schemas"]["BezierDefinition"] | components["schemas"]["BsplineDefinition"] | components["schemas"]["PatchesDefinition"] | components["schemas"]["TriangleDefinition"] | components["schemas"]["MultipatchDefinition"] | components["schemas"]["TubeDefinition"] | components["schemas"]["RibbonDefinition"] | components["schemas"]["BrepDefinition"];
         /**
          * Mesh
          * @description A mesh as JSON.
@@ -2447,7 +3103,8 @@ export interface components {
             attribute_faces?: number[][];
             /**
              * Parts
-             * @description The parts, each with its range of `faces`.
+             * @description The parts, each with its range of `faces`; those of a brep are its faces. Empty for breps of
+             *     more than 10,000 faces.
              */
             parts: components["schemas"]["MeshPart"][];
             /**
@@ -2536,7 +3193,7 @@ export interface components {
             quads: number;
             /**
              * Patches
-             * @description Number of Bézier patches; tubes and ribbons have none.
+             * @description Number of Bézier patches; tubes and ribbons have none. For breps those of all faces.
              */
             patches: number;
             bounds: components["schemas"]["Bounds"];
@@ -2582,15 +3239,91 @@ export interface components {
             /**
              * Deviation Bound
              * @description Proved, in model units: no point of the surface is further than this from the faces, with the
-             *     coordinates that the file has after rounding. Never above the tolerance of the request. Left out
-             *     if the mesh has no faces, or only faces of tubes and ribbons.
+             *     coordinates that the file has after rounding. Never above the tolerance of the request, except
+             *     for breps whose edges are further than that from their faces (`reached`). For breps it holds for
+             *     faces and for edges. Left out if the mesh has no faces, or only faces of tubes and ribbons.
              */
             deviation_bound?: number;
             /**
              * Mesh Deviation Bound
-             * @description With `two_sided`; proved: no point of the faces is further than this from the surface.
+             * @description With `two_sided`; proved: no point of the faces is further than this from the surface. Null
+             *     for a brep without such a bound; `mesh_deviation_reason` says why.
              */
-            mesh_deviation_bound?: number;
+            mesh_deviation_bound?: number | null;
+            /**
+             * Mesh Deviation Reason
+             * @description Why `mesh_deviation_bound` is null.
+             * @example The part is too thin for this tolerance.
+             */
+            mesh_deviation_reason?: string;
+            /**
+             * Reached
+             * @description Whether `deviation_bound` is at most the tolerance. This and the next fields are only for
+             *     breps, and groups with breps: sums and greatest values over all of them.
+             * @example true
+             */
+            reached?: boolean;
+            /**
+             * Gap Bound
+             * @description Proved, in model units: no point of an edge is further than this from the point of its
+             *     parameter curve at the same parameter, on the surface of the face.
+             * @example 1.5e-7
+             */
+            gap_bound?: number;
+            /**
+             * Pcurves Replaced
+             * @description Number of given parameter curves that were made anew, because they were too far from their
+             *     edges.
+             * @example 2
+             */
+            pcurves_replaced?: number;
+            /**
+             * Complete
+             * @description Whether all faces have triangles: none is in `skipped_faces`, and none is degenerate.
+             * @example true
+             */
+            complete?: boolean;
+            /**
+             * Non Manifold Edges
+             * @description Number of edges with more than two coedges in one shell that could not be put in pairs.
+             * @example 0
+             */
+            non_manifold_edges?: number;
+            /**
+             * Double Edges
+             * @description Number of pairs of vertices that more than two triangles join; those along
+             *     `non_manifold_edges` do not count.
+             * @example 0
+             */
+            double_edges?: number;
+            /**
+             * Degenerate Faces
+             * @description Number of faces without triangles, because they are too narrow.
+             * @example 0
+             */
+            degenerate_faces?: number;
+            /**
+             * Collapsed Edges
+             * @description Edges that became one vertex, because they are shorter than their uncertainty.
+             * @example {
+             *       "count": 1,
+             *       "longest_chain": 2e-7
+             *     }
+             */
+            collapsed_edges?: components["schemas"]["CollapsedEdges"];
+            /**
+             * Skipped Faces
+             * @description Invalid faces that were left out, with `"invalid_faces": "skip"`.
+             * @example [
+             *       {
+             *         "code": "edge_not_on_surface",
+             *         "face": 3,
+             *         "got": "an edge 2.5 from the surface",
+             *         "needed": "at most 1/10 of the diagonal of the face"
+             *       }
+             *     ]
+             */
+            skipped_faces?: components["schemas"]["SkippedFace"][];
             /**
              * Normal Angle
              * @description With `angle_tolerance`: the largest measured angle, in radians, between the normals at the
@@ -2616,7 +3349,8 @@ export interface components {
             moved?: number;
             /**
              * Parts
-             * @description The bound of each part, in the order of the parts; left out if no part has a bound.
+             * @description The bound of each part, in the order of the parts; left out if no part has a bound, and for
+             *     breps of more than 10,000 faces. The parts of a brep are its faces.
              */
             parts?: components["schemas"]["PartReport"][];
             /**
@@ -2633,7 +3367,7 @@ export interface components {
         MeshRequest: {
             /**
              * Resolution
-             * @description Divisions of every patch: one number, or [u, v]; by default 16. A patch has (u + 1) × (v + 1) vertices. A triangle uses the larger number n for all sides and has (n + 1)(n + 2)/2 vertices. Not together with a tolerance, `max_triangles` or `max_bytes`.
+             * @description Divisions of every patch: one number, or [u, v]; by default 16. A patch has (u + 1) × (v + 1) vertices. A triangle uses the larger number n for all sides and has (n + 1)(n + 2)/2 vertices. Not together with a tolerance, `max_triangles` or `max_bytes`, and not for breps.
              * @example 16
              * @example [
              *       16,
@@ -2652,7 +3386,7 @@ export interface components {
             tolerance?: number;
             /**
              * Relative Tolerance
-             * @description The tolerance as a share of the model's diagonal, which is the diagonal of the bounding box of all control points (for a group, of all members after placement). Not together with `tolerance`.
+             * @description The tolerance as a share of the model's diagonal, which is the diagonal of the bounding box of all control points (for a group, of all members after placement). Not together with `tolerance`. Breps, and groups with breps, are meshed with 0.001 if the request has no option of accuracy. The box of a brep does not contain the parts of surfaces outside of its faces, and no mesh of a brep is coarser than 0.02.
              * @example 0.001
              */
             relative_tolerance?: number;
@@ -2710,13 +3444,13 @@ export interface components {
             curvatures?: boolean;
             /**
              * Weld
-             * @description Whether patches share the vertices of common edges. With `false` every sample of every patch is a vertex of its own, even samples at a pole that no face uses. Vertices are then ordered patch by patch; sample (i, j) of a patch is its vertex number i (Rv + 1) + j, where Rv is the number of divisions along v.
+             * @description Whether patches share the vertices of common edges. With `false` every sample of every patch is a vertex of its own, even samples at a pole that no face uses. Vertices are then ordered patch by patch; sample (i, j) of a patch is its vertex number i (Rv + 1) + j, where Rv is the number of divisions along v. Not for breps.
              * @default true
              */
             weld?: boolean;
             /**
              * Crease Angle
-             * @description Angle in radians. If the normals of neighbouring patches differ by more, the common edge is a crease: each patch keeps its own normals there.
+             * @description Angle in radians. If the normals of neighbouring patches differ by more, the common edge is a crease: each patch keeps its own normals there. So do faces of breps.
              * @default 0.017453292519943295
              * @example 0.5
              */
@@ -2730,7 +3464,7 @@ export interface components {
             weld_tolerance?: number;
             /**
              * Overlays
-             * @description Lines to draw in addition to the faces, if the format has lines.
+             * @description Lines to draw in addition to the faces, if the format has lines. For breps `boundary` has all edges, drawn through vertices of the mesh; they have no `control_net`.
              * @default []
              * @example [
              *       "control_net",
@@ -2740,7 +3474,7 @@ export interface components {
             overlays?: ("control_net" | "boundary")[];
             /**
              * Isocurves
-             * @description Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) gets the curves u = i/n_u and v = j/n_v, with its borders; a shared border is drawn once. A triangle gets the curves r = i/n, s = i/n and t = i/n. 0 draws no curves in that direction.
+             * @description Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) gets the curves u = i/n_u and v = j/n_v, with its borders; a shared border is drawn once. A triangle gets the curves r = i/n, s = i/n and t = i/n. 0 draws no curves in that direction. Not for breps.
              * @default [
              *       0,
              *       0
@@ -2927,7 +3661,7 @@ export interface components {
             name?: string;
         };
         /** @description A step of a conversion: `op` names its kind. */
-        OperationDefinition: components["schemas"]["ElevateDefinition"] | components["schemas"]["SplitDefinition"] | components["schemas"]["RestrictDefinition"] | components["schemas"]["TransposeDefinition"] | components["schemas"]["ReverseDefinition"] | components["schemas"]["BezierConversion"] | components["schemas"]["TriangleConversion"];
+        OperationDefinition: components["schemas"]["ElevateDefinition"] | components["schemas"]["SplitDefinition"] | components["schemas"]["RestrictDefinition"] | components["schemas"]["TransposeDefinition"] | components["schemas"]["ReverseDefinition"] | components["schemas"]["BezierConversion"] | components["schemas"]["TriangleConversion"] | components["schemas"]["UntrimDefinition"] | components["schemas"]["SelectDefinition"];
         /**
          * PageLinks
          * @description URLs, without the host.
@@ -3059,12 +3793,13 @@ export interface components {
         PartReport: {
             /**
              * Name
-             * @description Name of the part, or of the member of a group.
+             * @description Name of the part, of the face of a brep, or of the member of a group.
              */
             name: string;
             /**
              * Deviation Bound
-             * @description The `deviation_bound` of the part alone; left out for tubes and ribbons.
+             * @description The `deviation_bound` of the part alone; left out for tubes and ribbons, and for faces that
+             *     have no triangles.
              */
             deviation_bound?: number;
         };
@@ -4044,6 +4779,60 @@ export interface components {
             report: components["schemas"]["SectionReport"];
         };
         /**
+         * SelectDefinition
+         * @description Answers with a brep of some faces, with their edges and vertices.
+         *
+         *     Faces, edges and vertices get new numbers: faces in the order of the operation, the others in
+         *     their own order. A shell stays closed only if all its faces are chosen.
+         */
+        SelectDefinition: {
+            /**
+             * Op
+             * @description The operation.
+             * @constant
+             */
+            op: "select";
+            /**
+             * Faces
+             * @description The numbers of the faces, from 0, each once.
+             * @example [
+             *       0
+             *     ]
+             */
+            faces: number[];
+            /**
+             * Member
+             * @description Of a group, the number of the member, from 0, which is a brep; the result has no placement.
+             * @example 0
+             */
+            member?: number;
+        };
+        /**
+         * ShellDefinition
+         * @description A shell: faces that are connected at their edges.
+         */
+        ShellDefinition: {
+            /**
+             * Faces
+             * @description The numbers of the faces, from 0. Each face belongs to one shell.
+             * @example [
+             *       0,
+             *       1,
+             *       2,
+             *       3,
+             *       4,
+             *       5
+             *     ]
+             */
+            faces: number[];
+            /**
+             * Closed
+             * @description Whether the shell is closed: then it is refused if an edge of it has a border.
+             * @default false
+             */
+            closed?: boolean;
+        };
+        /**
          * SignRequest
          * @description A URL to be signed: until it expires, any client may read it without a key.
          */
@@ -4082,6 +4871,32 @@ export interface components {
              * @description The time when it expires, in Unix time.
              */
             expires: number;
+        };
+        /**
+         * SkippedFace
+         * @description An invalid face of a brep that was left out.
+         */
+        SkippedFace: {
+            /**
+             * Face
+             * @description Number of the face in the brep.
+             */
+            face: number;
+            /**
+             * Code
+             * @description The code of the error that would refuse the brep.
+             */
+            code: string;
+            /**
+             * Got
+             * @description A description of the face, with figures.
+             */
+            got: string;
+            /**
+             * Needed
+             * @description A description of a valid face.
+             */
+            needed: string;
         };
         /**
          * SplitDefinition
@@ -4207,7 +5022,7 @@ export interface components {
             links: components["schemas"]["StoredLinks"];
         };
         /** @description A surface: its `type` names the kind; the default is `bezier`. */
-        SurfaceDefinition: components["schemas"]["BezierDefinition"] | components["schemas"]["BsplineDefinition"] | components["schemas"]["PatchesDefinition"] | components["schemas"]["TriangleDefinition"] | components["schemas"]["MultipatchDefinition"] | components["schemas"]["TubeDefinition"] | components["schemas"]["RibbonDefinition"] | components["schemas"]["GroupDefinition"];
+        SurfaceDefinition: components["schemas"]["BezierDefinition"] | components["schemas"]["BsplineDefinition"] | components["schemas"]["PatchesDefinition"] | components["schemas"]["TriangleDefinition"] | components["schemas"]["MultipatchDefinition"] | components["schemas"]["TubeDefinition"] | components["schemas"]["RibbonDefinition"] | components["schemas"]["BrepDefinition"] | components["schemas"]["GroupDefinition"];
         /**
          * SurfaceDocument
          * @description A surface without options. Clients may add options, and send it to the other calls.
@@ -4367,7 +5182,7 @@ export interface components {
             up: "y" | "z";
             /**
              * Patches
-             * @description Number of Bézier patches; tubes and ribbons have none.
+             * @description Number of Bézier patches, also of the surfaces of faces; tubes and ribbons have none.
              */
             patches: number;
             /**
@@ -4673,6 +5488,33 @@ export interface components {
              * @example sail
              */
             name?: string;
+        };
+        /**
+         * UntrimDefinition
+         * @description Answers with the whole surface of one face of a brep: a patch or a B-spline.
+         *
+         *     Its parameters are those of the face, also if the face is reversed. It has the name of the face,
+         *     or else of the brep.
+         */
+        UntrimDefinition: {
+            /**
+             * Op
+             * @description The operation.
+             * @constant
+             */
+            op: "untrim";
+            /**
+             * Face
+             * @description The number of the face, from 0.
+             * @example 0
+             */
+            face: number;
+            /**
+             * Member
+             * @description Of a group, the number of the member, from 0, which is a brep; the result has no placement.
+             * @example 0
+             */
+            member?: number;
         };
     };
     responses: {
@@ -5012,12 +5854,16 @@ export interface components {
 export type BezierConversion = components['schemas']['BezierConversion'];
 export type BezierCurveDefinition = components['schemas']['BezierCurveDefinition'];
 export type BezierDefinition = components['schemas']['BezierDefinition'];
+export type BezierNet = components['schemas']['BezierNet'];
 export type Boundary = components['schemas']['Boundary'];
 export type Bounds = components['schemas']['Bounds'];
+export type BrepDefinition = components['schemas']['BrepDefinition'];
 export type BsplineCurveDefinition = components['schemas']['BsplineCurveDefinition'];
 export type BsplineDefinition = components['schemas']['BsplineDefinition'];
+export type BsplineNet = components['schemas']['BsplineNet'];
 export type CameraDefinition = components['schemas']['CameraDefinition'];
 export type ClosestPoints = components['schemas']['ClosestPoints'];
+export type CollapsedEdges = components['schemas']['CollapsedEdges'];
 export type ConvertRequest = components['schemas']['ConvertRequest'];
 export type CurvatureRange = components['schemas']['CurvatureRange'];
 export type Curve = components['schemas']['Curve'];
@@ -5025,9 +5871,11 @@ export type CurveBounds = components['schemas']['CurveBounds'];
 export type CurveDefinition = components['schemas']['CurveDefinition'];
 export type CurveReport = components['schemas']['CurveReport'];
 export type CurveRequest = components['schemas']['CurveRequest'];
+export type EdgeDefinition = components['schemas']['EdgeDefinition'];
 export type EdgePlace = components['schemas']['EdgePlace'];
 export type ElevateDefinition = components['schemas']['ElevateDefinition'];
 export type Estimate = components['schemas']['Estimate'];
+export type FaceDefinition = components['schemas']['FaceDefinition'];
 export type FaultyEdge = components['schemas']['FaultyEdge'];
 export type Format = components['schemas']['Format'];
 export type FormatList = components['schemas']['FormatList'];
@@ -5043,6 +5891,7 @@ export type JobList = components['schemas']['JobList'];
 export type JobRequest = components['schemas']['JobRequest'];
 export type JobResult = components['schemas']['JobResult'];
 export type JobResults = components['schemas']['JobResults'];
+export type LoopDefinition = components['schemas']['LoopDefinition'];
 export type MeasureRequest = components['schemas']['MeasureRequest'];
 export type MemberDefinition = components['schemas']['MemberDefinition'];
 export type MemberSurfaceDefinition = components['schemas']['MemberSurfaceDefinition'];
@@ -5074,8 +5923,11 @@ export type Section = components['schemas']['Section'];
 export type SectionLine = components['schemas']['SectionLine'];
 export type SectionReport = components['schemas']['SectionReport'];
 export type Sections = components['schemas']['Sections'];
+export type SelectDefinition = components['schemas']['SelectDefinition'];
+export type ShellDefinition = components['schemas']['ShellDefinition'];
 export type SignRequest = components['schemas']['SignRequest'];
 export type SignedAddress = components['schemas']['SignedAddress'];
+export type SkippedFace = components['schemas']['SkippedFace'];
 export type SplitDefinition = components['schemas']['SplitDefinition'];
 export type StoredEntry = components['schemas']['StoredEntry'];
 export type StoredLinks = components['schemas']['StoredLinks'];
@@ -5092,6 +5944,7 @@ export type TransposeDefinition = components['schemas']['TransposeDefinition'];
 export type TriangleConversion = components['schemas']['TriangleConversion'];
 export type TriangleDefinition = components['schemas']['TriangleDefinition'];
 export type TubeDefinition = components['schemas']['TubeDefinition'];
+export type UntrimDefinition = components['schemas']['UntrimDefinition'];
 export type ResponseMalformedJson = components['responses']['MalformedJson'];
 export type ResponseKeyNeeded = components['responses']['KeyNeeded'];
 export type ResponseScopeNeeded = components['responses']['ScopeNeeded'];
@@ -5139,14 +5992,14 @@ export interface operations {
                 up?: "y" | "z";
                 /** @description With a file: Name of the surface. */
                 name?: string;
-                /** @description With a file: Divisions of every patch: one number, or [u, v]; by default 16. A patch has (u + 1) × (v + 1) vertices. A triangle uses the larger number n for all sides and has (n + 1)(n + 2)/2 vertices. Not together with a tolerance, `max_triangles` or `max_bytes`. */
+                /** @description With a file: Divisions of every patch: one number, or [u, v]; by default 16. A patch has (u + 1) × (v + 1) vertices. A triangle uses the larger number n for all sides and has (n + 1)(n + 2)/2 vertices. Not together with a tolerance, `max_triangles` or `max_bytes`, and not for breps. */
                 resolution?: number | [
                     number,
                     number
                 ];
                 /** @description With a file: The largest distance of the surface from the mesh, in model units. No point of the surface is further than this from the mesh in the file. This is proved, not sampled, and the report has the proved bound. Use a tolerance in place of a resolution. Patches are divided where the surface bends, and in the direction in which it bends; the division of a shared edge depends on the edge alone. A tolerance below the rounding of the written vertices is refused (`tolerance_too_small`). */
                 tolerance?: number;
-                /** @description With a file: The tolerance as a share of the model's diagonal, which is the diagonal of the bounding box of all control points (for a group, of all members after placement). Not together with `tolerance`. */
+                /** @description With a file: The tolerance as a share of the model's diagonal, which is the diagonal of the bounding box of all control points (for a group, of all members after placement). Not together with `tolerance`. Breps, and groups with breps, are meshed with 0.001 if the request has no option of accuracy. The box of a brep does not contain the parts of surfaces outside of its faces, and no mesh of a brep is coarser than 0.02. */
                 relative_tolerance?: number;
                 /** @description With a file: The largest angle in radians between the normals at the two ends of an edge. This angle is an aim and is not proved; the report has the largest measured angle, `normal_angle`. Use it alone, or together with a tolerance. */
                 angle_tolerance?: number;
@@ -5164,15 +6017,15 @@ export interface operations {
                 uvs?: boolean;
                 /** @description With a file: Whether vertices carry the Gaussian and mean curvature of the exact surface. Formats with attributes write them as `gaussian_curvature` and `mean_curvature`. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so a sphere of radius r with outward normals has −1/r. In a group they are the curvatures of the surfaces after placement. A curvature that is infinite or has no limit, for example at the apex of a cone, is written as 0; the curvatures of wires are written as 0, too. The report has the least and the greatest curvature. Not for tubes and ribbons. Default: false. */
                 curvatures?: boolean;
-                /** @description With a file: Whether patches share the vertices of common edges. With `false` every sample of every patch is a vertex of its own, even samples at a pole that no face uses. Vertices are then ordered patch by patch; sample (i, j) of a patch is its vertex number i (Rv + 1) + j, where Rv is the number of divisions along v. Default: true. */
+                /** @description With a file: Whether patches share the vertices of common edges. With `false` every sample of every patch is a vertex of its own, even samples at a pole that no face uses. Vertices are then ordered patch by patch; sample (i, j) of a patch is its vertex number i (Rv + 1) + j, where Rv is the number of divisions along v. Not for breps. Default: true. */
                 weld?: boolean;
-                /** @description With a file: Angle in radians. If the normals of neighbouring patches differ by more, the common edge is a crease: each patch keeps its own normals there. Default: 0.017453292519943295. */
+                /** @description With a file: Angle in radians. If the normals of neighbouring patches differ by more, the common edge is a crease: each patch keeps its own normals there. So do faces of breps. Default: 0.017453292519943295. */
                 crease_angle?: number;
                 /** @description With a file: A share of the model's diagonal. Control points on borders of patches that are nearer to each other than this count as one point. So sides that are equal up to rounding become one edge, closed surfaces have no gaps, and collapsed sides become poles. Near points, and points connected by a chain of near points, form a cluster; in a cluster wider than the tolerance, only points nearer than 1/8 of the tolerance become one. Patches without width are left out of the mesh. When two sides become one edge, the edge gets the positions of the side whose control points come first in lexicographic order, whatever the order of the patches. Far from the origin, where coordinates are too coarse for this tolerance, points nearer to each other than 2^-50 times the largest coordinate count as near. The report has the largest move of a point as `moved`, and every bound includes it. If two borders are the same curve with different knots, the surfaces are split at these knots. With 0, only points that are equal bit for bit are joined. Default: 1e-12. */
                 weld_tolerance?: number;
-                /** @description With a file: Lines to draw in addition to the faces, if the format has lines. Default: []. */
+                /** @description With a file: Lines to draw in addition to the faces, if the format has lines. For breps `boundary` has all edges, drawn through vertices of the mesh; they have no `control_net`. Default: []. */
                 overlays?: ("control_net" | "boundary")[];
-                /** @description With a file: Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) gets the curves u = i/n_u and v = j/n_v, with its borders; a shared border is drawn once. A triangle gets the curves r = i/n, s = i/n and t = i/n. 0 draws no curves in that direction. Default: [0, 0]. */
+                /** @description With a file: Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) gets the curves u = i/n_u and v = j/n_v, with its borders; a shared border is drawn once. A triangle gets the curves r = i/n, s = i/n and t = i/n. 0 draws no curves in that direction. Not for breps. Default: [0, 0]. */
                 isocurves?: number | [
                     number,
                     number
@@ -5236,6 +6089,11 @@ export interface operations {
                      * @example 0.0005
                      */
                     "Surface-Deviation-Bound"?: number;
+                    /**
+                     * @description The `gap_bound` of the report, in model units. Sent for breps, with every format.
+                     * @example 1e-7
+                     */
+                    "Surface-Gap-Bound"?: number;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
                     "X-Request-Id": components["headers"]["RequestId"];
@@ -5313,14 +6171,14 @@ export interface operations {
                 up?: "y" | "z";
                 /** @description With a file: Name of the surface. */
                 name?: string;
-                /** @description With a file: Divisions of every patch: one number, or [u, v]; by default 16. A patch has (u + 1) × (v + 1) vertices. A triangle uses the larger number n for all sides and has (n + 1)(n + 2)/2 vertices. Not together with a tolerance, `max_triangles` or `max_bytes`. */
+                /** @description With a file: Divisions of every patch: one number, or [u, v]; by default 16. A patch has (u + 1) × (v + 1) vertices. A triangle uses the larger number n for all sides and has (n + 1)(n + 2)/2 vertices. Not together with a tolerance, `max_triangles` or `max_bytes`, and not for breps. */
                 resolution?: number | [
                     number,
                     number
                 ];
                 /** @description With a file: The largest distance of the surface from the mesh, in model units. No point of the surface is further than this from the mesh in the file. This is proved, not sampled, and the report has the proved bound. Use a tolerance in place of a resolution. Patches are divided where the surface bends, and in the direction in which it bends; the division of a shared edge depends on the edge alone. A tolerance below the rounding of the written vertices is refused (`tolerance_too_small`). */
                 tolerance?: number;
-                /** @description With a file: The tolerance as a share of the model's diagonal, which is the diagonal of the bounding box of all control points (for a group, of all members after placement). Not together with `tolerance`. */
+                /** @description With a file: The tolerance as a share of the model's diagonal, which is the diagonal of the bounding box of all control points (for a group, of all members after placement). Not together with `tolerance`. Breps, and groups with breps, are meshed with 0.001 if the request has no option of accuracy. The box of a brep does not contain the parts of surfaces outside of its faces, and no mesh of a brep is coarser than 0.02. */
                 relative_tolerance?: number;
                 /** @description With a file: The largest angle in radians between the normals at the two ends of an edge. This angle is an aim and is not proved; the report has the largest measured angle, `normal_angle`. Use it alone, or together with a tolerance. */
                 angle_tolerance?: number;
@@ -5338,15 +6196,15 @@ export interface operations {
                 uvs?: boolean;
                 /** @description With a file: Whether vertices carry the Gaussian and mean curvature of the exact surface. Formats with attributes write them as `gaussian_curvature` and `mean_curvature`. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so a sphere of radius r with outward normals has −1/r. In a group they are the curvatures of the surfaces after placement. A curvature that is infinite or has no limit, for example at the apex of a cone, is written as 0; the curvatures of wires are written as 0, too. The report has the least and the greatest curvature. Not for tubes and ribbons. Default: false. */
                 curvatures?: boolean;
-                /** @description With a file: Whether patches share the vertices of common edges. With `false` every sample of every patch is a vertex of its own, even samples at a pole that no face uses. Vertices are then ordered patch by patch; sample (i, j) of a patch is its vertex number i (Rv + 1) + j, where Rv is the number of divisions along v. Default: true. */
+                /** @description With a file: Whether patches share the vertices of common edges. With `false` every sample of every patch is a vertex of its own, even samples at a pole that no face uses. Vertices are then ordered patch by patch; sample (i, j) of a patch is its vertex number i (Rv + 1) + j, where Rv is the number of divisions along v. Not for breps. Default: true. */
                 weld?: boolean;
-                /** @description With a file: Angle in radians. If the normals of neighbouring patches differ by more, the common edge is a crease: each patch keeps its own normals there. Default: 0.017453292519943295. */
+                /** @description With a file: Angle in radians. If the normals of neighbouring patches differ by more, the common edge is a crease: each patch keeps its own normals there. So do faces of breps. Default: 0.017453292519943295. */
                 crease_angle?: number;
                 /** @description With a file: A share of the model's diagonal. Control points on borders of patches that are nearer to each other than this count as one point. So sides that are equal up to rounding become one edge, closed surfaces have no gaps, and collapsed sides become poles. Near points, and points connected by a chain of near points, form a cluster; in a cluster wider than the tolerance, only points nearer than 1/8 of the tolerance become one. Patches without width are left out of the mesh. When two sides become one edge, the edge gets the positions of the side whose control points come first in lexicographic order, whatever the order of the patches. Far from the origin, where coordinates are too coarse for this tolerance, points nearer to each other than 2^-50 times the largest coordinate count as near. The report has the largest move of a point as `moved`, and every bound includes it. If two borders are the same curve with different knots, the surfaces are split at these knots. With 0, only points that are equal bit for bit are joined. Default: 1e-12. */
                 weld_tolerance?: number;
-                /** @description With a file: Lines to draw in addition to the faces, if the format has lines. Default: []. */
+                /** @description With a file: Lines to draw in addition to the faces, if the format has lines. For breps `boundary` has all edges, drawn through vertices of the mesh; they have no `control_net`. Default: []. */
                 overlays?: ("control_net" | "boundary")[];
-                /** @description With a file: Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) gets the curves u = i/n_u and v = j/n_v, with its borders; a shared border is drawn once. A triangle gets the curves r = i/n, s = i/n and t = i/n. 0 draws no curves in that direction. Default: [0, 0]. */
+                /** @description With a file: Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) gets the curves u = i/n_u and v = j/n_v, with its borders; a shared border is drawn once. A triangle gets the curves r = i/n, s = i/n and t = i/n. 0 draws no curves in that direction. Not for breps. Default: [0, 0]. */
                 isocurves?: number | [
                     number,
                     number
@@ -6043,7 +6901,7 @@ export interface operations {
             };
             path: {
                 /** @description Id of a surface: the name of a built-in one, or the id of a stored one. */
-                id: ("utah-teapot" | "utah-teapot-original" | "bourke-1111" | "bourke-1111-colors" | "tveit" | "saddle" | "heated-panel" | "cylinder" | "cone" | "sphere" | "torus" | "monkey-saddle" | "octahedral-sphere" | "rounded-box" | "trefoil-tube" | "ribbon" | "hair" | "tea-service" | "bspline-hills" | "nurbs-goblet" | "bspline-ring" | "swept-wing" | "ship-hull") | string;
+                id: ("utah-teapot" | "utah-teapot-original" | "bourke-1111" | "bourke-1111-colors" | "tveit" | "saddle" | "heated-panel" | "cylinder" | "cone" | "sphere" | "torus" | "monkey-saddle" | "octahedral-sphere" | "rounded-box" | "trefoil-tube" | "ribbon" | "hair" | "tea-service" | "bspline-hills" | "nurbs-goblet" | "bspline-ring" | "swept-wing" | "ship-hull" | "plate-with-holes" | "pipe-tee" | "gear" | "impeller" | "screw-thread" | "crossed-holes") | string;
             };
             cookie?: never;
         };
@@ -6140,14 +6998,14 @@ export interface operations {
     getSurfaceMesh: {
         parameters: {
             query?: {
-                /** @description Divisions of every patch: one number, or [u, v]; by default 16. A patch has (u + 1) × (v + 1) vertices. A triangle uses the larger number n for all sides and has (n + 1)(n + 2)/2 vertices. Not together with a tolerance, `max_triangles` or `max_bytes`. */
+                /** @description Divisions of every patch: one number, or [u, v]; by default 16. A patch has (u + 1) × (v + 1) vertices. A triangle uses the larger number n for all sides and has (n + 1)(n + 2)/2 vertices. Not together with a tolerance, `max_triangles` or `max_bytes`, and not for breps. */
                 resolution?: number | [
                     number,
                     number
                 ];
                 /** @description The largest distance of the surface from the mesh, in model units. No point of the surface is further than this from the mesh in the file. This is proved, not sampled, and the report has the proved bound. Use a tolerance in place of a resolution. Patches are divided where the surface bends, and in the direction in which it bends; the division of a shared edge depends on the edge alone. A tolerance below the rounding of the written vertices is refused (`tolerance_too_small`). */
                 tolerance?: number;
-                /** @description The tolerance as a share of the model's diagonal, which is the diagonal of the bounding box of all control points (for a group, of all members after placement). Not together with `tolerance`. */
+                /** @description The tolerance as a share of the model's diagonal, which is the diagonal of the bounding box of all control points (for a group, of all members after placement). Not together with `tolerance`. Breps, and groups with breps, are meshed with 0.001 if the request has no option of accuracy. The box of a brep does not contain the parts of surfaces outside of its faces, and no mesh of a brep is coarser than 0.02. */
                 relative_tolerance?: number;
                 /** @description The largest angle in radians between the normals at the two ends of an edge. This angle is an aim and is not proved; the report has the largest measured angle, `normal_angle`. Use it alone, or together with a tolerance. */
                 angle_tolerance?: number;
@@ -6165,15 +7023,15 @@ export interface operations {
                 uvs?: boolean;
                 /** @description Whether vertices carry the Gaussian and mean curvature of the exact surface. Formats with attributes write them as `gaussian_curvature` and `mean_curvature`. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so a sphere of radius r with outward normals has −1/r. In a group they are the curvatures of the surfaces after placement. A curvature that is infinite or has no limit, for example at the apex of a cone, is written as 0; the curvatures of wires are written as 0, too. The report has the least and the greatest curvature. Not for tubes and ribbons. */
                 curvatures?: boolean;
-                /** @description Whether patches share the vertices of common edges. With `false` every sample of every patch is a vertex of its own, even samples at a pole that no face uses. Vertices are then ordered patch by patch; sample (i, j) of a patch is its vertex number i (Rv + 1) + j, where Rv is the number of divisions along v. */
+                /** @description Whether patches share the vertices of common edges. With `false` every sample of every patch is a vertex of its own, even samples at a pole that no face uses. Vertices are then ordered patch by patch; sample (i, j) of a patch is its vertex number i (Rv + 1) + j, where Rv is the number of divisions along v. Not for breps. */
                 weld?: boolean;
-                /** @description Angle in radians. If the normals of neighbouring patches differ by more, the common edge is a crease: each patch keeps its own normals there. */
+                /** @description Angle in radians. If the normals of neighbouring patches differ by more, the common edge is a crease: each patch keeps its own normals there. So do faces of breps. */
                 crease_angle?: number;
                 /** @description A share of the model's diagonal. Control points on borders of patches that are nearer to each other than this count as one point. So sides that are equal up to rounding become one edge, closed surfaces have no gaps, and collapsed sides become poles. Near points, and points connected by a chain of near points, form a cluster; in a cluster wider than the tolerance, only points nearer than 1/8 of the tolerance become one. Patches without width are left out of the mesh. When two sides become one edge, the edge gets the positions of the side whose control points come first in lexicographic order, whatever the order of the patches. Far from the origin, where coordinates are too coarse for this tolerance, points nearer to each other than 2^-50 times the largest coordinate count as near. The report has the largest move of a point as `moved`, and every bound includes it. If two borders are the same curve with different knots, the surfaces are split at these knots. With 0, only points that are equal bit for bit are joined. */
                 weld_tolerance?: number;
-                /** @description Lines to draw in addition to the faces, if the format has lines. */
+                /** @description Lines to draw in addition to the faces, if the format has lines. For breps `boundary` has all edges, drawn through vertices of the mesh; they have no `control_net`. */
                 overlays?: ("control_net" | "boundary")[];
-                /** @description Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) gets the curves u = i/n_u and v = j/n_v, with its borders; a shared border is drawn once. A triangle gets the curves r = i/n, s = i/n and t = i/n. 0 draws no curves in that direction. */
+                /** @description Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) gets the curves u = i/n_u and v = j/n_v, with its borders; a shared border is drawn once. A triangle gets the curves r = i/n, s = i/n and t = i/n. 0 draws no curves in that direction. Not for breps. */
                 isocurves?: number | [
                     number,
                     number
@@ -6213,7 +7071,7 @@ export interface operations {
             };
             path: {
                 /** @description Id of a surface: the name of a built-in one, or the id of a stored one. */
-                id: ("utah-teapot" | "utah-teapot-original" | "bourke-1111" | "bourke-1111-colors" | "tveit" | "saddle" | "heated-panel" | "cylinder" | "cone" | "sphere" | "torus" | "monkey-saddle" | "octahedral-sphere" | "rounded-box" | "trefoil-tube" | "ribbon" | "hair" | "tea-service" | "bspline-hills" | "nurbs-goblet" | "bspline-ring" | "swept-wing" | "ship-hull") | string;
+                id: ("utah-teapot" | "utah-teapot-original" | "bourke-1111" | "bourke-1111-colors" | "tveit" | "saddle" | "heated-panel" | "cylinder" | "cone" | "sphere" | "torus" | "monkey-saddle" | "octahedral-sphere" | "rounded-box" | "trefoil-tube" | "ribbon" | "hair" | "tea-service" | "bspline-hills" | "nurbs-goblet" | "bspline-ring" | "swept-wing" | "ship-hull" | "plate-with-holes" | "pipe-tee" | "gear" | "impeller" | "screw-thread" | "crossed-holes") | string;
                 /** @description Suffix of the response's format; `Accept` is not read. */
                 suffix: "glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off";
             };
@@ -6249,6 +7107,11 @@ export interface operations {
                      * @example 0.0005
                      */
                     "Surface-Deviation-Bound"?: number;
+                    /**
+                     * @description The `gap_bound` of the report, in model units. Sent for breps, with every format.
+                     * @example 1e-7
+                     */
+                    "Surface-Gap-Bound"?: number;
                     /**
                      * @description Strong tag of the bytes in this coding.
                      * @example "3q2-7wEAAAAAAAAAAAAAAA"

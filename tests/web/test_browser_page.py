@@ -196,6 +196,7 @@ def test_the_table_lists_the_headers_that_scripts_may_read(server: str) -> None:
         "Retry-After",
         "RateLimit",
         "RateLimit-Policy",
+        "Surface-Gap-Bound",
     }
     assert all(name in headers for name in set(EXPOSED) - rare_headers)
 

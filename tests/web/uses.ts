@@ -70,6 +70,7 @@ export function countItems(surface: SurfaceDefinition): number {
     case 'group': return surface.members.length;
     case 'patches': return surface.vertices.length;
     case 'multipatch': return surface.surfaces.length;
+    case 'brep': return surface.faces.length;
     case 'tube': case 'ribbon': return surface.curve.control_points.length;
     default: return surface.control_net.flat().length;
   }
