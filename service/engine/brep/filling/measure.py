@@ -6,8 +6,8 @@ A triangle is compared with its own triangle of the mesh and the neighbours of t
 - An affine surface over a triangle is a triangle, so it is no further than its corners are.
 - A *flat* triangle, with two equal points, is not in the mesh. It is compared with the triangles
   beyond its edges; if that does not help, with others of its face that have its points.
-- A thin triangle may be near the mesh although it is not near its own triangle, because the surface
-  is parametrised unevenly. It is also compared with the triangles beyond its edges.
+- A triangle may be near the mesh although it is not near its own triangle, because the surface is
+  parametrised unevenly. It is also compared with the triangles at its corners (`nearest`).
 
 Proof in docs/proofs.md: "Triangles of trimmed faces".
 """
@@ -17,28 +17,24 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.row_batches import expand_runs, row_slices
+from service.bases.row_batches import row_slices
 from service.engine.adaptive.cutting.cells import estimate_piece_cost
 from service.engine.adaptive.limits import MeshLimits
 from service.engine.bounds.certificate import PieceMeasure
 from service.engine.bounds.clip import Parts, clip_parts
 from service.engine.bounds.goal import Goal
 from service.engine.brep.filling.corners import FaceCorners
+from service.engine.brep.filling.nearest import NearestMeasure
+from service.engine.brep.filling.neighbours import Neighbours
 from service.engine.brep.filling.reverse import bound_reverse, find_maxima
-from service.engine.brep.filling.triangles import Mates, Triangles, build_triangles, join_ends
-from service.engine.vectors import NEXT, cross, dot, length
-
-THIN = 4.0
-"""Triangles of the mesh that are lower than this many tolerances are thin."""
+from service.engine.brep.filling.triangles import Mates, Triangles, build_triangles
+from service.engine.vectors import NEXT
 
 FAR = 0.4
 """Corners further from the surface than this share of the tolerance have a gap that counts."""
 
 REVERSE_WORK = 5e3
 """Multiplications to bound the distance of a triangle of the mesh from the surface, roughly."""
-
-FEW = 4
-"""The most triangles at its points with which a flat triangle is compared."""
 
 BLOCK = 1 << 15
 """The most triangles that are measured in one step; it limits memory."""
@@ -76,7 +72,7 @@ class TriangleMeasure:
     def measure(self, triangles: Triangles, mates: Mates) -> Triangles:
         """The triangles, with the bounds of those that changed, or that have changed neighbours."""
         fixed = self.corners.find_fixed(triangles.corners)
-        neighbours = _Neighbours(
+        neighbours = Neighbours(
             self.corners.points, triangles.corners, np.where(fixed, -1, mates.beyond)
         )
         rows = neighbours.find_outdated(triangles).nonzero()[0]
@@ -114,9 +110,9 @@ class TriangleMeasure:
         return bounds
 
     def _measure_rows(
-        self, triangles: Triangles, neighbours: "_Neighbours", rows: Ints
+        self, triangles: Triangles, neighbours: Neighbours, rows: Ints
     ) -> tuple[FloatArray, Bools, Ints]:
-        """Bounds of these triangles; whether they rest on the triangles beyond the neighbours.
+        """Bounds of these triangles; whether they rest on others than the neighbours.
 
         The last result are the columns of those that rest on triangles further away.
         """
@@ -134,12 +130,12 @@ class TriangleMeasure:
         if is_flat.any():
             references.append(neighbours.list_beyond(rows, is_flat.nonzero()[0]))
         self._lower(bounds, own, references, neighbours)
-        thin = (~(bounds <= triangles.allowed[rows]) & ~is_flat).nonzero()[0]
         before = np.where(is_flat, np.inf, bounds)
-        if len(thin):
-            thin = thin[self._is_thin(points[:, thin])]
-        if len(thin):
-            self._lower(bounds, own, [neighbours.list_beyond(rows, thin)], neighbours)
+        failing = curved[~(bounds[curved] <= triangles.allowed[rows[curved]])]
+        if len(failing):
+            nearest = NearestMeasure(corners, neighbours, self.goal, self.limits)
+            near = nearest.bound(rows[failing], triangles.allowed[rows[failing]])
+            bounds[failing] = np.minimum(bounds[failing], near)
         far = (~(bounds <= triangles.allowed[rows]) & is_flat).nonzero()[0]
         if len(far):
             every_face = corners.faces[triangles.corners[0]]
@@ -153,7 +149,7 @@ class TriangleMeasure:
         bounds: FloatArray,
         own: Ints,
         references: list[tuple[Ints, Ints]],
-        neighbours: "_Neighbours",
+        neighbours: Neighbours,
     ) -> None:
         """Lower bounds of triangles `own` (3, m) to those against triangles of the mesh.
 
@@ -193,81 +189,3 @@ class TriangleMeasure:
         measure = PieceMeasure(nets, parts, pieces, self.corners.positions, self.goal, None)
         measure.bound_pieces(bounds, np.arange(len(pieces.part)))
         return find_maxima(bounds[0], pieces.part, len(parts.face))
-
-    def _is_thin(self, points: Ints) -> Bools:
-        """Which triangles of the mesh, with points (3, m), are lower than `THIN` tolerances."""
-        vertices = self.corners.positions[points]
-        edges = vertices[NEXT] - vertices
-        areas = length(cross(edges[0], edges[1], -1), -1)
-        longest = dot(edges, edges, -1).max(axis=0)
-        is_thin: Bools = areas * areas < (THIN * self.goal.tolerance) ** 2 * longest
-        return is_thin
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Neighbours:
-    """The triangles beyond the edges of triangles of the mesh.
-
-    `points` (K,) are those of corners, `corners` (3, T) those of triangles; `beyond` (3, T) are the
-    triangles beyond edges, −1 across borders.
-    """
-
-    points: Ints
-    corners: Ints
-    beyond: Ints
-
-    def find_outdated(self, triangles: Triangles) -> Bools:
-        """Which triangles must be measured, (T,)."""
-        outdated = triangles.is_changed | self._has_neighbour(triangles.is_changed)
-        if triangles.is_wide.any():
-            outdated = outdated | (triangles.is_wide & self._has_neighbour(outdated))
-        return outdated
-
-    def list_points(self, rows: Ints) -> tuple[Ints, Ints]:
-        """The points (3, m) of triangles, and those opposite to each edge beyond it, or −1."""
-        own, beyond = self.corners.take(rows, axis=1), self.beyond.take(rows, axis=1)
-        opposite = self.corners.take(beyond, axis=1).sum(axis=0) - own - own[NEXT]
-        return self.points[own], np.where(
-            beyond < 0, -1, self.points[np.where(beyond < 0, 0, opposite)]
-        )
-
-    def list_beyond(self, rows: Ints, columns: Ints) -> tuple[Ints, Ints]:
-        """All pairs of one of the `columns` of `rows` and a triangle beyond one of its edges.
-
-        Triangles with two equal points are not in the mesh, so they are left out.
-        """
-        beyond = self.beyond.take(rows[columns], axis=1)
-        edge, column = (beyond >= 0).nonzero()
-        reference = beyond[edge, column]
-        points = self.points[self.corners.take(reference, axis=1)]
-        proper = (points != points[NEXT]).all(axis=0).nonzero()[0]
-        return columns[column[proper]], reference[proper]
-
-    def list_at_points(self, faces: Ints, rows: Ints, columns: Ints) -> tuple[Ints, Ints]:
-        """Pairs of one of the `columns` of `rows`, flat triangles, and a triangle at its points.
-
-        That is a triangle of the mesh, of the same face, which has an edge between the two points,
-        or has the point if all three are one. `faces` (T,) are those of all triangles. There are at
-        most `FEW` pairs for a column.
-        """
-        own = self.points[self.corners.take(rows[columns], axis=1)]
-        wanted = join_ends(own.min(axis=0), own.max(axis=0))
-        owners = faces[rows[columns]]
-        points = self.points[self.corners]
-        is_candidate = np.isin(faces, owners) & np.all(points != points[NEXT], axis=0)
-        candidates = is_candidate.nonzero()[0]
-        begins = points.take(candidates, axis=1)
-        keys = np.concatenate([join_ends(begins, begins[NEXT]), join_ends(begins, begins)])
-        order = np.argsort(keys.ravel(), kind="stable")
-        keys = keys.ravel()[order]
-        first = np.searchsorted(keys, wanted)
-        count = np.minimum(np.searchsorted(keys, wanted, side="right") - first, FEW)
-        pair, at = expand_runs(count, first)
-        reference = np.tile(candidates, 6)[order[at]]
-        same = (faces[reference] == owners[pair]).nonzero()[0]
-        return columns[pair[same]], reference[same]
-
-    def _has_neighbour(self, marked: Bools) -> Bools:
-        """Which triangles have a marked one beyond an edge."""
-        has: Bools = np.any((self.beyond >= 0) & marked[self.beyond], axis=0)
-        return has

@@ -1,13 +1,10 @@
 """Bounds of triangles of places, against exact points of surfaces and brute distances."""
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.bases.arrays import FloatArray, Ints
 from service.engine.adaptive.limits import Effort, MeshLimits
 from service.engine.bounds.goal import Goal
 from service.engine.brep.filling import refine
@@ -25,6 +22,7 @@ from tests.engine.brep.filled_faces import (
     draw_inner_places,
     fill,
 )
+from tests.engine.brep.filling.exact_distances import check_bounds
 from tests.engine.trims.tables import find_surface_point
 
 seeds = st.integers(0, 2**32 - 1)
@@ -40,50 +38,6 @@ def measure(filled: FilledFaces, tolerance: float = 1.0) -> Triangles:
     """The triangles of all faces, with bounds."""
     measure, own = build_measure(filled, tolerance), filled.read()
     return measure.measure(measure.build(own), find_mates(own))
-
-
-def find_distance(point: FloatArray, triangles: FloatArray) -> float:
-    """The distance of a point (3,) to the nearest of triangles (m, 3, 3), in extended precision."""
-    corners = triangles.astype(np.longdouble)
-    a, b, c = corners.swapaxes(0, 1)
-    p = point.astype(np.longdouble)
-    best = np.full(len(a), np.inf, np.longdouble)
-    for begin, end in ((a, b), (b, c), (c, a)):
-        along = end - begin
-        share = ((p - begin) * along).sum(axis=1) / (along**2).sum(axis=1)
-        foot = begin + np.clip(share, 0, 1)[:, np.newaxis] * along
-        best = np.minimum(best, np.sqrt(((foot - p) ** 2).sum(axis=1)))
-    normal = np.cross(b - a, c - a)
-    sides = [
-        (np.cross(end - begin, p - begin) * normal).sum(axis=1)
-        for begin, end in ((a, b), (b, c), (c, a))
-    ]
-    inside = np.all(np.array(sides) >= 0, axis=0)
-    area = np.sqrt((normal**2).sum(axis=1))
-    height = np.abs(((p - a) * normal).sum(axis=1)) / np.where(area > 0, area, 1)
-    return float(np.where(inside & (area > 0), height, best).min())
-
-
-def sample(filled: FilledFaces, row: Ints, rng: np.random.Generator) -> Iterator[FloatArray]:
-    """Exact points of the surface over a triangle (3,): its middle, and random places."""
-    table, surface = build_table(), filled.corners.surface
-    face = filled.corners.faces[row[:1]]
-    for shares in (np.ones(3), rng.random(3), rng.random(3) ** 4):
-        place = shares / shares.sum() @ filled.corners.places[row]
-        u, v = surface.to_parameters(face, place[np.newaxis])[0].tolist()
-        yield np.array([float(x) for x in find_surface_point(table, int(face[0]), u, v)])
-
-
-def check_bounds(filled: FilledFaces, triangles: Triangles, rng: np.random.Generator) -> None:
-    """No sampled point over a triangle is further from the mesh of its face than its bound."""
-    corners = filled.corners
-    points, faces = corners.points[triangles.corners], corners.faces[triangles.corners[0]]
-    proper = (points != points[NEXT]).all(axis=0)
-    for face in np.unique(faces):
-        mesh = corners.positions[points[:, proper & (faces == face)].T]
-        for t in (faces == face).nonzero()[0][:12]:
-            for point in sample(filled, triangles.corners[:, t], rng):
-                assert find_distance(point, mesh) <= triangles.bounds[t] + 1e-9
 
 
 @given(seeds)
@@ -144,11 +98,12 @@ def test_only_what_changed_and_its_neighbours_are_measured() -> None:
     after = measure_all.measure(triangles, mates)
     near = {changed, *mates.beyond[:, changed][mates.beyond[:, changed] >= 0].tolist()}
     assert set((after.bounds != 77.0).nonzero()[0].tolist()) == near
-    # Bounds that rest on triangles beyond the neighbours are renewed with these.
+    # Bounds that rest on triangles at the corners are renewed with these and their neighbours.
     triangles.is_wide[:] = True
-    wider = {*near}
-    for t in near:
-        wider |= set(mates.beyond[:, t][mates.beyond[:, t] >= 0].tolist())
+    wider = {changed}
+    for _ in range(2):
+        wider = set(np.flatnonzero(np.isin(own, own[:, [*wider]]).any(axis=0)).tolist())
+    assert len(wider) < own.shape[1]
     after = measure_all.measure(triangles, mates)
     assert set((after.bounds != 77.0).nonzero()[0].tolist()) == wider
 
