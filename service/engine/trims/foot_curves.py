@@ -3,9 +3,10 @@
 On a plane the curve of foot points is the affine image of the curve itself: of its control points,
 with its weights and knots. On other surfaces it is interpolated: a *piece* is the polynomial of
 degree n through the foot points at n + 1 Chebyshev–Lobatto nodes (1 − cos πk/n) / 2. Pieces begin
-as the spans of the curve. Where a piece is further than `goal` from the foot points between its
-nodes, it is divided: at the parameter at which it crosses a knot line of the surface,
-because foot points have only as many derivatives as the surface, and otherwise in the middle.
+as the spans of the curve, cut where it passes near a pole (`foot_passes`). Where a piece is further
+than `goal` from the foot points between its nodes, it is divided: at the parameter at which it
+crosses a knot line of the surface, because foot points have only as many derivatives as the
+surface, and otherwise in the middle.
 
 The result does not depend on the tolerance of any mesh.
 
@@ -41,7 +42,7 @@ from service.engine.trims.splines import Splines
 from service.engine.vectors import Items
 
 DEPTH = 10
-"""No piece is divided that is shorter than 2^-DEPTH of its curve's domain."""
+"""No piece is divided that is shorter than 2^-DEPTH of its curve's domain (`Pieces.size`)."""
 
 KEPT = 0.5
 """A short piece ends, if its excess is above this share of that of the piece of which it is a part:
@@ -88,7 +89,7 @@ def fit_feet(
         checkpoint()
         points = np.einsum("ij,jkm->ikm", to_bezier(), feet)
         excess = measure_excess(work, pieces, points)
-        share = (pieces.high - pieces.low) / (curves.end - curves.start)[pieces.curve]
+        share = (pieces.high - pieces.low) / pieces.size
         is_done = (excess <= goal) | (share < 2.0**-DEPTH)
         is_done |= (excess > KEPT * pieces.excess) & (share < SHORT)
         done.append(_Done(pieces.curve, pieces.low, pieces.high, points).take(is_done))

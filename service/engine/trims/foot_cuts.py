@@ -30,8 +30,9 @@ def divide_pieces(
         x = begin + size * list_nodes()[1:-1, np.newaxis]
         basis = bernstein(DEGREE, x.ravel()).reshape(DEGREE - 1, count, DEGREE + 1)
         guesses.append(np.einsum("imj,jkm->ikm", basis, points))
-    left = Pieces(pieces.curve, pieces.low, middle, excess, pieces.first, foot, guesses[0])
-    right = Pieces(pieces.curve, middle, pieces.high, excess, foot, pieces.last, guesses[1])
+    curve, size = pieces.curve, pieces.size
+    left = Pieces(curve, pieces.low, middle, size, excess, pieces.first, foot, guesses[0])
+    right = Pieces(curve, middle, pieces.high, size, excess, foot, pieces.last, guesses[1])
     return Pieces.join([left, right])
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import bernstein
 from service.engine.trims.closure import ClosedSurfaces
+from service.engine.trims.foot_passes import PoleCuts
 from service.engine.trims.foot_tables import FirstGuesses
 from service.engine.trims.inversion import find_feet, measure_errors
 from service.engine.trims.splines import Splines
@@ -44,8 +45,14 @@ class CurvesOnFaces:
 
     def find_feet(self, curve: Ints, t: FloatArray, guess: FloatArray) -> FloatArray:
         """Foot points (m, 2) of points of curves (m,) at t (m,)."""
-        points = self.curves.evaluate(curve, t)
-        return find_feet(self.surfaces, self.face[curve], points, guess)[0]
+        face = self.face[curve]
+        feet = find_feet(self.surfaces, face, self.curves.evaluate(curve, t), guess)[0]
+        if not self.surfaces.is_pole[face].any():
+            return feet
+        # Near a pole a step of Newton's method may be several periods long.
+        period = self.surfaces.period[face]
+        turns = np.where(self.surfaces.is_closed[face], np.rint((guess - feet) / period), 0.0)
+        return feet + turns * period
 
     def measure(self, curve: Ints, t: FloatArray, feet: FloatArray) -> FloatArray:
         """How far parameters (m, 2) are from the feet of curves (m,) at t (m,), in space.
@@ -67,6 +74,9 @@ class Pieces(Items):
     curve : ndarray of int, shape (m,)
     low, high : ndarray of float64, shape (m,)
         Their ends.
+    size : ndarray of float64, shape (m,)
+        The length with which that of a piece is compared: that of its curve's domain, and for
+        curves that are cut for a pole, that of the first piece of which it is a part.
     excess : ndarray of float64, shape (m,)
         The `excess` of the piece of which each is a part, as `measure_excess` tells it.
     first, last : ndarray of float64, shape (2, m)
@@ -78,6 +88,7 @@ class Pieces(Items):
     curve: Ints
     low: FloatArray
     high: FloatArray
+    size: FloatArray
     excess: FloatArray
     first: FloatArray
     last: FloatArray
@@ -136,34 +147,48 @@ def place_curves(
 
 
 def begin_pieces(work: CurvesOnFaces, guesses: FirstGuesses) -> tuple[Pieces, FloatArray]:
-    """The spans of the curves, with the feet at their nodes as from `find_node_feet`."""
+    """The first pieces of the curves, with the feet at their nodes as from `find_node_feet`.
+
+    These are the spans, cut where curves pass near poles.
+    """
     curves = work.curves
-    spans = curves.list_spans()
-    owner = np.repeat(np.arange(len(curves)), curves.span_count + 1)
+    owner, breaks = _list_breaks(curves, guesses.cuts)
+    begin = (owner[1:] == owner[:-1]).nonzero()[0]
+    own, low, high = owner[begin], breaks[begin], breaks[begin + 1]
     inner_nodes = list_nodes()[1:-1]
-    t = spans.low + (spans.high - spans.low) * inner_nodes[:, np.newaxis]
+    t = low + (high - low) * inner_nodes[:, np.newaxis]
     # Breaks and nodes together.
-    curve = np.concatenate([owner, np.tile(spans.curve, len(inner_nodes))])
-    parameters = np.concatenate([curves.breaks, t.ravel()])
+    curve = np.concatenate([owner, np.tile(own, len(inner_nodes))])
+    parameters = np.concatenate([breaks, t.ravel()])
     guess = guesses.guess(curve, parameters)
     found = work.find_feet(curve, parameters, guess)
     feet, guess = found[: len(owner)], guess[: len(owner)]
-    for k, at in enumerate((curves.first_break, curves.first_break + curves.span_count)):
+    every = np.arange(len(curves))
+    for k in range(2):
+        at = np.searchsorted(owner, every + k) - k  # the first and the last break
         rows = (work.pole_axes[k] >= 0).nonzero()[0]
         feet[at[rows]] = guess[at[rows]]
         feet[at[rows], work.pole_axes[k, rows]] = work.pole_sides[k, rows]
-    begin = curves.first_break[spans.curve] + spans.span
     inner = found[len(owner) :].reshape(len(inner_nodes), -1, 2).transpose(0, 2, 1)
-    pieces = Pieces(
-        spans.curve,
-        spans.low,
-        spans.high,
-        np.full(len(spans.curve), np.inf),
-        feet[begin].T,
-        feet[begin + 1].T,
-        inner,
-    )
+    is_cut = np.zeros(len(curves), bool)
+    is_cut[guesses.cuts.curve] = True
+    size = np.where(is_cut[own], high - low, (curves.end - curves.start)[own])
+    infinite = np.full(len(own), np.inf)
+    pieces = Pieces(own, low, high, size, infinite, feet[begin].T, feet[begin + 1].T, inner)
     return pieces, _continue_to_poles(work, pieces, _join_ends(pieces, inner))
+
+
+def _list_breaks(curves: Splines, cuts: PoleCuts) -> tuple[Ints, FloatArray]:
+    """The curves, ascending, and the parameters of all breaks and cuts, (b,)."""
+    owner = np.repeat(np.arange(len(curves)), curves.span_count + 1)
+    if not len(cuts.curve):
+        return owner, curves.breaks
+    owner = np.concatenate([owner, cuts.curve])
+    breaks = np.concatenate([curves.breaks, cuts.t])
+    order = np.lexsort((breaks, owner))
+    owner, breaks = owner[order], breaks[order]
+    is_new = np.append(True, (np.diff(owner) != 0) | (np.diff(breaks) > 0))
+    return owner[is_new], breaks[is_new]
 
 
 def find_node_feet(work: CurvesOnFaces, pieces: Pieces) -> FloatArray:

@@ -14,6 +14,7 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import count_runs, expand_runs, find_begins
 from service.cancellation import checkpoint
 from service.engine.trims.closure import AT_POLE, ClosedSurfaces
+from service.engine.trims.foot_passes import PoleCuts, find_pole_cuts
 from service.engine.trims.inversion import find_feet
 from service.engine.trims.splines import Splines
 from service.surface.spline_tables import find_starts
@@ -73,12 +74,15 @@ class FirstGuesses:
         The number of each curve without a parameter curve in `table`.
     table : FootTable or None
         None if all curves have parameter curves.
+    cuts : PoleCuts
+        Where the curves are cut for poles of the surfaces that they pass.
     """
 
     given: Splines
     number: Ints
     row: Ints
     table: FootTable | None
+    cuts: PoleCuts
 
     def guess(self, curve: Ints, t: FloatArray) -> FloatArray:
         """Guesses (m, 2) of foot points of curves (m,) at t (m,)."""
@@ -100,18 +104,42 @@ def make_guesses(
     known: tuple[Splines, Ints],
     tolerance: float,
 ) -> FirstGuesses:
-    """Guesses for curves; `known` are parameter curves, and the number of one for each, or −1."""
+    """Guesses for curves; `known` are parameter curves, and the number of one for each, or −1.
+
+    Parameter curves that are near their edges may be far away in the parameters near a pole: there
+    they are not used.
+    """
     given, number = known
+    cuts = find_pole_cuts(surfaces, face, curves, AT_POLE * tolerance)
+    number = number.copy()
+    number[cuts.curve] = -1
     unknown = (number < 0).nonzero()[0]
     row = np.zeros(len(number), np.intp)
     row[unknown] = np.arange(len(unknown))
     if not len(unknown):
-        return FirstGuesses(given, number, row, None)
+        return FirstGuesses(given, number, row, None, cuts)
     chosen = curves.take(unknown)
-    seed, t = list_seeds(chosen)
+    seed, t = _add_seeds(*list_seeds(chosen), cuts, row)
     points = chosen.evaluate(seed, t)
     feet = find_seed_feet(surfaces, face[unknown[seed]], points, seed, tolerance)
-    return FirstGuesses(given, number, row, build_table(seed, t, feet))
+    return FirstGuesses(given, number, row, build_table(seed, t, feet), cuts)
+
+
+def _add_seeds(curve: Ints, t: FloatArray, cuts: PoleCuts, row: Ints) -> tuple[Ints, FloatArray]:
+    """Seeds with those at cuts, and between any two of a curve with cuts."""
+    if not len(cuts.curve):
+        return curve, t
+    curve = np.concatenate([curve, row[cuts.curve]])
+    t = np.concatenate([t, cuts.t])
+    order = np.lexsort((t, curve))
+    curve, t = curve[order], t[order]
+    is_new = np.append(True, (np.diff(curve) != 0) | (np.diff(t) > 0))
+    curve, t = curve[is_new], t[is_new]
+    is_cut = np.zeros(len(row), bool)
+    is_cut[row[cuts.curve]] = True
+    before = (is_cut[curve[1:]] & (np.diff(curve) == 0)).nonzero()[0]
+    middles = (t[before] + t[before + 1]) / 2
+    return np.insert(curve, before + 1, curve[before]), np.insert(t, before + 1, middles)
 
 
 def list_seeds(curves: Splines) -> tuple[Ints, FloatArray]:

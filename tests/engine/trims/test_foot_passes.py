@@ -1,0 +1,88 @@
+"""Curves that pass near a pole of a sphere: the angle of their feet turns by π in a short way."""
+
+import numpy as np
+import pytest
+
+from oracles.solids import read_solid
+from service.bases.arrays import FloatArray
+from service.engine.trims.closure import find_closure
+from service.engine.trims.foot_curves import fit_feet
+from service.engine.trims.foot_passes import find_pole_cuts
+from service.engine.trims.foot_tables import make_guesses
+from service.engine.trims.splines import Splines
+from service.engine.trims.surfaces import FaceSurfaces
+from service.surface.spline_tables import CurveTable
+from tests.engine.brep.solid_documents import lower
+from tests.engine.trims.test_gaps import build_curve
+
+CENTER, RADIUS = np.array([1.0, 2.0, 3.0]), 7.0
+GOAL = 1e-8
+ZERO = np.zeros(1, np.intp)
+WEIGHT = np.sqrt(0.5)
+
+
+def build_circle(tilt: float, radius: float, azimuth: float) -> Splines:
+    """A circle on the sphere of angular radius `radius`, around an axis `tilt` from the pole."""
+    axis = np.array([np.sin(tilt) * np.cos(azimuth), np.sin(tilt) * np.sin(azimuth), np.cos(tilt)])
+    x = np.cross(axis, [0.3, 0.2, 0.9])
+    x /= np.linalg.norm(x)
+    y = np.cross(axis, x)
+    plan = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0)]
+    ring = np.array([a * x + b * y for a, b in plan])
+    points = CENTER + RADIUS * (np.cos(radius) * axis + np.sin(radius) * ring)
+    weights = np.array([1, WEIGHT, 1, WEIGHT, 1, WEIGHT, 1, WEIGHT, 1])
+    knots = np.array([0.0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4])
+    ones = np.array([1])
+    return Splines.of(CurveTable(2 * ones, 9 * ones, points, weights, np.array([True]), knots))
+
+
+def list_dense(curve: Splines, beside: float) -> FloatArray:
+    """Parameters all over the curve, and close together around its nearest point to the pole."""
+    t = np.linspace(0, 4, 4001)
+    points = curve.evaluate(np.zeros(len(t), np.intp), t)
+    pole = CENTER + np.array([0.0, 0.0, RADIUS])
+    middle = t[np.linalg.norm(points - pole, axis=1).argmin()]
+    steps = beside * np.geomspace(0.01, 1e3, 200)
+    near = np.concatenate([middle + np.linspace(-2e-3, 2e-3, 999), middle - steps, middle + steps])
+    return np.sort(np.clip(np.concatenate([t, near]), 0, 4))
+
+
+@pytest.mark.parametrize("azimuth", [0.7, 2.2])
+@pytest.mark.parametrize("radius", [0.3, 1.1])
+@pytest.mark.parametrize("beside", [1e-2, 1e-3, -1.7e-3, 1e-4, -1e-4, 1e-6, -1e-6])
+def test_feet_beside_a_pole_are_on_the_curve(beside: float, radius: float, azimuth: float) -> None:
+    surfaces = find_closure(FaceSurfaces.of(lower(read_solid("sphere")).surfaces), 1e-6)
+    curve = build_circle(radius + beside, radius, azimuth)
+    nothing = build_curve(2, [[0, 0], [1, 1]])
+    guesses = make_guesses(surfaces, ZERO, curve, (nothing, np.array([-1])), GOAL)
+    pcurve = fit_feet(surfaces, ZERO, curve, guesses, GOAL)
+    t = list_dense(curve, abs(beside))
+    zeros = np.zeros(len(t), np.intp)
+    feet = pcurve.evaluate(zeros, t)
+    apart = surfaces.evaluate(zeros, feet) - curve.evaluate(zeros, t)
+    assert np.linalg.norm(apart, axis=1).max() < 2 * GOAL
+    # Around the axis once, if the pole is inside, else there and back; not more often.
+    closed = surfaces.is_closed[0].argmax()
+    turns = np.diff(feet[:, closed]) / surfaces.period[0, closed]
+    assert turns.sum() == pytest.approx(np.rint(turns.sum()), abs=1e-6)
+    assert abs(np.rint(turns.sum())) == (beside < 0)
+    assert np.abs(turns).sum() < 1.05
+    assert pcurve.span_count[0] < 200
+
+
+def test_cuts_double_from_the_nearest_point() -> None:
+    surfaces = find_closure(FaceSurfaces.of(lower(read_solid("sphere")).surfaces), 1e-6)
+    cuts = find_pole_cuts(surfaces, ZERO, build_circle(0.3001, 0.3, 0.7), 1e-6)
+    assert len(cuts.t) > 8
+    points = build_circle(0.3001, 0.3, 0.7).evaluate(cuts.curve, cuts.t)
+    pole = CENTER + np.array([0.0, 0.0, RADIUS])
+    apart = np.sort(np.linalg.norm(points - pole, axis=1))
+    assert apart[0] == pytest.approx(RADIUS * 1e-4, rel=1e-3)
+    assert (apart[1:] / apart[:-1] < 2.5).all()
+
+
+def test_curves_through_or_far_from_poles_are_not_cut() -> None:
+    surfaces = find_closure(FaceSurfaces.of(lower(read_solid("sphere")).surfaces), 1e-6)
+    for beside in (0.0, 0.3):
+        curve = build_circle(0.5 + beside, 0.5, 0.7)
+        assert not len(find_pole_cuts(surfaces, ZERO, curve, 1e-6).t)
