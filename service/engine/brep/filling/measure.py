@@ -36,7 +36,7 @@ FAR = 0.4
 REVERSE_WORK = 5e3
 """Multiplications to bound the distance of a triangle of the mesh from the surface, roughly."""
 
-BLOCK = 1 << 15
+BLOCK = 1 << 10
 """The most triangles that are measured in one step; it limits memory."""
 
 

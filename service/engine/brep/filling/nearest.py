@@ -35,8 +35,11 @@ MOST = 64
 STEP = 2.0**-53
 """A halving rounds a parameter by at most this much."""
 
-BLOCK = 1 << 9
+BLOCK = 1 << 7
 """The most triangles that are measured in one step; it limits memory."""
+
+CHUNK = 1 << 11
+"""The most pieces whose nearest triangles are found in one step."""
 
 QUARTERS = ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))
 """The corners of the quarters of a triangle, among its corners and the middles of its edges."""
@@ -129,8 +132,13 @@ class _Block:
     def _find_nearest(self, pieces: _Pieces) -> tuple[Ints, Bools]:
         """The triangles (M,) nearest to the middles of pieces; whether they are not near enough."""
         count = len(pieces.owner)
-        if not count:
-            return np.empty(0, np.intp), np.empty(0, bool)
+        nearest, squares = np.empty(count, np.intp), np.empty(count)
+        for rows in row_slices(count, 1, CHUNK):
+            nearest[rows], squares[rows] = self._search(pieces.take(np.arange(count)[rows]))
+        return nearest, ~(squares <= np.square(self._allowed[pieces.owner]))
+
+    def _search(self, pieces: _Pieces) -> tuple[Ints, FloatArray]:
+        """The triangles (M,) nearest to the middles of pieces; the squares of the distances."""
         nets = self._corners.surface.surfaces.nets
         middles = nets.evaluate_points(pieces.patch, *(pieces.parameters.sum(axis=0) / 3))
         first = self._starts[pieces.owner]
@@ -143,7 +151,7 @@ class _Block:
         # The first triangle at the least distance.
         rows = (squared == least[run]).nonzero()[0]
         rows = rows[np.diff(run[rows], prepend=-1).nonzero()[0]]
-        return triangles[rows], ~(least <= np.square(self._allowed[pieces.owner]))
+        return triangles[rows], least
 
     def _bound_pieces(self, pieces: _Pieces, nearest: Ints) -> FloatArray:
         """Bounds (M,) of the distances of pieces from these triangles and their neighbours."""
