@@ -166,7 +166,8 @@ class MeshReport(ResponseModel):
     """Number of pairs of vertices that more than two triangles join; those along
     `non_manifold_edges` do not count."""
     degenerate_faces: Count | Missing = Field(default=None, examples=[0])
-    """Number of faces without triangles, because they are too narrow."""
+    """Number of faces without triangles that are not in `skipped_faces`: they are too narrow for
+    the tolerance. `reached` is false unless all their edges are in the mesh."""
     collapsed_edges: CollapsedEdges | Missing = Field(
         default=None, examples=[{"count": 1, "longest_chain": 2e-7}]
     )

@@ -62,6 +62,8 @@ def build_report(
     counts = np.bincount(faces, minlength=prepared.model.face_count)
     degenerate = int(np.count_nonzero(counts == 0)) - len(skipped)
     bound, mesh_bound, reason = triangulation.bound + error, None, None
+    if not are_borders_in_mesh(prepared, triangulation, skipped):
+        bound = np.inf
     if triangulation.mesh_bounds is not None:
         mesh_bound = float(triangulation.mesh_bounds[counts > 0].max(initial=0.0)) + error
         if not isfinite(mesh_bound):
@@ -86,6 +88,42 @@ def build_report(
             unbounded_reason=reason,
         ),
     )
+
+
+def are_borders_in_mesh(
+    prepared: PreparedBrep, triangulation: BrepTriangulation, skipped: list[int]
+) -> bool:
+    """Whether all edges of faces without triangles, but those that are skipped, are in the mesh.
+
+    The bound of such a face is that to the polylines of its edges, which says something about the
+    mesh only if a face with triangles has these edges, too.
+    """
+    has_triangles = np.zeros(len(triangulation.face_bounds), bool)
+    has_triangles[triangulation.faces] = True
+    is_missing = ~has_triangles
+    is_missing[skipped] = False
+    if not is_missing.any():
+        return True
+    is_present = np.zeros(len(prepared.edge_vertices), bool)
+    is_present[prepared.coedge_edges[has_triangles[prepared.coedge_faces]]] = True
+    is_used = np.zeros(len(triangulation.positions), bool)
+    is_used[triangulation.points[triangulation.triangles]] = True
+    edges, points = _list_points(triangulation)
+    is_present[edges] |= is_used[points]
+    return bool(is_present[prepared.coedge_edges[is_missing[prepared.coedge_faces]]].all())
+
+
+def _list_points(triangulation: BrepTriangulation) -> tuple[Ints, Ints]:
+    """The edges that are one point, and these points."""
+    starts, points = triangulation.edge_starts, triangulation.edge_points
+    sampled = np.flatnonzero(np.diff(starts) > 0)
+    if not len(sampled):
+        return sampled, sampled
+    first = points[starts[sampled]]
+    is_point = np.logical_and.reduceat(
+        points == np.repeat(first, np.diff(starts)[sampled]), starts[sampled]
+    )
+    return sampled[is_point], first[is_point]
 
 
 def count_unpaired(
@@ -123,14 +161,8 @@ def measure_collapsed_chains(
     A chain is all such edges that are connected at vertices; its length is that of their control
     polygons together.
     """
-    starts, points = triangulation.edge_starts, triangulation.edge_points
-    sampled = np.flatnonzero(np.diff(starts) > 0)
-    if not len(sampled):
-        return 0, 0.0
-    least, greatest = (
-        extreme.reduceat(points, starts[sampled]) for extreme in (np.minimum, np.maximum)
-    )
-    collapsed = sampled[(least == greatest) & (prepared.edge_curves[sampled] >= 0)]
+    edges, _ = _list_points(triangulation)
+    collapsed = edges[prepared.edge_curves[edges] >= 0]
     if not len(collapsed):
         return 0, 0.0
     lengths = measure_polygons(prepared.curves)[prepared.edge_curves[collapsed]]

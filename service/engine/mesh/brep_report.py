@@ -15,7 +15,8 @@ class BrepReport:
     Attributes
     ----------
     reached : bool
-        Whether the deviation bound is at most the tolerance.
+        Whether the deviation bound is at most the tolerance. It is not if a face has no triangles
+        and not all its edges are in the mesh.
     gap_bound : float
         It is proved that no point of an edge is further than this from the point of a face at the
         same parameter of its parameter curve.
@@ -29,7 +30,8 @@ class BrepReport:
     double_edges : int
         The number of pairs of vertices that more than one edge of the mesh joins.
     degenerate_faces : int
-        The number of faces without triangles, because they are narrower than a unit of places.
+        The number of faces without triangles that are not skipped: they are narrower than a unit of
+        places, or polygons of their loops cross at this tolerance.
     collapsed_edges : int
         The number of edges that became one vertex, because they are shorter than their uncertainty.
     longest_chain : float

@@ -14,6 +14,12 @@ AT_POLE = 100.0
 """Points of curves are at a pole if they are nearer to it than this many times the error that foot
 points may have."""
 
+THIN = 1e-3
+"""Sides that are apart, or long, by at most this share of how wide the surface is may be one."""
+
+NOISE = 2.0**-44
+"""Rounding of coordinates, as a share of them."""
+
 
 @dataclass(frozen=True, eq=False)
 class ClosedSurfaces:
@@ -114,7 +120,9 @@ class ClosedSurfaces:
 def find_closure(surfaces: FaceSurfaces, tolerance: float) -> ClosedSurfaces:
     """Which axes of surfaces are closed, and which sides are points, up to a tolerance.
 
-    A surface that is nowhere wider than ten tolerances across an axis is not closed along it.
+    Thin surfaces may be much narrower than the tolerance: sides are one, if they are apart by at
+    most `THIN` of how far the surface goes between them, and a side is a point, if it is at most
+    that share as long as the other side or the middle.
     """
     count = len(surfaces)
     is_closed = np.zeros((count, 2), bool)
@@ -138,12 +146,15 @@ def find_closure(surfaces: FaceSurfaces, tolerance: float) -> ClosedSurfaces:
         begin_weights, end_weights, _ = np.split(weights, 3)
         starts = np.cumsum(along) - along
         apart, wide = _reach(begin, end, starts), _reach(begin, middle, starts)
+        noise = NOISE * np.maximum.reduceat(np.abs([begin, end]).max(axis=(0, 2, 3)), starts)
         same_weights = (np.abs(begin_weights - end_weights) <= 1e-9).all(axis=1)
         same = np.logical_and.reduceat(same_weights, starts)
-        is_closed[curved, axis] = (apart <= tolerance) & (wide > 10 * tolerance) & same
-        for end_number, side in enumerate((begin, end)):
-            first = side[starts][:, :1][run]
-            is_pole[curved, axis, end_number] = _reach(side, first, starts) <= tolerance
+        is_closed[curved, axis] = (apart <= tolerance) & (apart <= THIN * wide) & same
+        is_closed[curved, axis] &= wide > noise
+        rows = begin, end, middle
+        lengths = np.array([_reach(row, row[starts][:, :1][run], starts) for row in rows])
+        limit = np.minimum(np.maximum(THIN * lengths.max(axis=0), noise), tolerance)
+        is_pole[curved, axis] = (lengths[:2] <= limit).T
     return ClosedSurfaces(surfaces, is_closed, is_pole)
 
 

@@ -30,11 +30,27 @@ def test_closed_axes_and_poles_are_found() -> None:
 
 
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-9])
-def test_a_narrow_strip_is_not_closed(tolerance: float) -> None:
+def test_surfaces_narrower_than_the_tolerance_are_closed_or_not_all_the_same(
+    tolerance: float,
+) -> None:
     table = build_surfaces()
     table.points[:] *= [1e-4, 1e-4, 1.0]
-    closed = find_closure(FaceSurfaces.of(table), tolerance)
-    assert closed.is_closed[0].tolist() == [tolerance < 1e-4, False]
+    tube = find_closure(FaceSurfaces.of(table), tolerance)
+    assert tube.is_closed[0].tolist() == [True, False]
+    assert not tube.is_pole[0].any()
+    # A slit along the tube, a tenth of its radius wide.
+    table.points[42:49, :2] += [0.0, 1e-5]
+    strip = find_closure(FaceSurfaces.of(table), tolerance)
+    assert not strip.is_closed[0].any()
+    assert not strip.is_pole[0].any()
+
+
+def test_a_point_is_a_pole_however_small_the_surface() -> None:
+    table = build_surfaces()
+    table.points[:] *= 1e-7
+    closed = find_closure(FaceSurfaces.of(table), 1e-3)
+    assert closed.is_closed.tolist() == [[True, False], [True, False], [True, True]]
+    assert closed.is_pole[:, 1].tolist() == [[False, False], [True, True], [False, False]]
 
 
 @given(seeds)

@@ -40,7 +40,7 @@ def collapse_edges(prepared: PreparedBrep, end_gaps: FloatArray, tolerance: floa
     """The edges that collapse at a tolerance.
 
     Chains are connected sets of edges that are not longer than their uncertainty. A chain collapses
-    as a whole or not at all.
+    as a whole or not at all. A part of which no face would be left keeps all its edges.
 
     Parameters
     ----------
@@ -61,8 +61,21 @@ def collapse_edges(prepared: PreparedBrep, end_gaps: FloatArray, tolerance: floa
     total = np.bincount(chain, lengths[edges] + end_gaps[edges].sum(axis=1))[chain]
     is_short[edges] = total <= CHAIN * tolerance
     chains[edges] = np.where(is_short[edges], total, 0.0)
+    if is_short.any() and _vanish(prepared, is_short).all():
+        is_short[:] = False
+        chains[:] = 0.0
     merged = find_components(len(prepared.vertices), *ends[is_short].T)
     return Collapse(is_short, chains, merged[ends])
+
+
+def _vanish(prepared: PreparedBrep, is_collapsed: Bools) -> Bools:
+    """Whether each face with loops vanishes: all its edges collapse, but seams and poles."""
+    edges, faces = prepared.coedge_edges, prepared.coedge_faces
+    used, counts = np.unique(np.array([edges, faces]), axis=1, return_counts=True)
+    is_border = (counts == 1) & ~prepared.is_degenerate[used[0]]
+    is_kept = np.bincount(used[1], is_border & ~is_collapsed[used[0]]) > 0
+    vanishes: Bools = ~is_kept[used[1]]
+    return vanishes
 
 
 def measure_end_gaps(prepared: PreparedBrep, ends: Ints) -> FloatArray:
