@@ -4,7 +4,8 @@ Around a pole a parameter of the surface is an angle. A curve that passes the po
 with the speed s has feet whose angle turns by π, most of it while the parameter t moves by d / s:
 it is about arctan(s (t − t*) / d), which is analytic within d / s of the nearest point t* alone.
 Pieces of the lengths d/s, d/s, 2 d/s, 4 d/s … on both sides of t* turn by π/4 at most, and
-polynomials through their nodes converge at the same rate on each.
+polynomials through their nodes converge at the same rate on each. Distances and speeds are those in
+the metric of the pole (`pole_frames`).
 
 References
 ----------
@@ -18,6 +19,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints
 from service.bases.row_batches import expand_runs
 from service.engine.trims.closure import ClosedSurfaces
+from service.engine.trims.pole_frames import PoleFrames
 from service.engine.trims.span_nets import Intervals
 from service.engine.trims.splines import Splines
 from service.engine.vectors import dot, length
@@ -73,7 +75,7 @@ def find_pole_cuts(
         if not len(rows):
             continue
         chosen = spans.take(rows)
-        poles = surfaces.pole_points[face[chosen.curve], axis, end]
+        poles = PoleFrames.of(surfaces, face[chosen.curve], axis, end)
         span, t, reach = _find_passes(curves, chosen, poles, tolerance)
         cuts = _join(cuts, _grade(chosen.take(span), t, reach))
     return cuts
@@ -85,28 +87,30 @@ def _join(one: PoleCuts, other: PoleCuts) -> PoleCuts:
 
 
 def _find_passes(
-    curves: Splines, spans: Intervals, poles: FloatArray, tolerance: float
+    curves: Splines, spans: Intervals, poles: PoleFrames, tolerance: float
 ) -> tuple[Ints, FloatArray, FloatArray]:
-    """The points of spans that are nearest to their poles (m, 3): span, t*, and d / s, (k,)."""
+    """The points of spans (m,) that are nearest to their poles: span, t*, and d / s, (k,)."""
     count = len(spans.curve)
     width = spans.high - spans.low
     t = spans.low[:, np.newaxis] + width[:, np.newaxis] * np.linspace(0.0, 1.0, SAMPLES + 1)
     run = np.repeat(np.arange(count), SAMPLES + 1)
     points = curves.evaluate(spans.curve[run], t.ravel())
+    metrics = poles.find_metrics()
     apart = np.pad(
-        length(points - poles[run], -1).reshape(count, -1),
+        length(_map(metrics[run], points - poles.points[run]), -1).reshape(count, -1),
         ((0, 0), (1, 1)),
         constant_values=np.inf,
     )
     is_least = (apart[:, 1:-1] <= apart[:, :-2]) & (apart[:, 1:-1] < apart[:, 2:])
     row, column = is_least.nonzero()
-    at, pole, curve = t[row, column], poles[row], spans.curve[row]
+    at, pole, curve = t[row, column], poles.points[row], spans.curve[row]
+    metrics = metrics[row]
     step = width[row] / SAMPLES
     low = np.maximum(at - step, spans.low[row])
     high = np.minimum(at + step, spans.high[row])
     for _ in range(STEPS):
         point, first, second = curves.evaluate_derivatives(curve, at, 2)
-        rest = point - pole
+        rest, first, second = (_map(metrics, x) for x in (point - pole, first, second))
         bend = dot(first, first, -1)
         full = bend + dot(rest, second, -1)
         bend = np.where(full > 0, full, np.where(bend > 0, bend, 1.0))
@@ -115,10 +119,17 @@ def _find_passes(
         if (np.abs(at - before) <= LAST_STEP * step).all():
             break
     point, first = curves.evaluate_derivatives(curve, at)
-    distance, speed = length(point - pole, -1), length(first, -1)
+    is_apart = length(point - pole, -1) > tolerance
+    distance, speed = (length(_map(metrics, x), -1) for x in (point - pole, first))
     reach = np.where(speed > 0, distance / np.where(speed > 0, speed, 1.0), np.inf)
-    near = ((distance > tolerance) & (reach < SHARE * width[row])).nonzero()[0]
+    near = (is_apart & (reach < SHARE * width[row])).nonzero()[0]
     return row[near], at[near], reach[near]
+
+
+def _map(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
+    """Vectors (m, 3) mapped by matrices (m, 3, 3)."""
+    mapped: FloatArray = np.einsum("mij,mj->mi", matrices, vectors)
+    return mapped
 
 
 def _grade(spans: Intervals, t: FloatArray, reach: FloatArray) -> PoleCuts:

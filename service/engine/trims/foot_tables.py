@@ -12,19 +12,13 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import count_runs, expand_runs, find_begins
-from service.cancellation import checkpoint
 from service.engine.trims.closure import AT_POLE, ClosedSurfaces
+from service.engine.trims.foot_grids import find_nearest
 from service.engine.trims.foot_passes import PoleCuts, find_pole_cuts
 from service.engine.trims.inversion import find_feet
+from service.engine.trims.pole_frames import PoleFrames
 from service.engine.trims.splines import Splines
 from service.surface.spline_tables import find_starts
-
-FEWEST, MOST = 12, 96
-"""Least number of points of a table along an axis, and the number above which each span has only
-two."""
-
-PAIRS = 1 << 21
-"""The most distances that are computed at once."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -121,7 +115,8 @@ def make_guesses(
     chosen = curves.take(unknown)
     seed, t = _add_seeds(*list_seeds(chosen), cuts, row)
     points = chosen.evaluate(seed, t)
-    feet = find_seed_feet(surfaces, face[unknown[seed]], points, seed, tolerance)
+    is_near = np.isin(unknown[seed], cuts.curve)
+    feet = find_seed_feet(surfaces, face[unknown[seed]], points, seed, tolerance, is_near=is_near)
     return FirstGuesses(given, number, row, build_table(seed, t, feet), cuts)
 
 
@@ -163,13 +158,27 @@ def build_table(curve: Ints, t: FloatArray, feet: FloatArray) -> FootTable:
 
 
 def find_seed_feet(
-    surfaces: ClosedSurfaces, face: Ints, points: FloatArray, curve: Ints, tolerance: float
+    surfaces: ClosedSurfaces,
+    face: Ints,
+    points: FloatArray,
+    curve: Ints,
+    tolerance: float,
+    *,
+    is_near: Bools,
 ) -> FloatArray:
     """Foot points (m, 2) of seeds (m, 3) of curves (m,), without a parameter curve as a guess.
 
     Distances that differ by less than `tolerance` are equal: then the neighbour's foot is taken.
+    `is_near` (m,) tells the seeds of curves that pass near a pole.
     """
     feet, distance = find_feet(surfaces, face, points, find_nearest(surfaces, face, points))
+    for axis, end in ((0, 0), (0, 1), (1, 0), (1, 1)) if is_near.any() else ():
+        rows = (is_near & surfaces.is_pole[face, axis, end]).nonzero()[0]
+        if len(rows):
+            guess = PoleFrames.of(surfaces, face[rows], axis, end).guess(points[rows])
+            other, apart = find_feet(surfaces, face[rows], points[rows], guess)
+            is_nearer = apart < distance[rows]
+            feet[rows[is_nearer]], distance[rows[is_nearer]] = other[is_nearer], apart[is_nearer]
     # From the feet of the seeds before and after, where these give nearer points.
     inner = np.flatnonzero(curve[1:] == curve[:-1])
     for to, source in ((inner + 1, inner), (inner, inner + 1)):
@@ -225,48 +234,3 @@ def _set_poles(
     side += np.where(end[rows] == 1, surfaces.surfaces.high[face[rows], axis[rows]], 0.0)
     feet[rows, axis[rows]] = side
     return feet
-
-
-def find_nearest(surfaces: ClosedSurfaces, face: Ints, points: FloatArray) -> FloatArray:
-    """The parameters (m, 2) of the nearest point of a table of each face, for points (m, 3)."""
-    used, which = np.unique(face, return_inverse=True)
-    starts, parameters = _list_table(surfaces, used)
-    owner = np.repeat(used, np.diff(starts))
-    table = surfaces.surfaces.evaluate(owner, parameters)
-    count = np.diff(starts)[which]
-    nearest = np.zeros(len(face), np.intp)
-    first = 0
-    ends = np.cumsum(count)
-    while first < len(face):
-        checkpoint()
-        done = ends[first - 1] if first else 0
-        last = max(first + 1, int(np.searchsorted(ends, done + PAIRS, side="right")))
-        run, row = expand_runs(count[first:last], starts[which[first:last]])
-        apart = table[row] - points[first:last][run]
-        square = np.einsum("ij,ij->i", apart, apart)
-        begins = np.cumsum(count[first:last]) - count[first:last]
-        least = np.minimum.reduceat(square, begins)
-        is_least = np.flatnonzero(square == least[run])
-        nearest[first:last][run[is_least][::-1]] = row[is_least][::-1]
-        first = last
-    found: FloatArray = parameters[nearest]
-    return found
-
-
-def _list_table(surfaces: ClosedSurfaces, face: Ints) -> tuple[Ints, FloatArray]:
-    """Parameters (m, 2) of a grid on each face: shares of all spans; and where each face begins."""
-    count = surfaces.surfaces.faces.spans[:, face]
-    divisions = np.maximum(2, -(-FEWEST // count))
-    divisions = np.where(count * 2 > MOST, 1, divisions)
-    axes = []
-    for axis in range(2):
-        run, span = expand_runs(count[axis])
-        run_2, number = expand_runs(divisions[axis][run])
-        low, high = surfaces.list_knots(face[run], axis, span)
-        share = (number + 0.5) / divisions[axis][run][run_2]
-        axes.append(low[run_2] + (high - low)[run_2] * share)
-    u_count, v_count = count * divisions
-    run, number = expand_runs(u_count * v_count)
-    u = axes[0][find_starts(u_count)[run] + number // v_count[run]]
-    v = axes[1][find_starts(v_count)[run] + number % v_count[run]]
-    return find_starts(u_count * v_count), np.stack([u, v], axis=1)

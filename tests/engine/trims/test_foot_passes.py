@@ -1,5 +1,7 @@
 """Curves that pass near a pole of a sphere: the angle of their feet turns by π in a short way."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -22,6 +24,11 @@ WEIGHT = np.sqrt(0.5)
 
 
 def build_circle(tilt: float, radius: float, azimuth: float) -> Splines:
+    """The curve of `build_circle_table`."""
+    return Splines.of(build_circle_table(tilt, radius, azimuth))
+
+
+def build_circle_table(tilt: float, radius: float, azimuth: float) -> CurveTable:
     """A circle on the sphere of angular radius `radius`, around an axis `tilt` from the pole."""
     axis = np.array([np.sin(tilt) * np.cos(azimuth), np.sin(tilt) * np.sin(azimuth), np.cos(tilt)])
     x = np.cross(axis, [0.3, 0.2, 0.9])
@@ -33,7 +40,7 @@ def build_circle(tilt: float, radius: float, azimuth: float) -> Splines:
     weights = np.array([1, WEIGHT, 1, WEIGHT, 1, WEIGHT, 1, WEIGHT, 1])
     knots = np.array([0.0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4])
     ones = np.array([1])
-    return Splines.of(CurveTable(2 * ones, 9 * ones, points, weights, np.array([True]), knots))
+    return CurveTable(2 * ones, 9 * ones, points, weights, np.array([True]), knots)
 
 
 def list_dense(curve: Splines, beside: float) -> FloatArray:
@@ -68,6 +75,27 @@ def test_feet_beside_a_pole_are_on_the_curve(beside: float, radius: float, azimu
     assert abs(np.rint(turns.sum())) == (beside < 0)
     assert np.abs(turns).sum() < 1.05
     assert pcurve.span_count[0] < 200
+
+
+@pytest.mark.parametrize("beside", [1e-2, -1e-3, 1e-4, -1e-5])
+@pytest.mark.parametrize("stretch", [0.25, 5.0, 20.0])
+def test_poles_of_ellipsoids_are_passed_as_those_of_spheres(beside: float, stretch: float) -> None:
+    """An affine map keeps the parameters of all points, and so the parameter curve."""
+    rng = np.random.default_rng(3)
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    matrix = turn @ np.diag([1.0, 1.5, stretch]) @ (np.eye(3) + 0.4 * np.triu(np.ones((3, 3)), 1))
+    model = lower(read_solid("sphere")).surfaces
+    model = replace(model, points=(model.points - CENTER) @ matrix.T)
+    surfaces = find_closure(FaceSurfaces.of(model), 1e-6)
+    table = build_circle_table(0.8 + beside, 0.8, 2.2)
+    curve = Splines.of(replace(table, points=(table.points - CENTER) @ matrix.T))
+    nothing = build_curve(2, [[0, 0], [1, 1]])
+    guesses = make_guesses(surfaces, ZERO, curve, (nothing, np.array([-1])), GOAL)
+    pcurve = fit_feet(surfaces, ZERO, curve, guesses, GOAL)
+    t = list_dense(build_circle(0.8 + beside, 0.8, 2.2), abs(beside))
+    zeros = np.zeros(len(t), np.intp)
+    apart = surfaces.evaluate(zeros, pcurve.evaluate(zeros, t)) - curve.evaluate(zeros, t)
+    assert np.linalg.norm(apart, axis=1).max() < 2 * GOAL
 
 
 def test_cuts_double_from_the_nearest_point() -> None:
