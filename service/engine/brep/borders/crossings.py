@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.row_batches import unique_values
+from service.bases.row_batches import row_slices, unique_values
 from service.engine.brep.borders.border import Polygons
-from service.engine.brep.borders.box_pairs import BoxTree
+from service.engine.brep.borders.box_pairs import PAIRS, BoxTree
 from service.engine.brep.borders.predicates import Segments, classify_pairs
 from service.engine.trims.places import SIZE
 from service.engine.vectors import normalize
@@ -67,20 +67,22 @@ def find_conflicts(polygons: Polygons) -> Conflicts:
     high = np.maximum(polygons.begins, polygons.ends)
     all_sides = _list_segments(polygons)
     is_hopeless = np.zeros(int(polygons.faces.max(initial=-1)) + 1, bool)
-    for pairs in BoxTree.of(polygons.faces, low, high).list_own_pairs(is_hopeless):
-        meetings = classify_pairs(all_sides.take(pairs[0]), all_sides.take(pairs[1]))
-        rows = (meetings.crosses | meetings.touches.any(axis=0)).nonzero()[0]
-        if not len(rows):
-            continue
-        first, second, found = pairs[0][rows], pairs[1][rows], meetings.take(rows)
-        others[first], others[second] = second, first
-        ends = np.array([first, nexts[first], second, nexts[second]])
-        is_corner[ends[found.touches]] = True
-        for sides in (first, second):
-            crosses[sides[found.crosses]] = True
-            touches[sides[~found.crosses]] = True
-        counts = np.bincount(polygons.faces[first], minlength=len(is_hopeless))
-        is_hopeless |= counts > MOST_CONFLICTS
+    for many in BoxTree.of(polygons.faces, low, high).list_own_pairs(is_hopeless):
+        for run in row_slices(len(many[0]), 1, PAIRS):
+            pairs = many[0][run], many[1][run]
+            meetings = classify_pairs(all_sides.take(pairs[0]), all_sides.take(pairs[1]))
+            rows = (meetings.crosses | meetings.touches.any(axis=0)).nonzero()[0]
+            if not len(rows):
+                continue
+            first, second, found = pairs[0][rows], pairs[1][rows], meetings.take(rows)
+            others[first], others[second] = second, first
+            ends = np.array([first, nexts[first], second, nexts[second]])
+            is_corner[ends[found.touches]] = True
+            for sides in (first, second):
+                crosses[sides[found.crosses]] = True
+                touches[sides[~found.crosses]] = True
+            counts = np.bincount(polygons.faces[first], minlength=len(is_hopeless))
+            is_hopeless |= counts > MOST_CONFLICTS
     # Sides without a length between two vertices.
     short = (polygons.begins == polygons.ends).all(axis=1)
     short &= polygons.begin_vertices != polygons.end_vertices
