@@ -18,7 +18,8 @@ from service.engine.trims.closure import ClosedSurfaces
 from service.engine.trims.piecewise import make_segments
 
 NEAR = 1e-6
-"""Ends within this share of a domain of the side of a pole are at the pole."""
+"""Ends within this share of a domain of the side of a pole are at the pole, unless they meet
+beside it."""
 
 SAME = 1e-9
 """Ends that are nearer than this share of a domain are one place."""
@@ -117,12 +118,18 @@ def _find_joints(surfaces: ClosedSurfaces, topology: Topology, ends: FloatArray)
     is_open = topology.is_open[previous]
     face = topology.coedge_faces[after]
     axis, end = np.full(len(after), -1), np.zeros(len(after), np.intp)
+    period = surfaces.period[face]
+    gap = ends[0, after] - ends[1, before]
+    gap -= np.where(surfaces.is_closed[face], np.rint(gap / period), 0.0) * period
+    meets = (np.abs(gap) <= SAME * period).all(axis=1) & ~is_open
     for a in range(2):
         for e, side in enumerate((surfaces.low, surfaces.surfaces.high)):
             margin = NEAR * surfaces.period[face, a]
             near = surfaces.is_pole[face, a, e]
             near = near & (np.abs(ends[0, after, a] - side[face, a]) <= margin)
             near &= np.abs(ends[1, before, a] - side[face, a]) <= margin
+            beside = np.abs(ends[0, after, a] - side[face, a]) > SAME * surfaces.period[face, a]
+            near &= ~(meets & beside)
             axis[near], end[near] = a, e
     return _Joints(before, after, np.where(is_open, previous, -1), axis, end)
 

@@ -80,3 +80,28 @@ def test_a_half_sphere_is_closed(turn: float, arcs: int, other: bool) -> None:
     heights = prepared.vertices[prepared.model_vertices :, 2]
     assert {round(z, 6) for z in heights.tolist()} >= {CENTER[2] - RADIUS, CENTER[2] + RADIUS}
     assert count_cracks(prepared) == 0
+
+
+@pytest.mark.parametrize("radius", [0.4, 1.3])
+def test_an_edge_with_its_vertex_beside_a_pole_does_not_run_along_it(radius: float) -> None:
+    """A circle whose vertex is nearest to the pole, 7e-6 away: further than what is at the pole."""
+    tilt = radius + 1e-6
+    axis, x = np.array([sin(tilt), 0, cos(tilt)]), np.array([-cos(tilt), 0, sin(tilt)])
+    y = np.cross(axis, x)
+    ring = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0)]
+    points = [
+        (CENTER + RADIUS * (cos(radius) * axis + sin(radius) * (a * x + b * y))).tolist()
+        for a, b in ring
+    ]
+    curve = {**build_arc(x, 0.0, 2 * pi), "control_points": points}
+    ball = read_solid("sphere")["faces"][0]
+    document = {
+        "type": "brep",
+        "vertices": [points[0]],
+        "edges": [{"vertices": [0, 0], "curve": curve}],
+        "faces": [{"surface": ball["surface"], "loops": [{"edges": [0]}]}],
+    }
+    prepared = prepare(lower(document))
+    assert not prepared.skipped_faces
+    assert prepared.loop_counts.tolist() == [1]
+    assert prepared.gaps.max() < 1e-7 * prepared.diagonal
