@@ -20,6 +20,10 @@ from service.engine.trims.pole_frames import PoleFrames
 from service.engine.trims.splines import Splines
 from service.surface.spline_tables import find_starts
 
+FAR, MOST_FAR, STARTS = 1e5, 1024, 8
+"""Seeds that are further than `FAR` tolerances from their feet, up to `MOST_FAR` of them, look for
+nearer ones from `STARTS`² places: at sharp rims Newton's method may end on the wrong side."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class FootTable:
@@ -179,6 +183,11 @@ def find_seed_feet(
             other, apart = find_feet(surfaces, face[rows], points[rows], guess)
             is_nearer = apart < distance[rows]
             feet[rows[is_nearer]], distance[rows[is_nearer]] = other[is_nearer], apart[is_nearer]
+    far = (distance > FAR * tolerance).nonzero()[0][:MOST_FAR]
+    if len(far):
+        other, apart = _find_from_everywhere(surfaces, face[far], points[far])
+        is_nearer = apart < distance[far] - tolerance
+        feet[far[is_nearer]], distance[far[is_nearer]] = other[is_nearer], apart[is_nearer]
     # From the feet of the seeds before and after, where these give nearer points.
     inner = np.flatnonzero(curve[1:] == curve[:-1])
     for to, source in ((inner + 1, inner), (inner, inner + 1)):
@@ -188,6 +197,21 @@ def find_seed_feet(
     poles = surfaces.find_poles(face, points, AT_POLE * tolerance)
     feet = _set_poles(surfaces, face, feet, curve, poles)
     return continue_feet(surfaces, face, feet, curve)
+
+
+def _find_from_everywhere(
+    surfaces: ClosedSurfaces, face: Ints, points: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """The nearest of the feet (m, 2) found from `STARTS`² places of each surface; and how near."""
+    share = (np.arange(STARTS) + 0.5) / STARTS
+    grid = np.stack(np.meshgrid(share, share, indexing="ij"), axis=-1).reshape(-1, 2)
+    count, every = len(grid), np.arange(len(face))
+    guess = surfaces.low[face][:, np.newaxis] + surfaces.period[face][:, np.newaxis] * grid
+    run = np.repeat(every, count)
+    feet, distance = find_feet(surfaces, face[run], points[run], guess.reshape(-1, 2))
+    least = distance.reshape(-1, count).argmin(axis=1)
+    chosen = every * count + least
+    return feet[chosen], distance[chosen]
 
 
 def continue_feet(

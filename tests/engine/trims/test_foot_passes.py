@@ -98,6 +98,25 @@ def test_poles_of_ellipsoids_are_passed_as_those_of_spheres(beside: float, stret
     assert np.linalg.norm(apart, axis=1).max() < 2 * GOAL
 
 
+@pytest.mark.parametrize("azimuth", [0.1, 0.5, 2.2, 4.0])
+def test_feet_around_a_sharp_rim_are_on_the_right_side(azimuth: float) -> None:
+    """Across the rim of a flat ellipsoid, near points of a grid are on the other side."""
+    turn = np.linalg.qr(np.random.default_rng(4).normal(size=(3, 3)))[0]
+    matrix = turn @ np.diag([1.0, 1.0, 0.04]) @ (np.eye(3) + 0.4 * np.triu(np.ones((3, 3)), 1))
+    model = lower(read_solid("sphere")).surfaces
+    model = replace(model, points=(model.points - CENTER) @ matrix.T)
+    surfaces = find_closure(FaceSurfaces.of(model), 1e-6)
+    table = build_circle_table(1.1, 0.9, azimuth)
+    curve = Splines.of(replace(table, points=(table.points - CENTER) @ matrix.T))
+    nothing = build_curve(2, [[0, 0], [1, 1]])
+    guesses = make_guesses(surfaces, ZERO, curve, (nothing, np.array([-1])), GOAL)
+    pcurve = fit_feet(surfaces, ZERO, curve, guesses, GOAL)
+    t = np.linspace(0, 4, 2001)
+    zeros = np.zeros(len(t), np.intp)
+    apart = surfaces.evaluate(zeros, pcurve.evaluate(zeros, t)) - curve.evaluate(zeros, t)
+    assert np.linalg.norm(apart, axis=1).max() < 2 * GOAL
+
+
 def test_cuts_double_from_the_nearest_point() -> None:
     surfaces = find_closure(FaceSurfaces.of(lower(read_solid("sphere")).surfaces), 1e-6)
     cuts = find_pole_cuts(surfaces, ZERO, build_circle(0.3001, 0.3, 0.7), 1e-6)
