@@ -84,7 +84,7 @@ def test_a_half_sphere_is_closed(turn: float, arcs: int, other: bool) -> None:
 
 @pytest.mark.parametrize("radius", [0.4, 1.3])
 def test_an_edge_with_its_vertex_beside_a_pole_does_not_run_along_it(radius: float) -> None:
-    """A circle whose vertex is nearest to the pole, 7e-6 away: further than what is at the pole."""
+    """A circle whose vertex is nearest to the pole, 7e-6 away, too far to be at it."""
     tilt = radius + 1e-6
     axis, x = np.array([sin(tilt), 0, cos(tilt)]), np.array([-cos(tilt), 0, sin(tilt)])
     y = np.cross(axis, x)
