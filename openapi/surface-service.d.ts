@@ -3298,7 +3298,8 @@ export interface components {
             double_edges?: number;
             /**
              * Degenerate Faces
-             * @description Number of faces without triangles, because they are too narrow.
+             * @description Number of faces without triangles that are not in `skipped_faces`: they are too narrow for
+             *     the tolerance. `reached` is false unless all their edges are in the mesh.
              * @example 0
              */
             degenerate_faces?: number;
