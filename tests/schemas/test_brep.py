@@ -283,7 +283,6 @@ NET = "faces/0/surface/control_net"
 POINTS = {"control_points": [[0, 0, 0], [1, 1, 1]]}
 SHORT = {"type": "bspline", "control_points": [[0, 0], [1, 1]]}
 PCURVE = "faces/0/loops/1/pcurves/0"
-PCURVES = "faces/0/loops/1/pcurves"
 REFUSALS: list[tuple[str, object, str, str]] = [
     ("vertices", [[0, 0]], "wrong_dimension", "/vertices/0"),
     ("vertices/1/2", 1e39, "coordinate_too_large", "/vertices/1/2"),

@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from oracles.brep_documents import Array, Spline
-from tools.certify.part_curves import Loop, Random, reverse_loop
+from tools.certify.part_curves import Loop, Random
 
 Document: TypeAlias = dict[str, Any]
 
@@ -227,11 +227,6 @@ def build_trimmed(surface: Document, loops: list[Loop]) -> Document:
         "type": "brep", "up": "y", "vertices": [], "edges": [], "faces": [face],
         "shells": [{"faces": [0], "closed": False}],
     }  # fmt: skip
-
-
-def reverse_curve(curve: Spline) -> Spline:
-    """The curve in the other direction."""
-    return reverse_loop([curve])[0]
 
 
 def move_document(

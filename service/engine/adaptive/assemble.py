@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, Ints
+from service.bases.arrays import FloatArray, Ints, RealArray
 from service.bases.row_batches import unique_values
 from service.engine.adaptive.borders.border import Border
 from service.engine.adaptive.drafts.draft import Triangulation
@@ -39,6 +39,7 @@ from service.engine.plans.vertices import (
     merge_samples,
     number_vertices,
 )
+from service.engine.scratch import Real
 from service.engine.stored_positions import Storage, bound_origin_error
 from service.surface.lowered import PatchModel
 
@@ -98,11 +99,7 @@ def assemble(
     return Mesh(
         name=model.name,
         positions=positions,
-        normals=(
-            (vertex_normals + 0.0).astype(dtype)  # adding 0.0 turns -0.0 into 0.0
-            if vertex_normals is not None and options.normals
-            else None
-        ),
+        normals=store_normals(vertex_normals, options, dtype),
         uvs=uvs,
         triangles=triangles,
         quads=NO_QUADS,
@@ -169,6 +166,15 @@ def weld_samples(
         same_values = match_values(leader, channels) if channels else None
         shared = merge_samples(leader, normals, options.crease_angle, same_values)
     return number_vertices(leader, shared, used_samples=None)  # triangles use all samples
+
+
+def store_normals(
+    normals: FloatArray | None, options: MeshOptions, dtype: Real
+) -> RealArray | None:
+    """The normals of vertices as they are stored; None if the mesh has none."""
+    if normals is None or not options.normals:
+        return None
+    return (normals + 0.0).astype(dtype)  # adding 0.0 turns -0.0 into 0.0
 
 
 def _sort_by_part(model: PatchModel, patch: Ints) -> tuple[Ints, list[MeshPart]]:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, IndexArray, Ints, RealArray
-from service.engine.adaptive.assemble import weld_samples
+from service.engine.adaptive.assemble import store_normals, weld_samples
 from service.engine.adaptive.samples import evaluate_curvatures
 from service.engine.bounds.goal import Goal
 from service.engine.brep.brep_triangulation import BrepTriangulation
@@ -114,11 +114,7 @@ def assemble(
     mesh = Mesh(
         name=prepared.model.name,
         positions=positions,
-        normals=(
-            (vertex_normals + 0.0).astype(dtype)  # adding 0.0 turns -0.0 into 0.0
-            if vertex_normals is not None and options.normals
-            else None
-        ),
+        normals=store_normals(vertex_normals, options, dtype),
         uvs=uvs,
         triangles=triangles,
         quads=NO_QUADS,

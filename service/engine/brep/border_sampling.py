@@ -73,6 +73,8 @@ def settle_borders(
     border: Border,
     leaves: LeafPoints,
     goal: Goal,
+    *,
+    limits: MeshLimits,
 ) -> tuple[EdgeSamples, Border, Bools]:
     """Samples of poles, polygons without conflicts; and the faces (F,) for which there are such."""
     at_poles = split_poles(prepared, samples, leaves, border)
@@ -80,6 +82,7 @@ def settle_borders(
         samples, source = at_poles
         border = renew_border(prepared, samples, border, source)
     samples, border, faults = settle_border(prepared, samples, border)
+    _check_sides(border, limits)
     is_valid = np.ones(len(prepared.surfaces), bool)
     is_valid[faults.faces] = False
     return samples, measure_border(prepared, samples, border, goal), is_valid

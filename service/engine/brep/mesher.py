@@ -49,22 +49,8 @@ class BrepMesher:
     def build_mesh(self, goal: Goal, most: int, effort: Effort | None = None) -> Mesh:
         """The mesh that meets a goal, or the nearest that the gaps of the brep allow.
 
-        Parameters
-        ----------
-        goal : Goal
-            In the coordinates of the brep. A view becomes the tolerance that it allows at the point
-            of the box that is nearest to the eye.
-        most : int
-            Largest number of triangles.
-        effort : Effort, optional
-            Limit of the work of all meshes of a request.
-
-        Raises
-        ------
-        InvalidRequest
-            `tolerance_too_small` if the tolerance is below the rounding errors.
-        TooLarge
-            `too_many_triangles` or `too_costly`, as soon as it is known that a limit is too low.
+        See `service.engine.meshers.Mesher`. A view becomes the tolerance that it allows at the
+        point of the box that is nearest to the eye.
         """
         prepared, storage = self._prepared, self._storage
         low, high = prepared.box

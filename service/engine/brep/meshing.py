@@ -73,7 +73,9 @@ def triangulate_brep(prepared: PreparedBrep, goal: Goal, limits: MeshLimits) -> 
     samples, border = sample_borders(prepared, goal, limits)
     boxes = _find_boxes(border, len(prepared.surfaces))
     leaves = _find_leaves(prepared, border, boxes, goal, limits)
-    samples, border, is_valid = settle_borders(prepared, samples, border, leaves, goal)
+    samples, border, is_valid = settle_borders(
+        prepared, samples, border, leaves, goal, limits=limits
+    )
     corners, triangulations = _fill(prepared, samples, border, is_valid, (leaves, boxes))
     slack = bound_slack(
         prepared.places,

@@ -21,7 +21,6 @@ TRACE, SPAN = "0af7651916cd43dd8448eb211c80319c", "b7ad6b7169203331"
 PARENT = f"00-{TRACE}-{SPAN}-01"
 NET = [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]]
 MESH = "/v1/surfaces/saddle/mesh.glb?resolution=2"
-CONVERSION = {"surface": {"control_net": NET}, "operations": [{"op": "elevate", "degree": [2, 2]}]}
 
 
 class LoggedClient:
