@@ -1,0 +1,1 @@
+"""What files of CAD systems hold, whatever their format: parts, instances and a report."""
