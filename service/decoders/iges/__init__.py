@@ -1,0 +1,1 @@
+"""Reads IGES files, version 5.3."""
