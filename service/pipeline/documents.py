@@ -32,14 +32,17 @@ def plan_conversion(
 ) -> Work[bytes]:
     """Plan a conversion: estimate its cost from the shapes of the surface, and check the limits.
 
-    The work checks the size of the surface after each operation, which `allowed` limits, before it
-    computes this surface; and the bytes of the document, which `limits` limits.
+    Without operations, the surface is written as it is. The work checks the size of the surface
+    after each operation, which `allowed` limits, before it computes this surface; and the bytes of
+    the document, which `limits` limits.
 
     Raises
     ------
     InvalidRequest
         `not_parametric`: a group, a tube or a ribbon. But faces are taken from breps in groups too.
     """
+    if not operations:
+        return _plan_document(surface, limits, "/surface")
     size = surface.size()
     if not isinstance(operations[0], Untrim | Select):
         if isinstance(surface, GroupSurface):
@@ -59,10 +62,14 @@ def plan_conversion(
 
 
 def plan_definition(surface: Surface, limits: Limits = DEFAULT_LIMITS) -> Work[bytes]:
-    """Plan writing a surface as a JSON document: estimate the cost."""
-    cost = definition_cost(surface.size(), limits.max_bytes)
+    """Plan writing a stored or built-in surface as a JSON document: estimate the cost."""
     # A request names the surface in its URL, by the parameter `id`.
-    return Work(cost, partial(_write_document, surface, limits, "/id"))
+    return _plan_document(surface, limits, "/id")
+
+
+def _plan_document(surface: Surface, limits: Limits, where: str) -> Work[bytes]:
+    cost = definition_cost(surface.size(), limits.max_bytes)
+    return Work(cost, partial(_write_document, surface, limits, where))
 
 
 def _write_document(surface: Surface, limits: Limits, where: str) -> bytes:

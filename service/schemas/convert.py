@@ -228,14 +228,21 @@ OperationDefinition = TypeAliasType(
 
 
 class ConvertRequest(SurfaceRequest):
-    """A surface, and the operations to apply to it, one after the other."""
+    """A surface, and the operations to apply to it, one after the other.
+
+    Without operations, the response has the surface itself: it is the way to look at what a file
+    contains.
+    """
 
     operations: Annotated[
-        tuple[OperationDefinition, ...],
+        tuple[OperationDefinition, ...] | None,
+        Omittable(),
         Field(strict=False),
         _limit_length(1, values.MAX_OPERATIONS, "operations"),
     ] = Field(
-        description="The operations; each is applied to the result of the one before.",
+        default=None,
+        description="The operations; each is applied to the result of the one before. Left out, "
+        "the surface stays as it is.",
         examples=[[{"op": "elevate", "degree": [3, 3]}, {"op": "split", "u": 0.5}]],
         json_schema_extra={"minItems": 1, "maxItems": values.MAX_OPERATIONS},
     )
@@ -243,7 +250,7 @@ class ConvertRequest(SurfaceRequest):
     def to_operations(self) -> tuple[values.Operation, ...]:
         """The operations; raises `InvalidRequest` with pointers into the whole request."""
         operations: list[values.Operation] = []
-        for number, definition in enumerate(self.operations):
+        for number, definition in enumerate(self.operations or ()):
             try:
                 fields = (field for name, field in definition if name != "op")
                 operations.append(OPERATIONS[definition.op](*fields))

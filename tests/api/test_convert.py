@@ -102,6 +102,15 @@ def test_each_operation_converts_the_result_of_the_previous_one(client: Client) 
     assert len(surface["patches"]) == 2
 
 
+@pytest.mark.parametrize("kind", sorted(SURFACES))
+def test_without_operations_every_surface_is_its_own_document(client: Client, kind: str) -> None:
+    response = client.post("/v1/convert", {"surface": SURFACES[kind]})
+    assert response.status_code == 200
+    document = response.json()
+    id = client.post("/v1/surfaces", {"surface": SURFACES[kind]}).json()["id"]
+    assert document == client.get(f"/v1/surfaces/{id}").json()
+
+
 def test_limits_are_those_of_the_settings() -> None:
     operations = [{"op": "elevate", "degree": 9}]
     document = {"surface": {"control_net": NET}, "operations": operations}
@@ -111,6 +120,9 @@ def test_limits_are_those_of_the_settings() -> None:
     with start_client(create_app(Settings(max_response_bytes=1024))) as client:
         error = client.post("/v1/convert", document).json()["errors"][0]
         assert (error["code"], error["pointer"]) == ("too_many_bytes", "/operations")
+        flat = {"surface": {"type": "bspline", "degree": 1, "control_net": [[[0, 0, 1]] * 99] * 2}}
+        error = client.post("/v1/convert", flat).json()["errors"][0]
+        assert (error["code"], error["pointer"]) == ("too_many_bytes", "/surface")
     with start_client(create_app(Settings(max_degree=8))) as client:
         error = client.post("/v1/convert", document).json()["errors"][0]
         assert (error["code"], error["pointer"]) == ("degree_too_high", "/operations/0/degree")
