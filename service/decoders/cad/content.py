@@ -232,7 +232,7 @@ class CadContent:
 
 @dataclass(frozen=True, slots=True)
 class FileLimits:
-    """What a file may hold; beyond, it is refused before anything is allocated."""
+    """The most that a file may have; a file with more is refused before anything is allocated."""
 
     max_control_points: int = 1_000_000
     max_entities: int = 2_000_000
