@@ -1,0 +1,1 @@
+"""Files of CAD systems for tests: written by Open CASCADE, and judged against it."""
