@@ -52,7 +52,7 @@ class MalformedJson(SurfaceError):
 
 
 class MalformedBody(SurfaceError):
-    """A file of control nets is not in the format that its name or media type says."""
+    """A file is not in the format that its name or media type says."""
 
 
 class UnknownSurface(SurfaceError):
@@ -134,7 +134,13 @@ def format_number(value: float) -> str:
     return six_digits if float(six_digits) == value else repr(float(value))
 
 
-_SINGULAR = {"axes": "axis", "indices": "index", "patches": "patch", "vertices": "vertex"}
+_SINGULAR = {
+    "axes": "axis",
+    "entities": "entity",
+    "indices": "index",
+    "patches": "patch",
+    "vertices": "vertex",
+}
 
 
 def count_nouns(count: int, nouns: str) -> str:

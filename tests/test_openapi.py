@@ -25,7 +25,7 @@ from service.api.app import create_app
 from service.api.guard.keys import SCOPES, format_entry, make_key
 from service.api.models.meshes import ResponseModel
 from service.api.openapi.document import build_full_settings
-from service.decoders.registry import DECODERS
+from service.decoders.registry import NET_DECODERS
 from service.encoders.format import FileFormat
 from service.encoders.polylines.registry import CURVE_FORMATS, SECTION_FORMATS
 from service.encoders.registry import FORMATS
@@ -352,8 +352,8 @@ def test_files_of_control_nets_are_documented_and_their_examples_accepted(client
     for path in ("/v1/mesh", "/v1/estimate"):
         operation = DOCUMENT["paths"][path]["post"]
         content = operation["requestBody"]["content"]
-        assert set(content) == {"application/json", *(each.media_type for each in DECODERS)}
-        for decoder in DECODERS:
+        assert set(content) == {"application/json", *(each.media_type for each in NET_DECODERS)}
+        for decoder in NET_DECODERS:
             description = content[decoder.media_type]
             assert description["schema"]["description"]
             assert (description["schema"].get("format") == "binary") == decoder.is_binary

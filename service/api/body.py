@@ -41,7 +41,7 @@ from service.schemas.fields import RequestModel
 from service.schemas.query import add_fields, document_from_query
 from service.schemas.validation import parse_request, validate_document
 from service.settings.runtime import pause_collection
-from service.settings.values import Settings
+from service.settings.values import Settings, file_limits
 
 INLINE_BYTES, INLINE_TEXT, INLINE_OBJECTS = 1 << 18, 1 << 14, 32
 """Sizes up to which the event loop parses a body itself, within some 5 ms: bytes of JSON and binary
@@ -141,11 +141,11 @@ class BodyRoute(APIRoute):
     ) -> Callable[[bytes], Tree]:
         """A function from the bytes of a file to the document, which has the query's fields too."""
         del computation
-        fields, max_points = other_fields["surface"], services.document_limits.max_control_points
+        fields, limits = other_fields["surface"], file_limits(services.settings)
 
         def decode(body: bytes) -> Tree:
-            net = decoder.decode(body, fields.get("type"), max_points)
-            return {**other_fields, "surface": add_fields(net, fields)}
+            decoded = decoder.decode(body, fields.get("type"), limits)
+            return {**other_fields, "surface": add_fields(decoded.tree, fields)}
 
         return decode
 
@@ -304,6 +304,8 @@ def body_too_large(max_bytes: int, settings: Settings) -> BodyTooLarge:
     needed = f"at most {max_bytes} bytes"
     if max_bytes < settings.max_body_bytes:
         needed += "; a larger net can be sent as a .npy file"
+    else:
+        needed += " (SURFACE_MAX_BODY_BYTES)"
     return BodyTooLarge(
         Issue(
             "body_too_large",

@@ -47,11 +47,12 @@ class NetFile:
         """The body of a request without options; raises `SurfaceError` if the file is invalid."""
         from service.schemas import query
         from service.settings.environment import read_environment
+        from service.settings.values import file_limits
 
-        max_points = read_environment().max_control_points
-        net = self.decoder.decode(self.content, self.fields.get("type"), max_points)
+        limits = file_limits(read_environment())
+        decoded = self.decoder.decode(self.content, self.fields.get("type"), limits)
         fields = query.surface_fields(self.fields)
-        return {"surface": query.add_fields(net, fields)}
+        return {"surface": query.add_fields(decoded.tree, fields)}
 
 
 Source = str | dict[str, Any] | NetFile

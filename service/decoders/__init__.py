@@ -1,1 +1,1 @@
-"""Converts files of control nets to documents like those of requests; a module for each format."""
+"""Converts files to documents like those of requests: control nets, and parts of CAD systems."""

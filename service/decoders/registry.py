@@ -1,17 +1,32 @@
-"""The registry of decoders: all formats of files with control nets that the service reads.
+"""The registry of decoders: all formats of files that the service reads.
 
 To add a format, write its module and add an entry here. Media types, suffixes, error messages and
-the OpenAPI document are made from this table. JSON is not in the table, because a JSON body is a
-whole request, not a file.
+the OpenAPI document are made from these tables. JSON is not in them, because a JSON body is a whole
+request, not a file.
 """
 
-from collections.abc import Mapping
+import re
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
-from service.decoders import npy, oogl, teapot
-from service.decoders.format import Decoder
+from service.decoders import cad_files, npy, oogl, teapot
+from service.decoders.format import Decoded, Decoder, FileLimits, Tree
+from service.errors import Issue
 
-DECODERS: tuple[Decoder, ...] = (
+CHILD_BYTES = 1 << 16
+"""Bytes of a CAD file that take some 30 ms to read: longer files are read in a child process."""
+
+
+def _net(read: Callable[[bytes, str | None, int], Tree]) -> Callable[..., Decoded]:
+    """The function `Decoder.decode` of a format whose only limit is that of control points."""
+
+    def decode(content: bytes, kind: str | None, limits: FileLimits) -> Decoded:
+        return Decoded(read(content, kind, limits.max_control_points))
+
+    return decode
+
+
+NET_DECODERS: tuple[Decoder, ...] = (
     Decoder(
         name="npy",
         title="NumPy array",
@@ -19,7 +34,7 @@ DECODERS: tuple[Decoder, ...] = (
         suffixes=("npy",),
         is_binary=True,
         kinds=npy.KINDS,
-        decode=npy.decode,
+        decode=_net(npy.decode),
         about="A file that `numpy.save` writes, of float32 or float64, in either byte order and"
         " either order of axes. An array (p+1, q+1, 3) is one control net: of a Bézier patch or, "
         "with `type=bspline`, of a B-spline. An array (P, p+1, q+1, 3) is P Bézier patches, which "
@@ -36,7 +51,7 @@ DECODERS: tuple[Decoder, ...] = (
         suffixes=("bez", "bbp", "oogl"),
         is_binary=False,
         kinds=oogl.KINDS,
-        decode=oogl.decode,
+        decode=_net(oogl.decode),
         about="A BEZ or BBP object of OOGL, or a LIST of these, in ASCII: any number of Bézier "
         "patches. Among control points, u varies fastest; a point with 4 numbers is (wx, wy, wz, "
         "w). Texture coordinates and colours of the corners are read; lines and appearances are "
@@ -55,7 +70,7 @@ DECODERS: tuple[Decoder, ...] = (
         suffixes=("teapot",),
         is_binary=False,
         kinds=teapot.KINDS,
-        decode=teapot.decode,
+        decode=_net(teapot.decode),
         about="The text form of the Utah teapot: the number of patches; for each patch its vertex"
         " numbers, counted from 1, (p+1)² for degree p, in one line or in p + 1 lines; the number"
         " of vertices; x, y and z of each vertex. Commas or blanks separate the numbers. Errors"
@@ -67,6 +82,65 @@ DECODERS: tuple[Decoder, ...] = (
         ),
     ),
 )
+"""Formats of control nets."""
+
+CAD_DECODERS: tuple[Decoder, ...] = (
+    Decoder(
+        name="step",
+        title="STEP: ISO 10303-21 of AP203, AP214 and AP242",
+        media_type="model/step",
+        suffixes=("step", "stp", "p21"),
+        is_binary=True,  # its texts have whatever encoding the writing system chose
+        kinds=cad_files.KINDS,
+        decode=cad_files.cad_decoder("step"),
+        about="A STEP file (ISO 10303-21, clear text) with boundary representations of AP203, AP214"
+        " or AP242: solids, shells and loose faces, assemblies with all placements, names, colours "
+        "and units. One part becomes a `brep`, an assembly a `group`. Every face that is not in the"
+        " surface is in the report of reading. Other files that it names are never opened.",
+        memory_factor=16,
+        base_memory=32 << 20,
+        is_cad=True,
+        child_bytes=CHILD_BYTES,
+    ),
+    Decoder(
+        name="iges",
+        title="IGES 5.3",
+        media_type="model/iges",
+        suffixes=("igs", "iges"),
+        is_binary=True,  # as of STEP
+        kinds=cad_files.KINDS,
+        decode=cad_files.cad_decoder("iges"),
+        about="An IGES file (version 5.3, of fixed form): trimmed surfaces (144, 143), solids (186)"
+        ", untrimmed surfaces, subfigures with all placements, names, colours and the unit. "
+        "Neighbours are joined where whole edges agree within the file's uncertainty. Every face "
+        "that is not in the surface is in the report of reading.",
+        memory_factor=16,
+        base_memory=32 << 20,
+        is_cad=True,
+        child_bytes=CHILD_BYTES,
+    ),
+    Decoder(
+        name="3dm",
+        title="Rhino 3DM",
+        media_type="model/vnd.3dm",
+        suffixes=("3dm",),
+        is_binary=True,
+        kinds=cad_files.KINDS,
+        decode=cad_files.cad_decoder("3dm"),
+        about="A file of Rhino (openNURBS): breps, extrusions and surfaces, with names, instances, "
+        "units and colours of objects. Meshes and SubD objects are skipped, and are in the report "
+        "of reading. Needs the extra `rhino`.",
+        memory_factor=16,
+        base_memory=96 << 20,
+        is_cad=True,
+        child_bytes=0,  # a library in C++ reads it
+        library="rhino3dm",
+        extra="rhino",
+    ),
+)
+"""Formats of CAD systems."""
+
+DECODERS: tuple[Decoder, ...] = (*NET_DECODERS, *CAD_DECODERS)
 """All decoders, in the order in which lists name them."""
 
 BY_NAME: Mapping[str, Decoder] = MappingProxyType({d.name: d for d in DECODERS})
@@ -76,3 +150,30 @@ BY_SUFFIX: Mapping[str, Decoder] = MappingProxyType(
     {suffix: decoder for decoder in DECODERS for suffix in decoder.suffixes}
 )
 """All decoders by suffix, without a dot."""
+
+_BEGINNINGS: Mapping[str, re.Pattern[bytes]] = MappingProxyType(
+    {
+        "npy": re.compile(rb"\x93NUMPY"),
+        "step": re.compile(rb"(?:\xef\xbb\xbf)?\s*(?:(?>/\*.*?\*/)\s*+)*+ISO-10303-21", re.DOTALL),
+        # The first line has 72 columns of text, the letter S and its number, 1.
+        "iges": re.compile(rb"[^\r\n]{72}S {0,6}0{0,6}1\s"),
+        "3dm": re.compile(rb"3D Geometry File Format "),
+    }
+)
+"""How files begin, of the formats that can be known by this."""
+
+
+def find_by_content(content: bytes) -> Decoder | None:
+    """The decoder of a file that begins with these bytes, if its format can be known by them."""
+    start = content[:4096]
+    return next((BY_NAME[name] for name, each in _BEGINNINGS.items() if each.match(start)), None)
+
+
+def unavailable_issue(decoder: Decoder) -> Issue:
+    """The issue for a client whose file needs a library that is not installed."""
+    return Issue(
+        "format_unavailable",
+        "This service was installed without the library that reads these files.",
+        got=f"a file of {decoder.title}",
+        needed=f"a service with the extra: surface-service[{decoder.extra}]",
+    )

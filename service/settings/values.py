@@ -16,6 +16,7 @@ from pydantic import (
 )
 from pydantic_settings import NoDecode
 
+from service.decoders.format import FileLimits
 from service.pipeline.limits import Limits
 from service.schemas.document import DEFAULT_LIMITS, MAX_BYTES, PARSED_DEPTH, DocumentLimits
 from service.settings.listening import HOST, PORT
@@ -100,7 +101,10 @@ class Settings(BaseModel):
         description="Bytes of a request's URL and headers together.",
     )
     max_body_bytes: Bytes = Field(
-        default=64 << 20, ge=1024, le=1 << 32, description="Bytes of a request's body."
+        default=64 << 20,
+        ge=1024,
+        le=1 << 32,
+        description="Bytes of a request's body: of any file that is sent.",
     )
     max_control_points: int = Field(
         default=DEFAULT_LIMITS.max_control_points,
@@ -142,6 +146,18 @@ class Settings(BaseModel):
         ge=1,
         le=10_000_000,
         description="Faces of all breps of a surface.",
+    )
+    max_placed_faces: int = Field(
+        default=FileLimits().max_placed_faces,
+        ge=1,
+        le=100_000_000,
+        description="Faces of a surface with those of a part counted once for each placement.",
+    )
+    max_file_entities: int = Field(
+        default=FileLimits().max_entities,
+        ge=100,
+        le=100_000_000,
+        description="Entities of a CAD file: its records or objects, of any kind.",
     )
     max_vertices: int = Field(
         default=Limits().max_vertices, ge=4, le=1 << 32, description="Vertices of a mesh."
@@ -374,6 +390,16 @@ def document_limits(settings: Settings) -> DocumentLimits:
         settings.max_json_depth,
         settings.max_json_values,
         settings.max_faces,
+    )
+
+
+def file_limits(settings: Settings) -> FileLimits:
+    """The limits of what a file may hold."""
+    return FileLimits(
+        settings.max_control_points,
+        settings.max_file_entities,
+        settings.max_faces,
+        settings.max_placed_faces,
     )
 
 

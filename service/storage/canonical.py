@@ -1,6 +1,6 @@
 """The canonical content of a surface: the same bytes for every way to write the surface.
 
-    content = header, line feed, numbers
+    content = header, line feed, numbers (a frame: `service.framing`)
     id      = SHA-256 of the content, in hexadecimal
 
 The header is one line of JSON, in ASCII, with sorted keys and without spaces:
@@ -26,17 +26,15 @@ if it has its default; and this default never changes. Another form of the conte
 `"canonical": 2`, and the service would still read this form.
 """
 
-import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from hashlib import sha256
-from math import prod
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from pydantic import BaseModel
 
-from service.bases.arrays import AnyArray
 from service.errors import DamagedObject
+from service.framing import UNREADABLE, mark_nulls, read_frame, write_frame
 from service.pipeline.cost import Work, definition_cost
 from service.schemas.budget import bound_memory
 from service.schemas.document import DocumentLimits
@@ -49,19 +47,11 @@ from service.surface.sizes import SurfaceKind
 
 VERSION = 1
 
-_TYPES = {"float64": np.dtype("<f8"), "int64": np.dtype("<i8")}
-
-Arrays: TypeAlias = list[AnyArray]
-
-_NULL: AnyArray = np.empty(0, "V1")
-"""This array stands for a null among the arrays of a definition."""
-
-_NULL_TYPE = ["null", [0]]
-
 
 def canonical_content(surface: Surface) -> bytes:
     """The canonical content of a surface; `restore_surface` reads it."""
-    return _write_content("surface", _mark_nulls(definition(surface, flat=True)))
+    tree = mark_nulls(definition(surface, flat=True))
+    return write_frame("surface", tree, canonical=VERSION)
 
 
 def canonical_request(request: RequestModel) -> bytes:
@@ -71,9 +61,11 @@ def canonical_request(request: RequestModel) -> bytes:
     """
     shape, names = request.build(), type(request).model_fields
     if not isinstance(shape, SurfaceKind):
-        return _write_content("request", {name: _tree_of(getattr(request, name)) for name in names})
+        fields = {name: _tree_of(getattr(request, name)) for name in names}
+        return write_frame("request", fields, canonical=VERSION)
     others = {name: _tree_of(getattr(request, name)) for name in names if name != "surface"}
-    return _write_content("request", {"surface": definition(shape, flat=True), **others})
+    fields = {"surface": definition(shape, flat=True), **others}
+    return write_frame("request", fields, canonical=VERSION)
 
 
 def _tree_of(value: Any) -> Any:
@@ -87,27 +79,6 @@ def _tree_of(value: Any) -> Any:
     if isinstance(value, np.ndarray | float):
         return value + 0.0
     return value
-
-
-def _write_content(name: str, tree: Any) -> bytes:
-    """A tree in the canonical form; in its header it has this name."""
-    arrays: Arrays = []
-    tree = _take_arrays(tree, arrays)
-    types_and_shapes = [
-        _NULL_TYPE if array is _NULL else [array.dtype.name, array.shape] for array in arrays
-    ]
-    header = json.dumps(
-        {"arrays": types_and_shapes, "canonical": VERSION, name: tree},
-        sort_keys=True,
-        separators=(",", ":"),
-        allow_nan=False,
-    )
-    numbers = (
-        np.ascontiguousarray(array, dtype=_TYPES[array.dtype.name]).data
-        for array in arrays
-        if array is not _NULL
-    )
-    return b"".join([header.encode("ascii"), b"\n", *numbers])
 
 
 def surface_id(content: bytes) -> str:
@@ -128,7 +99,7 @@ def restore_surface(content: bytes, limits: DocumentLimits) -> Surface:
     """
     try:
         tree = _read_definition(content)
-    except (ValueError, LookupError, TypeError, ArithmeticError, StopIteration, RecursionError):
+    except UNREADABLE:
         raise DamagedObject from None
     return validate_document(SurfaceRequest, {"surface": tree}, limits).to_surface()
 
@@ -155,58 +126,9 @@ def plan_content(surface: Surface) -> Work[tuple[str, bytes]]:
     return Work(definition_cost(surface.size()), run)
 
 
-def _mark_nulls(value: Any) -> Any:
-    """The value with `_NULL` in place of each None."""
-    if isinstance(value, dict):
-        return {key: _mark_nulls(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_mark_nulls(item) for item in value]
-    return _NULL if value is None else value
-
-
-def _take_arrays(value: Any, arrays: Arrays) -> Any:
-    """The value with None in place of each array; appends the arrays to `arrays`, in this order."""
-    if isinstance(value, np.ndarray):
-        arrays.append(value)
-        return None
-    if isinstance(value, Mapping):
-        return {key: _take_arrays(value[key], arrays) for key in sorted(value)}
-    if isinstance(value, list | tuple):
-        return [_take_arrays(item, arrays) for item in value]
-    return value
-
-
-def _insert_arrays(tree: Any, arrays: Iterator[AnyArray]) -> Any:
-    """The tree with the next array in place of each None; `_NULL` gives None."""
-    if tree is None:
-        array = next(arrays)
-        return None if array is _NULL else array
-    if isinstance(tree, dict):
-        return {key: _insert_arrays(item, arrays) for key, item in tree.items()}
-    if isinstance(tree, list):
-        return [_insert_arrays(item, arrays) for item in tree]
-    return tree
-
-
 def _read_definition(content: bytes) -> Any:
     """The surface's definition, as in a request; its arrays are views of `content`."""
-    end = content.index(b"\n")
-    header = json.loads(content[:end])
+    header = read_frame("surface", content)
     if header["canonical"] != VERSION:
         raise ValueError("another form of content")
-    arrays: Arrays = []
-    start = end + 1
-    for name, shape in header["arrays"]:
-        if min(shape, default=0) < 0:
-            raise ValueError("an axis of negative length")
-        if [name, shape] == _NULL_TYPE:
-            arrays.append(_NULL)
-            continue
-        flat = np.frombuffer(content, _TYPES[name], prod(shape), start)
-        arrays.append(flat.reshape(shape))
-        start += flat.nbytes
-    remaining_arrays = iter(arrays)
-    tree = _insert_arrays(header["surface"], remaining_arrays)
-    if start != len(content) or next(remaining_arrays, None) is not None:
-        raise ValueError("more numbers than the header names")
-    return tree
+    return header["surface"]

@@ -28,6 +28,7 @@ from service.api.guard.proxies import Proxies
 from service.api.guard.signatures import Signer
 from service.api.negotiation import codings_by_header, format_by_accept, format_by_name
 from service.api.record import caller_trace_id
+from service.decoders.format import FileLimits
 from service.decoders.registry import BY_NAME as DECODERS
 from service.decoders.registry import DECODERS as ALL_DECODERS
 from service.encoders.registry import FORMATS
@@ -94,7 +95,7 @@ def _build_file_target(name: str) -> Callable[[bytes], None]:
 
     def decode_file(content: bytes) -> None:
         kind = None  # the file decides
-        surface = DECODERS[name].decode(content, kind, LIMITS.max_control_points)
+        surface = DECODERS[name].decode(content, kind, FileLimits()).tree
         validate_document(SurfaceRequest, {"surface": surface}, LIMITS).to_surface()
 
     return decode_file

@@ -13,7 +13,7 @@ from service.api.caching.codings import CODINGS
 from service.api.guard.signatures import EXPIRES, SIGNATURE
 from service.api.stored import content_id
 from service.decoders.format import Decoder
-from service.decoders.registry import DECODERS
+from service.decoders.registry import NET_DECODERS
 from service.encoders.format import FileFormat
 from service.encoders.registry import FORMATS
 from service.schemas.options import MeshOptionFields
@@ -194,7 +194,7 @@ def surface_body(examples: Json, *parameters: Json, has_options: bool = True) ->
         Whether the query may also have the options of a mesh.
     """
     extra = json_body(examples)
-    extra["requestBody"]["content"] |= {d.media_type: _file(d) for d in DECODERS}
+    extra["requestBody"]["content"] |= {d.media_type: _file(d) for d in NET_DECODERS}
     options = [_file_option(option) for option in option_parameters()] if has_options else []
     # `engine` is a parameter too, but only of meshes by URL.
     options = [option for option in options if option["name"] in MeshOptionFields.model_fields]
@@ -219,7 +219,7 @@ def _one_or_two(item: Json, examples: list[Any]) -> Json:
     return {"type": "array", "items": item, "minItems": 1, "maxItems": 2, "examples": examples}
 
 
-_KINDS = list(dict.fromkeys(kind for decoder in DECODERS for kind in decoder.kinds))
+_KINDS = list(dict.fromkeys(kind for decoder in NET_DECODERS for kind in decoder.kinds))
 _FIELD_SCHEMAS: Mapping[str, Json] = MappingProxyType(
     {
         "type": {"type": "string", "enum": _KINDS, "examples": ["bspline"]},

@@ -25,7 +25,7 @@ from service.api.stored import content_id
 from service.api.threads import MAX_RETRY_AFTER
 from service.cancellation import OutOfTime
 from service.decoders import teapot
-from service.decoders.registry import DECODERS
+from service.decoders.registry import NET_DECODERS
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.measures.values import MeasureQuery
 from service.engine.mesh.mesh import ENGINE
@@ -129,7 +129,7 @@ def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
         "EngineGone": {"numbers": lambda: check_engine(ENGINE + 1)},
         "BodyTooSlow": {"stalled": body_too_slow(received_bytes=0, settings=settings)},
         "BodyTooLarge": {"body": body_too_large(max_json_bytes, settings)},
-        "UnsupportedMediaType": {"text": lambda: decoder_of_body("text/plain", DECODERS)},
+        "UnsupportedMediaType": {"text": lambda: decoder_of_body("text/plain", NET_DECODERS)},
         "InvalidRequest": {
             "net": _post_mesh(_RAGGED),
             "options": _post_mesh(b'{"resolution": 0, "faces": null, "colour": 1}'),

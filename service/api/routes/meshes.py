@@ -11,7 +11,7 @@ from service.api.openapi.parameters import REQUESTS, Json, format_parameter, sur
 from service.api.openapi.responses import MESH_HEADERS, POST_ERRORS, error, show_responses, success
 from service.api.responses import bytes_response, file_response
 from service.api.services import ContextDep
-from service.decoders.registry import DECODERS
+from service.decoders.registry import NET_DECODERS
 from service.encoders.format import Format
 from service.encoders.registry import BY_NAME, FORMATS
 from service.pipeline.estimate import plan_estimate
@@ -71,7 +71,7 @@ class MeshRoute(BodyRoute):
     """A route that reads a surface as JSON or as a file, and whose response is in a mesh format."""
 
     formats = FORMATS
-    decoders = DECODERS
+    decoders = NET_DECODERS
 
 
 class EstimateRoute(MeshRoute):

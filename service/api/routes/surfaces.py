@@ -42,7 +42,7 @@ from service.api.stored import (
     surface_of,
     surface_url,
 )
-from service.decoders.registry import DECODERS
+from service.decoders.registry import NET_DECODERS
 from service.encoders.registry import FORMATS
 from service.errors import Issue, UnknownSurface
 from service.pipeline.documents import plan_definition
@@ -57,7 +57,7 @@ from service.surface.lowered import GroupModel, Model
 class SurfaceRoute(BodyRoute):
     """A route that reads a surface as JSON or as a file."""
 
-    decoders = DECODERS
+    decoders = NET_DECODERS
 
 
 storing = APIRouter(route_class=SurfaceRoute)

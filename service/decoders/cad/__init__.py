@@ -1,1 +1,1 @@
-"""What files of CAD systems hold, whatever their format: parts, instances and a report."""
+"""The content of files of CAD systems, whatever their format: parts, instances and a report."""

@@ -7,6 +7,23 @@ of them. Lengths are in the unit of the file's root: a reader converts parts of 
 from dataclasses import dataclass, field
 
 from service.bases.arrays import FloatArray
+from service.decoders.format import FileLimits
+
+__all__ = [
+    "CadContent",
+    "Coedge",
+    "Curve",
+    "Definition",
+    "Edge",
+    "Face",
+    "FileLimits",
+    "Part",
+    "Placement",
+    "Reading",
+    "Shell",
+    "SkippedFace",
+    "Surface",
+]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -228,14 +245,3 @@ class CadContent:
     reading: Reading
     metres_per_unit: float | None = None
     up: str = "z"
-
-
-@dataclass(frozen=True, slots=True)
-class FileLimits:
-    """The most that a file may have; a file with more is refused before anything is allocated."""
-
-    max_control_points: int = 1_000_000
-    max_entities: int = 2_000_000
-    max_faces: int = 20_000
-    max_placed_faces: int = 1_000_000
-    max_members: int = 65_536

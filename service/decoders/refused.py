@@ -1,0 +1,125 @@
+"""Formats of CAD files that are not read, by name, with what to export instead.
+
+Each belongs to one system or kernel, and these systems all write STEP. A file is known by its media
+type, by its suffix, or by its first bytes, whatever its name says.
+"""
+
+import re
+from dataclasses import dataclass
+
+from service.errors import Issue
+
+SNIFFED_BYTES = 4096
+"""Bytes at the beginning of a file by which its format is known."""
+
+
+@dataclass(frozen=True, slots=True)
+class RefusedFormat:
+    """A format that is not read.
+
+    Attributes
+    ----------
+    title : str
+        Its name, as in "a file of …".
+    suffixes : tuple of str
+        Without a dot, in lower case.
+    media_types : tuple of str
+    beginning : pattern, optional
+        Matches the first bytes of a file.
+    advice : str
+        What to send instead.
+    """
+
+    title: str
+    suffixes: tuple[str, ...]
+    media_types: tuple[str, ...] = ()
+    beginning: re.Pattern[bytes] | None = None
+    advice: str = "STEP (.step, AP214 or AP242), which this system writes too"
+
+    def issue(self) -> Issue:
+        """The issue for a client that sends such a file."""
+        return Issue(
+            "format_not_read",
+            f"The service does not read files of {self.title}.",
+            got=f"a file of {self.title}",
+            needed=self.advice,
+        )
+
+
+def _beginning(pattern: bytes) -> re.Pattern[bytes]:
+    """A pattern of the first bytes, after a byte order mark and blanks."""
+    return re.compile(rb"(?:\xef\xbb\xbf)?\s*(?:" + pattern + rb")", re.DOTALL)
+
+
+REFUSED: tuple[RefusedFormat, ...] = (
+    RefusedFormat(
+        "Industry Foundation Classes (IFC)",
+        ("ifc", "ifczip", "ifcxml"),
+        ("application/x-step", "application/ifc", "model/ifc", "application/p21+ifc"),
+        _beginning(rb"ISO-10303-21.*FILE_SCHEMA\s*\(\s*\(\s*'IFC"),
+        "the geometry as STEP (.step), which FreeCAD and IfcOpenShell write",
+    ),
+    RefusedFormat(
+        "Open CASCADE (BREP)",
+        ("brep", "brp", "xbf", "cbf"),
+        ("model/brep", "model/x-brep", "application/x-brep"),
+        _beginning(rb"DBRep_DrawableShape|(?:Open )?CASCADE Topology V|BINFILE"),
+        "STEP (.step), which FreeCAD, CadQuery and build123d write too",
+    ),
+    RefusedFormat(
+        "ACIS (SAT, SAB)",
+        ("sat", "sab", "asat", "asab", "smt", "smb"),
+        ("model/sat", "application/sat", "application/sab", "application/vnd.sat"),
+        _beginning(
+            rb"(?:ACIS|ASM) BinaryFile|\d{3,6} \d+ \d+ \d+\s+@?\d+ .{0,300}?\b(?:ACIS|ASM) "
+        ),
+    ),
+    RefusedFormat(
+        "Parasolid (XT)",
+        ("x_t", "x_b", "xmt_txt", "xmt_bin", "p_b"),
+        ("model/vnd.parasolid.transmit.text", "model/vnd.parasolid.transmit.binary"),
+        _beginning(rb"\*\*ABCDEFGHIJKLMNOPQRSTUVWXYZ|\*\*PART1;|PS\0\0"),
+    ),
+    RefusedFormat("JT", ("jt",), ("model/jt",), _beginning(rb"Version \d+\.\d+ JT")),
+    RefusedFormat(
+        "SolidWorks, Creo, NX, CATIA, Inventor or Solid Edge",
+        (
+            *("sldprt", "sldasm", "prt", "asm", "ipt", "iam", "par", "psm"),
+            *("catpart", "catproduct", "cgr", "3dxml", "f3d", "f3z"),
+        ),
+        ("application/sldworks", "application/vnd.solidworks", "application/vnd.catia"),
+        _beginning(rb"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1|V5_CFV2|#UGC:2"),
+    ),
+    RefusedFormat("FreeCAD", ("fcstd",), (), _beginning(rb"PK\x03\x04.{26}Document\.xml")),
+    RefusedFormat(
+        "AutoCAD (DWG, DXF)",
+        ("dwg", "dxf"),
+        ("image/vnd.dwg", "image/vnd.dxf", "application/acad", "image/x-dwg", "image/x-dxf"),
+        _beginning(rb"AC10\d\d[\0\r\n]|0\s+SECTION\s+2\s+HEADER"),
+        "STEP (.step) or IGES (.igs)",
+    ),
+    RefusedFormat(
+        "STEP as XML (Part 28) or in an archive",
+        ("stpx", "stpxz", "stpz", "stpnc"),
+        ("model/step+xml", "model/step+zip", "model/step-xml+zip"),
+        _beginning(rb"<\?xml.*urn:oid:1\.0\.10303|PK\x03\x04.{26}[^\0]{0,200}?\.(?:stp|step)"),
+        "STEP as clear text (.step, Part 21), not compressed",
+    ),
+)
+"""All of these formats."""
+
+
+def find_by_suffix(suffix: str) -> RefusedFormat | None:
+    """The format with this suffix; without a dot, in any case."""
+    return next((each for each in REFUSED if suffix.lower() in each.suffixes), None)
+
+
+def find_by_media_type(media_type: str) -> RefusedFormat | None:
+    """The format with this media type, which is in lower case and has no parameters."""
+    return next((each for each in REFUSED if media_type in each.media_types), None)
+
+
+def find_by_content(content: bytes) -> RefusedFormat | None:
+    """The format of a file that begins with these bytes."""
+    start = content[:SNIFFED_BYTES]
+    return next((each for each in REFUSED if each.beginning and each.beginning.match(start)), None)
