@@ -41,10 +41,12 @@ def bernstein(degree: int, t: ArrayLike) -> FloatArray:
     2nd ed., Algorithm A1.3.
     """
     t = np.asarray(t, dtype=np.float64)
+    if degree == 0:
+        return np.ones((len(t), 1))
     complement = 1.0 - t
-    basis = np.zeros((degree + 1, len(t)))
-    basis[0] = 1.0
-    for n in range(1, degree + 1):
+    basis = np.empty((degree + 1, len(t)))
+    basis[0], basis[1], basis[2:] = complement, t, 0.0
+    for n in range(2, degree + 1):
         upper = basis[:n] * t
         basis[:n] *= complement
         basis[1 : n + 1] += upper

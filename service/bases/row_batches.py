@@ -49,7 +49,9 @@ def expand_runs(count: Ints, first: Ints | int = 0) -> tuple[Ints, Ints]:
     run, number : ndarray of int, shape (Σ count,)
     """
     run = np.arange(len(count)).repeat(count)
-    return run, np.arange(len(run)) + (first - count.cumsum() + count)[run]
+    number = np.arange(len(run))
+    number += (first - count.cumsum() + count).take(run)
+    return run, number
 
 
 def mark_begins(values: NDArray[np.uint64] | Ints) -> Bools:
@@ -57,7 +59,8 @@ def mark_begins(values: NDArray[np.uint64] | Ints) -> Bools:
 
     This is faster than `numpy.diff` for a few hundred rows.
     """
-    is_first = np.ones(len(values), np.bool_)
+    is_first = np.empty(len(values), np.bool_)
+    is_first[:1] = True
     np.not_equal(values[1:], values[:-1], out=is_first[1:])
     return is_first
 
@@ -95,7 +98,7 @@ def unique_values(values: NDArray[np.uint64] | Ints) -> tuple[Ints, Ints]:
         `values[first[number]]` equals `values`. It equals the result `return_inverse`.
     """
     order = values.argsort(kind="stable")
-    sorted_values = values[order]
+    sorted_values = values.take(order)
     is_first = mark_begins(sorted_values)
     number = np.empty(len(values), np.intp)
     number[order] = is_first.cumsum() - 1

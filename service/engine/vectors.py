@@ -33,10 +33,12 @@ FEW = 1 << 14
 def dot(a: FloatArray, b: FloatArray, axis: int = -2) -> FloatArray:
     """Products a · b of vectors with any number of coordinates; the result lacks that axis."""
     products = a * b
-    first, *others = _coordinates(axis, products.shape[axis])
-    total: FloatArray = products[first]
-    for coordinate in others:
-        total = total + products[coordinate]
+    coordinates = _coordinates(axis, products.shape[axis])
+    total: FloatArray = products[coordinates[0]]
+    if len(coordinates) > 1:
+        total = total + products[coordinates[1]]
+        for coordinate in coordinates[2:]:
+            total += products[coordinate]
     return total
 
 

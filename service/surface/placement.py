@@ -90,8 +90,9 @@ def turn_upright(matrix: FloatArray | None, up: Up, target: Up) -> FloatArray | 
 
 def find_box(points: FloatArray) -> Box:
     """The box of points (…, d)."""
-    rows = points.reshape(-1, points.shape[-1])
-    return rows.min(axis=0), rows.max(axis=0)
+    # NumPy reduces long rows ten times as fast as long columns.
+    columns = np.ascontiguousarray(points.reshape(-1, points.shape[-1]).T)
+    return columns.min(axis=1), columns.max(axis=1)
 
 
 def join_boxes(boxes: Iterable[Box]) -> Box:

@@ -72,7 +72,8 @@ class PieceMeasure:
                 parameters = pieces.parameters.take(pieces_of_chunk, axis=2)
                 frames = self._build_frames(nets, pieces_of_chunk)
                 if is_high:
-                    patches, which = np.unique(patch, return_inverse=True)
+                    first, which = unique_values(patch)
+                    patches = patch[first]
                     items = nets.items[patch_nets.row[patches]]
                     local = frames.build_reduced_nets(
                         items, which, patch_nets.sizes[patches], parameters

@@ -198,7 +198,8 @@ def _cut_at_knots(
         triangles = rings[[0, k, k + 1]]
         steps = triangles - triangles[[1, 2, 0]]
         # Only triangles with three different corners are kept.
-        proper = ((steps != 0).any(axis=1).all(axis=0)).nonzero()[0]
+        differs = steps != 0
+        proper = (differs[:, 0] | differs[:, 1]).all(axis=0).nonzero()[0]
         sources.append(source[proper])
         pieces.append(triangles.take(proper, axis=2))
         spans.append(span[proper])

@@ -74,8 +74,14 @@ def reduce_boxes(
 
 def _build_matrices(degree: int, intervals: FloatArray) -> FloatArray:
     """Matrices (m, n+1, n+1) that restrict nets of curves to intervals (2, m)."""
-    different, which = np.unique(intervals, axis=1, return_inverse=True)
-    return build_blossoms(degree, different)[which]
+    order = np.lexsort(intervals)
+    ordered = intervals.take(order, axis=1)
+    is_new = np.ones(len(order), np.bool_)
+    np.not_equal(ordered[:, 1:], ordered[:, :-1]).any(axis=0, out=is_new[1:])
+    which = np.empty(len(order), np.intp)
+    which[order] = is_new.cumsum() - 1
+    different = ordered.take(is_new.nonzero()[0], axis=1)
+    return build_blossoms(degree, different).take(which, axis=0)
 
 
 def _reduce_nets(boxes: FloatArray) -> tuple[FloatArray, FloatArray]:

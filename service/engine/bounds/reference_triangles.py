@@ -71,11 +71,10 @@ class ReferenceTriangles(Items):
         flat = nets.reshape(*nets.shape[:2], -1)
         origin, turn = self.origin.T[..., np.newaxis], self.axes.transpose(2, 0, 1)
         points, weights = flat[:, :3] * scale[:, np.newaxis, np.newaxis], flat[:, 3:]
-        if nets.shape[1] == 4:
-            turned = np.concatenate([turn @ (points - weights * origin), weights], axis=1)
-        else:
-            points -= origin
-            turned = turn @ points
+        turned = np.empty(flat.shape)
+        points -= weights * origin if nets.shape[1] == 4 else origin
+        np.matmul(turn, points, out=turned[:, :3])
+        turned[:, 3:] = weights
         return turned.reshape(nets.shape)
 
 
@@ -105,7 +104,10 @@ def build_reference_triangles(
     tangents = along / np.where(is_point, 1.0, lengths)[:, np.newaxis]
     tangents[:, 0][is_point] = 1.0
     joined = joined & (y > THIN * lengths.max(axis=0))
-    wedges = _build_wedges(corners, tangents, lengths, local[2:], joined)
+    if joined.any():
+        wedges = _build_wedges(corners, tangents, lengths, local[2:], joined)
+    else:
+        wedges = (np.zeros(joined.shape),) * 3
     return ReferenceTriangles(origin, axes, corners, tangents, lengths, tilt, *wedges)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints
 from service.bases.triangle import degree_of, row_starts
 from service.engine.nets.subdivision import elevate
+from service.engine.vectors import length, project
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +50,26 @@ class Nets:
     def items(self) -> FloatArray:
         """Coordinates of one net after another, (k, D, p+1, q+1), for products along v, then u."""
         return np.ascontiguousarray(self.values.transpose(3, 2, 0, 1))
+
+    @cached_property
+    def partial_bounds(self) -> FloatArray:
+        """Bounds (2, k) of |S_u| and |S_v| over whole patches, whose parameters are from 0 to 1.
+
+        They are n max |P_{i+1} − P_i| for polynomial patches. A rational patch X / w has
+        S_u = (X_u − w_u S) / w. With the radius r ≥ |S| about the middle of the patch, |S_u| is at
+        most n max (|X_{i+1} − X_i| + r |w_{i+1} − w_i|) / min w.
+        """
+        values, bounds = self.values, np.empty((2, len(self.patches)))
+        if self.is_rational:
+            radius = length(project(values)).max(axis=(0, 1))
+            least = values[:, :, 3].min(axis=(0, 1))
+        for axis, degree in enumerate(self.degree):
+            steps = values[:, 1:] - values[:, :-1] if axis else values[1:] - values[:-1]
+            longest = length(steps[:, :, :3])
+            if self.is_rational:
+                longest = (longest + radius * np.abs(steps[:, :, 3])) / least
+            bounds[axis] = degree * longest.max(axis=(0, 1))
+        return bounds
 
 
 def group_nets(parts: Iterable[tuple[Ints, FloatArray]]) -> tuple[Nets, ...]:

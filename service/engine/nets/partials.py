@@ -79,7 +79,7 @@ def evaluate_partials(nets: FloatArray, u: FloatArray, v: FloatArray, order: int
     # axis of the lists comes first.
     in_u, in_v = _PARTIAL_ORDERS[order]
     partials = np.ascontiguousarray(x[:, in_v, :, in_u].transpose(0, 2, 1))
-    return partials if width == 3 else np.stack(project_partials([*partials]))
+    return partials if width == 3 else np.array(project_partials([*partials]))
 
 
 def project_partials(partials: Sequence[FloatArray]) -> list[FloatArray]:

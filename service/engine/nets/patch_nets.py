@@ -91,7 +91,12 @@ class PatchNets:
             ids = patch[indices]
             net = nets.values.take(self.row[ids], axis=3)
             p, q = nets.degree
-            local = _combine(net, bernstein(p, u[indices]).T, bernstein(q, v[indices]).T)
+            if p == q:  # one call for both directions is faster than two
+                both = bernstein(p, np.concatenate([u[indices], v[indices]])).T
+                along_u, along_v = both[:, : len(ids)], both[:, len(ids) :]
+            else:
+                along_u, along_v = bernstein(p, u[indices]).T, bernstein(q, v[indices]).T
+            local = _combine(net, along_u, along_v)
             points[:, indices] = project(local) + self.middles.take(ids, axis=1)
         return np.ascontiguousarray(points.T)
 

@@ -61,14 +61,15 @@ class ClosedSurfaces:
 
     def find_turns(self, face: Ints, parameters: FloatArray) -> FloatArray:
         """How many periods (m, 2) parameters are away from the domain; 0 along open axes."""
-        turns = np.floor((parameters - self.low[face]) / self.period[face])
-        return np.where(self.is_closed[face], turns, 0.0)
+        period = self.period.take(face, axis=0)
+        turns = np.floor((parameters - self.low.take(face, axis=0)) / period)
+        return np.where(self.is_closed.take(face, axis=0), turns, 0.0)
 
     def wrap(self, face: Ints, parameters: FloatArray) -> FloatArray:
         """Parameters (m, 2) of the same points inside of the domains of faces (m,)."""
         if not self.is_closed.any():
             return parameters
-        return parameters - self.find_turns(face, parameters) * self.period[face]
+        return parameters - self.find_turns(face, parameters) * self.period.take(face, axis=0)
 
     def find_spans(self, face: Ints, axis: int, value: FloatArray) -> Ints:
         """The spans (m,) of values along an axis; along closed axes, their numbers go on."""
@@ -142,8 +143,8 @@ def find_closure(surfaces: FaceSurfaces, tolerance: float) -> ClosedSurfaces:
         where = np.repeat([0.0, 1.0, 0.0], len(near))
         where[2 * len(near) :][last % 2 == 0] = 0.5
         points, weights = _take_rows(surfaces, patches, axis, where)
-        begin, end, middle = np.split(points, 3)
-        begin_weights, end_weights, _ = np.split(weights, 3)
+        begin, end, middle = points.reshape(3, len(near), *points.shape[1:])
+        begin_weights, end_weights, _ = weights.reshape(3, len(near), *weights.shape[1:])
         starts = np.cumsum(along) - along
         apart, wide = _reach(begin, end, starts), _reach(begin, middle, starts)
         noise = NOISE * np.maximum.reduceat(np.abs([begin, end]).max(axis=(0, 2, 3)), starts)

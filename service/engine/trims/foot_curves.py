@@ -83,7 +83,9 @@ def fit_feet(
     pieces, feet = begin_pieces(work, guesses)
     straight = _find_straight(work, pieces, feet, goal)
     done = _make_lines(work, pieces, feet, straight)
-    is_left = ~np.isin(pieces.curve, straight)
+    is_bent = np.ones(len(curves), bool)
+    is_bent[straight] = False
+    is_left = is_bent[pieces.curve]
     pieces, feet = pieces.take(is_left), feet[..., is_left]
     while len(pieces.curve):
         checkpoint()

@@ -203,7 +203,8 @@ def _bound_parts(
     point, weight = evaluate_spans(curves, owner, edge_span, t)
     begin = parts.knots[:, 0, :, np.newaxis]
     width = parts.knots[:, 1, :, np.newaxis] - begin
-    local = (np.moveaxis(place, 2, 0) - begin) / width
+    places = np.ascontiguousarray(place.transpose(2, 0, 1))
+    local = (places - begin) / width
     image, image_weight = evaluate_patches(nets, parts.patch, local)
     gap = length(point - image, -1)
     seen = gap.max(axis=1)
@@ -225,12 +226,13 @@ def _bound_parts(
         growth = np.where(has_weights, factor * most / lower, growth)
     # The rounding of points; of the parameters at which the surface was evaluated; of the nodes;
     # and the surface beyond a knot, which is another patch.
-    size = np.abs(point).max(axis=(1, 2)) + np.abs(image).max(axis=(1, 2))
+    flat = point.reshape(len(point), -1), image.reshape(len(image), -1)
+    size = np.abs(flat[0]).max(axis=1) + np.abs(flat[1]).max(axis=1)
     unit = 8.0 * (degree + 8.0) * UNIT
     rounding = unit * size
     place_speed = bound_speeds(pcurves, parts.curve, parts.span)
     late = 8.0 * UNIT * np.maximum(np.abs(parts.low), np.abs(parts.high))
-    shift = unit * np.abs(place).max(axis=1).T + late * place_speed
+    shift = unit * np.abs(places).max(axis=2) + late * place_speed
     beyond = 2.0 * parts.excess * partials[:, parts.around].max(axis=1)
     rounding += (shift * partials[:, parts.patch] + beyond).sum(axis=0)
     rounding += late * length(bound_speeds(curves, owner, edge_span))

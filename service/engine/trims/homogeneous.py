@@ -6,7 +6,6 @@ from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import bernstein
 from service.bases.row_batches import expand_runs
 from service.engine.nets.patch_nets import PatchNets
-from service.engine.trims.slack import bound_lengths
 from service.engine.trims.splines import Splines
 from service.engine.trims.surfaces import FaceSurfaces
 
@@ -39,10 +38,14 @@ def evaluate_patches(
     for group, rows in nets.split_by_group(patch):
         net = group.nets.take(nets.row[patch[rows]], axis=0)
         p, q = group.degree
-        along_u, along_v = (
-            bernstein(n, local[axis, rows].ravel()).reshape(len(rows), shape[1], -1)
-            for axis, n in enumerate((p, q))
-        )
+        if p == q:  # one call for both directions is faster than two
+            both = bernstein(p, local[:, rows].ravel()).reshape(2, len(rows), shape[1], -1)
+            along_u, along_v = both
+        else:
+            along_u, along_v = (
+                bernstein(n, local[axis, rows].ravel()).reshape(len(rows), shape[1], -1)
+                for axis, n in enumerate((p, q))
+            )
         lines = along_u @ net.reshape(len(rows), p + 1, -1)
         lines = lines.reshape(len(rows), shape[1], q + 1, -1)
         value = np.einsum("rcjd,rcj->rcd", lines, along_v)
@@ -103,7 +106,7 @@ def bound_partials(surfaces: FaceSurfaces) -> FloatArray:
     nets, faces, breaks = surfaces.nets, surfaces.faces, surfaces.breaks
     bounds = np.empty((2, len(nets.row)))
     for group in nets.groups:
-        bounds[:, group.patches] = bound_lengths(group, np.arange(len(group.patches)))
+        bounds[:, group.patches] = group.partial_bounds
     face, number = expand_runs(faces.spans.prod(axis=0))
     patch = faces.first[face] + number
     for axis, span in enumerate(np.divmod(number, faces.spans[1, face])):

@@ -53,42 +53,49 @@ def find_feet(
     current = np.minimum(np.maximum(guess, low), high)
     best, least = current.copy(), np.full(len(face), np.inf)
     active = np.arange(len(face))
-    inverse = 1.0 / surfaces.period[face]  # (m, 2)
+    inverse = 1.0 / surfaces.period.take(face, axis=0)  # (m, 2)
     before = np.zeros(len(face))
     noise = NOISE * float(np.abs(points).max(initial=0.0))
     for step in range(STEPS + 1):
-        s, su, sv = surfaces.evaluate_partials(face[active], current)
-        rest = points[active] - s
-        distance = length(rest, -1)
-        is_better = distance < least[active]
-        better = active[is_better]
-        is_worse = distance > least[active] + noise
-        worse = active[is_worse]
-        best[better], least[better] = current[is_better], distance[is_better]
+        partials = surfaces.evaluate_partials(face[active], current)
+        rest = points.take(active, axis=0) - partials[0]
+        distance, known = length(rest, -1), least[active]
+        rows, worse = (distance < known).nonzero()[0], (distance > known + noise).nonzero()[0]
+        # A point that moved to a greater distance tries a quarter of this step.
+        retried = active[worse]
+        retry = (current.take(worse, axis=0) - best.take(retried, axis=0)) / 4
+        if len(rows) < len(active):
+            active, distance = active[rows], distance[rows]
+            current, rest = current.take(rows, axis=0), rest.take(rows, axis=0)
+            partials = partials.take(rows, axis=1)
+        best[active], least[active] = current, distance
         if step == STEPS:
             break
-        # A point that moved to a greater distance tries a quarter of this step.
-        shorter = (current[is_worse] - best[worse]) / 4
-        is_long = (np.abs(shorter) * inverse[worse] > LAST_STEP).any(axis=1)
-        retried, retry = worse[is_long], best[worse[is_long]] + shorter[is_long]
-        current, rest = current[is_better], rest[is_better]
-        su, sv, active = su[is_better], sv[is_better], better
-        following = _step(current, (rest, su, sv), low[active], high[active])
+        vectors = rest, partials[1], partials[2]
+        following = _step(current, vectors, low.take(active, axis=0), high.take(active, axis=0))
         moved = following - current
-        share = (np.abs(moved) * inverse[active]).max(axis=1)
+        shares = np.abs(moved) * inverse.take(active, axis=0)
+        share = np.maximum(shares[:, 0], shares[:, 1])
         is_last = share <= np.where(share <= FASTER * before[active], FAST_STEP, LAST_STEP)
         before[active] = share
-        if is_last.any():
+        rows = is_last.nonzero()[0]
+        if len(rows):
             # The last step is so short that the surface is its tangent plane.
-            last = active[is_last]
-            along = moved[is_last]
-            rest = rest[is_last] - along[:, :1] * su[is_last] - along[:, 1:] * sv[is_last]
-            best[last], least[last] = following[is_last], length(rest, -1)
-            active, following = active[~is_last], following[~is_last]
-        active = np.concatenate([active, retried])
+            last, along = active[rows], moved.take(rows, axis=0)
+            su, sv = partials[1:].take(rows, axis=1)
+            rest = rest.take(rows, axis=0) - along[:, :1] * su - along[:, 1:] * sv
+            best[last], least[last] = following.take(rows, axis=0), length(rest, -1)
+            rows = (~is_last).nonzero()[0]
+            active, following = active[rows], following.take(rows, axis=0)
+        if len(retried):
+            is_long = (np.abs(retry) * inverse.take(retried, axis=0) > LAST_STEP).any(axis=1)
+            retried, retry = retried[is_long], retry[is_long]
+            retry += best.take(retried, axis=0)
+            active = np.concatenate([active, retried])
+            following = np.concatenate([following, retry])
         if not len(active):
             break
-        current = np.concatenate([following, retry])
+        current = following
     return best, least
 
 
@@ -109,9 +116,10 @@ def measure_errors(
 
 def _find_limits(surfaces: ClosedSurfaces, face: Ints) -> tuple[FloatArray, FloatArray]:
     """Least and greatest parameters (m, 2): those of the domain, but without end if closed."""
-    is_closed = surfaces.is_closed[face]
-    low = np.where(is_closed, -np.inf, surfaces.low[face])
-    return low, np.where(is_closed, np.inf, surfaces.surfaces.high[face])
+    is_closed = surfaces.is_closed
+    low = np.where(is_closed, -np.inf, surfaces.low)
+    high = np.where(is_closed, np.inf, surfaces.surfaces.high)
+    return low.take(face, axis=0), high.take(face, axis=0)
 
 
 def _step(
@@ -134,7 +142,7 @@ def _step(
     # Where S_u and S_v are parallel, or one is 0, the longer one moves alone.
     a = np.where(is_regular, (vv * ru - uv * rv) / safe, np.where(uu > vv, ru / safe_u, 0.0))
     b = np.where(is_regular, (uu * rv - uv * ru) / safe, np.where(vv >= uu, rv / safe_v, 0.0))
-    free = x + np.stack([a, b], axis=1)
+    free = x + np.array([a, b]).T
     clamped = np.minimum(np.maximum(free, low), high)
     is_hit = clamped != free
     # With a fixed, b is (r − a S_u) · S_v / S_v², and the reverse.

@@ -7,12 +7,11 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import expand_runs, mark_begins
-from service.engine.nets.nets import Nets
 from service.engine.trims.places import Places
 from service.engine.trims.span_nets import Intervals
 from service.engine.trims.spline_shapes import box_spans
 from service.engine.trims.splines import Splines
-from service.engine.vectors import length, project
+from service.engine.vectors import project
 from service.surface.spline_tables import find_starts
 
 UNITS = 2.5
@@ -61,7 +60,7 @@ def bound_slack(
     lengths = np.zeros((2, len(patch)))
     nets = places.surfaces.nets
     for group, rows in nets.split_by_group(patch):
-        lengths[:, rows] = bound_lengths(group, nets.row[patch[rows]])
+        lengths[:, rows] = group.partial_bounds.take(nets.row[patch[rows]], axis=1)
     slack = np.zeros((2, len(count)))
     for axis in range(2):
         begin, end = places.knots_at(owner, axis, span[axis])
@@ -70,26 +69,6 @@ def bound_slack(
         np.maximum.at(slack[axis], owner, rates)
     bounds: FloatArray = UNITS * slack.sum(axis=0)
     return bounds + _measure_skipped(places) if places.has_skipped_spans else bounds
-
-
-def bound_lengths(group: Nets, rows: Ints) -> FloatArray:
-    """Bounds (2, m) of |S_u| and |S_v| over whole patches, whose parameters are from 0 to 1.
-
-    They are n max |P_{i+1} − P_i| for polynomial patches. A rational patch X / w has S_u = (X_u −
-    w_u S) / w. With the radius r ≥ |S| about the middle of the patch, |S_u| is at most n max
-    (|X_{i+1} − X_i| + r |w_{i+1} − w_i|) / min w.
-    """
-    values = group.values.take(rows, axis=3)
-    bounds = np.empty((2, len(rows)))
-    along = values[1:] - values[:-1], values[:, 1:] - values[:, :-1]
-    for axis, steps in enumerate(along):
-        longest = length(steps[:, :, :3])
-        if group.is_rational:
-            radius = length(project(values)).max(axis=(0, 1))
-            longest = longest + radius * np.abs(steps[:, :, 3])
-            longest = longest / values[:, :, 3].min(axis=(0, 1))
-        bounds[axis] = group.degree[axis] * longest.max(axis=(0, 1))
-    return bounds
 
 
 def _box_curves(pcurves: Splines) -> tuple[Ints, FloatArray, FloatArray]:
@@ -179,7 +158,7 @@ def _measure_skipped(places: Places) -> FloatArray:
         patch = faces.first[face] + u * faces.stride[face] + v
         lengths = np.zeros(len(patch))
         for group, rows in nets.split_by_group(patch):
-            lengths[rows] = bound_lengths(group, nets.row[patch[rows]])[axis]
+            lengths[rows] = group.partial_bounds[axis].take(nets.row[patch[rows]])
         longest = np.maximum.reduceat(lengths, (across == 0).nonzero()[0])
         total += np.bincount(owner[skipped], longest, minlength=len(total))
     return total

@@ -123,7 +123,9 @@ def interpolate(points: FloatArray, x: FloatArray, order: int) -> list[FloatArra
     degree, complement = len(points) - 1, 1.0 - x
     levels: list[FloatArray] = [points]
     for _ in range(degree):
-        points = points[:-1] * complement + points[1:] * x
+        mixed = points[:-1] * complement
+        mixed += points[1:] * x
+        points = mixed
         levels.append(points)
     results = [points[0]]
     factor = 1.0

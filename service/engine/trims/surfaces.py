@@ -177,8 +177,12 @@ def evaluate_patches(
     """
     partials = np.empty((3 if order == 1 else 6, 3, len(patch)))
     for group, rows in nets.split_by_group(patch):
-        chosen = group.nets[nets.row[patch[rows]]]
-        partials[:, :, rows] = evaluate_partials(chosen, local[0, rows], local[1, rows], order)
+        chosen = group.nets.take(nets.row[patch[rows]], axis=0)
+        found = evaluate_partials(chosen, local[0, rows], local[1, rows], order)
+        if len(rows) == len(patch):
+            partials = found
+        else:
+            partials[:, :, rows] = found
     partials[0] += nets.middles.take(patch, axis=1)
     partials[1] /= width[0]
     partials[2] /= width[1]

@@ -155,7 +155,8 @@ def _join_coedges(
     nexts = np.arange(1, len(coedge) + 1)
     starts = find_begins(loops)
     nexts[np.append(starts[1:], len(coedge))[: len(starts)] - 1] = starts
-    begins = np.clip(np.rint(places[row]).astype(np.intp) + shifts[row], 0, SIZE)
+    begins = np.rint(places.take(row, axis=0)).astype(np.intp) + shifts.take(row, axis=0)
+    begins = np.minimum(np.maximum(begins, 0), SIZE)
     vertices = samples.vertices[sample]
     unknown = np.full((2, len(coedge)), np.nan)
     return Border(
@@ -163,7 +164,7 @@ def _join_coedges(
         loops=loops,
         nexts=nexts,
         begins=begins,
-        ends=begins[nexts],
+        ends=begins.take(nexts, axis=0),
         begin_vertices=vertices,
         end_vertices=vertices[nexts],
         coedges=coedge,

@@ -22,7 +22,8 @@ def _clip(polygons: FloatArray, axis: int, sign: float, limit: float) -> FloatAr
     depth = inside - sign * limit
     if (depth >= 0).all():
         return polygons
-    following, next_depth = np.roll(polygons, -1, axis=1), np.roll(depth, -1, axis=1)
+    after = np.arange(1, polygons.shape[1] + 1) % polygons.shape[1]
+    following, next_depth = polygons.take(after, axis=1), depth.take(after, axis=1)
     is_inside, crosses = depth >= 0, (depth >= 0) != (next_depth >= 0)
     share = depth / np.where(crosses, depth - next_depth, 1.0)
     cut = polygons + share[..., np.newaxis] * (following - polygons)

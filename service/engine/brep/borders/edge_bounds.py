@@ -32,7 +32,7 @@ def bound_edge_pieces(
     if len(source) > len(curve):
         several = np.bincount(source, minlength=len(curve)) > 1
         one, many = (~several).nonzero()[0], several.nonzero()[0]
-        part = np.tile(np.arange(QUARTERS), len(many))
+        part = np.arange(QUARTERS * len(many)) % QUARTERS
         piece = np.concatenate([one, many.repeat(QUARTERS)])
         begin, width = low[many].repeat(QUARTERS), (high - low)[many].repeat(QUARTERS)
         ends = high[many].repeat(QUARTERS)
@@ -46,8 +46,13 @@ def bound_edge_pieces(
         points, chord = project(nets, -1), chords[source[rows]]
         distances = measure_distances(points, chord)
         weights = nets[..., 3] if nets.shape[-1] > 3 else None
-        far = np.maximum(np.abs(points).max(axis=(1, 2)), np.abs(chord).max(axis=(1, 2)))
-        extent = (points.max(axis=1) - points.min(axis=1)).max(axis=1)
+        # NumPy reduces many short rows slowly.
+        long_points, long_chord = (
+            np.ascontiguousarray(x.transpose(1, 2, 0)) for x in (points, chord)
+        )
+        most, least = long_points.max(axis=0), long_points.min(axis=0)
+        extent = (most - least).max(axis=0)
+        far = np.maximum(np.maximum(most, -least).max(axis=0), np.abs(long_chord).max(axis=(0, 1)))
         degree = nets.shape[1] - 1
         rounding = count_edge_roundings(degree) * UNIT * far
         rounding += LOWERING[0] * extent + LOWERING[1] * far

@@ -162,7 +162,8 @@ def _divide_pieces(
         chords = _find_chords(prepared, ends, pieces, at_ends)
         curves = prepared.edge_curves[pieces.edges]
         bounds = bound_edge_pieces(prepared.curves, curves, low, high, chords)
-        gaps = (ends.gaps[pieces.edges] * np.stack(at_ends, axis=1)).max(axis=1)
+        at_begin, at_end = ends.gaps.T.take(pieces.edges, axis=1) * np.array(at_ends)
+        gaps = np.maximum(at_begin, at_end)
         needs = bounds > np.maximum(tolerance, gaps + tolerance / 2)
         if round_number < BENT_ROUNDS:
             needs |= bounds > BENT * length(chords[:, 1] - chords[:, 0], -1)

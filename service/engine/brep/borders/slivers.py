@@ -187,7 +187,7 @@ def _list_control_points(
 ) -> Iterator[tuple[Ints, FloatArray]]:
     """Rows of `sides` (r,) and control points (r, n+1, 2) of the parts of their pieces."""
     piece = border.samples[sides].repeat(PARTS)
-    part = np.tile(np.arange(PARTS), len(sides))
+    part = np.arange(PARTS * len(sides)) % PARTS
     begin = samples.parameters[piece]
     width = samples.parameters[piece + 1] - begin
     low = begin + width * (part / PARTS)

@@ -72,7 +72,7 @@ def choose_sides(polygons: Polygons) -> Ints:
     extents = np.abs(polygons.ends - polygons.begins)
     along_y = _prefer_y(polygons)[polygons.faces]
     across = np.where(along_y, extents[:, 0], extents[:, 1])
-    order = np.lexsort((-extents.max(axis=1), -across, chain))
+    order = np.lexsort((-np.maximum(extents[:, 0], extents[:, 1]), -across, chain))
     first = order[mark_begins(chain[order])]
     chosen: Ints = np.sort(first[has_length[first]])
     return chosen

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.row_batches import find_begins
 from service.engine.brep.borders.border_vertices import BorderVertices
 from service.engine.brep.filling.triangles import join_ends
 from service.engine.trims.places import Places
@@ -49,7 +50,8 @@ class FaceCorners:
         cls, surface: Places, border: BorderVertices, positions: FloatArray, scales: FloatArray
     ) -> "FaceCorners":
         """The corners on borders."""
-        segments = np.unique(join_ends(*border.segments.T))
+        segments = np.sort(join_ends(*border.segments.T))
+        segments = segments.take(find_begins(segments))
         apart = surface.evaluate(border.faces, border.places) - positions[border.vertices]
         return cls(
             *(surface, positions, border.places, border.faces, border.vertices),

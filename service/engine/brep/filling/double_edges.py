@@ -30,13 +30,14 @@ def find_double_edges(points: Ints, fixed: Bools) -> Ints:
         Edge k of triangle t has the number k T + t. Triangles with two equal points have none.
     """
     begins, ends = points, points[NEXT]
-    proper = np.tile(np.all(begins != ends, axis=0), 3).nonzero()[0]
+    proper = np.concatenate((np.all(begins != ends, axis=0),) * 3).nonzero()[0]
     directed = (begins << 32 | ends).ravel()[proper]
+    ordered = np.sort(directed)
+    if not (ordered[1:] == ordered[:-1]).any():
+        return np.empty(0, np.intp)
     order = np.argsort(directed)
     directed = directed[order]
     again = np.flatnonzero(directed[1:] == directed[:-1])
-    if not len(again):
-        return np.empty(0, np.intp)
     # All edges between these points that are inside faces.
     keys = join_ends(begins, ends).ravel()
     doubled = np.unique(keys[proper[order[again]]])

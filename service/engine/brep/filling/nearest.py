@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.row_batches import expand_runs, row_slices
+from service.bases.row_batches import expand_runs, find_begins, row_slices
 from service.engine.adaptive.cutting.cells import estimate_piece_cost
 from service.engine.adaptive.limits import MeshLimits
 from service.engine.bounds.certificate import PieceMeasure
@@ -23,7 +23,6 @@ from service.engine.bounds.clip import Parts, PatchPieces, clip_parts
 from service.engine.bounds.goal import Goal
 from service.engine.brep.filling.corners import FaceCorners
 from service.engine.brep.filling.neighbours import Neighbours
-from service.engine.trims.slack import bound_lengths
 from service.engine.vectors import NEXT, cross, dot
 
 HALVINGS = 12
@@ -61,7 +60,9 @@ class _Pieces(NamedTuple):
         middles = 1.0 - (1.0 - (self.parameters + self.parameters[NEXT]) / 2)
         six = np.concatenate([self.parameters, middles])
         parameters = np.concatenate([six[list(corners)] for corners in QUARTERS], axis=2)
-        return _Pieces(np.tile(self.owner, 4), np.tile(self.patch, 4), parameters)
+        return _Pieces(
+            np.concatenate((self.owner,) * 4), np.concatenate((self.patch,) * 4), parameters
+        )
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -144,13 +145,15 @@ class _Block:
         first = self._starts[pieces.owner]
         run, at = expand_runs(self._starts[pieces.owner + 1] - first, first)
         triangles = self._around[at]
-        points = self._neighbours.points[self._neighbours.corners.take(triangles, axis=1)]
-        squared = _measure_squares(middles[run], self._corners.positions[points])
-        begins = np.diff(run, prepend=-1).nonzero()[0]
-        least = np.minimum.reduceat(squared, begins)
+        points = self._neighbours.points.take(self._neighbours.corners.take(triangles, axis=1))
+        corners = self._corners.positions.take(points, axis=0)
+        squared = _measure_squares(
+            middles.T.take(run, axis=1), np.ascontiguousarray(corners.swapaxes(1, 2))
+        )
+        least = np.minimum.reduceat(squared, find_begins(run))
         # The first triangle at the least distance.
-        rows = (squared == least[run]).nonzero()[0]
-        rows = rows[np.diff(run[rows], prepend=-1).nonzero()[0]]
+        rows = (squared == least.take(run)).nonzero()[0]
+        rows = rows.take(find_begins(run.take(rows)))
         return triangles[rows], least
 
     def _bound_pieces(self, pieces: _Pieces, nearest: Ints) -> FloatArray:
@@ -168,22 +171,23 @@ class _Block:
         measure.bound_pieces(bounds, np.arange(count))
         rounding = np.empty(count)
         for group, rows in nets.split_by_group(pieces.patch):
-            lengths = bound_lengths(group, nets.row[pieces.patch[rows]])
-            rounding[rows] = HALVINGS * STEP * lengths.sum(axis=0)
+            lengths = group.partial_bounds.take(nets.row[pieces.patch[rows]], axis=1)
+            rounding[rows] = HALVINGS * STEP * (lengths[0] + lengths[1])
         rounding += bounds[0]
         return rounding
 
 
 def _measure_squares(points: FloatArray, triangles: FloatArray) -> FloatArray:
-    """Squares (n,) of the distances of points (n, 3) to triangles (3, n, 3)."""
-    edges, to_points = triangles[NEXT] - triangles, points - triangles
-    squares = dot(edges, edges, -1)
-    foot = np.clip(dot(to_points, edges, -1) / np.where(squares > 0, squares, 1.0), 0.0, 1.0)
-    apart = to_points - foot[..., np.newaxis] * edges
-    nearest: FloatArray = dot(apart, apart, -1).min(axis=0)
-    normals = cross(edges[0], edges[1], -1)
-    sides = dot(cross(edges, to_points, -1), normals, -1)
-    area = dot(normals, normals, -1)
-    heights = np.square(dot(to_points[0], normals, -1)) / np.where(area > 0, area, 1.0)
+    """Squares (n,) of the distances of points (3, n) to triangles (3, 3, n), corners first."""
+    edges, to_points = triangles.take(NEXT, axis=0) - triangles, points - triangles
+    squares = dot(edges, edges)
+    foot = dot(to_points, edges) / np.where(squares > 0, squares, 1.0)
+    foot = np.minimum(np.maximum(foot, 0.0), 1.0)
+    apart = to_points - foot[:, np.newaxis] * edges
+    nearest: FloatArray = dot(apart, apart).min(axis=0)
+    normals = cross(edges[0], edges[1])
+    sides = dot(cross(edges, to_points), normals)
+    area = dot(normals, normals)
+    heights = np.square(dot(to_points[0], normals)) / np.where(area > 0, area, 1.0)
     is_over = (sides >= 0).all(axis=0) & (area > 0)
     return np.where(is_over, np.minimum(heights, nearest), nearest)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, Ints
-from service.bases.row_batches import expand_runs
+from service.bases.row_batches import expand_runs, find_begins
 from service.engine.brep.filling.triangles import Triangles, join_ends
 from service.engine.vectors import NEXT
 
@@ -99,7 +99,9 @@ class Neighbours:
         first = np.searchsorted(keys, own)
         count = np.searchsorted(keys, own, side="right") - first
         run, at = expand_runs(count.ravel(), first.ravel())
-        pairs = np.unique(run % len(rows) * len(self.beyond[0]) + np.tile(near, 3)[order[at]])
+        around = near.take(order.take(at) % len(near))
+        pairs = np.sort(run % len(rows) * len(self.beyond[0]) + around)
+        pairs = pairs.take(find_begins(pairs))
         row, triangles = np.divmod(pairs, len(self.beyond[0]))
         return np.searchsorted(row, np.arange(len(rows) + 1)), triangles
 

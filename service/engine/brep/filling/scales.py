@@ -34,7 +34,7 @@ def find_scales(surface: Places, low: Ints, high: Ints, cells: FloatArray) -> Fl
     """
     count = len(low)
     grid = np.linspace(0.1, 0.9, SAMPLES)
-    shares = np.stack(np.meshgrid(grid, grid, indexing="ij"), axis=-1).reshape(-1, 2)
+    shares = np.array([grid.repeat(SAMPLES), np.concatenate([grid] * SAMPLES)]).T
     places = np.rint(low[:, np.newaxis] + shares * (high - low)[:, np.newaxis]).astype(np.intp)
     step = np.maximum(1, (high - low).max(axis=1) // STEP)
     moved = np.repeat(places[np.newaxis], 3, axis=0)

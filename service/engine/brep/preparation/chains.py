@@ -110,7 +110,8 @@ def _find_joints(surfaces: ClosedSurfaces, topology: Topology, ends: FloatArray)
     is_first = mark_begins(loop)
     begins = is_first.nonzero()[0]
     runs = count_runs(begins, len(after))
-    before = np.roll(after, 1)
+    before = np.empty_like(after)
+    before[1:] = after[:-1]
     before[begins] = after[begins + runs - 1]
     # An open coedge just before `after`, around the loop.
     starts, counts = topology.loop_starts[loop], topology.loop_counts[loop]

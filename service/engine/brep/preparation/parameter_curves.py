@@ -128,7 +128,7 @@ def measure_gaps(
 ) -> FloatArray:
     """The largest distances (n,) between edges and parameter curves at some parameters."""
     run = np.repeat(np.arange(len(face)), SAMPLES)
-    share = np.linspace(0.0, 1.0, SAMPLES)
+    share = np.arange(SAMPLES) / (SAMPLES - 1)
     t = pcurves.start[:, np.newaxis] + (pcurves.end - pcurves.start)[:, np.newaxis] * share
     t[:, -1] = pcurves.end
     image = surfaces.evaluate(face[run], pcurves.evaluate(run, t.ravel()))

@@ -34,6 +34,7 @@ from service.engine.trims.splines import Splines
 from service.engine.trims.surfaces import FaceSurfaces
 from service.engine.trims.unrolling import unroll
 from service.surface.brep_model import BrepModel, SkippedFace
+from service.surface.placement import find_box
 
 CLOSED = 1e-7
 """Sides of a surface that are nearer than this share of the diagonal are one curve, or a pole."""
@@ -110,7 +111,7 @@ def _measure_model(model: BrepModel) -> float:
     count = len(find_begins(model.loop_faces))
     if not len(points) or count + len(model.skipped) < model.face_count:
         points = np.concatenate([points, model.surfaces.points])
-    return dist(points.min(axis=0), points.max(axis=0))
+    return dist(*find_box(points))
 
 
 def _begin(model: BrepModel, curves: Splines, found: ParameterCurves) -> Topology:
