@@ -1,0 +1,199 @@
+"""Judges the readers of CAD files: what they read, whether solids close, and their volumes.
+
+    python -m tools.cad_files.judge TRUTH FILE …
+
+TRUTH is what `tools.cad_files.open_cascade` printed for the files. Each file is read in a process
+of its own. Its solids, which are parts whose shells are all closed by their own topology, are
+meshed at 1e-3 and at 1e-4 of their diagonal: the first must be closed, and the volume of the second
+must be that of Open CASCADE, within what the bound of the mesh allows. The last lines count, and
+the exit code is 1 if a solid is open, a volume differs or a file is not read.
+"""
+
+import json
+import os
+import signal
+import sys
+import time
+import traceback
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from service.decoders.cad.content import FileLimits
+from service.decoders.cad.document import write_document
+from service.decoders.registry import BY_SUFFIX
+from service.engine.accuracy import Accuracy
+from service.engine.options import MeshOptions
+from service.errors import SurfaceError
+from service.schemas.brep import BrepDefinition
+from tools.building import build
+
+SECONDS = 600
+"""The longest time for a file."""
+
+CLOSED, MEASURED = 1e-3, 1e-4
+"""Tolerances, as shares of the diagonal: at which a mesh must be closed, and its volume right."""
+
+SLACK = 1e-6
+"""How far volumes may differ beside what the bound allows, as a share: files have some 8 digits."""
+
+Result: TypeAlias = dict[str, Any]
+
+
+def judge(path: Path) -> Result:
+    """What was read from a file, and how its parts are meshed."""
+    content = path.read_bytes()
+    reader = BY_SUFFIX[path.suffix.lower().removeprefix(".")].read
+    start = time.perf_counter()
+    document = write_document(reader(content, FileLimits()))
+    seconds = time.perf_counter() - start
+    surface, reading = document.surface, document.reading
+    definitions = [surface] if surface["type"] == "brep" else surface["definitions"]
+    scales = [[1.0]] if surface["type"] == "brep" else find_scales(surface, len(definitions))
+    unit = 1e3 * surface.get("metres_per_unit", 1e-3)
+    parts = [mesh_part(tree, unit) for tree in definitions]
+    return {
+        "bytes": len(content),
+        "seconds": seconds,
+        "faces": sum(len(t["faces"]) * len(s) for t, s in zip(definitions, scales, strict=True)),
+        "skipped_faces": len(reading["skipped_faces"]),
+        "skipped_entities": reading["skipped_entities"],
+        "metres_per_unit": surface.get("metres_per_unit"),
+        "volume": sum(
+            part["volume"] * abs(scale)
+            for part, of_part in zip(parts, scales, strict=True)
+            for scale in of_part
+            if part["is_solid"]
+        ),
+        "parts": parts,
+    }
+
+
+def find_scales(group: Mapping[str, Any], count: int) -> list[list[float]]:
+    """For each definition, the factors of volume of its placements."""
+    scales: list[list[float]] = [[] for _ in range(count)]
+    own: list[float] = []
+    for member in group["members"]:
+        matrix = member.get("matrix")
+        scale = 1.0 if matrix is None else float(np.linalg.det(np.asarray(matrix)[:3, :3]))
+        parent = member.get("parent")
+        own.append(scale if parent is None else scale * own[parent])
+        if "definition" in member:
+            scales[member["definition"]].append(own[-1])
+    return scales
+
+
+def mesh_part(tree: Mapping[str, Any], unit: float) -> Result:
+    """The meshes of one part, its lengths in millimetres; `error` if there is none."""
+    shells = tree.get("shells", ())
+    is_solid = bool(shells) and all(shell["closed"] for shell in shells)
+    result: Result = {
+        "name": tree.get("name", ""),
+        "faces": len(tree["faces"]),
+        "is_solid": is_solid,
+        "is_closed": False,
+        "volume": 0.0,
+        "slack": 0.0,
+    }
+    start = time.perf_counter()
+    try:
+        model = BrepDefinition.model_validate(tree).to_surface().lower()
+        for relative in (CLOSED, MEASURED) if is_solid else (CLOSED,):
+            options = MeshOptions(accuracy=Accuracy(relative_tolerance=relative), normals=False)
+            mesh = build(model, options)
+            report = mesh.report
+            corners = mesh.positions[mesh.triangles]
+            products = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+            area = float(np.linalg.norm(products, axis=1).sum()) / 2
+            # Sums about the middle of the part, because it may be far from the origin.
+            middle = mesh.positions.mean(axis=0)
+            volume = float(np.einsum("ij,ij->", corners[:, 0] - middle, products)) / 6
+            if relative == CLOSED:
+                result["is_closed"] = bool(report.watertight)
+                result["skipped"] = len(getattr(report.brep, "skipped_faces", ()))
+            bound = (report.deviation_bound or 0.0) + report.brep.gap_bound
+            result |= {"volume": volume * unit**3, "slack": area * bound * unit**3}
+    except SurfaceError as error:
+        result["error"] = [f"{i.code} {i.pointer} {i.got}" for i in error.issues[:3]]
+    except Exception:  # any fault of the service is a result
+        result["error"] = traceback.format_exc().splitlines()[-3:]
+    result["seconds"] = time.perf_counter() - start
+    return result
+
+
+def judge_apart(path: Path) -> Result:
+    """The same in a forked process."""
+    source, target = os.pipe()
+    process = os.fork()
+    if process == 0:
+        os.close(source)
+        signal.alarm(SECONDS)
+        try:
+            result = judge(path)
+        except SurfaceError as error:
+            result = {"refused": [f"{i.code} {i.message} {i.got}" for i in error.issues[:3]]}
+        except Exception:  # any fault of the reader is a result
+            result = {"fault": traceback.format_exc().splitlines()[-4:]}
+        with os.fdopen(target, "w") as stream:
+            json.dump(result, stream)
+        os._exit(0)
+    os.close(target)
+    with os.fdopen(source) as stream:
+        text = stream.read()
+    status = os.waitpid(process, 0)[1]
+    return json.loads(text) if text else {"fault": [f"ended with status {status}"]}
+
+
+def find_faults(result: Result, truth: Mapping[str, Any]) -> Iterable[str]:
+    """What is wrong with a result, in words."""
+    if "fault" in result:
+        yield "fault: " + " ".join(result["fault"])
+        return
+    if "refused" in result:
+        if truth.get("faces", 0):
+            yield "refused: " + result["refused"][0]
+        return
+    if "faces" in truth and truth["faces"] != result["faces"] + result["skipped_faces"]:
+        yield f"faces: {result['faces']} + {result['skipped_faces']}, not {truth['faces']}"
+    for part in result["parts"]:
+        if "error" in part:
+            yield f"part of {part['faces']} faces: {part['error']}"
+        elif part["is_solid"] and not part["is_closed"]:
+            yield f"part of {part['faces']} faces is open, {part['skipped']} skipped"
+    expected = sum(map(abs, truth.get("volumes", ())))
+    slack = sum(part["slack"] for part in result["parts"]) + SLACK * expected
+    is_complete = all(part["is_closed"] for part in result["parts"] if part["is_solid"])
+    if is_complete and "volumes" in truth and abs(abs(result["volume"]) - expected) > slack:
+        yield f"volume: {result['volume']:.9g}, not {expected:.9g} ± {slack:.3g}"
+
+
+def main(truth_path: str, *paths: str) -> int:
+    """Judge all files, and print what is wrong."""
+    with open(truth_path) as stream:
+        truths = {Path(line["file"]).name: line for line in map(json.loads, stream)}
+    counts: Counter[str] = Counter()
+    for path in map(Path, paths):
+        result = judge_apart(path)
+        faults = list(find_faults(result, truths.get(path.name, {})))
+        solids = [part for part in result.get("parts", ()) if part["is_solid"]]
+        counts += Counter(
+            files=1,
+            read="parts" in result,
+            wrong=bool(faults),
+            solids=len(solids),
+            closed=sum(part["is_closed"] for part in solids),
+            bytes=result.get("bytes", 0),
+            milliseconds=round(1e3 * result.get("seconds", 0)),
+        )
+        for fault in faults:
+            print(f"{path.name}: {fault}", flush=True)
+        print(json.dumps({"file": path.name, **result}), file=sys.stderr, flush=True)
+    print(", ".join(f"{name} {count}" for name, count in counts.items()))
+    return counts["wrong"] > 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))
