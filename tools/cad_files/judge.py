@@ -104,7 +104,8 @@ def mesh_part(tree: Mapping[str, Any], unit: float) -> Result:
         for relative in (CLOSED, MEASURED) if is_solid else (CLOSED,):
             options = MeshOptions(accuracy=Accuracy(relative_tolerance=relative), normals=False)
             mesh = build(model, options)
-            report = mesh.report
+            report, of_part = mesh.report, mesh.report.brep
+            assert of_part is not None
             corners = mesh.positions[mesh.triangles]
             products = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
             area = float(np.linalg.norm(products, axis=1).sum()) / 2
@@ -113,8 +114,8 @@ def mesh_part(tree: Mapping[str, Any], unit: float) -> Result:
             volume = float(np.einsum("ij,ij->", corners[:, 0] - middle, products)) / 6
             if relative == CLOSED:
                 result["is_closed"] = bool(report.watertight)
-                result["skipped"] = len(getattr(report.brep, "skipped_faces", ()))
-            bound = (report.deviation_bound or 0.0) + report.brep.gap_bound
+                result["skipped"] = len(of_part.skipped_faces)
+            bound = (report.deviation_bound or 0.0) + of_part.gap_bound
             result |= {"volume": volume * unit**3, "slack": area * bound * unit**3}
     except SurfaceError as error:
         result["error"] = [f"{i.code} {i.pointer} {i.got}" for i in error.issues[:3]]
