@@ -22,8 +22,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from service.decoders.cad.content import FileLimits
-from service.decoders.cad.document import write_document
+from service.decoders.format import FileLimits
 from service.decoders.registry import BY_SUFFIX
 from service.engine.accuracy import Accuracy
 from service.engine.options import MeshOptions
@@ -46,11 +45,12 @@ Result: TypeAlias = dict[str, Any]
 def judge(path: Path) -> Result:
     """What was read from a file, and how its parts are meshed."""
     content = path.read_bytes()
-    reader = BY_SUFFIX[path.suffix.lower().removeprefix(".")].read
+    decoder = BY_SUFFIX[path.suffix.lower().removeprefix(".")]
     start = time.perf_counter()
-    document = write_document(reader(content, FileLimits()))
+    decoded = decoder.decode(content, None, FileLimits())
     seconds = time.perf_counter() - start
-    surface, reading = document.surface, document.reading
+    surface, reading = decoded.tree, decoded.reading
+    assert reading is not None
     definitions = [surface] if surface["type"] == "brep" else surface["definitions"]
     scales = [[1.0]] if surface["type"] == "brep" else find_scales(surface, len(definitions))
     unit = 1e3 * surface.get("metres_per_unit", 1e-3)
