@@ -1,7 +1,7 @@
 """Parameters of points on curves, and the pieces of curves between two points.
 
 The nearest point of a spline is searched among samples of all spans, and then by Newton's method on
-(C(t) − P) · C′(t) = 0. A step that leaves the interval around the best sample is a bisection.
+(C(t) − P) · C′(t) = 0 between them. A step that leaves the interval becomes a bisection.
 
 References
 ----------
@@ -31,6 +31,13 @@ from service.decoders.cad.splines import (
 
 MORE_SAMPLES = 5
 """Samples of each span in addition to two for each degree."""
+
+LONGER = 1.25
+"""A curve between two neighbouring samples is longer than its chord by at most this factor, unless
+its weights differ by powers of ten."""
+
+MOST_INTERVALS = 8
+"""The most intervals between samples that are searched for one point."""
 
 STEPS = 40
 """The most steps of Newton's method; bisections alone reach the last digit in these."""
@@ -64,8 +71,9 @@ class Piece:
 def find_parameters(curve: Curve, points: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The parameters (k,) of the nearest points of a curve to points (k, D), and the distances.
 
-    Between two samples a curve of many turns may come nearer than at its nearest sample; a curve
-    that CAD systems write does not.
+    Between two samples A and B the curve is not nearer to P than (|PA| + |PB| − ℓ) / 2, where ℓ is
+    its length there, which is estimated from the chord. The intervals that may have nearer points
+    than all samples are searched, at most `MOST_INTERVALS` for each point.
     """
     breaks = np.unique(curve.knots)
     count = 2 * curve.degree + MORE_SAMPLES
@@ -74,15 +82,43 @@ def find_parameters(curve: Curve, points: FloatArray) -> tuple[FloatArray, Float
         (breaks[:-1, np.newaxis] + np.diff(breaks)[:, np.newaxis] * inner).ravel(), breaks[-1]
     )
     sampled = evaluate(curve, samples)
-    best = np.empty(len(points), np.intp)
+    reach = LONGER * _lengths(np.diff(sampled, axis=0))
+    owners, intervals, parameters, distances = [], [], [], []
     for row, point in enumerate(points):
-        best[row] = np.square(sampled - point).sum(axis=1).argmin()
-    low = samples[np.maximum(best - 1, 0)]
-    high = samples[np.minimum(best + 1, len(samples) - 1)]
-    t = samples[best]
+        away = _lengths(sampled - point)
+        best = int(away.argmin())
+        least = (away[:-1] + away[1:] - reach) / 2
+        chosen = np.flatnonzero(least <= away[best])
+        if len(chosen) > MOST_INTERVALS:
+            chosen = chosen[np.argpartition(least[chosen], MOST_INTERVALS)[:MOST_INTERVALS]]
+        owners.append(np.full(len(chosen), row))
+        intervals.append(chosen)
+        parameters.append(samples[best])
+        distances.append(away[best])
+    owner, interval = np.concatenate(owners), np.concatenate(intervals)
+    t, found = _search(curve, points[owner], samples[interval], samples[interval + 1])
+    for row in range(len(points)):
+        own = np.flatnonzero(owner == row)
+        if len(own):
+            nearest = own[found[own].argmin()]
+            if found[nearest] < distances[row]:
+                parameters[row], distances[row] = t[nearest], found[nearest]
+    return np.array(parameters), np.array(distances)
+
+
+def _search(
+    curve: Curve, points: FloatArray, low: FloatArray, high: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """The nearest parameters that Newton's method meets in intervals (m,), and the distances."""
+    t = (low + high) / 2
+    width = high - low
+    best, least = t, np.full(len(t), np.inf)
     for _ in range(STEPS):
         point, first, second = evaluate_derivatives(curve, t)
         away = point - points
+        distances = _lengths(away)
+        best = np.where(distances < least, t, best)
+        least = np.minimum(distances, least)
         slope = (away * first).sum(axis=1)
         curvature = (away * second).sum(axis=1) + np.square(first).sum(axis=1)
         high, low = np.where(slope > 0, t, high), np.where(slope > 0, low, t)
@@ -90,15 +126,11 @@ def find_parameters(curve: Curve, points: FloatArray) -> tuple[FloatArray, Float
             after = t - slope / curvature
         is_newton = (curvature > 0) & (after >= low) & (after <= high)
         after = np.where(is_newton, after, (low + high) / 2)
-        after = np.where(slope == 0, t, after)
-        is_same = np.abs(after - t) <= 1e-15 * (breaks[-1] - breaks[0])
-        t = after
-        if is_same.all():
+        is_done = (slope == 0) | (np.abs(after - t) <= 1e-15 * width)
+        if is_done.all():
             break
-    found = np.sqrt(np.square(evaluate(curve, t) - points).sum(axis=1))
-    sampled_distance = np.sqrt(np.square(sampled[best] - points).sum(axis=1))
-    is_worse = sampled_distance < found
-    return np.where(is_worse, samples[best], t), np.minimum(found, sampled_distance)
+        t = np.where(is_done, t, after)
+    return best, least
 
 
 def cut_between(

@@ -31,7 +31,13 @@ from service.decoders.cad.frames import (
     unit,
 )
 from service.decoders.cad.outline import MARGIN, Outline, find_range, find_wedge
-from service.decoders.cad.splines import project_points, segment
+from service.decoders.cad.splines import (
+    elevate,
+    find_domain,
+    insert_knots,
+    project_points,
+    segment,
+)
 from service.decoders.cad.turning import finish_surface, turn_points
 
 
@@ -148,6 +154,41 @@ class Revolution:
 
 
 Swept = Extrusion | Revolution
+
+
+def rule(first: Curve, second: Curve) -> Surface:
+    """The ruled surface (1 − v) C(u) + v D(u) over [0, 1]², of two curves of any degrees.
+
+    The domains of both curves are mapped to [0, 1]; points with equal parameters are joined.
+
+    Raises
+    ------
+    InvalidGeometry
+    """
+    degree = max(first.degree, second.degree)
+    pair = [_over_unit_interval(elevate(curve, degree)) for curve in (first, second)]
+    values = [np.unique(curve.knots, return_counts=True) for curve in pair]
+    missing: list[list[float]] = []
+    for own, other in (values, values[::-1]):
+        counts = dict(zip(own[0].tolist(), own[1].tolist(), strict=True))
+        missing.append(
+            [
+                knot
+                for knot, count in zip(*(column.tolist() for column in other), strict=True)
+                for _ in range(count - counts.get(knot, 0))
+            ]
+        )
+    nets = [insert_knots(curve, knots) for curve, knots in zip(pair, missing, strict=True)]
+    knots = np.array([0.0, 0.0, 1.0, 1.0])
+    net = np.stack([curve.points for curve in nets], axis=1)
+    return finish_surface((degree, 1), (nets[0].knots, knots), net)
+
+
+def _over_unit_interval(curve: Curve) -> Curve:
+    """The curve over [0, 1], its knots rounded so that nearly equal ones of two curves agree."""
+    low, high = find_domain(curve)
+    knots = np.round((curve.knots - low) / (high - low), 12)
+    return Curve(curve.degree, knots, curve.points)
 
 
 def cut_basis(curve: BasisCurve, parameters: Range | None) -> Curve:

@@ -7,8 +7,8 @@ algorithm, with polynomials in place of parameters, gives S(c(t)) in homogeneous
 
 Every step is a product of polynomials in Bernstein form, whose factors are not negative where c is
 inside of the patch. So it loses no digits. A coordinate that is constant adds no degree. On planes
-the curve is the affine image of c. Curves of a degree above `MOST` are interpolated instead, by
-pieces of degree `DEGREE`.
+the curve is the affine image of c. Curves of a high degree are interpolated instead, by pieces of
+degree `DEGREE`.
 
 References
 ----------
@@ -31,13 +31,15 @@ from service.engine.trims.splines import Splines
 from service.engine.vectors import length
 
 MOST = 32
-"""The highest degree of a composition."""
+"""The highest degree of a composition, unless the caller says another."""
 
 DEPTH = 12
 """No piece is divided that is shorter than 2^-DEPTH of its curve's domain."""
 
 
-def compose_curves(surfaces: ClosedSurfaces, face: Ints, pcurves: Splines, goal: float) -> Splines:
+def compose_curves(
+    surfaces: ClosedSurfaces, face: Ints, pcurves: Splines, goal: float, most: int = MOST
+) -> Splines:
     """The curves S(c(t)) of space, n in all, with the parameters of the parameter curves.
 
     Parameters
@@ -48,11 +50,13 @@ def compose_curves(surfaces: ClosedSurfaces, face: Ints, pcurves: Splines, goal:
         n curves, in parameters of the surfaces.
     goal : float
         The greatest error of curves that are interpolated. Model units.
+    most : int
+        Curves of a higher degree are interpolated.
     """
     degrees = np.array([group.degree for group in surfaces.surfaces.nets.groups]).sum(axis=1)
     group = surfaces.surfaces.nets.group[surfaces.surfaces.faces.first[face]]
     is_planar = surfaces.surfaces.is_planar[face]
-    is_high = (degrees[group] * pcurves.degree > MOST) & ~is_planar
+    is_high = (degrees[group] * pcurves.degree > most) & ~is_planar
     parts = []
     kinds = (is_planar, _map_to_planes), (is_high, None), (~is_planar & ~is_high, _compose_exactly)
     order = []
