@@ -2,7 +2,8 @@
 
     python -m tools.cad_files.judge TRUTH FILE …
 
-TRUTH is what `tools.cad_files.open_cascade` printed for the files. Each file is read in a process
+TRUTH is what `tools.cad_files.open_cascade` printed for the files, or the `expected.jsonl` of
+`tools.cad_files.write`. Each file is read in a process
 of its own. Its solids, which are parts whose shells are all closed by their own topology, are
 meshed at 1e-3 and at 1e-4 of their diagonal: the first must be closed, and the volume of the second
 must be that of Open CASCADE, within what the bound of the mesh allows. The last lines count, and

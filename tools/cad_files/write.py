@@ -4,7 +4,8 @@
 
 Each shape is written as STEP, in turn by every schema, unit and with and without parameter curves,
 and as IGES, as trimmed faces and as a solid. Assemblies have names, colours and instances.
-`expected.json` has the measures of each file, in millimetres.
+`expected.jsonl` has what each file holds, in the form of `tools.cad_files.open_cascade`: from the
+shapes themselves, because Open CASCADE reads some of its own files as other solids.
 
 Only a Python in which cadquery-ocp is installed can run this program.
 """
@@ -146,13 +147,12 @@ def write_all(folder: Path) -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def main(folder: str) -> None:
-    """Write all files and `expected.json`."""
+    """Write all files and `expected.jsonl`."""
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
-    expected = dict(write_all(target))
-    text = json.dumps(expected, indent=1, ensure_ascii=False)
-    (target / "expected.json").write_text(text)
-    print(len(expected), "files")
+    lines = [json.dumps({"file": name, **held}) for name, held in write_all(target)]
+    (target / "expected.jsonl").write_text("\n".join(lines) + "\n")
+    print(len(lines), "files")
 
 
 if __name__ == "__main__":
