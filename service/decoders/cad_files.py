@@ -10,7 +10,8 @@ from types import ModuleType
 
 from service.decoders.format import Decoded, FileLimits, check_kind
 
-KINDS = ("brep", "group")
+FIELDS = ("up", "name", "invalid_faces")
+"""The fields of a brep or a group that a client may set beside a file."""
 
 READERS = {
     "step": "service.decoders.step.read",
@@ -36,7 +37,7 @@ def cad_decoder(name: str) -> Callable[[bytes, str | None, FileLimits], Decoded]
     """The function `Decoder.decode` of a format in `READERS`."""
 
     def decode(content: bytes, kind: str | None, limits: FileLimits) -> Decoded:
-        check_kind(kind, KINDS)
+        check_kind(kind, ())
         reader = import_reader(name)
         write_document = import_module("service.decoders.cad.document").write_document
         document = write_document(reader.read(content, limits), limits)

@@ -52,7 +52,8 @@ class Decoder:
     is_binary : bool
         Whether the file is binary; if not, it is text.
     kinds : tuple of str
-        The kinds of surface that a client may request for a file of this format.
+        The kinds of surface that a client may request for a file of this format; empty if the file
+        always decides.
     decode : callable
         Takes the bytes, the requested kind of surface (None if the file decides) and the limits;
         returns the content of the file. The values are not checked yet.
@@ -62,7 +63,9 @@ class Decoder:
         Bytes of memory for each byte of a file, until the surface is built; the byte itself is
         included.
     base_memory : int
-        Bytes of memory for any file, in addition.
+        Bytes of memory for any file that a child process reads, in addition.
+    fields : tuple of str
+        The fields of the surface that a client may set beside a file, in a query or by flags.
     example : tuple of str, optional
         For text formats: a title and the text of an example.
     is_cad : bool
@@ -86,6 +89,7 @@ class Decoder:
     about: str
     memory_factor: float
     base_memory: int = 0
+    fields: tuple[str, ...] = ("type", "degree", "knots", "up", "name")
     example: tuple[str, str] | None = None
     is_cad: bool = False
     child_bytes: int | None = None
@@ -94,7 +98,15 @@ class Decoder:
 
     def memory(self, length: int) -> int:
         """The most bytes of memory for a file of this length, until the surface is built."""
-        return int(self.memory_factor * length) + self.base_memory
+        base_memory = self.base_memory if self.is_read_in_child(length) else 0
+        return int(self.memory_factor * length) + base_memory
+
+    def body_memory(self, length: int) -> int:
+        """The most bytes of memory for a body of this length, until work on it begins.
+
+        What a child process takes counts as work.
+        """
+        return length if self.is_read_in_child(length) else self.memory(length)
 
     def is_read_in_child(self, length: int) -> bool:
         """Whether a child process reads a file of this length."""
@@ -150,7 +162,7 @@ def check_kind(kind: str | None, kinds: tuple[str, ...]) -> None:
                 "The control points of this file cannot be a surface of this kind.",
                 "/surface/type",
                 "another kind",
-                " or ".join(kinds),
+                " or ".join(kinds) or "no kind: the file decides",
             )
         )
 

@@ -91,7 +91,7 @@ CAD_DECODERS: tuple[Decoder, ...] = (
         media_type="model/step",
         suffixes=("step", "stp", "p21"),
         is_binary=True,  # its texts have whatever encoding the writing system chose
-        kinds=cad_files.KINDS,
+        kinds=(),
         decode=cad_files.cad_decoder("step"),
         about="A STEP file (ISO 10303-21, clear text) with boundary representations of AP203, AP214"
         " or AP242: solids, shells and loose faces, assemblies with all placements, names, colours "
@@ -99,6 +99,7 @@ CAD_DECODERS: tuple[Decoder, ...] = (
         " surface is in the report of reading. Other files that it names are never opened.",
         memory_factor=16,
         base_memory=32 << 20,
+        fields=cad_files.FIELDS,
         is_cad=True,
         child_bytes=CHILD_BYTES,
     ),
@@ -108,7 +109,7 @@ CAD_DECODERS: tuple[Decoder, ...] = (
         media_type="model/iges",
         suffixes=("igs", "iges"),
         is_binary=True,  # as of STEP
-        kinds=cad_files.KINDS,
+        kinds=(),
         decode=cad_files.cad_decoder("iges"),
         about="An IGES file (version 5.3, of fixed form): trimmed surfaces (144, 143), solids (186)"
         ", untrimmed surfaces, subfigures with all placements, names, colours and the unit. "
@@ -116,6 +117,7 @@ CAD_DECODERS: tuple[Decoder, ...] = (
         "that is not in the surface is in the report of reading.",
         memory_factor=16,
         base_memory=32 << 20,
+        fields=cad_files.FIELDS,
         is_cad=True,
         child_bytes=CHILD_BYTES,
     ),
@@ -125,13 +127,14 @@ CAD_DECODERS: tuple[Decoder, ...] = (
         media_type="model/vnd.3dm",
         suffixes=("3dm",),
         is_binary=True,
-        kinds=cad_files.KINDS,
+        kinds=(),
         decode=cad_files.cad_decoder("3dm"),
         about="A file of Rhino (openNURBS): breps, extrusions and surfaces, with names, instances, "
         "units and colours of objects. Meshes and SubD objects are skipped, and are in the report "
         "of reading. Needs the extra `rhino`.",
         memory_factor=16,
         base_memory=96 << 20,
+        fields=cad_files.FIELDS,
         is_cad=True,
         child_bytes=0,  # a library in C++ reads it
         library="rhino3dm",

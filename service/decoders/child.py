@@ -1,0 +1,156 @@
+"""Reads files in child processes: one file each, and the next process is started ahead.
+
+A reader in Python would keep this process's lock for long, and a library in C++ could crash it. A
+child has few rights, little memory and little time (`service.decoders.confinement`). Bytes go in
+and a document comes out through pipes (`service.decoders.child_program`). The document is no more
+trusted than the file: it is checked like a posted one.
+
+The thread that waits for a child calls `checkpoint`, and kills the child if its request has ended.
+"""
+
+import json
+import logging
+import math
+import signal
+import subprocess
+import sys
+import traceback
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import astuple
+from typing import Any
+
+from service.cancellation import seconds_left
+from service.decoders.child_processes import PROCESSES, AnswerTooLong, end_process, exchange
+from service.decoders.child_program import ANSWER, OUT_OF_MEMORY
+from service.decoders.format import Decoded, Decoder, FileLimits, build_file_error
+from service.errors import InvalidRequest, Issue, MalformedBody, SurfaceError, TooLarge
+from service.framing import UNREADABLE, read_frame
+
+ANSWER_SHARE = 3
+"""The answer may take a third of the memory of a file, and the child the rest."""
+
+MAX_SECONDS = 3600
+"""Seconds that a child may compute if its caller has no deadline."""
+
+_END_SECONDS = 1.0
+"""Seconds in which a child ends after its answer."""
+
+_ERRORS: Mapping[str, type[SurfaceError]] = {
+    each.__name__: each for each in (InvalidRequest, MalformedBody, TooLarge)
+}
+"""The errors that an answer may have."""
+
+_MAX_TEXT = 500
+"""The most characters of a text of an issue."""
+
+_log = logging.getLogger(__name__)
+
+
+def read_file(decoder: Decoder, content: bytes, kind: str | None, limits: FileLimits) -> Decoded:
+    """The content of a file; of a longer one by a child process (`Decoder.is_read_in_child`).
+
+    A fault of the reader is logged, and becomes an error of the file.
+
+    Parameters
+    ----------
+    kind : str or None
+        The kind of surface that the client has requested.
+
+    Raises
+    ------
+    InvalidRequest, MalformedBody, TooLarge
+        The errors of the decoder; `malformed_file` if the reader fails or its process dies; and
+        `too_much_memory`.
+    Cancelled, OutOfTime
+        The request has ended; so has the child.
+    """
+    if decoder.is_read_in_child(len(content)):
+        return _read_in_child(decoder, content, kind, limits)
+    try:
+        return decoder.decode(content, kind, limits)
+    except SurfaceError:
+        raise
+    except MemoryError:
+        raise _too_much_memory(decoder.memory(len(content))) from None
+    except Exception:
+        raise _fault(decoder, traceback.format_exc()) from None
+
+
+def _read_in_child(
+    decoder: Decoder, content: bytes, kind: str | None, limits: FileLimits
+) -> Decoded:
+    memory = decoder.memory(len(content))
+    max_answer = memory // ANSWER_SHARE
+    task = {
+        "decoder": decoder.name,
+        "kind": kind,
+        "limits": astuple(limits),
+        "length": len(content),
+        "memory": memory - max_answer,
+        "seconds": math.ceil(min(max(seconds_left(), 1.0), MAX_SECONDS)),
+    }
+    process = PROCESSES.take()
+    try:
+        frame = exchange(process, json.dumps(task).encode() + b"\n", content, max_answer)
+        with suppress(subprocess.TimeoutExpired):
+            process.wait(_END_SECONDS)
+        status = process.poll()
+    except AnswerTooLong:
+        raise _too_much_memory(memory) from None
+    finally:
+        end_process(process)
+    return _parse_answer(decoder, frame, status, memory)
+
+
+def _parse_answer(decoder: Decoder, frame: bytes, status: int | None, memory: int) -> Decoded:
+    """The content of a file from the answer of a child.
+
+    `status` is that of the child's end: minus the number of a signal that has killed it; None if it
+    has not ended by itself.
+    """
+    try:
+        header = read_frame(ANSWER, frame)
+        answer: dict[str, Any] = header[ANSWER]
+        PROCESSES.report_confinement(is_confined=bool(header["is_confined"]))
+        if "error" in answer:
+            raise _ERRORS[answer["error"]](*map(_parse_issue, answer["issues"]))
+        if "tree" in answer:
+            return Decoded(dict(answer["tree"]), dict(answer["reading"]))
+        fault = str(answer["fault"])
+    except UNREADABLE:
+        fault = f"the child has ended with status {status}, and without an answer"
+    if fault == OUT_OF_MEMORY or _is_killed_by_system(status):
+        raise _too_much_memory(memory)
+    raise _fault(decoder, fault)
+
+
+def _is_killed_by_system(status: int | None) -> bool:
+    """Whether the system has killed the child, as Linux does when the machine has no memory."""
+    return sys.platform != "win32" and status == -signal.SIGKILL
+
+
+def _parse_issue(texts: list[Any]) -> Issue:
+    code, message, pointer, got, needed = (str(text)[:_MAX_TEXT] for text in texts)
+    return Issue(code, message, pointer, got, needed)
+
+
+def _too_much_memory(memory: int) -> TooLarge:
+    return TooLarge(
+        Issue(
+            "too_much_memory",
+            "To read this file takes more memory than its length allows.",
+            got=f"more than {memory} bytes",
+            needed="a file with less in it, such as a part of the assembly",
+        )
+    )
+
+
+def _fault(decoder: Decoder, text: str) -> InvalidRequest:
+    """The error of a file at which the reader has failed, which the log explains."""
+    _log.warning("The reader of %s has failed at a file: %s", decoder.name, text)
+    return build_file_error(
+        "The reader of this service has failed at this file.",
+        "a file that is damaged, or that has a content which the reader does not expect",
+        "the file written again by another program",
+    )

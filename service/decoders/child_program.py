@@ -1,0 +1,113 @@
+"""The program of a child process: it reads one file, and ends.
+
+`service.decoders.child` starts it ahead: it imports the readers, and waits for a task. Then it
+gives up what it does not need (`service.decoders.confinement`), and only then does it read the file
+from its standard input. The answer goes to its standard output:
+
+    task   = one line of JSON, and the bytes of the file
+    answer = a frame (`service.framing`)
+
+The member `answer` of the frame has `tree` and `reading`; or `error`, the class of an error, and
+its `issues`; or `fault`, the end of a traceback, if the reader has failed.
+"""
+
+import gc
+import json
+import os
+import sys
+import traceback
+from dataclasses import astuple
+from io import FileIO
+from typing import Any
+
+from service.decoders import confinement
+from service.decoders.cad_files import READERS, import_reader
+from service.decoders.format import FileLimits
+from service.decoders.registry import BY_NAME
+from service.errors import SurfaceError
+from service.framing import mark_nulls, write_frame
+
+ANSWER = "answer"
+"""The name of the tree in the frame of an answer."""
+
+OUT_OF_MEMORY = "memory"
+"""The fault of a reader that needs more memory than it has."""
+
+MAX_FAULT = 2000
+"""The most characters of a traceback."""
+
+READ_BYTES = 1 << 20
+"""Bytes that are read at once."""
+
+
+def main() -> None:
+    """Waits for a task, and does it."""
+    confinement.lower_priority()
+    for name in ("step", "iges"):  # not those that need a library
+        import_reader(name)
+    task_file = FileIO(0, closefd=False)
+    task = _read_task(task_file)
+    if task is None:  # the service has ended, or does not need this process any more
+        os._exit(0)
+    decoder = BY_NAME[task["decoder"]]
+    if decoder.name in READERS:
+        import_reader(decoder.name)
+    os.environ.clear()
+    gc.disable()  # readers make few cycles, and the process ends soon
+    confinement.limit_resources(task["memory"], task["seconds"])
+    is_confined = confinement.refuse_system_calls()
+    out_of_memory = _frame({"fault": OUT_OF_MEMORY}, is_confined)  # while there is memory
+    try:
+        content = _read_content(task_file, task["length"])
+        answer = _answer(task, content, is_confined)
+    except MemoryError:
+        answer = out_of_memory
+    view = memoryview(answer)
+    while view:
+        view = view[os.write(1, view) :]
+    os._exit(0)
+
+
+def _read_task(file: FileIO) -> dict[str, Any] | None:
+    """The first line, byte by byte: what follows is read when the process is confined."""
+    line = bytearray()
+    while not line.endswith(b"\n"):
+        byte = file.read(1)
+        if not byte:
+            return None
+        line += byte
+    task: dict[str, Any] = json.loads(line)
+    return task
+
+
+def _read_content(file: FileIO, length: int) -> bytes:
+    content = bytearray()
+    while len(content) < length:
+        part = file.read(min(READ_BYTES, length - len(content)))
+        if not part:  # the service has given up
+            os._exit(0)
+        content += part
+    return bytes(content)
+
+
+def _answer(task: dict[str, Any], content: bytes, is_confined: bool) -> bytes:
+    """The frame with the content of the file, or with an error."""
+    try:
+        decoder, limits = BY_NAME[task["decoder"]], FileLimits(*task["limits"])
+        decoded = decoder.decode(content, task["kind"], limits)
+        return _frame({"tree": decoded.tree, "reading": decoded.reading}, is_confined)
+    except SurfaceError as error:
+        issues = [list(astuple(issue)) for issue in error.issues]
+        return _frame({"error": type(error).__name__, "issues": issues}, is_confined)
+    except MemoryError:
+        raise
+    except Exception:
+        return _frame({"fault": traceback.format_exc()[-MAX_FAULT:]}, is_confined)
+
+
+def _frame(answer: dict[str, Any], is_confined: bool) -> bytes:
+    return write_frame(ANSWER, mark_nulls(answer), is_confined=int(is_confined))
+
+
+if __name__ == "__main__":
+    sys.exit("This program is started by service.decoders.child.")
