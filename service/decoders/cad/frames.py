@@ -4,7 +4,7 @@ On three numbers Python's arithmetic takes less time than one call of NumPy.
 """
 
 from dataclasses import dataclass
-from math import hypot, isfinite, sqrt
+from math import hypot, isfinite
 from typing import TypeAlias
 
 import numpy as np
@@ -16,6 +16,9 @@ Vector: TypeAlias = tuple[float, float, float]
 
 MAX_COORDINATE = 1e12
 """The largest absolute value of a coordinate, in the unit of the file."""
+
+LEAST = 1e-150
+"""Shorter vectors are multiplied before their length is measured."""
 
 PARALLEL = 1e-9
 """Directions whose angle has at most this sine count as parallel."""
@@ -74,10 +77,9 @@ def unit(a: Vector) -> Vector:
     length = norm(a)
     if not (length > 0.0 and isfinite(length)):
         raise InvalidGeometry("a direction has no length")
-    result = a[0] / length, a[1] / length, a[2] / length
-    # The quotients of subnormal numbers may have lost their digits.
-    again = sqrt(dot(result, result))
-    return result if 0.5 < again < 2.0 else unit(scale(a, 2.0**600))
+    if length < LEAST:  # subnormal numbers have few digits
+        return unit(scale(a, 1.0 / LEAST**2))
+    return a[0] / length, a[1] / length, a[2] / length
 
 
 @dataclass(frozen=True, slots=True)

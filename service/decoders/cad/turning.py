@@ -47,10 +47,10 @@ def build_arc(first: float, last: float) -> tuple[FloatArray, FloatArray]:
     An arc of a full turn from the angle 0 is `CIRCLE`.
     """
     sweep = last - first
-    if first == 0.0 and sweep >= tau - FULL:
-        return QUARTERS, CIRCLE
     if not 0.0 < sweep <= tau + FULL:
         raise InvalidGeometry("the range of an angle is not between 0 and a full turn")
+    if first == 0.0 and sweep >= tau - FULL:
+        return QUARTERS, CIRCLE
     count = max(1, ceil(sweep / (pi / 2) - FULL))
     step = sweep / count
     weight = cos(step / 2)
