@@ -153,10 +153,10 @@ def build_frame(origin: Vector, z: Vector | None = None, x: Vector | None = None
     if x is not None:
         candidates = (unit(x), *candidates)  # type: ignore[assignment] # of any length
     for candidate in candidates:
-        share = dot(candidate, axis)
-        rest = subtract(candidate, scale(axis, share))
+        rest = _remove(candidate, axis)
         if norm(rest) > PARALLEL:
-            first = unit(rest)
+            # The second time removes what the cancellation of digits has left.
+            first = unit(_remove(unit(rest), axis))
             break
     return Frame(origin, first, cross(axis, first), axis)
 
@@ -172,6 +172,11 @@ def transform_frame(frame: Frame, matrix: FloatArray) -> Frame | None:
     base = Frame(columns[3][:3], x, y, z)
     turned = [subtract(base.place(*direction), base.origin) for direction in (frame.z, frame.x)]
     return build_frame(base.place(*frame.origin), *turned)
+
+
+def _remove(vector: Vector, axis: Vector) -> Vector:
+    """The part of a vector at right angles to an axis of the length 1."""
+    return subtract(vector, scale(axis, dot(vector, axis)))
 
 
 def _combine(rows: FloatArray, values: tuple[float, ...]) -> FloatArray:

@@ -13,7 +13,7 @@ from math import tau
 
 import numpy as np
 
-from service.bases.arrays import FloatArray
+from service.bases.arrays import FloatArray, Ints
 from service.decoders.cad.conics import BasisCurve, Ellipse, Line
 from service.decoders.cad.content import Curve
 from service.decoders.cad.faults import InvalidGeometry
@@ -36,7 +36,10 @@ LONGER = 1.25
 """A curve between two neighbouring samples is longer than its chord by at most this factor, unless
 its weights differ by powers of ten."""
 
-MOST_INTERVALS = 8
+PARTS = 6
+"""The parts into which these intervals are divided."""
+
+MOST_INTERVALS = 24
 """The most intervals between samples that are searched for one point."""
 
 STEPS = 40
@@ -72,8 +75,8 @@ def find_parameters(curve: Curve, points: FloatArray) -> tuple[FloatArray, Float
     """The parameters (k,) of the nearest points of a curve to points (k, D), and the distances.
 
     Between two samples A and B the curve is not nearer to P than (|PA| + |PB| − ℓ) / 2, where ℓ is
-    its length there, which is estimated from the chord. The intervals that may have nearer points
-    than all samples are searched, at most `MOST_INTERVALS` for each point.
+    its length there, which is estimated from the chord. Intervals that may have nearer points than
+    all samples are sampled once more, and then searched.
     """
     breaks = np.unique(curve.knots)
     count = 2 * curve.degree + MORE_SAMPLES
@@ -82,28 +85,42 @@ def find_parameters(curve: Curve, points: FloatArray) -> tuple[FloatArray, Float
         (breaks[:-1, np.newaxis] + np.diff(breaks)[:, np.newaxis] * inner).ravel(), breaks[-1]
     )
     sampled = evaluate(curve, samples)
-    reach = LONGER * _lengths(np.diff(sampled, axis=0))
-    owners, intervals, parameters, distances = [], [], [], []
+    shares = np.arange(PARTS + 1) / PARTS
+    parameters, distances = np.empty((2, len(points)))
+    owners, lows, highs = [], [], []
     for row, point in enumerate(points):
-        away = _lengths(sampled - point)
-        best = int(away.argmin())
-        least = (away[:-1] + away[1:] - reach) / 2
-        chosen = np.flatnonzero(least <= away[best])
-        if len(chosen) > MOST_INTERVALS:
-            chosen = chosen[np.argpartition(least[chosen], MOST_INTERVALS)[:MOST_INTERVALS]]
+        chosen = _choose_intervals(sampled[:-1], sampled[1:], point)
+        low, high = samples[chosen], samples[chosen + 1]
+        finer = low[:, np.newaxis] + (high - low)[:, np.newaxis] * shares
+        finer[:, -1] = high
+        near = evaluate(curve, finer.ravel()).reshape(*finer.shape, -1)
+        away = _lengths(near - point).ravel()
+        best = away.argmin()
+        parameters[row], distances[row] = finer.ravel()[best], away[best]
+        begins, ends = (
+            near[:, part].reshape(-1, near.shape[-1]) for part in (np.s_[:-1], np.s_[1:])
+        )
+        chosen = _choose_intervals(begins, ends, point)
         owners.append(np.full(len(chosen), row))
-        intervals.append(chosen)
-        parameters.append(samples[best])
-        distances.append(away[best])
-    owner, interval = np.concatenate(owners), np.concatenate(intervals)
-    t, found = _search(curve, points[owner], samples[interval], samples[interval + 1])
-    for row in range(len(points)):
-        own = np.flatnonzero(owner == row)
-        if len(own):
-            nearest = own[found[own].argmin()]
-            if found[nearest] < distances[row]:
-                parameters[row], distances[row] = t[nearest], found[nearest]
-    return np.array(parameters), np.array(distances)
+        lows.append(finer[:, :-1].ravel()[chosen])
+        highs.append(finer[:, 1:].ravel()[chosen])
+    owner = np.concatenate(owners)
+    t, found = _search(curve, points[owner], np.concatenate(lows), np.concatenate(highs))
+    # The last of equal indices counts: the nearest.
+    order = np.argsort(-found, kind="stable")
+    order = order[found[order] < distances[owner[order]]]
+    parameters[owner[order]], distances[owner[order]] = t[order], found[order]
+    return parameters, distances
+
+
+def _choose_intervals(begins: FloatArray, ends: FloatArray, point: FloatArray) -> Ints:
+    """Intervals (m,) of a curve, given by their ends, that may have its nearest point."""
+    first, last = _lengths(begins - point), _lengths(ends - point)
+    least = (first + last - LONGER * _lengths(ends - begins)) / 2
+    chosen = np.flatnonzero(least <= np.minimum(first, last).min())
+    if len(chosen) > MOST_INTERVALS:
+        chosen = chosen[np.argpartition(least[chosen], MOST_INTERVALS)[:MOST_INTERVALS]]
+    return chosen
 
 
 def _search(
