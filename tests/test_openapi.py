@@ -25,21 +25,23 @@ from service.api.app import create_app
 from service.api.guard.keys import SCOPES, format_entry, make_key
 from service.api.models.meshes import ResponseModel
 from service.api.openapi.document import build_full_settings
-from service.decoders.registry import NET_DECODERS
+from service.decoders.registry import BY_NAME as DECODERS_BY_NAME
+from service.decoders.registry import DECODERS
 from service.encoders.format import FileFormat
 from service.encoders.polylines.registry import CURVE_FORMATS, SECTION_FORMATS
 from service.encoders.registry import FORMATS
 from service.engine.options import MeshOptions
 from service.errors import InvalidRequest
 from service.pipeline.calls import CALLS
+from service.pipeline.files import check_beside
 from service.pipeline.mesh import render
 from service.pipeline.queries import plan_points
 from service.schemas.convert import OPERATIONS, ConvertRequest
 from service.schemas.fields import RequestModel
+from service.schemas.file_fields import FIELDS, document_from_query
 from service.schemas.kinds import KINDS
 from service.schemas.options import MeshOptionFields
 from service.schemas.queries import PointsRequest
-from service.schemas.query import FIELDS, document_from_query
 from service.schemas.request import MeshRequest
 from service.schemas.validation import validate_document
 from service.settings.values import Settings
@@ -74,7 +76,7 @@ SETTINGS = {
 COMPUTING_PATHS = [
     path
     for path, item in DOCUMENT["paths"].items()
-    if "post" in item and path not in ("/v1/surfaces", "/v1/sign", "/v1/jobs")
+    if "post" in item and path not in ("/v1/surfaces", "/v1/sign", "/v1/jobs", "/v1/files")
 ]
 """Paths to which clients POST a body and get a computed response, and which store nothing."""
 
@@ -333,6 +335,7 @@ def test_examples_of_storing_are_valid_and_give_the_responses_shown(client: Clie
         assert set(description["headers"]) - RATE_HEADERS == {
             "Location",
             "Server-Timing",
+            "Surface-Reading",
             "X-Request-Id",
         }
         assert response_examples.keys() == requests.keys()
@@ -348,19 +351,19 @@ def test_examples_of_storing_are_valid_and_give_the_responses_shown(client: Clie
             )
 
 
-def test_files_of_control_nets_are_documented_and_their_examples_accepted(client: Client) -> None:
-    for path in ("/v1/mesh", "/v1/estimate"):
+def test_files_are_documented_and_their_examples_accepted(client: Client) -> None:
+    for path in ("/v1/mesh", "/v1/estimate", "/v1/surfaces", "/v1/measure", "/v1/convert"):
         operation = DOCUMENT["paths"][path]["post"]
         content = operation["requestBody"]["content"]
-        assert set(content) == {"application/json", *(each.media_type for each in NET_DECODERS)}
-        for decoder in NET_DECODERS:
+        assert set(content) == {"application/json", *(each.media_type for each in DECODERS)}
+        for decoder in DECODERS:
             description = content[decoder.media_type]
             assert description["schema"]["description"]
             assert (description["schema"].get("format") == "binary") == decoder.is_binary
             assert decoder.is_binary or description["examples"]
             for example in description.get("examples", {}).values():
                 body, headers = example["value"].encode(), {"Content-Type": decoder.media_type}
-                assert client.request("POST", path, body, headers).status_code == 200
+                assert client.request("POST", path, body, headers).status_code in (200, 201)
 
 
 def test_examples_of_jobs_are_valid_and_accepted(client: Client, jobs: FakeJobs) -> None:
@@ -432,9 +435,15 @@ def test_query_parameters_beside_a_file_have_valid_examples() -> None:
     for name in FIELDS:
         for example in parameters[name]["schema"]["examples"]:
             text = ",".join(map(str, example)) if isinstance(example, list) else example
-            document = document_from_query({"type": "bspline", name: text}.items())
-            document["surface"]["control_net"] = net
-            validate_document(MeshRequest, document).to_surface()
+            step, npy = DECODERS_BY_NAME["step"], DECODERS_BY_NAME["npy"]
+            if name in step.fields:
+                document = document_from_query([(name, text)], step.fields)
+                check_beside(MeshRequest, step, document)
+            if name in npy.fields:
+                query = {"type": "bspline", name: text}
+                document = document_from_query(query.items(), npy.fields)
+                document["surface"]["control_net"] = net
+                validate_document(MeshRequest, document).to_surface()
 
 
 def test_request_examples_show_every_kind_of_surface_every_option_and_every_operation() -> None:

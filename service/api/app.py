@@ -26,6 +26,7 @@ from service.api.openapi.document import describe
 from service.api.routes import (
     evaluation,
     job_events,
+    job_files,
     job_results,
     jobs,
     meshes,
@@ -160,7 +161,7 @@ def _select_routers(settings: Settings) -> list[APIRouter]:
         pages.pages,
     ]
     if settings.jobs:
-        routers += [jobs.asking, jobs.jobs, job_events.events, job_results.results]
+        routers += [jobs.asking, job_files.files, jobs.jobs, job_events.events, job_results.results]
     if settings.allow_delete:
         routers.append(surfaces.deleting)
     if needs_keys(settings):

@@ -5,22 +5,23 @@ With a file, the query names a surface by its id, and has the other fields of th
 them number by number.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, ClassVar
 
-from service.api.body import BodyRoute
+from service.api.body import BodyRoute, PostedFile, is_long_body
 from service.api.computation import Computation
 from service.api.errors import InvalidQuery
 from service.api.negotiation import Pairs
 from service.api.services import Services
 from service.api.stored import surface_of
-from service.decoders.format import Decoder, Tree
+from service.decoders.format import Decoder
 from service.decoders.npy import read_array
 from service.decoders.registry import BY_NAME
 from service.errors import InvalidRequest, Issue, UnknownSurface
+from service.schemas.fields import RequestModel
 from service.schemas.query import number_from_text, values_from_text
 from service.schemas.surfaces import definition
+from service.schemas.validation import validate_document
 
 NPY = BY_NAME["npy"]
 
@@ -37,8 +38,9 @@ class ArrayRoute(BodyRoute):
     decoders = (NPY,)
     array: ClassVar[str] = "points"
 
-    def read_fields(self, pairs: Pairs) -> dict[str, Any]:
+    def read_fields(self, pairs: Pairs, decoder: Decoder) -> dict[str, Any]:
         """The fields in the query of a file, which names a surface; and `format`."""
+        del decoder
         values = values_from_text(pairs)
         if self.array in values:
             message, got = "The body has these numbers.", "a parameter"
@@ -52,28 +54,31 @@ class ArrayRoute(BodyRoute):
         """The value of the field `array`, from the bytes of a file."""
         return read_array(body)
 
-    async def _build_decode(
+    async def _read_file(
         self,
-        decoder: Decoder,
-        other_fields: dict[str, Any],
+        model: type[RequestModel],
+        file: PostedFile,
         services: Services,
         computation: Computation,
-    ) -> Callable[[bytes], Tree]:
-        """Loads the surface of the query; returns a function from a file to the document."""
-        del decoder
+    ) -> RequestModel:
+        """The model of a file, with the surface of the query, which is loaded."""
+        content, decoder, beside = file
         try:
-            named_surface = await surface_of(services, computation, other_fields["surface"])
+            named_surface = await surface_of(services, computation, beside["surface"])
         except (UnknownSurface, InvalidRequest) as error:
             issue = replace(error.issues[0], pointer="/surface")
             error_class = UnknownSurface if isinstance(error, UnknownSurface) else InvalidQuery
             raise error_class(issue) from None
 
-        def decode(body: bytes) -> Tree:
+        def parse() -> RequestModel:
             # `flat`: nets as arrays, also those of triangles; the model accepts both forms.
             surface = definition(named_surface, flat=True)
-            return {**other_fields, "surface": surface, self.array: self.read(body)}
+            document = {**beside, "surface": surface, self.array: self.read(content)}
+            parsed = validate_document(model, document, services.document_limits)
+            parsed.build()
+            return parsed
 
-        return decode
+        return await computation.parse(parse, is_long=is_long_body(content, decoder))
 
 
 def _parse_value(text: object) -> object:

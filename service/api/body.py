@@ -7,12 +7,11 @@ files of control points, whose other fields are in the query. FastAPI still find
 errors, and reads the function's signature for the OpenAPI document.
 """
 
-import re
 from asyncio import timeout
 from collections.abc import Callable, Coroutine, Mapping, Sequence
 from contextlib import nullcontext
 from functools import partial
-from typing import Any, ClassVar, cast
+from typing import Any, ClassVar, NamedTuple, cast
 
 from fastapi import Request, Response
 from fastapi.routing import APIRoute
@@ -20,7 +19,8 @@ from starlette.requests import ClientDisconnect
 
 from service.api.computation import Computation
 from service.api.errors import BodyTooLarge, BodyTooSlow, UnsupportedMediaType
-from service.api.intake import accept_call, prefers_async
+from service.api.intake import accept_call, accept_file, prefers_async
+from service.api.media_types import check_content, decoder_of_body
 from service.api.negotiation import (
     Pairs,
     format_by_accept,
@@ -31,15 +31,17 @@ from service.api.negotiation import (
 )
 from service.api.record import record_of
 from service.api.services import Context, Services
-from service.decoders.format import Decoder, Tree
+from service.decoders.format import Decoded, Decoder
 from service.encoders.format import FileFormat
 from service.errors import Issue
 from service.pipeline.calls import CALLS
+from service.pipeline.files import build_file_request, check_beside
+from service.pipeline.reading import plan_reading
 from service.schemas.budget import DocumentBudget
-from service.schemas.document import parse_document
+from service.schemas.document import DocumentLimits, parse_document
 from service.schemas.fields import RequestModel
-from service.schemas.query import add_fields, document_from_query
-from service.schemas.validation import parse_request, validate_document
+from service.schemas.file_fields import document_from_query
+from service.schemas.validation import parse_request
 from service.settings.runtime import pause_collection
 from service.settings.values import Settings, file_limits
 
@@ -47,9 +49,31 @@ INLINE_BYTES, INLINE_TEXT, INLINE_OBJECTS = 1 << 18, 1 << 14, 32
 """Sizes up to which the event loop parses a body itself, within some 5 ms: bytes of JSON and binary
 files; bytes of other texts; and objects in JSON, each of which may be a surface."""
 
+INLINE_CAD = 1 << 13
+"""Bytes of a CAD file up to which the event loop builds its surface itself."""
+
+ARRAY_FACTOR = 4
+"""Bytes of the arrays of a surface for each byte of its CAD file."""
+
 COLLECTED_BYTES = 1 << 14
 """Bytes of JSON up to which the garbage collector stays on while the body is parsed: a body this
 short has too few lists to start it often."""
+
+
+class PostedFile(NamedTuple):
+    """A body that is a file.
+
+    Attributes
+    ----------
+    content : bytes
+    decoder : Decoder
+    beside : dict
+        The other fields of the document, from the query.
+    """
+
+    content: bytes
+    decoder: Decoder
+    beside: dict[str, Any]
 
 
 class BodyRoute(APIRoute):
@@ -63,6 +87,8 @@ class BodyRoute(APIRoute):
         Whether `Accept` chooses too; otherwise only `?format=` chooses.
     decoders : sequence of Decoder
         Kinds of files that the body may be, besides JSON.
+    has_surface_files : bool
+        Whether such a file has the surface of the document.
     keeps_document : bool
         Whether the model has numbers as Python objects, not in arrays.
     """
@@ -70,6 +96,7 @@ class BodyRoute(APIRoute):
     formats: ClassVar[Sequence[FileFormat]] = ()
     reads_accept: ClassVar[bool] = True
     decoders: ClassVar[Sequence[Decoder]] = ()
+    has_surface_files: ClassVar[bool] = False
     keeps_document: ClassVar[bool] = False
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
@@ -93,17 +120,21 @@ class BodyRoute(APIRoute):
         fmt = self._choose_format(name, request)
         body = await read_body(request, headers, services, computation, decoder)
         context = Context(services, computation, request, fmt)
-        if b"prefer" in headers and decoder is None and self._makes_job(services, headers):
-            parse_json = partial(parse_document, body, services.document_limits.max_depth)
-            document = await computation.parse(parse_json, is_long=is_long_body(body, None))
-            return await accept_call(context, self.path, document)
-        decode = (
-            None
-            if decoder is None
-            else await self._build_decode(decoder, other_fields, services, computation)
-        )
-        parse = partial(_parse_body, model, body, decode, services)
-        parsed = await computation.parse(parse, is_long=is_long_body(body, decoder))
+        if b"prefer" in headers and self._makes_job(services, headers):
+            if decoder is None:
+                parse_json = partial(parse_document, body, services.document_limits.max_depth)
+                document = await computation.parse(parse_json, is_long=is_long_body(body, None))
+                return await accept_call(context, self.path, document)
+            if self.has_surface_files:
+                check_content(body, decoder)
+                check_beside(model, decoder, other_fields, services.document_limits)
+                return await accept_file(context, self.path, body, decoder)
+        if decoder is None:
+            parse = partial(_parse_json, model, body, services.document_limits)
+            parsed = await computation.parse(parse, is_long=is_long_body(body, None))
+        else:
+            file = PostedFile(body, decoder, other_fields)
+            parsed = await self._read_file(model, file, services, computation)
         if not self.keeps_document:
             # From here on the numbers of the body are in arrays, 8 bytes each. In JSON a number and
             # its comma take at least 2 bytes.
@@ -114,7 +145,7 @@ class BodyRoute(APIRoute):
     def _makes_job(self, services: Services, headers: Mapping[bytes, bytes]) -> bool:
         """Whether the client prefers a job to waiting, and the call can be a part of one.
 
-        A preference that does not fit is ignored, as RFC 7240 says: so is one beside a file.
+        A preference that does not fit is ignored, as RFC 7240 says.
         """
         return services.jobs is not None and self.path in CALLS and prefers_async(headers)
 
@@ -125,29 +156,38 @@ class BodyRoute(APIRoute):
             if not self.formats:
                 refuse_parameters(request.query_params)
             return parse_format_query(query) if query and self.formats else None, {}
-        other_fields = read_query(self.read_fields, request.query_params.multi_items())
+        read = partial(self.read_fields, decoder=decoder)
+        other_fields = read_query(read, request.query_params.multi_items())
         return other_fields.pop("format", None) if self.formats else None, other_fields
 
-    def read_fields(self, pairs: Pairs) -> dict[str, Any]:
+    def read_fields(self, pairs: Pairs, decoder: Decoder) -> dict[str, Any]:
         """The fields in the query of a file, in the form of a document; and `format`."""
-        return document_from_query(pairs)
+        return document_from_query(pairs, decoder.fields)
 
-    async def _build_decode(
+    async def _read_file(
         self,
-        decoder: Decoder,
-        other_fields: dict[str, Any],
+        model: type[RequestModel],
+        file: PostedFile,
         services: Services,
         computation: Computation,
-    ) -> Callable[[bytes], Tree]:
-        """A function from the bytes of a file to the document, which has the query's fields too."""
-        del computation
-        fields, limits = other_fields["surface"], file_limits(services.settings)
-
-        def decode(body: bytes) -> Tree:
-            decoded = decoder.decode(body, fields.get("type"), limits)
-            return {**other_fields, "surface": add_fields(decoded.tree, fields)}
-
-        return decode
+    ) -> RequestModel:
+        """The model of a body that is a file, which has the query's fields too."""
+        content, decoder, beside = file
+        if decoder.is_cad:
+            check_content(content, decoder)
+            # A wrong option is named before a large file is read.
+            check_beside(model, decoder, beside, services.document_limits)
+        kind, limits = beside["surface"].get("type"), file_limits(services.settings)
+        if decoder.child_bytes is None:
+            read = partial(decoder.decode, content, kind, limits)
+        else:
+            work = plan_reading(decoder, content, kind, limits, services.limits)
+            decoded = await computation.run(work, "decode")
+            computation.drop_work()
+            computation.hold_body(ARRAY_FACTOR * len(content))
+            read = partial(_return, decoded)
+        parse = partial(_build_file, model, file, read, services.document_limits)
+        return await computation.parse(parse, is_long=is_long_body(content, decoder))
 
     def _choose_format(self, name: str | None, request: Request) -> FileFormat | None:
         """The format with this name; without a name, the format that `Accept` chooses.
@@ -169,23 +209,32 @@ def is_long_body(body: bytes, decoder: Decoder | None) -> bool:
     """Whether parsing the body would block the event loop for too long."""
     if decoder is None:
         return len(body) > INLINE_BYTES or body.count(b"{") > INLINE_OBJECTS
+    if decoder.is_cad:
+        return len(body) > INLINE_CAD
     return len(body) > (INLINE_BYTES if decoder.is_binary else INLINE_TEXT)
 
 
-def _parse_body(
+def _parse_json(model: type[RequestModel], body: bytes, limits: DocumentLimits) -> RequestModel:
+    """The model of a JSON body, checked; its surface or curve is built too: this may take long."""
+    # JSON has no reference cycles, so the collector would search in vain.
+    with pause_collection() if len(body) > COLLECTED_BYTES else nullcontext():
+        parsed = parse_request(model, body, limits)
+    parsed.build()
+    return parsed
+
+
+def _return(decoded: Decoded) -> Decoded:
+    return decoded
+
+
+def _build_file(
     model: type[RequestModel],
-    body: bytes,
-    decode: Callable[[bytes], Tree] | None,
-    services: Services,
+    file: PostedFile,
+    read: Callable[[], Decoded],
+    limits: DocumentLimits,
 ) -> RequestModel:
-    """The model of a body, checked; its surface or curve is built too, as this may take long."""
-    limits = services.document_limits
-    if decode is None:
-        # JSON has no reference cycles, so the collector would search in vain.
-        with pause_collection() if len(body) > COLLECTED_BYTES else nullcontext():
-            parsed = parse_request(model, body, limits)
-    else:
-        parsed = validate_document(model, decode(body), limits)
+    """The model of a file, checked; its surface is built too."""
+    parsed = build_file_request(model, file.decoder, read(), file.beside, limits)
     parsed.build()
     return parsed
 
@@ -196,8 +245,12 @@ async def read_body(
     services: Services,
     computation: Computation,
     decoder: Decoder | None,
+    *,
+    is_kept: bool = False,
 ) -> bytes:
     """Reads the whole body; reserves memory for the bytes that have arrived.
+
+    A file that `is_kept` as it is takes no memory for its content.
 
     Raises
     ------
@@ -232,9 +285,9 @@ async def read_body(
                         raise body_too_large(max_bytes, settings)
                     if decoder is None:
                         budget.take(chunk)
-                    computation.hold_body(
-                        decoder.memory(received_bytes) if decoder else budget.memory
-                    )
+                    memory = decoder.body_memory(received_bytes) if decoder else budget.memory
+                    # The chunks and the whole body are in memory at the same time.
+                    computation.hold_body(2 * received_bytes if is_kept else memory)
                     chunks.append(chunk)
     except TimeoutError:
         raise body_too_slow(received_bytes, settings) from None
@@ -253,50 +306,6 @@ def refuse_coding(headers: Mapping[bytes, bytes]) -> None:
                 needed="no encoding, or identity",
             )
         )
-
-
-def decoder_of_body(content_type: str, decoders: Sequence[Decoder]) -> Decoder | None:
-    """The decoder of a body of this Content-Type; None for JSON in UTF-8.
-
-    Raises
-    ------
-    UnsupportedMediaType
-        For any other body.
-    """
-    if content_type == "application/json":  # most often
-        return None
-    media_type, charset = parse_content_type(content_type)
-    is_utf8 = charset in ("utf-8", "utf8", "us-ascii")
-    for decoder in decoders:
-        if decoder.media_type == media_type and (is_utf8 or decoder.is_binary):
-            return decoder
-    is_json = media_type == "application/json" or (
-        media_type.startswith("application/") and media_type.endswith("+json")
-    )
-    if is_json and is_utf8:
-        return None
-    names = ", ".join(("application/json", *(decoder.media_type for decoder in decoders)))
-    raise UnsupportedMediaType(
-        Issue(
-            "unsupported_media_type",
-            "This call does not read bodies of this type.",
-            "/Content-Type",
-            got="another type" if content_type else "no type",
-            needed=f"{names}; texts in UTF-8",
-        )
-    )
-
-
-_PARAMETER = re.compile(r';\s*([^\s=;"]+)=(?:"((?:[^"\\]|\\.)*)"|([^\s;"]*))')
-
-
-def parse_content_type(content_type: str) -> tuple[str, str]:
-    """Media type and charset of a Content-Type, in lower case (RFC 9110, section 8.3.1)."""
-    media_type, semicolon, parameters = content_type.partition(";")
-    for name, quoted, plain in _PARAMETER.findall(semicolon + parameters):
-        if name.lower() == "charset":
-            return media_type.strip().lower(), (quoted or plain).lower()
-    return media_type.strip().lower(), "utf-8"
 
 
 def body_too_large(max_bytes: int, settings: Settings) -> BodyTooLarge:

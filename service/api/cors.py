@@ -19,7 +19,13 @@ from starlette.types import Message, Scope
 
 from service.api.caching.cached_response import RawHeaders
 from service.api.record import ID_HEADER
-from service.api.responses import BOUND_HEADER, GAP_HEADER, TRIANGLES_HEADER, VERTICES_HEADER
+from service.api.responses import (
+    BOUND_HEADER,
+    GAP_HEADER,
+    READING_HEADER,
+    TRIANGLES_HEADER,
+    VERTICES_HEADER,
+)
 from service.errors import InvalidSettings
 
 EXPOSED = (
@@ -35,6 +41,7 @@ EXPOSED = (
     ID_HEADER,
     BOUND_HEADER,
     GAP_HEADER,
+    READING_HEADER,
     TRIANGLES_HEADER,
     VERTICES_HEADER,
 )

@@ -8,6 +8,8 @@ from asyncio import timeout
 from collections.abc import AsyncIterable, AsyncIterator, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from typing import NamedTuple
+from urllib.parse import urlencode
 
 from fastapi import Response
 
@@ -16,9 +18,12 @@ from service.api.job_documents import state_response
 from service.api.services import Context, Services
 from service.api.stored import surface_of
 from service.cancellation import OutOfTime, checkpoint
+from service.decoders.format import Decoder
 from service.encoders.format import FileFormat
 from service.errors import InvalidRequest, Issue, StoreFailed, SurfaceError, UnknownSurface
-from service.jobs.parts import CheckedPart, check_part, stored_surface
+from service.jobs.checks import CheckedPart, check_part
+from service.jobs.keys import FILE_ID
+from service.jobs.parts import stored_surface
 from service.pipeline.calls import CallLimits
 from service.pipeline.cost import Cost, Work
 from service.surface.kinds import Surface
@@ -89,27 +94,51 @@ async def accept_call(context: Context, path: str, body: object) -> Response:
     """
     fmt: FileFormat | None = context.format
     query = f"?format={fmt.name}" if fmt else ""
+    return await _accept_part(context, {"path": path + query, "body": body})
 
+
+async def accept_file(context: Context, path: str, content: bytes, decoder: Decoder) -> Response:
+    """Makes a job of one part: the call at this path, with this file as its body.
+
+    The fields beside the file are in the query of the request.
+
+    Raises
+    ------
+    The errors of `accept_job`; their pointers are those of the call.
+    """
+    services, _, request, fmt = context
+    assert services.jobs is not None  # the route has asked
+    id, _ = await services.jobs.sources.store(content, decoder)
+    pairs = [(k, v) for k, v in request.query_params.multi_items() if k != "format"]
+    if fmt is not None:
+        pairs.append(("format", fmt.name))
+    query = f"?{urlencode(pairs)}" if pairs else ""
+    return await _accept_part(context, {"path": path + query, "file": id})
+
+
+async def _accept_part(context: Context, part: Mapping[str, object]) -> Response:
     async def batches() -> AsyncIterator[list[object]]:
-        yield [{"path": path + query, "body": body}]
+        yield [part]
 
     try:
         response = await accept_job(context, batches())
     except SurfaceError as error:
-        if any(issue.pointer.startswith(_BODY) for issue in error.issues):
-            raise _remove_prefix(error) from None
-        raise
+        raise _remove_prefix(error) from None
     response.headers["Preference-Applied"] = PREFERENCE
     return response
 
 
-_BODY = "/parts/0/body"
+_PREFIXES = ("/parts/0/body", "/parts/0/file")
 
 
 def _remove_prefix(error: SurfaceError) -> SurfaceError:
     """The error with pointers into the body of the only part."""
-    issues = (replace(each, pointer=each.pointer.removeprefix(_BODY)) for each in error.issues)
-    return type(error)(*issues)
+
+    def shorten(pointer: str) -> str:
+        prefix = next((each for each in _PREFIXES if pointer.startswith(each)), "")
+        return pointer.removeprefix(prefix)
+
+    return type(error)(*(replace(each, pointer=shorten(each.pointer)) for each in error.issues))
 
 
 def _split(parts: Sequence[object]) -> Iterator[Sequence[object]]:
@@ -131,6 +160,12 @@ def _stored_ids(part: object) -> set[str]:
     return {id} if id else set()
 
 
+def _file_id(part: object) -> str:
+    """The id of the file that a part names, if it names one in the form of an id."""
+    id = part.get("file") if isinstance(part, dict) else getattr(part, "file", None)
+    return id if isinstance(id, str) and FILE_ID.fullmatch(id) else ""
+
+
 async def _check_in_turn(
     context: Context, limits: CallLimits, parts: Sequence[object], first: int
 ) -> list[CheckedPart]:
@@ -144,8 +179,11 @@ async def _check_in_turn(
     try:
         async with timeout(services.settings.request_timeout):
             ids = set[str]().union(*map(_stored_ids, parts))
-            surfaces = {id: await _find_stored(services, computation, id) for id in ids}
-            check = partial(_check_parts, parts, limits, surfaces, first)
+            named = _Named(
+                {id: await _find_stored(services, computation, id) for id in ids},
+                {id: await _find_size(services, id) for id in set(map(_file_id, parts)) - {""}},
+            )
+            check = partial(_check_parts, parts, limits, named, first)
             memory = asking.body_memory
             cost = Cost(memory, PART_SECONDS * len(parts) + BYTE_SECONDS * memory)
             return await computation.run(Work(cost, check), "check")
@@ -166,25 +204,45 @@ async def _find_stored(
         return InvalidRequest(*error.issues)
 
 
-def _check_parts(
-    parts: Sequence[object],
-    limits: CallLimits,
-    surfaces: Mapping[str, Surface | SurfaceError],
-    first: int,
-) -> list[CheckedPart]:
-    """Checks parts; `first` is the index of the first."""
+async def _find_size(services: Services, id: str) -> int | SurfaceError:
+    """The bytes of a file that parts name, or the error of these parts."""
+    assert services.jobs is not None  # there is an intake
+    try:
+        return await services.jobs.sources.find_size(id)
+    except InvalidRequest as error:
+        return error
 
-    def find_surface(id: str) -> Surface:
-        surface = surfaces[id]
+
+class _Named(NamedTuple):
+    """The surfaces and files that parts name, or the errors of these parts."""
+
+    surfaces: Mapping[str, Surface | SurfaceError]
+    sizes: Mapping[str, int | SurfaceError]
+
+    def find_surface(self, id: str) -> Surface:
+        """The stored surface with this id."""
+        surface = self.surfaces[id]
         if isinstance(surface, SurfaceError):
             raise surface
         return surface
 
+    def find_size(self, id: str) -> int:
+        """The bytes of the file with this id."""
+        size = self.sizes[id]
+        if isinstance(size, SurfaceError):
+            raise size
+        return size
+
+
+def _check_parts(
+    parts: Sequence[object], limits: CallLimits, named: _Named, first: int
+) -> list[CheckedPart]:
+    """Checks parts; `first` is the index of the first."""
     checked = []
     for index, part in enumerate(parts, first):
         checkpoint()
         try:
-            checked.append(check_part(part, limits, find_surface))
+            checked.append(check_part(part, limits, named.find_surface, named.find_size))
         except SurfaceError as error:
             raise error.within(f"/parts/{index}") from None
     return checked

@@ -47,7 +47,7 @@ from service.errors import (
     UnsupportedByFormat,
     first_part,
 )
-from service.schemas.query import FIELDS
+from service.schemas.file_fields import FIELDS
 
 MEDIA_TYPE = "application/problem+json"
 

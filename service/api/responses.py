@@ -15,6 +15,7 @@ from service.api.computation import MAX_BUFFERED, Computation
 from service.encoders.format import Content, FileFormat, SplitContent
 from service.engine.mesh.mesh import MeshReport
 from service.jobs.results import Result
+from service.pipeline.files import count_reading
 
 CHUNK = 1 << 19
 """Bytes handed to the server at a time: the server waits for a slow client after each chunk. Chunks
@@ -44,6 +45,9 @@ GAP_HEADER = "Surface-Gap-Bound"
 
 VERTICES_HEADER, TRIANGLES_HEADER = "Surface-Vertices", "Surface-Triangles"
 """Headers of every mesh, with the counts of its report."""
+
+READING_HEADER = "Surface-Reading"
+"""Header of results that were made straight from a CAD file, with the counts of its faces."""
 
 _BOUND, _GAP, _VERTICES, _TRIANGLES = (
     name.lower().encode() for name in (BOUND_HEADER, GAP_HEADER, VERTICES_HEADER, TRIANGLES_HEADER)
@@ -161,21 +165,32 @@ def report_headers(report: MeshReport | Result | None) -> RawHeaders:
     )
 
 
+def reading_headers(reading: Mapping[str, Any] | None) -> dict[str, str]:
+    """The header with the counts of a report of reading; none without a report."""
+    return {} if reading is None else {READING_HEADER: count_reading(reading)}
+
+
 def file_response(
     content: Content,
     fmt: FileFormat,
     name: str,
     computation: Computation,
     report: MeshReport | None = None,
+    *,
+    reading: Mapping[str, Any] | None = None,
 ) -> Response:
-    """The response with a file. Unless the file is JSON, it is sent with a file name."""
+    """The response with a file. Unless the file is JSON, it is sent with a file name.
+
+    `reading` is the report of reading the CAD file that the file was made of.
+    """
     computation.finish_work(len(content))
     body_headers = (
         (b"content-length", b"%d" % len(content)),
         (b"server-timing", str(computation.timing).encode()),
     )
-    headers = (*_POST_HEADERS, *_type_headers(fmt, name), *report_headers(report), *body_headers)
-    return FileResponse(content, headers)
+    about = (*_POST_HEADERS, *_type_headers(fmt, name), *report_headers(report))
+    counts = ((k.lower().encode(), v.encode()) for k, v in reading_headers(reading).items())
+    return FileResponse(content, (*about, *counts, *body_headers))
 
 
 @lru_cache(256)

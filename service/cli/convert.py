@@ -10,9 +10,10 @@ from functools import partial
 from typing import Any
 
 from service.cli.documents import Document, Query
+from service.cli.files import read_field_flags
 from service.cli.flags import Flag, flag
 from service.cli.refusals import issue_line
-from service.cli.source import field_line, read_field_flags, source_flag
+from service.cli.source import field_line, source_flag
 from service.errors import InvalidRequest, Issue, MalformedJson
 
 
@@ -69,6 +70,7 @@ CONVERT = Query(
     ),
     _merge_operations,
     line=_operation_line,
+    reads_files=True,
 )
 
 

@@ -6,15 +6,10 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from service.cli.files import FILE_FLAGS, SourceFile, read_field_flags
 from service.cli.flags import Command, Flag, Flags, read_values
 from service.cli.output import check_output, choose_format, output_flags, perform
-from service.cli.source import (
-    NET_FILES,
-    field_line,
-    read_document,
-    read_field_flags,
-    read_request,
-)
+from service.cli.source import build_document, field_line, read_request, surface_source
 from service.errors import Issue
 
 if TYPE_CHECKING:
@@ -25,6 +20,10 @@ if TYPE_CHECKING:
 
 Request = TypeVar("Request", bound="BaseModel")
 Document = dict[str, Any]
+
+
+_WITH_REPORT = ("/v1/convert", "/v1/surfaces")
+"""Calls whose JSON has the whole report of reading a file; others have a header with counts."""
 
 
 def _keep_fields(document: Document, _: Document) -> Document:
@@ -58,6 +57,8 @@ class Query:
         Returns the line of an issue; by default, a line that names the flag which set the field.
     is_curve : bool
         Whether the source is a curve, not a surface.
+    reads_files : bool
+        Whether the call at `path` reads files, so that `--url` gets them unchanged.
     """
 
     name: str
@@ -70,6 +71,7 @@ class Query:
     has_formats: bool = False
     line: Callable[[Issue, argparse.Namespace], str] | None = None
     is_curve: bool = False
+    reads_files: bool = False
 
     def add_to(self, commands: Any) -> None:
         """Adds the command to the result of `add_subparsers`."""
@@ -78,7 +80,7 @@ class Query:
             self.text,
             self._run,
             (self.source, *output_flags(formats=self.has_formats)),
-            groups=((self.title, self.flags), *(() if self.is_curve else (NET_FILES,))),
+            groups=((self.title, self.flags), *(() if self.is_curve else (FILE_FLAGS,))),
             has_exit_codes=True,
         )
         command.add_to(commands)
@@ -86,12 +88,16 @@ class Query:
     def _run(self, arguments: argparse.Namespace) -> int:
         fmt = _choose_format(arguments, self.path) if self.has_formats else None
         check_output(arguments)
-        document = (
-            read_request(arguments.source, "curve", "no such file")
-            if self.is_curve
-            else read_document(arguments)
-        )
         values = read_values(arguments, self.flags)
+        if self.is_curve:
+            document = read_request(arguments.source, "curve", "no such file")
+        else:
+            source = surface_source(arguments)
+            is_sent = self.reads_files and arguments.url is not None
+            if isinstance(source, SourceFile) and is_sent:
+                self.merge({}, values)
+                return send_file(arguments, self.path, source, values, fmt, line=self.line)
+            document = build_document(source)
         document = self.merge(document, values) | values
         return perform_document(
             arguments,
@@ -154,6 +160,76 @@ def perform_document(
     )
 
 
+def send_file(
+    arguments: argparse.Namespace,
+    path: str,
+    source: SourceFile,
+    values: Mapping[str, Any],
+    fmt: "FileFormat | None" = None,
+    *,
+    query: Mapping[str, str] = MappingProxyType({}),
+    line: Callable[[Issue, argparse.Namespace], str] | None = None,
+) -> int:
+    """Writes the response of the service at `--url` to a file, which is sent as it is.
+
+    Parameters
+    ----------
+    values : Mapping
+        The options that flags set, which become parameters of the URL.
+    fmt, query, line
+        As those of `perform_document`.
+    """
+    all_flags = {*values, *source.fields}
+    return perform(
+        arguments,
+        bytes,  # there is a URL
+        lambda: post_file(arguments.url, path, source, {**query, **_query_texts(values)}, fmt),
+        lambda issue: line(issue, arguments) if line else field_line(issue, all_flags),
+    )
+
+
+def post_file(
+    url: str,
+    path: str,
+    source: SourceFile,
+    query: Mapping[str, str],
+    fmt: "FileFormat | None" = None,
+) -> bytes:
+    """The response to a file; prints what the service has read in it.
+
+    Raises the errors of `service.remote.calls.post`.
+    """
+    import orjson
+
+    from service.remote.calls import post
+
+    headers: list[str] = []
+    content = post(
+        url,
+        path,
+        source.content,
+        fmt,
+        {**source.fields, **query},
+        media_type=source.decoder.media_type,
+        on_reading=headers.append,
+    )
+    if headers and path in _WITH_REPORT and fmt is None:
+        source.print_reading(orjson.loads(content).get("reading"))
+    elif headers:
+        source.print_counts(headers[-1])
+    return content
+
+
+def _query_texts(values: Mapping[str, Any]) -> dict[str, str]:
+    """Options as texts of a query: lists and objects as JSON."""
+    from service.encoders.text import json_text
+
+    return {
+        name: value if isinstance(value, str) else json_text(value).decode()
+        for name, value in values.items()
+    }
+
+
 def _post(
     url: str, path: str, document: Document, fmt: "FileFormat | None", query: Mapping[str, str]
 ) -> bytes:
@@ -189,8 +265,8 @@ def command_limits() -> "CallLimits":
     from service.pipeline.calls import CallLimits
     from service.settings.environment import command_settings
     from service.settings.runtime import pin_blas
-    from service.settings.values import document_limits, result_limits
+    from service.settings.values import document_limits, file_limits, result_limits
 
     pin_blas()
     settings = command_settings()
-    return CallLimits(document_limits(settings), result_limits(settings))
+    return CallLimits(document_limits(settings), result_limits(settings), file_limits(settings))

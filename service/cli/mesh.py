@@ -11,7 +11,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from service.cli.baking import Many, make_files
-from service.cli.documents import command_limits, parse_request, perform_document
+from service.cli.documents import (
+    command_limits,
+    parse_request,
+    perform_document,
+    post_file,
+    send_file,
+)
+from service.cli.files import FILE_FLAGS, SourceFile, choose_decoder, read_field_flags
 from service.cli.flags import Command, Flag, flag, option_texts, read_values
 from service.cli.output import (
     check_output,
@@ -23,13 +30,11 @@ from service.cli.output import (
 )
 from service.cli.refusals import Refused, UsageError
 from service.cli.source import (
-    NET_FILES,
-    NetFile,
     Source,
+    build_document,
     field_line,
     find_stored_id,
     read_document,
-    read_field_flags,
     source_flag,
     surface_source,
 )
@@ -114,13 +119,12 @@ def _run_one_mesh(arguments: argparse.Namespace) -> int:
 
 
 def _request_mesh(url: str, source: Source, flag_values: Mapping[str, str], fmt: "Format") -> bytes:
-    """Gets the file from the service at `url`; sends a file of control points unchanged."""
+    """Gets the file from the service at `url`; sends a file that is not JSON unchanged."""
     from service.remote import calls
     from service.schemas.query import values_from_text
 
-    if isinstance(source, NetFile):
-        query, media_type = {**source.fields, **flag_values}, source.decoder.media_type
-        return calls.post(url, "/v1/mesh", source.content, fmt, query, media_type=media_type)
+    if isinstance(source, SourceFile):
+        return post_file(url, "/v1/mesh", source, flag_values, fmt)
     if isinstance(source, str):
         return calls.fetch_mesh(url, source, flag_values, fmt)
     return calls.post(url, "/v1/mesh", source | values_from_text(flag_values.items()), fmt)
@@ -139,7 +143,7 @@ def _compute_mesh(source: Source, flag_values: Mapping[str, str], fmt: "Format")
         surface: Surface = find(source).surface()
         options = options_from_text(flag_values.items())
     else:
-        source = source.document() if isinstance(source, NetFile) else source
+        source = source.document() if isinstance(source, SourceFile) else source
         request, limits = parse_request(MeshRequest, source | values_from_text(flag_values.items()))
         surface, options = request.to_surface(), request
     return bytes(plan_mesh_file(surface, options, fmt, limits).run().content)
@@ -189,6 +193,8 @@ def _read_entry(
 
     place, name = printable(arguments.source), printable(Path(arguments.source).stem)
     try:
+        if (decoder := choose_decoder(arguments)) is not None and decoder.is_cad:
+            return _build_file_entry(arguments, flag_values, fmt)
         document = drop_replaced(read_document(arguments), flag_values)
         # Files of control points are read as arrays, and the text of a part has lists.
         text = json_text(document | values_from_text(flag_values.items()))
@@ -201,6 +207,20 @@ def _read_entry(
     return Entry(place, name, line, len(text))
 
 
+def _build_file_entry(
+    arguments: argparse.Namespace, flag_values: Mapping[str, str], fmt: "Format"
+) -> "Entry":
+    """The part of a CAD file, which the process that computes it reads."""
+    from urllib.parse import urlencode
+
+    from service.jobs.bake import Entry
+
+    source = Path(arguments.source)
+    query = urlencode({"format": fmt.name, **read_field_flags(arguments), **flag_values})
+    line = {"path": f"/v1/mesh?{query}", "file": str(source.absolute())}
+    return Entry(printable(arguments.source), printable(source.stem), line, source.stat().st_size)
+
+
 def _run_estimate(arguments: argparse.Namespace) -> int:
     from service.encoders.registry import FORMATS
     from service.schemas.query import values_from_text
@@ -211,12 +231,15 @@ def _run_estimate(arguments: argparse.Namespace) -> int:
     if arguments.format is not None:
         formats = (find_format(arguments.format, FORMATS),)
         query = {"format": str(arguments.format)}
-    source = read_document(arguments)
     flag_values = _read_options(arguments)
+    source = surface_source(arguments)
+    if isinstance(source, SourceFile) and arguments.url is not None:
+        return send_file(arguments, "/v1/estimate", source, flag_values, query=query)
+    document = build_document(source)
     return perform_document(
         arguments,
         "/v1/estimate",
-        drop_replaced(source, flag_values) | values_from_text(flag_values.items()),
+        drop_replaced(document, flag_values) | values_from_text(flag_values.items()),
         partial(_compute_estimate, formats),
         flags=flag_values,
         query=query,
@@ -244,7 +267,7 @@ MESH = Command(
         ),
         *output_flags(),
     ),
-    groups=(*_GROUPS, NET_FILES),
+    groups=(*_GROUPS, FILE_FLAGS),
     description="If the output is a folder, such as out/, or a bucket, s3://bucket/prefix, it gets "
     "a file for each input, with the name of the input and, without --format, as GLB. What an "
     "earlier run has made is not made again. Inputs that fail are listed at the end, and the exit "
@@ -261,6 +284,6 @@ ESTIMATE = Command(
         *output_flags(formats=False),
         flag("--format", "estimate this format only", "NAME"),
     ),
-    groups=(*_GROUPS, NET_FILES),
+    groups=(*_GROUPS, FILE_FLAGS),
     has_exit_codes=True,
 )

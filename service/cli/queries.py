@@ -228,6 +228,7 @@ MEASURE = Query(
             type=parse_number,
         ),
     ),
+    reads_files=True,
 )
 
 CURVE = Query(

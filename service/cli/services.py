@@ -13,10 +13,11 @@ from contextlib import suppress
 from logging.handlers import MemoryHandler
 from typing import TYPE_CHECKING
 
+from service.cli.files import FILE_FLAGS, SourceFile, read_field_flags
 from service.cli.flags import Command, flag, read_values
 from service.cli.output import print_lines
 from service.cli.refusals import OK, Refused, UsageError
-from service.cli.source import NET_FILES, field_line, read_document, read_field_flags, source_flag
+from service.cli.source import build_document, field_line, source_flag, surface_source
 from service.errors import SurfaceError
 
 if TYPE_CHECKING:
@@ -103,11 +104,16 @@ def _ask_health(arguments: argparse.Namespace) -> int:
 
 
 def _store(arguments: argparse.Namespace) -> int:
+    from service.cli.documents import post_file
     from service.remote import calls
 
-    document = read_document(arguments)
+    source, path = surface_source(arguments), "/v1/surfaces"
     try:
-        urls = calls.store(arguments.url, document)
+        if isinstance(source, SourceFile):
+            content = post_file(arguments.url, path, source, {})
+        else:
+            content = calls.post(arguments.url, path, build_document(source))
+        urls = calls.store_urls(arguments.url, content)
     except SurfaceError as error:
         fields = read_field_flags(arguments)
         raise Refused(*(field_line(issue, fields) for issue in error.issues)) from None
@@ -183,7 +189,7 @@ STORE = Command(
         source_flag("no options"),
         flag("--url", "URL of the service that stores it", required=True),
     ),
-    groups=(NET_FILES,),
+    groups=(FILE_FLAGS,),
     has_exit_codes=True,
 )
 

@@ -1,62 +1,19 @@
-"""The source of a command: an example, a JSON file, or a file of control points with flags."""
+"""The source of a command: an example, a JSON file, or a file of another format with flags."""
 
 import argparse
 import sys
-from collections.abc import Container, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Container
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from service.cli.flags import Flag, flag, read_values
+from service.cli.files import FIELDS, SourceFile, choose_decoder, read_field_flags, refuse_fields
+from service.cli.flags import Flag, flag
 from service.cli.refusals import Refused, UsageError, issue_line
 from service.errors import Issue, SurfaceError, first_part
 
-if TYPE_CHECKING:
-    from service.decoders.format import Decoder
-
-_FIELD_FLAGS = (
-    flag("--type", "bezier, bspline, patches", "KIND"),
-    flag("--degree", "degree of a bspline (3)", "P|P,Q"),
-    flag("--knots", "clamped (default), uniform, periodic", "K|K,K"),
-    flag("--up", "y (default) or z", "AXIS"),
-    flag("--name", "name of the surface", "NAME"),
-)
-"""Flags of the fields of a surface, listed here because to import their module is slow."""
-
-FIELDS = tuple(each.destination for each in _FIELD_FLAGS)
-
-NET_FILES = (
-    "files of control points: .npy, .bez, .bbp, .oogl, .teapot",
-    (
-        flag("--input-format", "json, npy, oogl or teapot; default: by suffix", "NAME"),
-        *_FIELD_FLAGS,
-    ),
-)
-"""The heading and the flags for files of control points."""
-
-
-@dataclass(frozen=True, slots=True)
-class NetFile:
-    """A file of control points: its bytes, its decoder, and the fields that flags set, as text."""
-
-    content: bytes
-    decoder: "Decoder"
-    fields: Mapping[str, str]
-
-    def document(self) -> dict[str, Any]:
-        """The body of a request without options; raises `SurfaceError` if the file is invalid."""
-        from service.schemas import query
-        from service.settings.environment import read_environment
-        from service.settings.values import file_limits
-
-        limits = file_limits(read_environment())
-        decoded = self.decoder.decode(self.content, self.fields.get("type"), limits)
-        fields = query.surface_fields(self.fields)
-        return {"surface": query.add_fields(decoded.tree, fields)}
-
-
-Source = str | dict[str, Any] | NetFile
-"""The id of an example or of a stored surface, a request, or a file of control points."""
+Source = str | dict[str, Any] | SourceFile
+"""The id of an example or of a stored surface, a request, or a file of another format."""
 
 
 def source_flag(fields: str, suffix: str = "", **options: Any) -> Flag:
@@ -66,16 +23,20 @@ def source_flag(fields: str, suffix: str = "", **options: Any) -> Flag:
     `suffix` is the end of the help; `options` are those of argparse.
     """
     text = (
-        f"a JSON file (a surface, or a request with a surface and {fields}), a file of control "
-        f"points, the id of an example, or - for standard input{suffix}"
+        f"a JSON file (a surface, or a request with a surface and {fields}), a CAD file, a "
+        f"file of control points, the id of an example, or - for standard input{suffix}"
     )
     return flag("source", text, "FILE|EXAMPLE", **options)
 
 
 def read_document(arguments: argparse.Namespace) -> dict[str, Any]:
     """The request in a file, or a request that has an example as its surface."""
-    source = surface_source(arguments)
-    if isinstance(source, NetFile):
+    return build_document(surface_source(arguments))
+
+
+def build_document(source: Source) -> dict[str, Any]:
+    """The request of a source."""
+    if isinstance(source, SourceFile):
         try:
             return source.document()
         except SurfaceError as error:
@@ -93,7 +54,7 @@ def read_document(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def surface_source(arguments: argparse.Namespace) -> Source:
-    """The id of an example, the request in a JSON file, or a file of control points."""
+    """The id of an example, the request in a JSON file, or a file of another format."""
     from service.surface.examples.catalogue import EXAMPLES
 
     source = arguments.source
@@ -101,7 +62,8 @@ def surface_source(arguments: argparse.Namespace) -> Source:
     decoder = None if is_example else choose_decoder(arguments)
     missing_text = f"no such file and no such example; examples: {', '.join(EXAMPLES)}"
     if decoder is not None:
-        return NetFile(_read(source, "surface", missing_text), decoder, read_field_flags(arguments))
+        content = _read(source, "surface", missing_text)
+        return SourceFile(source, content, decoder, read_field_flags(arguments))
     refuse_fields(arguments)
     return source if is_example else read_request(source, "surface", missing_text)
 
@@ -144,32 +106,6 @@ def _read(source: str, noun: str, missing_text: str) -> bytes:
     if not Path(source).exists():
         raise UsageError(missing_text)
     return Path(source).read_bytes()
-
-
-def read_field_flags(arguments: argparse.Namespace) -> dict[str, str]:
-    """The texts of the fields that flags set, by name."""
-    return read_values(arguments, _FIELD_FLAGS)
-
-
-def choose_decoder(arguments: argparse.Namespace) -> "Decoder | None":
-    """The decoder of the source, by `--input-format` or by its suffix; None for JSON."""
-    from service.decoders.registry import BY_NAME, BY_SUFFIX
-
-    name = arguments.input_format
-    if name is None:
-        return BY_SUFFIX.get(Path(arguments.source).suffix.removeprefix(".").lower())
-    if name != "json" and name not in BY_NAME:
-        raise UsageError(f"--input-format: unknown; needed one of json, {', '.join(BY_NAME)}")
-    return BY_NAME.get(name)
-
-
-def refuse_fields(arguments: argparse.Namespace) -> None:
-    """Raises `UsageError` if a flag sets one of `FIELDS`.
-
-    For JSON, examples and stored surfaces, which contain these fields themselves.
-    """
-    for name in read_field_flags(arguments):
-        raise UsageError(f"--{name}: only for files of control points; JSON has a field for it")
 
 
 def field_line(issue: Issue, flags: Container[str]) -> str:

@@ -22,6 +22,9 @@ class FileLimits:
     max_members: int = 65_536
 
 
+DEFAULT_FILE_LIMITS = FileLimits()
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Decoded:
     """The content of a file.

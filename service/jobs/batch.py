@@ -19,6 +19,7 @@ from typing import Any, NoReturn, Protocol
 import orjson
 
 from service.cancellation import Cancellation, Cancelled, cancelled_by
+from service.decoders.format import Decoder, FileLimits
 from service.engine.mesh.mesh import ENGINE
 from service.errors import (
     DamagedObject,
@@ -29,7 +30,14 @@ from service.errors import (
     TooLarge,
     UnknownSurface,
 )
-from service.jobs.keys import cancelled_key, part_key
+from service.jobs.file_parts import (
+    decoder_of,
+    file_part_id,
+    read_file_part,
+    read_local_file,
+    unknown_file,
+)
+from service.jobs.keys import cancelled_key, file_key, part_key
 from service.jobs.parts import FindSurface, Part, read_part
 from service.jobs.results import Result, describe_file, read_object, write_error, write_object
 from service.pipeline.calls import CallLimits
@@ -70,7 +78,8 @@ class Task:
     ----------
     lines : tuple of dict
         The parts in the form of `check_part`, each with its index `part`. If a line has no `id`,
-        the process finds the id.
+        the process finds the id. The `file` of a line is the id of a file in the store; with an
+        `output` it is the path of a file on this machine.
     store : str
         The address of the store that has the surfaces and the job; if empty, parts can read no
         stored surfaces.
@@ -113,7 +122,11 @@ def read_task(text: bytes) -> Task:
         **fields
         | {
             "lines": tuple(fields["lines"]),
-            "limits": CallLimits(DocumentLimits(**limits["document"]), Limits(**limits["result"])),
+            "limits": CallLimits(
+                DocumentLimits(**limits["document"]),
+                Limits(**limits["result"]),
+                FileLimits(**limits["file"]),
+            ),
         }
         | {name: inf for name in ("lifetime", "seconds") if fields[name] is None}
     )
@@ -164,6 +177,15 @@ class _Output(Protocol):
     async def write(self, line: Line, result: Result, content: bytes) -> Result:
         """Writes the file of a part; returns the result that stays."""
 
+    async def read_source(self, name: str) -> tuple[Decoder, bytes]:
+        """The file that has the surface of a part, by the `file` of its line.
+
+        Raises
+        ------
+        InvalidRequest
+            There is no such file.
+        """
+
 
 @dataclass(frozen=True, slots=True)
 class _Parts:
@@ -192,6 +214,15 @@ class _Parts:
         await self.backend.write(part_key(line["id"]), write_object(result, content), durable=False)
         return result
 
+    async def read_source(self, name: str) -> tuple[Decoder, bytes]:
+        try:
+            content = await self.backend.read(file_key(name))
+        except FileNotFoundError:
+            raise unknown_file() from None
+        if sha256(content).hexdigest() != name.partition(".")[0]:
+            raise DamagedObject
+        return decoder_of(name), content
+
 
 @dataclass(frozen=True, slots=True)
 class _NamedFiles:
@@ -216,6 +247,9 @@ class _NamedFiles:
     async def write(self, line: Line, result: Result, content: bytes) -> Result:
         await self.backend.write(_file_key(line, result), content, durable=False)
         return result
+
+    async def read_source(self, name: str) -> tuple[Decoder, bytes]:
+        return read_local_file(name)
 
 
 def _file_key(line: Line, result: Result) -> str:
@@ -288,7 +322,10 @@ class _Batch:
             raise Cancelled
         with cancelled_by(self._running):
             part: Part | None = None
-            if "id" not in line:
+            source = await self._read_source(line) if "id" not in line else None
+            if source is not None:
+                line["id"] = file_part_id(line["path"], *source, self._task.limits)
+            elif "id" not in line:
                 part = read_part(line["path"], line.get("body"), self._task.limits)
                 line["id"] = part.id
             with translate_errors("looking for the file of a part"):
@@ -296,6 +333,9 @@ class _Batch:
             if found is not None:
                 self._record(line, start, asdict(found) | {"found": True})
                 return
+            source = source or await self._read_source(line)
+            if source is not None:
+                part = read_file_part(line["path"], *source, self._task.limits)
             part = part or read_part(line["path"], line.get("body"), self._task.limits)
             file = part.plan(await self._build_finder(part)).run()
         content = bytes(file.content)
@@ -303,6 +343,13 @@ class _Batch:
         await self._write_slots.acquire()  # so that few files wait in memory
         self._writing.add(asyncio.create_task(self._write(line, start, result, content)))
         await asyncio.sleep(0)  # lets the writing begin
+
+    async def _read_source(self, line: Line) -> tuple[Decoder, bytes] | None:
+        """The file that has the surface of a part; None for a part without a file."""
+        if "file" not in line:
+            return None
+        with translate_errors("reading the file that has the surface of a part"):
+            return await self._output.read_source(line["file"])
 
     async def _build_finder(self, part: Part) -> FindSurface:
         """The function that finds the stored surface of a part, which is read now."""

@@ -1,4 +1,4 @@
-"""Deletes what has expired: jobs, the results of parts, and parts of jobs that were not accepted.
+"""Deletes what has expired: jobs, files and results of parts, and parts that were not accepted.
 
 The age of an object is that since it was written last, by the clocks of the store and of this
 machine: some hours too many or too few do not matter here. Every instance does this; what another
@@ -10,7 +10,16 @@ from datetime import UTC, datetime, timedelta
 
 from service.engine.mesh.mesh import ENGINE
 from service.jobs.files import JobFiles
-from service.jobs.keys import CALLERS, INTAKE, JOBS, PARTS, manifest_key, owner_key, state_key
+from service.jobs.keys import (
+    CALLERS,
+    FILES,
+    INTAKE,
+    JOBS,
+    PARTS,
+    manifest_key,
+    owner_key,
+    state_key,
+)
 from service.jobs.manifest import Manifest, decode_manifest
 from service.jobs.state import decode_state
 from service.storage.backends import Entry
@@ -28,7 +37,8 @@ async def delete_expired(files: JobFiles, lifetime: float) -> None:
     """Deletes all that has expired.
 
     A part lives for two lifetimes after it was written last. A job that finds it, after half a
-    lifetime, writes it again; so a part lives longer than every job that has it.
+    lifetime, writes it again; so a part lives longer than every job that has it. The same holds for
+    the files that parts read.
     """
     now = time.time()
     jobs: set[str] = set()
@@ -47,8 +57,9 @@ async def delete_expired(files: JobFiles, lifetime: float) -> None:
     async for entry in files.entries(INTAKE):
         if entry.key.split("/")[1] not in folders:
             await _delete_old(files, entry, now - UNFINISHED_SECONDS)
-    async for entry in files.entries(PARTS):
-        await _delete_old(files, entry, now - 2 * lifetime)
+    for prefix in (PARTS, FILES):
+        async for entry in files.entries(prefix):
+            await _delete_old(files, entry, now - 2 * lifetime)
 
 
 async def _list_jobs(files: JobFiles) -> list[tuple[str, float]]:

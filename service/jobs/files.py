@@ -29,12 +29,15 @@ class JobFiles:
             return await self._backend.read(key, reserve)
         return None
 
+    async def entry(self, key: str) -> Entry | None:
+        """The size and the age of an object; None if it does not exist."""
+        with translate_errors(f"looking for {key}"), suppress(FileNotFoundError):
+            return await self._backend.head(key)
+        return None
+
     async def has(self, key: str) -> bool:
         """Whether an object exists."""
-        with translate_errors(f"looking for {key}"), suppress(FileNotFoundError):
-            await self._backend.head(key)
-            return True
-        return False
+        return await self.entry(key) is not None
 
     async def delete(self, key: str) -> None:
         """Removes an object, if it exists."""

@@ -10,10 +10,10 @@ from hashlib import sha256
 
 from service.errors import Issue, TooLarge
 from service.jobs.batch import BATCH_BYTES, BATCH_PARTS, BATCH_SECONDS
+from service.jobs.checks import CheckedPart
 from service.jobs.files import JobFiles
 from service.jobs.keys import INTAKE, intake_key
 from service.jobs.manifest import Batch
-from service.jobs.parts import CheckedPart
 from service.jobs.usage import JobUsage
 
 GROWTH = 1000

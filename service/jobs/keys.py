@@ -6,6 +6,7 @@
     jobs/<id>/askers/<caller>       who waits for it
     jobs/<id>/cancelled             there while no caller waits for it
     jobs/<id>/results/<batch>       records of the results of a batch
+    files/ab/<hash>.<format>        a file that parts read, as a client sent it
     intake/<folder>/<batch>         lines of the parts of a batch, as they were accepted
     owners/<id>                     which process works on it
     instances/<instance>            that a serving process is alive, written anew every 10 s
@@ -14,13 +15,17 @@
 Ids are SHA-256 in hexadecimal; names that a client chose are in no key.
 """
 
+import re
 from hashlib import sha256
 
 from service.storage.keys import is_id
 
 PARTS, JOBS, INTAKE, CALLERS = "parts", "jobs", "intake", "callers"
-OWNERS, INSTANCES = "owners", "instances"
+OWNERS, INSTANCES, FILES = "owners", "instances", "files"
 """Prefixes of the keys."""
+
+FILE_ID = re.compile(r"[0-9a-f]{64}\.[0-9a-z]{1,16}", re.ASCII)
+"""The id of a file: the SHA-256 of its bytes, and the name of the format that its sender said."""
 
 
 def part_key(id: str) -> str:
@@ -32,6 +37,19 @@ def part_key(id: str) -> str:
         `id` is not a SHA-256: the last check before a file is opened.
     """
     return f"{PARTS}/{_check(id)[:2]}/{id}"
+
+
+def file_key(id: str) -> str:
+    """The key of a file that parts read.
+
+    Raises
+    ------
+    ValueError
+        `id` is not one of `FILE_ID`: the last check before a file is opened.
+    """
+    if not FILE_ID.fullmatch(id):
+        raise ValueError("the id of a file has 64 hexadecimal digits and the name of a format")
+    return f"{FILES}/{id[:2]}/{id}"
 
 
 def job_key(id: str, name: str) -> str:

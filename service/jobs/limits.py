@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from service.pipeline.calls import CallLimits
-from service.settings.values import Settings, document_limits, result_limits
+from service.settings.values import Settings, document_limits, file_limits, result_limits
 
 
 def part_limits(settings: Settings) -> CallLimits:
@@ -21,4 +21,5 @@ def part_limits(settings: Settings) -> CallLimits:
             max_multiplications=int(limits.max_multiplications * factor),
             max_memory=limits.max_memory // 2,
         ),
+        file_limits(settings),
     )

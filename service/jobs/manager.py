@@ -14,6 +14,7 @@ from service.errors import Issue, SurfaceError, TooManyJobs, UnknownJob
 from service.fair.accounts import Accounts
 from service.jobs.askers import Askers
 from service.jobs.batch import Task
+from service.jobs.checks import CheckedPart
 from service.jobs.dispatch import Dispatcher, Reserve
 from service.jobs.engine import Engine
 from service.jobs.expiry import delete_expired
@@ -22,9 +23,9 @@ from service.jobs.intake import PartWriter
 from service.jobs.limits import part_limits
 from service.jobs.open_job import OpenJob
 from service.jobs.owners import BEAT_SECONDS, Owners
-from service.jobs.parts import CheckedPart
 from service.jobs.reading import JobReader, unknown_job
 from service.jobs.results import Result
+from service.jobs.sources import SourceFiles
 from service.jobs.state import JobState, PartResult
 from service.jobs.usage import JobUsage
 from service.jobs.work import Work
@@ -65,6 +66,7 @@ class Jobs:
     Attributes
     ----------
     usage : JobUsage
+    sources : SourceFiles
     dispatcher : Dispatcher
     on_close : callable
         Called when all batches have ended.
@@ -87,6 +89,7 @@ class Jobs:
         self.on_close: Callable[[], object] = lambda: None
         timeout = settings.job_part_timeout
         self.usage = JobUsage(files, settings.job_quota)
+        self.sources = SourceFiles(files, self.usage, settings.job_lifetime)
         self.dispatcher = Dispatcher(
             files,
             engine,

@@ -1,4 +1,4 @@
-"""The parts of a job: reads and checks them as the requests that they are, and names them by ids.
+"""The parts of a job: reads them as the requests that they are, and names them by ids.
 
     id of a part = SHA-256 of the engine's number, the method, the canonical path and the request
 
@@ -14,8 +14,6 @@ from hashlib import sha256
 from typing import Any
 from urllib.parse import parse_qsl
 
-import orjson
-
 from service.encoders.format import FileFormat
 from service.encoders.registry import BY_SUFFIX
 from service.engine.mesh.mesh import ENGINE
@@ -23,17 +21,12 @@ from service.errors import InvalidRequest, Issue, SurfaceError
 from service.pipeline.calls import CALLS, JSON, Call, CallLimits, File, find_format, plan_mesh_file
 from service.pipeline.cost import Work
 from service.schemas.fields import RequestModel
-from service.schemas.jobs import PartDefinition
 from service.schemas.query import canonical_query, parse_mesh_query, values_from_text
 from service.schemas.validation import validate_document
 from service.storage.canonical import canonical_request
 from service.storage.keys import is_id
 from service.surface.examples.catalogue import EXAMPLES, find
 from service.surface.kinds import Surface
-
-MAX_GUESS = 0.5
-"""The most seconds that a part counts when batches are formed. The time of a mesh by tolerance is
-not known before: its estimate is for the largest mesh that is allowed."""
 
 _MESH_PATH = re.compile(r"/v1/surfaces/([^/?]+)/mesh\.([^/?]+)")
 
@@ -61,54 +54,13 @@ class Part:
     plan: Callable[[FindSurface], Work[File]]
 
 
-@dataclass(frozen=True, slots=True)
-class CheckedPart:
-    """A part of a job that was accepted.
-
-    Attributes
-    ----------
-    id : str
-    line : bytes
-        The part as a line of JSON, with its id, without the line feed.
-    seconds : float
-        Its time as batches count it.
-    memory : int
-        The most bytes that its work takes.
-    """
-
-    id: str
-    line: bytes
-    seconds: float
-    memory: int
-
-
-def check_part(document: object, limits: CallLimits, find_surface: FindSurface) -> CheckedPart:
-    """Check a part as far as its shapes show, without computing it.
-
-    Parameters
-    ----------
-    document : dict
-        The part as in the list of a job.
-
-    Raises
-    ------
-    InvalidRequest, TooLarge, UnsupportedByFormat, UnknownSurface
-        Pointers are relative to the part: `/path` for its path and query, `/body/…` for its body.
-    """
-    definition = validate_document(PartDefinition, document, limits.document)
-    part = read_part(definition.path, definition.body, limits)
-    cost = part.plan(find_surface).cost
-    line = orjson.dumps({"id": part.id, **definition.model_dump(exclude_none=True)})
-    return CheckedPart(part.id, line, min(cost.seconds, MAX_GUESS), cost.memory)
-
-
 def read_part(path: str, body: dict[str, Any] | None, limits: CallLimits) -> Part:
     """Read the request of a part, and build its surface; does not plan it.
 
     Raises
     ------
     InvalidRequest, TooLarge
-        With the pointers of `check_part`.
+        Pointers are relative to the part: `/path` for its path and query, `/body/…` for its body.
     """
     locate = partial(_locate, prefix="/path" if body is None else "/body")
     try:
@@ -136,10 +88,10 @@ def _read_get(path: str, limits: CallLimits) -> Part:
     route, _, query = path.partition("?")
     match = _MESH_PATH.fullmatch(route)
     if match is None or match[2] not in BY_SUFFIX:
-        raise _unknown_path("a part without a body is /v1/surfaces/{id}/mesh.{suffix}")
+        raise unknown_path("a part without a body is /v1/surfaces/{id}/mesh.{suffix}")
     name, fmt = match[1], BY_SUFFIX[match[2]]
     if not (name in EXAMPLES or is_id(name)):
-        raise _unknown_path("the name of a built-in surface, or the id of a stored one")
+        raise unknown_path("the name of a built-in surface, or the id of a stored one")
     options = parse_mesh_query(parse_qsl(query, keep_blank_values=True))
     if options.engine not in (None, ENGINE):
         message = "This service does not have this version of the engine."
@@ -160,7 +112,7 @@ def _read_post(path: str, body: dict[str, Any], limits: CallLimits) -> Part:
     route, _, query = path.partition("?")
     call = CALLS.get(route)
     if call is None:
-        raise _unknown_path("one of " + ", ".join(CALLS))
+        raise unknown_path("one of " + ", ".join(CALLS))
     fmt = _choose_format(call, query)
     request = validate_document(call.model, body, limits.document)
     request.build()
@@ -183,7 +135,8 @@ def _choose_format(call: Call, query: str) -> FileFormat:
     return find_format(str(name), call.formats)
 
 
-def _unknown_path(needed: str) -> InvalidRequest:
+def unknown_path(needed: str) -> InvalidRequest:
+    """The error of a part whose path does not belong to a call that it can make."""
     message = "No call that a job can make has this path."
     return InvalidRequest(Issue("unknown_path", message, "/path", "another path", needed))
 

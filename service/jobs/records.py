@@ -33,7 +33,8 @@ def read_record(record: Mapping[str, Any]) -> PartResult:
     """The result of a part, from its record."""
     about = record["part"], record["id"], record["part_name"], record["state"]
     if record["state"] == SUCCEEDED:
-        result = Result(**{name: record[name] for name in _RESULT_FIELDS})
+        # A record of an earlier version may lack a field, which then has its default.
+        result = Result(**{name: record[name] for name in _RESULT_FIELDS if name in record})
         return PartResult(*about, result=result)
     return PartResult(*about, error=_read_error(record["error"]))
 

@@ -15,6 +15,7 @@ import orjson
 from service.encoders.format import FileFormat
 from service.errors import DamagedObject, Issue, SurfaceError
 from service.pipeline.calls import File
+from service.pipeline.files import count_reading
 
 MAX_HEADER = 4096
 """The most bytes of a header."""
@@ -34,6 +35,8 @@ class Result:
     vertices, triangles : int or None
     deviation_bound, gap_bound : float or None
         Of the report of a mesh; None for other files.
+    reading : str or None
+        Counts of the report of reading the part's file (`count_reading`); None without a file.
     """
 
     media_type: str
@@ -45,16 +48,23 @@ class Result:
     triangles: int | None = None
     deviation_bound: float | None = None
     gap_bound: float | None = None
+    reading: str | None = None
 
 
 def describe_file(file: File, content: bytes, fmt: FileFormat) -> Result:
     """The result of a file whose content is `content`."""
     digest = sha256(content).hexdigest()
     about = (fmt.media_type, fmt.suffix, file.name, len(content), digest)
+    reading = None if file.reading is None else count_reading(file.reading)
     if (report := file.report) is None:
-        return Result(*about)
+        return Result(*about, reading=reading)
     return Result(
-        *about, report.vertices, report.triangles, report.deviation_bound, report.gap_bound
+        *about,
+        report.vertices,
+        report.triangles,
+        report.deviation_bound,
+        report.gap_bound,
+        reading,
     )
 
 

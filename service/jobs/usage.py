@@ -1,8 +1,8 @@
-"""The quota of jobs: the bytes of their parts, results and records, apart from the surfaces'."""
+"""The quota of jobs: the bytes of files, parts, results and records, apart from the surfaces'."""
 
 from service.errors import Issue, JobQuotaFull, StoreFull
 from service.jobs.files import JobFiles
-from service.jobs.keys import INTAKE, JOBS, PARTS
+from service.jobs.keys import FILES, INTAKE, JOBS, PARTS
 from service.storage.quota import Usage
 
 
@@ -48,7 +48,7 @@ class JobUsage:
 
     async def _list_bytes(self) -> int:
         total = 0
-        for prefix in (PARTS, JOBS, INTAKE):
+        for prefix in (PARTS, JOBS, INTAKE, FILES):
             async for entry in self._files.entries(prefix):
                 total += entry.size
         return total

@@ -9,6 +9,7 @@ from functools import partial
 from types import MappingProxyType
 from typing import Any, TypeVar
 
+from service.decoders.format import DEFAULT_FILE_LIMITS, FileLimits
 from service.encoders.format import Content, FileFormat
 from service.encoders.polylines.registry import CURVE_FORMATS, SECTION_FORMATS
 from service.encoders.registry import BY_NAME, FORMATS
@@ -41,10 +42,11 @@ AnyFormat = TypeVar("AnyFormat", bound=FileFormat)
 
 @dataclass(frozen=True, slots=True)
 class CallLimits:
-    """The limits of a request's document, and of its result."""
+    """The limits of a request's document, of its result, and of a file that has its surface."""
 
     document: DocumentLimits = DEFAULT_DOCUMENT_LIMITS
     result: Limits = DEFAULT_LIMITS
+    file: FileLimits = DEFAULT_FILE_LIMITS
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -58,11 +60,14 @@ class File:
         The name of the surface; empty if the result has none.
     report : MeshReport or None
         The report on a mesh; None for other results.
+    reading : Mapping or None
+        The report of reading the file that has the surface.
     """
 
     content: Content
     name: str = ""
     report: MeshReport | None = None
+    reading: Mapping[str, Any] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,12 +84,15 @@ class Call:
         The formats of the file.
     plan : callable
         Plans the work, from a request of the model, a format of `formats` and the limits.
+    reads_files : bool
+        Whether the surface may be a file, with the other fields in the query.
     """
 
     path: str
     model: type[RequestModel]
     plan: Callable[[Any, Any, CallLimits], Work[File]]
     formats: Sequence[FileFormat] = (JSON,)
+    reads_files: bool = False
 
 
 def find_format(name: str, formats: Sequence[AnyFormat]) -> AnyFormat:
@@ -151,7 +159,8 @@ def _plan_measure(request: MeasureRequest, _: Any, limits: CallLimits) -> Work[F
 def _plan_conversion(request: ConvertRequest, _: Any, limits: CallLimits) -> Work[File]:
     allowed = SizeLimits(limits.document.max_control_points, limits.document.max_degree)
     operations = request.to_operations()
-    return _convert(plan_conversion(request.to_surface(), operations, allowed, limits.result), File)
+    surface, reading = request.to_surface(), request.file_reading
+    return _convert(plan_conversion(surface, operations, allowed, limits.result, reading), File)
 
 
 def _take_mesh_file(file: MeshFile) -> File:
@@ -167,13 +176,13 @@ CALLS: Mapping[str, Call] = MappingProxyType(
     {
         call.path: call
         for call in (
-            Call("/v1/mesh", MeshRequest, _plan_mesh, FORMATS),
+            Call("/v1/mesh", MeshRequest, _plan_mesh, FORMATS, reads_files=True),
             Call("/v1/points", PointsRequest, _plan_points),
             Call("/v1/curve", CurveRequest, _plan_curve, CURVE_FORMATS),
             Call("/v1/project", ProjectRequest, _plan_project),
             Call("/v1/intersect", IntersectRequest, _plan_intersect, SECTION_FORMATS),
-            Call("/v1/measure", MeasureRequest, _plan_measure),
-            Call("/v1/convert", ConvertRequest, _plan_conversion),
+            Call("/v1/measure", MeasureRequest, _plan_measure, reads_files=True),
+            Call("/v1/convert", ConvertRequest, _plan_conversion, reads_files=True),
         )
     }
 )

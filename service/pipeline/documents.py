@@ -1,8 +1,9 @@
 """Surfaces as JSON documents: after a conversion, or without change."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 from service.encoders.text import json_bound, json_document
 from service.engine.models import NOT_PATCHES
@@ -29,12 +30,14 @@ def plan_conversion(
     operations: Sequence[Operation],
     allowed: SizeLimits,
     limits: Limits = DEFAULT_LIMITS,
+    reading: Mapping[str, Any] | None = None,
 ) -> Work[bytes]:
     """Plan a conversion: estimate its cost from the shapes of the surface, and check the limits.
 
     Without operations, the surface is written as it is. The work checks the size of the surface
     after each operation, which `allowed` limits, before it computes this surface; and the bytes of
-    the document, which `limits` limits.
+    the document, which `limits` limits. The document also has the report of reading, if there is
+    one.
 
     Raises
     ------
@@ -42,7 +45,7 @@ def plan_conversion(
         `not_parametric`: a group, a tube or a ribbon. But faces are taken from breps in groups too.
     """
     if not operations:
-        return _plan_document(surface, limits, "/surface")
+        return _plan_document(surface, limits, "/surface", reading)
     size = surface.size()
     if not isinstance(operations[0], Untrim | Select):
         if isinstance(surface, GroupSurface):
@@ -56,7 +59,8 @@ def plan_conversion(
 
     def run() -> bytes:
         # The document can be the body of a request.
-        return _write_document(convert(surface, operations, allowed), limits, "/operations")
+        converted = convert(surface, operations, allowed)
+        return _write_document(converted, limits, "/operations", reading)
 
     return Work(cost, run)
 
@@ -67,13 +71,19 @@ def plan_definition(surface: Surface, limits: Limits = DEFAULT_LIMITS) -> Work[b
     return _plan_document(surface, limits, "/id")
 
 
-def _plan_document(surface: Surface, limits: Limits, where: str) -> Work[bytes]:
+def _plan_document(
+    surface: Surface, limits: Limits, where: str, reading: Mapping[str, Any] | None = None
+) -> Work[bytes]:
     cost = definition_cost(surface.size(), limits.max_bytes)
-    return Work(cost, partial(_write_document, surface, limits, where))
+    return Work(cost, partial(_write_document, surface, limits, where, reading))
 
 
-def _write_document(surface: Surface, limits: Limits, where: str) -> bytes:
+def _write_document(
+    surface: Surface, limits: Limits, where: str, reading: Mapping[str, Any] | None = None
+) -> bytes:
     """The surface as a JSON document; raises `TooLarge` with the pointer `where`."""
-    document = {"surface": definition(surface)}
+    document: dict[str, Any] = {"surface": definition(surface)}
+    if reading is not None:
+        document["reading"] = reading
     limits.check_bytes(json_bound(document), where, "The surface could become too large as JSON.")
     return json_document(document)

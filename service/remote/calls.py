@@ -44,6 +44,7 @@ def post(
     query: Mapping[str, str] = MappingProxyType({}),
     *,
     media_type: str = "application/json",
+    on_reading: Callable[[str], None] = lambda _: None,
 ) -> bytes:
     """The response to a document or a file that is posted to a path of the service at `url`.
 
@@ -57,6 +58,8 @@ def post(
         Further parameters of the URL.
     media_type : str
         That of the body.
+    on_reading : callable
+        Called with the header that has the counts of faces that were read in a CAD file.
 
     Raises
     ------
@@ -71,18 +74,16 @@ def post(
     headers = {"Content-Type": media_type}
     with connect(url) as connection:
         send = partial(connection.send, "POST", path, params=params, content=content)
-        if isinstance(body, bytes):  # a file cannot be a part of a job
-            return connection.read(send(headers=headers), expected_type)
         ask_job = partial(send, headers=headers | PREFER)
-        return _compute(connection, partial(send, headers=headers), ask_job, expected_type)
+        content = _compute(connection, partial(send, headers=headers), ask_job, expected_type)
+        if connection.reading:
+            on_reading(connection.reading)
+        return content
 
 
-def store(url: str, document: dict[str, Any]) -> dict[str, str]:
-    """Stores a surface; returns its `id`, and URLs of it and its meshes.
-
-    Raises the errors of `post`.
-    """
-    response = orjson.loads(post(url, "/v1/surfaces", document))
+def store_urls(url: str, content: bytes) -> dict[str, str]:
+    """The `id` in the response to `POST /v1/surfaces`, and URLs of the surface and its meshes."""
+    response = orjson.loads(content)
     links = {"self": response["links"]["self"], **response["links"]["mesh"]}
     return {"id": response["id"]} | {k: str(httpx.URL(url).join(v)) for k, v in links.items()}
 

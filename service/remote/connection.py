@@ -25,17 +25,29 @@ KEY = "SURFACE_KEY"
 """The environment variable with the caller's API key, for services that need one."""
 
 
+READING_HEADER = "Surface-Reading"
+"""The header of `Connection.reading`."""
+
 _ABSENT = frozenset({"not_found", "method_not_allowed"})
 """Codes of a service that does not have a call. Every surface service has all calls that the
 commands use except those that its settings switch on, so usually another server responded."""
 
 
 class Connection:
-    """A service at a URL; `connect` makes it."""
+    """A service at a URL; `connect` makes it.
+
+    Attributes
+    ----------
+    url : str
+    client : httpx.Client
+    reading : str
+        The header of the last response with the counts of faces of a CAD file; or empty.
+    """
 
     def __init__(self, url: str, client: httpx.Client) -> None:
         self.url = url
         self.client = client
+        self.reading = ""
 
     def send(
         self, method: str, path: str, *, timeout: float = TIMEOUT, **request: Any
@@ -86,6 +98,7 @@ class Connection:
         """
         media_type = response.headers.get("content-type", "").partition(";")[0]
         if response.is_success and media_type == expected_type.partition(";")[0]:
+            self.reading = response.headers.get(READING_HEADER, "")
             return response.content
         problem = find_problem(response)
         if problem.get("code") in _ABSENT and absent:

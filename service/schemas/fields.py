@@ -243,3 +243,21 @@ NameField: TypeAlias = Annotated[
         examples=["sail"],
     ),
 ]
+
+
+def _ignore(_: object) -> None:
+    """The value of a field that every request may have, and that no call reads."""
+
+
+IgnoredReading: TypeAlias = Annotated[
+    None,
+    BeforeValidator(_ignore),
+    WithJsonSchema({"type": "object"}),
+    Field(
+        description="The report of reading a file, as a response of `POST /v1/convert` has it "
+        "beside the surface. It is ignored, so that the response can be sent as it is.",
+        examples=[{"format": "step", "faces": 300, "skipped_faces": []}],
+    ),
+]
+IGNORED = ("reading",)
+"""Names of the fields that no call reads."""

@@ -1,11 +1,19 @@
 """The JSON language of jobs: a list of parts, each of which is a request of its own."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from service.schemas.accuracy import MAX_COUNT
-from service.schemas.fields import Name, Omittable, RequestModel, StrictModel, optional
+from service.schemas.fields import (
+    Name,
+    Omittable,
+    RequestModel,
+    StrictModel,
+    conflict_issue,
+    optional,
+)
+from service.schemas.validation import to_invalid
 
 MAX_PATH = 8000
 """The most characters of the path and the query of a part (RFC 9110, section 4.1)."""
@@ -14,8 +22,9 @@ MAX_PATH = 8000
 class PartDefinition(StrictModel):
     """One part of a job: a request that this service would also answer at once.
 
-    With a body the part is a POST of one of the calls that compute, without a body a GET of a mesh
-    by URL.
+    With a body the part is a POST of one of the calls that compute; with a file a POST of
+    `/v1/mesh`, `/v1/measure` or `/v1/convert` that has this file as its body, and all other fields
+    in the query; with neither a GET of a mesh by URL.
     """
 
     name: Annotated[Name | None, Omittable()] = optional(
@@ -29,6 +38,20 @@ class PartDefinition(StrictModel):
         "The JSON body of a POST.",
         {"surface": {"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]}},
     )
+    file: Annotated[str | None, Omittable(), Field(pattern=r"^[0-9a-f]{64}\.[0-9a-z]{1,16}$")] = (
+        optional(
+            "The id of a file that `POST /v1/files` has stored: the body of the POST, in "
+            "place of a JSON body.",
+            f"{'0' * 64}.step",
+        )
+    )
+
+    @model_validator(mode="after")
+    def _check_body(self) -> Self:
+        if self.file is not None and self.body is not None:
+            message = "A part has a body, or a file in its place."
+            raise to_invalid(conflict_issue("body", "file", message, is_neither=False))
+        return self
 
 
 class JobRequest(RequestModel):

@@ -20,6 +20,7 @@ from service.errors import InvalidRequest, Issue, count_nouns
 from service.schemas.arrays import NumberGrid
 from service.schemas.curves import CurveDefinition, build_curve
 from service.schemas.fields import (
+    IgnoredReading,
     Omittable,
     RequestModel,
     check_exactly_one,
@@ -144,6 +145,7 @@ class ProjectRequest(RequestModel):
     curve: Annotated[CurveDefinition | None, Omittable()] = optional(
         "A curve, in place of the surface."
     )
+    reading: IgnoredReading = None
     points: Annotated[FloatArray, NumberGrid(("points", "coordinates"))] = Field(
         description="Points [x, y, z], or [x, y] for a curve in the plane. At most 100,000.",
         examples=[[[0, 0, 2], [1.5, 0, 0]]],

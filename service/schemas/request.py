@@ -1,12 +1,19 @@
 """Requests for one surface: to store the surface, to mesh it, or to sign its URL."""
 
-from typing import Annotated, Self
+from collections.abc import Mapping
+from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
 from service.errors import InvalidRequest
 from service.schemas.accuracy import MAX_PIXELS, CameraDefinition
-from service.schemas.fields import Omittable, RequestModel, conflict_issue, optional
+from service.schemas.fields import (
+    IgnoredReading,
+    Omittable,
+    RequestModel,
+    conflict_issue,
+    optional,
+)
 from service.schemas.options import MeshOptionFields
 from service.schemas.surfaces import SurfaceDefinition
 from service.schemas.validation import to_invalid
@@ -29,6 +36,17 @@ class SurfaceRequest(RequestModel):
     """A surface to store."""
 
     surface: SurfaceDefinition = Field(description="The surface, by its control points.")
+    reading: IgnoredReading = None
+
+    @property
+    def file_reading(self) -> Mapping[str, Any] | None:
+        """The report of reading the file that has the surface; None if it was sent as JSON."""
+        reading: Mapping[str, Any] | None = self.__dict__.get("_reading")
+        return reading
+
+    def keep_reading(self, reading: Mapping[str, Any] | None) -> None:
+        """Keeps the report of reading the file that has the surface, for the response."""
+        self.__dict__["_reading"] = reading
 
     def to_surface(self) -> Surface:
         """The surface as a value; the first call builds it.

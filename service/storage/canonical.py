@@ -38,7 +38,7 @@ from service.framing import UNREADABLE, mark_nulls, read_frame, write_frame
 from service.pipeline.cost import Work, definition_cost
 from service.schemas.budget import bound_memory
 from service.schemas.document import DocumentLimits
-from service.schemas.fields import RequestModel
+from service.schemas.fields import IGNORED, RequestModel
 from service.schemas.request import SurfaceRequest
 from service.schemas.surfaces import definition
 from service.schemas.validation import validate_document
@@ -59,23 +59,24 @@ def canonical_request(request: RequestModel) -> bytes:
 
     It has the values after their checks, so two requests with equal contents have equal results.
     """
-    shape, names = request.build(), type(request).model_fields
+    shape = request.build()
+    names = [name for name in type(request).model_fields if name not in IGNORED]
     if not isinstance(shape, SurfaceKind):
-        fields = {name: _tree_of(getattr(request, name)) for name in names}
+        fields = {name: tree_of(getattr(request, name)) for name in names}
         return write_frame("request", fields, canonical=VERSION)
-    others = {name: _tree_of(getattr(request, name)) for name in names if name != "surface"}
+    others = {name: tree_of(getattr(request, name)) for name in names if name != "surface"}
     fields = {"surface": definition(shape, flat=True), **others}
     return write_frame("request", fields, canonical=VERSION)
 
 
-def _tree_of(value: Any) -> Any:
+def tree_of(value: Any) -> Any:
     """A value of a model as numbers, texts, lists, dicts and arrays; −0 becomes 0."""
     if isinstance(value, BaseModel):
-        return {name: _tree_of(getattr(value, name)) for name in type(value).model_fields}
+        return {name: tree_of(getattr(value, name)) for name in type(value).model_fields}
     if isinstance(value, Mapping):
-        return {key: _tree_of(item) for key, item in value.items()}
+        return {key: tree_of(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_tree_of(item) for item in value]
+        return [tree_of(item) for item in value]
     if isinstance(value, np.ndarray | float):
         return value + 0.0
     return value

@@ -9,13 +9,18 @@ from types import SimpleNamespace
 from typing import Any, Self
 
 import orjson
+from obstore.store import MemoryStore
 
 from service.engine.mesh.mesh import ENGINE
 from service.errors import SurfaceError
-from service.jobs.parts import CheckedPart
+from service.jobs.checks import CheckedPart
+from service.jobs.files import JobFiles
 from service.jobs.reading import file_of, unknown_job
 from service.jobs.results import Result
+from service.jobs.sources import SourceFiles
 from service.jobs.state import JobState, PartResult, StateName
+from service.jobs.usage import JobUsage
+from service.storage.backends import Bucket
 
 CREATED = datetime(2026, 11, 29, 14, 40, 20, 125_000, UTC)
 
@@ -25,6 +30,8 @@ class FakeJobs:
 
     Attributes
     ----------
+    sources : SourceFiles
+        Real, in memory.
     states : dict
         The states by id.
     askers : dict
@@ -42,6 +49,8 @@ class FakeJobs:
     dispatcher = SimpleNamespace(parts={}, seconds=0.0, busy_count=0, waiting_for="")
 
     def __init__(self) -> None:
+        files = JobFiles(Bucket(MemoryStore()))
+        self.sources = SourceFiles(files, JobUsage(files, 0), lifetime=7 * 86400)
         self.states: dict[str, JobState] = {}
         self.parts: dict[str, list[PartResult]] = {}
         self.contents: dict[tuple[str, int], bytes] = {}

@@ -219,7 +219,7 @@ def test_limits_of_the_settings_apply_to_files() -> None:
                 assert response.json()["errors"][0]["code"] == code
 
 
-@pytest.mark.parametrize("path", ["/v1/points", "/v1/convert", "/v1/curve"])
+@pytest.mark.parametrize("path", ["/v1/points", "/v1/curve"])
 def test_other_calls_accept_json_only(client: Client, path: str) -> None:
     response = client.request("POST", path, save_array(build_net()), {"Content-Type": NPY})
     assert response.status_code == 415

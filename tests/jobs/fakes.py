@@ -14,10 +14,10 @@ from obstore.store import MemoryStore
 from service.errors import TooLarge
 from service.fair.accounts import Accounts
 from service.jobs.batch import FAILED, STORE_FAILED, SUCCEEDED, BatchResult, read_task
+from service.jobs.checks import CheckedPart
 from service.jobs.engine import EngineLost
 from service.jobs.keys import part_key
 from service.jobs.manager import Jobs
-from service.jobs.parts import CheckedPart
 from service.jobs.results import Result, write_error, write_object
 from service.jobs.state import JobState, PartResult
 from service.settings.values import Settings

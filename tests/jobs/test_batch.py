@@ -27,8 +27,9 @@ from service.jobs.batch import (
     read_task,
     run_batch,
 )
+from service.jobs.checks import check_part
 from service.jobs.keys import cancelled_key, part_key
-from service.jobs.parts import check_part, read_part
+from service.jobs.parts import read_part
 from service.jobs.results import Result, describe_file, read_object, write_object
 from service.pipeline.calls import CallLimits, File
 from service.storage.address import open_store

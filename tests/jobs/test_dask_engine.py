@@ -28,10 +28,10 @@ from service.errors import InvalidSettings
 from service.jobs import dask_engine, dask_worker
 from service.jobs.attempts import run_task
 from service.jobs.batch import DONE, WRONG_ENGINE, Task, read_result, read_task
+from service.jobs.checks import check_part
 from service.jobs.dask_engine import DaskEngine, open_dask
 from service.jobs.engine import EngineUnavailable
 from service.jobs.engines import open_cluster
-from service.jobs.parts import check_part
 from service.pipeline.calls import CallLimits
 from service.settings.values import Settings
 from service.storage.address import open_store

@@ -10,7 +10,8 @@ import pytest
 from service.api.app import create_app
 from service.api.openapi.parameters import REQUESTS
 from service.errors import InvalidRequest, SurfaceError, TooLarge, UnknownSurface
-from service.jobs.parts import CheckedPart, check_part, read_part
+from service.jobs.checks import CheckedPart, check_part
+from service.jobs.parts import read_part
 from service.pipeline.calls import CALLS, CallLimits
 from service.pipeline.limits import Limits
 from service.settings.values import Settings

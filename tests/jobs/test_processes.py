@@ -13,9 +13,10 @@ import orjson
 
 from service.errors import UnknownSurface
 from service.fair.accounts import Accounts
+from service.jobs.checks import CheckedPart, check_part
 from service.jobs.limits import part_limits
 from service.jobs.manager import Jobs
-from service.jobs.parts import CheckedPart, check_part, read_part
+from service.jobs.parts import read_part
 from service.jobs.pool import ProcessEngine
 from service.jobs.state import JobState
 from service.settings.values import Settings

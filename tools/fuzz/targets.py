@@ -15,7 +15,6 @@ from starlette.types import Message, Receive, Scope, Send
 from uvicorn.server import ServerState
 
 from service.api.app import create_app
-from service.api.body import decoder_of_body
 from service.api.caching.cached_response import matches_all, parse_tags
 from service.api.guard.keys import (
     find_entry,
@@ -26,6 +25,7 @@ from service.api.guard.keys import (
 )
 from service.api.guard.proxies import Proxies
 from service.api.guard.signatures import Signer
+from service.api.media_types import decoder_of_body
 from service.api.negotiation import codings_by_header, format_by_accept, format_by_name
 from service.api.record import caller_trace_id
 from service.decoders.format import FileLimits
@@ -37,8 +37,9 @@ from service.schemas.budget import DocumentBudget
 from service.schemas.convert import ConvertRequest
 from service.schemas.curves import CurveRequest
 from service.schemas.document import DocumentLimits
+from service.schemas.file_fields import FIELDS, document_from_query
 from service.schemas.queries import PointsRequest
-from service.schemas.query import canonical_query, document_from_query, parse_mesh_query
+from service.schemas.query import canonical_query, parse_mesh_query
 from service.schemas.request import MeshRequest, SignRequest, SurfaceRequest
 from service.schemas.validation import parse_request, validate_document
 from service.server.run import make_server
@@ -112,7 +113,7 @@ def parse_query(content: bytes) -> None:
         query = canonical_query(options)
         if canonical_query(parse_mesh_query(parse_qsl(query))) != query:
             raise AssertionError("parsing the canonical query gives another query")
-    document = document_from_query(pairs)
+    document = document_from_query(pairs, tuple(FIELDS))
     format_by_name(str(document.get("format")), FORMATS)
 
 

@@ -190,7 +190,6 @@ def build_conversion_cases() -> Iterator[HostileBody]:
     pointer = "/operations"
     faults = {"null_value": "null", "wrong_type": transpose, "wrong_length": "[]"}
     yield from vary_body("operations", f'{start}"operations":?}}', pointer, faults)
-    yield build_case("no operations", f"{start[:-1]}}}", "missing_field", pointer)
     faults = {
         "unknown_field": f'"operations":[{transpose}],"resolution":3@/resolution',
         "repeated_key": f'"operations":[{transpose}],"operations":[]@/operations',

@@ -75,6 +75,15 @@ class JobList(ResponseModel):
     """The jobs, the newest first."""
 
 
+class JobFile(ResponseModel):
+    """A file for parts of jobs."""
+
+    id: Annotated[str, Field(pattern=r"^[0-9a-f]{64}\.[0-9a-z]{1,16}$")]
+    """For the `file` of parts: the hash of its bytes, and the name of its format."""
+    bytes: Count
+    """Its bytes."""
+
+
 class JobResult(ResponseModel):
     """One part of a job: its state, and its file or its error."""
 

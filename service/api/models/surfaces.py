@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal, TypeAlias, get_args
 from pydantic import Field, WithJsonSchema
 
 from service.api.models.meshes import Count, IntegerPair, Missing, ResponseModel, schema_of_names
+from service.api.models.reading import Reading
 from service.api.problems import INTERNAL_ERROR, METHOD_NOT_ALLOWED, NOT_FOUND, PROBLEMS
 from service.encoders.format import Compression as AnyCompression
 from service.encoders.registry import FORMATS
@@ -108,6 +109,8 @@ class SurfaceDocument(ResponseModel):
 
     surface: SurfaceDefinition
     """The definition, in the form of a request."""
+    reading: Reading | Missing = None
+    """The report of reading, if the surface came from a CAD file. Other calls ignore it."""
 
 
 class StoredLinks(SurfaceLinks):
@@ -124,6 +127,8 @@ class StoredSurface(ResponseModel):
     id: Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
     """SHA-256 of the content: 64 hexadecimal digits."""
     links: StoredLinks
+    reading: Reading | Missing = None
+    """The report of reading, if the surface came from a CAD file. It is not stored."""
 
 
 class StoredEntry(ResponseModel):

@@ -89,8 +89,8 @@ PREFER = parameter(
     "header",
     "Prefer",
     "`respond-async`: makes a job of one part of this call (`POST /v1/jobs`), and the response is "
-    "the state of this job, with `Preference-Applied` (RFC 7240). Ignored for a body that is not "
-    "JSON.",
+    "the state of this job, with `Preference-Applied` (RFC 7240). Ignored for a file of points or "
+    "of rays.",
     {"type": "string"},
 )
 
@@ -186,6 +186,7 @@ _RESULTS = (
 
 # The document is built without members whose value is null, and then these examples are added.
 EXAMPLE_RESPONSES |= {
+    "storeJobFile": lambda: {"part": {"value": {"id": f"{_ID}.step", "bytes": 12_636}}},
     "createJob": _states,
     "getJob": _states,
     "listJobs": lambda: {"one": {"value": {"jobs": [describe_state(_RUNNING, "")]}}},

@@ -4,7 +4,7 @@ import json
 from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from types import MappingProxyType
-from typing import Annotated, Any, TypeAlias
+from typing import Annotated, Any, TypeAlias, get_args
 
 from fastapi import Path
 from pydantic import BaseModel, WithJsonSchema
@@ -13,11 +13,13 @@ from service.api.caching.codings import CODINGS
 from service.api.guard.signatures import EXPIRES, SIGNATURE
 from service.api.stored import content_id
 from service.decoders.format import Decoder
-from service.decoders.registry import NET_DECODERS
+from service.decoders.registry import DECODERS, NET_DECODERS
 from service.encoders.format import FileFormat
 from service.encoders.registry import FORMATS
+from service.schemas.file_fields import FIELDS, OPERATIONS
 from service.schemas.options import MeshOptionFields
-from service.schemas.query import FIELDS, LIST_NAMES, MeshQuery
+from service.schemas.query import LIST_NAMES, MeshQuery
+from service.surface.brep import InvalidFaces
 from service.surface.checks import MAX_DEGREE
 from service.surface.examples.catalogue import EXAMPLES
 from service.surface.knots import NAMED
@@ -170,17 +172,11 @@ def array_body(
     extra["requestBody"]["content"]["application/x-npy"] = {"schema": schema}
     text = "With a file: the id of a built-in or a stored surface."
     surface = parameter("query", "surface", text, {"type": "string", "examples": ["sphere"]})
-    scalar_types = ("number", "boolean", "string")
-    fields = [
-        _file_option(parameter("query", name, schema.pop("description"), schema))
-        for name, schema in model.model_json_schema()["properties"].items()
-        if schema.get("type") in scalar_types
-    ]
-    return extra | {"parameters": [*parameters, surface, *fields]}
+    return extra | {"parameters": [*parameters, surface, *scalar_options(model)]}
 
 
-def surface_body(examples: Json, *parameters: Json, has_options: bool = True) -> Json:
-    """A body that is a surface as JSON, or a file of its points with other fields in the query.
+def surface_body(examples: Json, *parameters: Json, options: Sequence[Json] = ()) -> Json:
+    """A body that is a surface as JSON, or a file with a surface and other fields in the query.
 
     The result is the argument `openapi_extra` of a route.
 
@@ -190,15 +186,41 @@ def surface_body(examples: Json, *parameters: Json, has_options: bool = True) ->
         Examples of bodies: a summary and a value for each name.
     parameters : dict
         More query parameters.
-    has_options : bool
-        Whether the query may also have the options of a mesh.
+    options : sequence of dict
+        Parameters of the fields beside the surface, which only a request with a file has.
     """
     extra = json_body(examples)
-    extra["requestBody"]["content"] |= {d.media_type: _file(d) for d in NET_DECODERS}
-    options = [_file_option(option) for option in option_parameters()] if has_options else []
-    # `engine` is a parameter too, but only of meshes by URL.
-    options = [option for option in options if option["name"] in MeshOptionFields.model_fields]
+    extra["requestBody"]["content"] |= file_bodies()
     return extra | {"parameters": [*parameters, *_field_parameters(), *options]}
+
+
+def file_bodies() -> Json:
+    """The bodies that are files with a surface, by media type."""
+    return {decoder.media_type: _file(decoder) for decoder in DECODERS}
+
+
+def mesh_options() -> list[Json]:
+    """The options of a mesh as query parameters of a request with a file."""
+    # `engine` is a parameter too, but only of meshes by URL.
+    names = MeshOptionFields.model_fields
+    return [_file_option(each) for each in option_parameters() if each["name"] in names]
+
+
+def scalar_options(model: type[BaseModel]) -> list[Json]:
+    """The fields of a document that are not lists, as query parameters of a request with a file."""
+    return [
+        _file_option(parameter("query", name, schema.pop("description"), schema))
+        for name, schema in model.model_json_schema()["properties"].items()
+        if schema.get("type") in ("number", "boolean", "string")
+    ]
+
+
+OPERATIONS_PARAMETER = parameter(
+    "query",
+    OPERATIONS,
+    "With a file: the operations, as JSON.",
+    {"type": "string", "examples": ['[{"op": "untrim", "face": 0}]']},
+)
 
 
 def _file_option(option: Json) -> Json:
@@ -231,6 +253,11 @@ _FIELD_SCHEMAS: Mapping[str, Json] = MappingProxyType(
         ),
         "up": {"type": "string", "enum": ["y", "z"], "examples": ["z"]},
         "name": {"type": "string", "minLength": 1, "maxLength": 100, "examples": ["sail"]},
+        "invalid_faces": {
+            "type": "string",
+            "enum": list(get_args(InvalidFaces)),
+            "examples": ["skip"],
+        },
     }
 )
 

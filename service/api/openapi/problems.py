@@ -6,11 +6,12 @@ from typing import TypeAlias
 import numpy as np
 
 from service.api import problems
-from service.api.body import body_too_large, body_too_slow, decoder_of_body
+from service.api.body import body_too_large, body_too_slow
 from service.api.errors import compute_limited
 from service.api.guard.policy import REALM, key_needed, key_unknown, rate_limited, scope_needed
 from service.api.guard.signatures import MIN_SECRET, Signer
 from service.api.intake import no_parts
+from service.api.media_types import decoder_of_body
 from service.api.negotiation import (
     check_engine,
     codings_by_header,
@@ -41,7 +42,7 @@ from service.errors import (
     SurfaceError,
     TooManyJobs,
 )
-from service.jobs.parts import check_part
+from service.jobs.checks import check_part
 from service.jobs.reading import unknown_job, unknown_result
 from service.pipeline.calls import CallLimits
 from service.pipeline.documents import plan_conversion

@@ -9,7 +9,13 @@ from pydantic import BaseModel
 
 from service.api.caching.cached_response import FOR_AN_HOUR, FOR_EVER
 from service.api.openapi.parameters import Json
-from service.api.responses import BOUND_HEADER, GAP_HEADER, TRIANGLES_HEADER, VERTICES_HEADER
+from service.api.responses import (
+    BOUND_HEADER,
+    GAP_HEADER,
+    READING_HEADER,
+    TRIANGLES_HEADER,
+    VERTICES_HEADER,
+)
 from service.api.stored import content_id, mesh_url, surface_url
 from service.encoders.format import FileFormat
 from service.schemas.validation import validate_document
@@ -77,6 +83,15 @@ MESH_HEADERS: Json = FILE_HEADERS | {
         type="number",
         minimum=0,
     ),
+}
+READING: Json = {
+    READING_HEADER: header(
+        "Counts of the faces of a CAD file that was sent as the body, as a dictionary of RFC "
+        "8941: `faces` in the surface, and `skipped` ones that are not in it. `POST /v1/convert` "
+        "returns the whole report.",
+        "faces=300; skipped=2",
+        is_required=False,
+    )
 }
 _CACHE_HEADERS: Json = {
     "ETag": header("Strong tag of the bytes in this coding.", '"3q2-7wEAAAAAAAAAAAAAAA"'),

@@ -5,10 +5,26 @@ from fastapi import APIRouter, Response
 from service.api.body import BodyRoute
 from service.api.models.points import Curve, Points
 from service.api.models.surfaces import SurfaceDocument
-from service.api.openapi.parameters import REQUESTS, Json, format_parameter, json_body
-from service.api.openapi.responses import FILE_HEADERS, POST_ERRORS, error, show_responses, success
-from service.api.responses import bytes_response, file_response
+from service.api.openapi.parameters import (
+    OPERATIONS_PARAMETER,
+    REQUESTS,
+    Json,
+    format_parameter,
+    json_body,
+    surface_body,
+)
+from service.api.openapi.responses import (
+    FILE_HEADERS,
+    POST_ERRORS,
+    READING,
+    TIMED,
+    error,
+    show_responses,
+    success,
+)
+from service.api.responses import HEADERS, bytes_response, file_response, reading_headers
 from service.api.services import ContextDep
+from service.decoders.registry import DECODERS
 from service.encoders.polylines.registry import CURVE_FORMATS, CURVES_BY_NAME
 from service.pipeline.documents import plan_conversion
 from service.pipeline.polylines import plan_curve
@@ -17,6 +33,12 @@ from service.schemas.convert import ConvertRequest
 from service.schemas.curves import CurveRequest
 from service.schemas.queries import PointsRequest
 from service.surface.convert.nets import SizeLimits
+
+
+class ConversionRoute(BodyRoute):
+    """A route that reads a surface as JSON or as a file."""
+
+    decoders, has_surface_files = DECODERS, True
 
 
 class CurveRoute(BodyRoute):
@@ -54,7 +76,7 @@ show_responses(
 )
 
 points = APIRouter(route_class=BodyRoute)
-conversions = APIRouter(route_class=BodyRoute)
+conversions = APIRouter(route_class=ConversionRoute)
 curves = APIRouter(route_class=CurveRoute)
 
 
@@ -87,21 +109,25 @@ async def query_points(body: PointsRequest, context: ContextDep) -> Response:
     summary="A surface in another form, with the same points",
     response_model=SurfaceDocument,
     response_description="The surface.",
-    responses={200: success(), **POST_ERRORS},
-    openapi_extra=json_body(_CONVERSIONS),
+    responses={200: success(TIMED | READING), **POST_ERRORS},
+    openapi_extra=surface_body(_CONVERSIONS, options=[OPERATIONS_PARAMETER]),
 )
 async def convert_surface(body: ConvertRequest, context: ContextDep) -> Response:
     """Applies the operations in their order and returns the converted surface.
 
-    The response is a body for the other calls. Corner points keep their digits, and patches that
-    shared an edge still share it. Colours, texture coordinates and attributes are converted too.
+    The operations may be left out: a CAD file, sent as the body, then becomes JSON, with the report
+    of reading it (`reading`). The response is a body for the other calls. Corner points keep their
+    digits, and patches that shared an edge still share it. Colours, texture coordinates and
+    attributes are converted too.
     """
     services, computation, *_ = context
     settings = services.settings
     size_limits = SizeLimits(settings.max_control_points, settings.max_degree)
     operations = body.to_operations()
-    work = plan_conversion(body.to_surface(), operations, size_limits, services.limits)
-    return bytes_response(await computation.run(work, "convert"), computation)
+    surface, limits = body.to_surface(), services.limits
+    work = plan_conversion(surface, operations, size_limits, limits, body.file_reading)
+    content = await computation.run(work, "convert")
+    return bytes_response(content, computation, HEADERS | reading_headers(body.file_reading))
 
 
 @curves.post(

@@ -12,7 +12,13 @@ from service.api.openapi.jobs import JOB_ERRORS, RANGE, RESULT_CONTENT, RESULT_H
 from service.api.openapi.parameters import IF_NONE_MATCH
 from service.api.openapi.responses import error
 from service.api.record import record_of
-from service.api.responses import FileResponse, disposition, json_response, report_headers
+from service.api.responses import (
+    READING_HEADER,
+    FileResponse,
+    disposition,
+    json_response,
+    report_headers,
+)
 from service.api.routes.job_state import StateDep, find_jobs
 from service.api.services import ContextDep
 from service.jobs.reading import file_of, unknown_result
@@ -119,6 +125,8 @@ def _result_headers(file: Result, name: str) -> RawHeaders:
         (b"x-content-type-options", b"nosniff"),
         *report_headers(file),
     ]
+    if file.reading is not None:
+        headers.append((READING_HEADER.lower().encode(), file.reading.encode()))
     if file.media_type != "application/json":
         file_name = disposition("attachment", name or file.name, file.suffix)
         headers.append((b"content-disposition", file_name.encode()))

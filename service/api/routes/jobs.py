@@ -6,7 +6,7 @@ from functools import partial
 
 from fastapi import APIRouter, Request, Response
 
-from service.api.body import INLINE_BYTES, BodyRoute, parse_content_type
+from service.api.body import INLINE_BYTES, BodyRoute
 from service.api.computation import Computation
 from service.api.intake import accept_job
 from service.api.job_documents import (
@@ -14,6 +14,7 @@ from service.api.job_documents import (
     describe_state,
 )
 from service.api.lines import MEDIA_TYPE, read_lines
+from service.api.media_types import parse_content_type
 from service.api.models.jobs import Job, JobList
 from service.api.negotiation import refuse_parameters
 from service.api.openapi.jobs import (

@@ -7,11 +7,25 @@ from fastapi import APIRouter, Response
 
 from service.api.body import BodyRoute
 from service.api.models.meshes import Estimate, Mesh
-from service.api.openapi.parameters import REQUESTS, Json, format_parameter, surface_body
-from service.api.openapi.responses import MESH_HEADERS, POST_ERRORS, error, show_responses, success
-from service.api.responses import bytes_response, file_response
+from service.api.openapi.parameters import (
+    REQUESTS,
+    Json,
+    format_parameter,
+    mesh_options,
+    surface_body,
+)
+from service.api.openapi.responses import (
+    MESH_HEADERS,
+    POST_ERRORS,
+    READING,
+    TIMED,
+    error,
+    show_responses,
+    success,
+)
+from service.api.responses import HEADERS, bytes_response, file_response, reading_headers
 from service.api.services import ContextDep
-from service.decoders.registry import NET_DECODERS
+from service.decoders.registry import DECODERS
 from service.encoders.format import Format
 from service.encoders.registry import BY_NAME, FORMATS
 from service.pipeline.estimate import plan_estimate
@@ -71,7 +85,8 @@ class MeshRoute(BodyRoute):
     """A route that reads a surface as JSON or as a file, and whose response is in a mesh format."""
 
     formats = FORMATS
-    decoders = NET_DECODERS
+    decoders = DECODERS
+    has_surface_files = True
 
 
 class EstimateRoute(MeshRoute):
@@ -91,22 +106,28 @@ estimates = APIRouter(route_class=EstimateRoute)
     summary="The mesh of a surface",
     response_model=Mesh,
     response_description="The mesh.",
-    responses={200: success(MESH_HEADERS, FORMATS), 406: error("NotAcceptable"), **POST_ERRORS},
-    openapi_extra=surface_body(_MESHES, format_parameter(FORMATS)),
+    responses={
+        200: success(MESH_HEADERS | READING, FORMATS),
+        406: error("NotAcceptable"),
+        **POST_ERRORS,
+    },
+    openapi_extra=surface_body(_MESHES, format_parameter(FORMATS), options=mesh_options()),
 )
 async def create_mesh(body: MeshRequest, context: ContextDep) -> Response:
     """Evaluates the surface and returns its mesh.
 
     The response is in the format that `format` names or `Accept` prefers; JSON without either. The
-    body is a JSON document with the options in it, or a file of control points with the options in
-    the query.
+    body is a JSON document with the options in it, or a file with the options in the query: a CAD
+    file, of STEP, IGES or 3DM, or a file of control points. `Surface-Reading` says how many faces
+    of a CAD file were read.
     """
     services, computation, request, fmt = context
     options, encode = body.mesh_options(), select_encode_options(body)
     work = plan_mesh(body.to_surface(), options, fmt, encode, services.limits)
     mesh_file = await computation.run(work, "mesh")
     request.app.state.counters.count_mesh(mesh_file.report)
-    return file_response(mesh_file.content, fmt, mesh_file.name, computation, mesh_file.report)
+    content, report, name = mesh_file.content, mesh_file.report, mesh_file.name
+    return file_response(content, fmt, name, computation, report, reading=body.file_reading)
 
 
 @estimates.post(
@@ -116,10 +137,11 @@ async def create_mesh(body: MeshRequest, context: ContextDep) -> Response:
     summary="The size of a mesh, before it is computed",
     response_model=Estimate,
     response_description="The estimate.",
-    responses={200: success(), **POST_ERRORS},
+    responses={200: success(TIMED | READING), **POST_ERRORS},
     openapi_extra=surface_body(
         _ESTIMATES,
         format_parameter(FORMATS, "The format to estimate for; without it, all formats."),
+        options=mesh_options(),
     ),
 )
 async def estimate_mesh(body: MeshRequest, context: ContextDep) -> Response:
@@ -133,4 +155,5 @@ async def estimate_mesh(body: MeshRequest, context: ContextDep) -> Response:
     formats: Sequence[Format] = FORMATS if fmt is None else (fmt,)
     options, encode = body.mesh_options(), select_encode_options(body)
     work = plan_estimate(body.to_surface(), options, encode, services.limits, formats)
-    return bytes_response(await computation.run(work, "estimate"), computation)
+    content = await computation.run(work, "estimate")
+    return bytes_response(content, computation, HEADERS | reading_headers(body.file_reading))

@@ -10,17 +10,26 @@ from service.api.body import BodyRoute
 from service.api.errors import InvalidQuery
 from service.api.models.queries import ClosestPoints, Intersections, SurfaceMeasures
 from service.api.negotiation import format_by_accept
-from service.api.openapi.parameters import REQUESTS, array_body, format_parameter, json_body
+from service.api.openapi.parameters import (
+    REQUESTS,
+    array_body,
+    format_parameter,
+    scalar_options,
+    surface_body,
+)
 from service.api.openapi.responses import (
     FILE_HEADERS,
     POST_ERRORS,
+    READING,
+    TIMED,
     error,
     show_responses,
     success,
 )
-from service.api.responses import bytes_response, file_response
+from service.api.responses import HEADERS, bytes_response, file_response, reading_headers
 from service.api.services import ContextDep
 from service.decoders.npy import read_array
+from service.decoders.registry import DECODERS
 from service.encoders.polylines.registry import SECTION_FORMATS, SECTIONS_BY_NAME
 from service.engine.measures.values import BudgetEnded
 from service.errors import InvalidRequest, Issue
@@ -54,9 +63,15 @@ class IntersectRoute(ArrayRoute):
         return {"origins": rays[:, :3], "directions": rays[:, 3:]}
 
 
+class MeasureRoute(BodyRoute):
+    """A route that reads a surface as JSON or as a file."""
+
+    decoders, has_surface_files = DECODERS, True
+
+
 projections = APIRouter(route_class=ArrayRoute)
 intersections = APIRouter(route_class=IntersectRoute)
-measures = APIRouter(route_class=BodyRoute)
+measures = APIRouter(route_class=MeasureRoute)
 
 _POINTS, _HITS, _MEASURES = (
     REQUESTS[operation] for operation in ("projectPoints", "intersectSurface", "measureSurface")
@@ -165,8 +180,8 @@ async def intersect_surface(body: IntersectRequest, context: ContextDep) -> Resp
     summary="Area, volume, centroid and lengths of borders, each with a proved interval",
     response_model=SurfaceMeasures,
     response_description="The measures.",
-    responses={200: success(), **POST_ERRORS},
-    openapi_extra=json_body(_MEASURES),
+    responses={200: success(TIMED | READING), **POST_ERRORS},
+    openapi_extra=surface_body(_MEASURES, options=scalar_options(MeasureRequest)),
 )
 async def measure_surface(body: MeasureRequest, context: ContextDep) -> Response:
     """Measures a surface: every number has an interval that provably contains the exact value.
@@ -179,6 +194,8 @@ async def measure_surface(body: MeasureRequest, context: ContextDep) -> Response
     services, computation, *_ = context
     for work in plan_trials(body.to_surface(), body.to_query(), services.limits):
         with suppress(BudgetEnded):
-            return bytes_response(await computation.run(work, "measure"), computation)
+            content = await computation.run(work, "measure")
+            headers = HEADERS | reading_headers(body.file_reading)
+            return bytes_response(content, computation, headers)
         computation.drop_work()
     raise AssertionError("the last trial has a result or another error")

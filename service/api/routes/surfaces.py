@@ -25,6 +25,7 @@ from service.api.openapi.responses import (
     DEFINITION_HEADERS,
     LOCATION,
     POST_ERRORS,
+    READING,
     TIMED,
     UNCHANGED_DEFINITION,
     error,
@@ -32,7 +33,7 @@ from service.api.openapi.responses import (
     show_responses,
     success,
 )
-from service.api.responses import HEADERS, bytes_response, json_response
+from service.api.responses import HEADERS, bytes_response, json_response, reading_headers
 from service.api.services import ContextDep
 from service.api.stored import (
     content_id,
@@ -42,7 +43,7 @@ from service.api.stored import (
     surface_of,
     surface_url,
 )
-from service.decoders.registry import NET_DECODERS
+from service.decoders.registry import DECODERS
 from service.encoders.registry import FORMATS
 from service.errors import Issue, UnknownSurface
 from service.pipeline.documents import plan_definition
@@ -57,7 +58,8 @@ from service.surface.lowered import GroupModel, Model
 class SurfaceRoute(BodyRoute):
     """A route that reads a surface as JSON or as a file."""
 
-    decoders = NET_DECODERS
+    decoders = DECODERS
+    has_surface_files = True
 
 
 storing = APIRouter(route_class=SurfaceRoute)
@@ -91,7 +93,7 @@ show_responses("storeSurface", _SURFACES, SurfaceRequest, _store_example)
 show_responses("signAddress", REQUESTS["signAddress"], SignRequest, _sign_example)
 
 _STORED = success(
-    TIMED | LOCATION, links=links("$response.body#/id", "Definition", "Mesh", "Removal")
+    TIMED | LOCATION | READING, links=links("$response.body#/id", "Definition", "Mesh", "Removal")
 )
 
 
@@ -109,7 +111,7 @@ _STORED = success(
         503: error("Unavailable"),
         507: error("StoreFull"),
     },
-    openapi_extra=surface_body(_SURFACES, has_options=False),
+    openapi_extra=surface_body(_SURFACES),
 )
 async def store_surface(body: SurfaceRequest, context: ContextDep) -> Response:
     """Stores the surface under the SHA-256 of its content, which becomes its id.
@@ -129,7 +131,11 @@ async def store_surface(body: SurfaceRequest, context: ContextDep) -> Response:
     url = surface_url(root, id)
     links = {"self": url, "mesh": mesh_links(root, id)}
     headers = HEADERS | {"Location": url, "Server-Timing": str(computation.timing)}
-    return json_response({"id": id, "links": links}, 201 if is_new else 200, headers)
+    document = {"id": id, "links": links}
+    if body.file_reading is not None:
+        document["reading"] = body.file_reading
+        headers |= reading_headers(body.file_reading)
+    return json_response(document, 201 if is_new else 200, headers)
 
 
 @reading.get(
