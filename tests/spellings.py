@@ -57,7 +57,14 @@ def _spell_definition(content: Json, random: Random) -> Json:
             _spell_definition(single, random) for single in spelling["surfaces"]
         ]
     if "members" in spelling:
-        spelling["members"] = [_spell_member(member, random) for member in spelling["members"]]
+        surfaces = spelling.get("definitions", [])
+        spelling["members"] = [
+            _spell_member(member, surfaces, random) for member in spelling["members"]
+        ]
+    if "definitions" in spelling:
+        spelling["definitions"] = [
+            _spell_definition(single, random) for single in spelling["definitions"]
+        ]
     return spelling
 
 
@@ -77,7 +84,16 @@ def _spell_curve(content: Json, random: Random) -> Json:
     return spelling | {key: value for key, value in ignored.items() if random.random() < 0.3}
 
 
-def _spell_member(content: Json, random: Random) -> Json:
+def _spell_member(content: Json, surfaces: list[Json], random: Random) -> Json:
+    """An equal member: the surface may be its own, or one of the definitions `surfaces`."""
+    if "definition" in content:
+        if random.random() < 0.5:
+            return _spell_defaults(content, {"matrix": IDENTITY}, random)
+        content = {key: value for key, value in content.items() if key != "definition"} | {
+            "surface": surfaces[content["definition"]]
+        }
+    elif "surface" not in content:
+        return _spell_defaults(content, {"name": "assembly", "matrix": IDENTITY}, random)
     kind = content["surface"].get("type", "bezier")
     default_name = content["surface"].get("name", NAMES.get(kind, "surface"))
     spelling = _spell_defaults(content, {"name": default_name, "matrix": IDENTITY}, random)
@@ -102,7 +118,11 @@ def _spell_value(value: Any, random: Random, *, whole: bool) -> str:
         items = (
             f"{_spell_string(key, random)}{blank}:"
             + _spell_value(
-                value[key], random, whole=whole or (key in WHOLE_NUMBERS and "type" in value)
+                value[key],
+                random,
+                whole=whole
+                or (key in WHOLE_NUMBERS and "type" in value)
+                or (key in ("definition", "parent") and type(value[key]) is int),
             )
             for key in keys
         )

@@ -32,9 +32,10 @@ from service.schemas.brep_parts import (
     LoopDefinition,
     ShellDefinition,
 )
+from service.schemas.groups import MemberDefinition
 from service.schemas.kinds import KINDS
 from service.schemas.options import MeshOptionFields
-from service.schemas.surfaces import MemberDefinition, SurfaceDefinition
+from service.schemas.surfaces import SurfaceDefinition
 from service.settings.environment import describe_values, variable
 from service.settings.values import Settings, result_limits
 from service.surface.examples.catalogue import find

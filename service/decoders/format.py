@@ -19,6 +19,7 @@ class FileLimits:
     max_entities: int = 2_000_000
     max_faces: int = 20_000
     max_placed_faces: int = 1_000_000
+    max_definitions: int = 4_096
     max_members: int = 65_536
 
 

@@ -208,6 +208,7 @@ def report_object(report: MeshReport, parts: Sequence[MeshPart]) -> dict[str, ob
             "curvature": curvature and dict(zip(("gaussian", "mean"), curvature, strict=True)),
             "merged_knots": report.merged_knots or None,
             "moved": report.moved or None,
+            "metres_per_unit": report.metres_per_unit,
             "engine": report.engine,
         }
     )

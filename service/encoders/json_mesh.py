@@ -88,9 +88,9 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
     vertex += sum(d * (FLOAT64_CHARS + 1) + 2 for d in dimensions)
     # A part: keys, its range of faces, a colour of 4 numbers, and its entry in the report.
     part = 100 + 2 * digits(size.triangles + size.quads) + 4 * FLOAT64_CHARS + REPORT_PART_CHARS
-    # 13 numbers: bounds (6), curvatures (4), two deviation bounds, the normal angle. 612 characters
+    # 14 numbers: bounds (6), curvatures (4), two bounds, normal angle and unit. 640 characters
     # suffice for the keys and brackets of the document, for whole numbers and for `moved`.
-    report = 612 + 13 * FLOAT64_CHARS
+    report = 640 + 14 * FLOAT64_CHARS
     return (
         size.vertices * vertex
         + size.triangles * 2 * (3 * index + 2)

@@ -24,7 +24,7 @@ from service.engine.options import MeshOptions
 from service.engine.quantize import find_grid_steps
 from service.engine.scenes.scene import Scene, arrange, flatten, round_to_single
 from service.engine.stored_positions import Storage
-from service.errors import InvalidRequest, pointer
+from service.errors import InvalidRequest
 from service.surface.brep_model import BrepModel
 from service.surface.lowered import GroupModel, PatchModel, SingleModel
 
@@ -190,11 +190,10 @@ def _prepare_breps(group: GroupModel) -> tuple[GroupModel, dict[int, PreparedBre
             continue
         key = id(model.vertices)
         if key not in prepared_of:
-            first = next(k for k, each in enumerate(group.members) if each.model == number)
             try:
                 prepared_of[key] = prepare(model)
             except InvalidRequest as error:
-                raise error.within(pointer(("members", first, "surface"))) from None
+                raise error.within(group.locate(number)) from None
         low, high = prepared_of[key].box
         boxed = replace(model, prepared_box=(low, high))
         prepared = replace(prepared_of[key], model=boxed)

@@ -119,7 +119,7 @@ def prepare_meshes(
             raise InvalidRequest(*invalid) from None
         all_effort.spent += TRIANGLE_EFFORT * mesh.report.triangles
         check_mesh(mesh, plan, accuracy)
-        return mesh
+        return plan.note_unit(mesh)
 
     return build, mesher.model.diagonal
 

@@ -82,15 +82,16 @@ def build_planned(plan: MeshPlan, model: Model, options: MeshOptions) -> Mesh | 
         return build(options.accuracy, None)
     is_quantized = plan.encode.quantize
     if isinstance(model, GroupModel) and plan.fmt.encode_scene is not None:
-        return build_scene(
+        scene = build_scene(
             model,
             options,
             is_float32=plan.fmt.is_float32,
             is_quantized=is_quantized,
             allow=plan.check_split,
         )
+        return plan.note_unit(scene)
     mesh = build_mesh(model, options, plan.fmt, plan.check_split)
-    return quantize(mesh, model, options) if is_quantized else mesh
+    return plan.note_unit(quantize(mesh, model, options) if is_quantized else mesh)
 
 
 def _report(plan: MeshPlan, mesh: Mesh | Scene) -> MeshReport:

@@ -54,6 +54,8 @@ class MeshPlan:
     unjoined_memory : int
         The memory in bytes if no members of a group meet; `cost` includes the case that they meet.
     cost : Cost
+    metres_per_unit : float or None
+        The unit of the coordinates of the surface, in metres; None if it is not known.
     """
 
     options: MeshOptions
@@ -69,6 +71,14 @@ class MeshPlan:
     is_certain: bool
     unjoined_memory: int
     cost: Cost
+    metres_per_unit: float | None = None
+
+    def note_unit(self, mesh: Mesh | Scene) -> Mesh | Scene:
+        """The mesh or scene, with the unit of the surface in its report."""
+        if self.metres_per_unit is None:
+            return mesh
+        report = replace(mesh.report, metres_per_unit=self.metres_per_unit)
+        return replace(mesh, report=report)
 
     def check(
         self, model: Model, options: MeshOptions, counts: tuple[Counts, Counts] | None = None
@@ -129,7 +139,8 @@ def build_plan(
     check_brep_options(size, options, fmt, encode)
     options = settle_accuracy(size, options)
     distinct_size = size if size.members == 1 else surface.stored_size()
-    return plan_sizes(size, distinct_size, options, (fmt, encode), limits)
+    plan = plan_sizes(size, distinct_size, options, (fmt, encode), limits)
+    return plan if surface.unit is None else replace(plan, metres_per_unit=surface.unit)
 
 
 @lru_cache(512)

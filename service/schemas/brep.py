@@ -22,7 +22,14 @@ from service.schemas.batch_field import ReadInBatches
 from service.schemas.brep_batches import EdgeColumns, FaceColumns, read_edges, read_faces
 from service.schemas.brep_parts import EdgeDefinition, FaceDefinition, ShellDefinition
 from service.schemas.document import DocumentLimits
-from service.schemas.fields import NameField, Omittable, StrictModel, UpField, optional
+from service.schemas.fields import (
+    MetresPerUnit,
+    NameField,
+    Omittable,
+    StrictModel,
+    UpField,
+    optional,
+)
 from service.schemas.validation import limits_of, to_invalid
 from service.surface.brep import BrepSurface, InvalidFaces
 
@@ -134,6 +141,7 @@ class BrepDefinition(StrictModel):
         "and listed in the report. If the edges of a face are further from its surface than the "
         "uncertainty, its loops never refuse the brep, because a gap is no mistake of the request.",
     )
+    metres_per_unit: MetresPerUnit = None
     up: UpField = "y"
     name: NameField = "brep"
 
@@ -208,6 +216,7 @@ class BrepDefinition(StrictModel):
             self.invalid_faces,
             self.up,
             self.name,
+            self.metres_per_unit,
         )
 
 

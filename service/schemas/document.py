@@ -44,6 +44,11 @@ that orjson can parse."""
 MAX_FACES = 20_000
 """The most faces of all breps of a surface, by default."""
 
+MAX_MEMBERS, MEMBERS_FACTOR = 4096, 16
+"""The most surfaces of a group, by default: those of members, and those among its definitions; a
+surface takes at least 0.5 ms, a tube 2 ms. A group may have `MEMBERS_FACTOR` times as many members,
+because a member that names a definition, or places others, takes some microseconds."""
+
 _UTF_16_OR_32 = re.compile(rb"\xff\xfe|\xfe\xff|[^\0]\0|\0{1,3}[^\0]")
 """The beginning of UTF-16 and UTF-32: a byte order mark, or a zero byte before or after the first
 letter."""
@@ -87,6 +92,7 @@ class DocumentLimits:
     max_depth: int = MAX_DEPTH
     max_values: int = MAX_VALUES
     max_faces: int = MAX_FACES
+    max_members: int = MAX_MEMBERS
 
 
 DEFAULT_LIMITS = DocumentLimits()

@@ -24,7 +24,7 @@ from service.errors import Issue
 from service.schemas.arrays import Array, NumberGrid, tuple_schema
 from service.schemas.field_names import sort_nearest_first
 from service.schemas.validation import to_invalid, wrong_type
-from service.surface.checks import Up
+from service.surface.checks import MAX_METRES_PER_UNIT, Up
 
 MAX_NAME = 100
 
@@ -226,6 +226,18 @@ SURFACE_WEIGHTS = Field(
 CURVE_WEIGHTS = Field(
     description="One positive weight for every control point. Left out, the curve is polynomial."
 )
+
+MetresPerUnit: TypeAlias = Annotated[
+    Annotated[float, Field(gt=0, le=MAX_METRES_PER_UNIT)] | None,
+    Omittable(),
+    Field(
+        description="The unit of the coordinates in metres: 0.001 for millimetres. It is the scale "
+        "of the root node of a glTF file, which is in metres, and reports of meshes repeat it. "
+        "Tolerances, reports and other formats stay in the unit of the coordinates. That of a "
+        "member of a group has no effect.",
+        examples=[0.001],
+    ),
+]
 
 UpField: TypeAlias = Annotated[
     Up,

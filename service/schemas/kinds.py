@@ -50,8 +50,9 @@ FIELDS: Mapping[type[SurfaceKind], tuple[str, ...]] = MappingProxyType(
             "shells",
             "uncertainty",
             "invalid_faces",
+            "metres_per_unit",
         ),
-        GroupSurface: ("group", "members"),
+        GroupSurface: ("group", "definitions", "members", "metres_per_unit"),
     }
 )
 """For each kind, its name in requests, and its fields in the order in which a document has them;

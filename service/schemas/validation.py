@@ -25,7 +25,7 @@ UNIONS = frozenset({"surface", "curve"})
 """Fields whose value is one of several models. After such a field, pydantic's paths have an
 additional item, the name of the chosen model, which a JSON pointer must not have."""
 
-LISTS_OF_UNIONS = frozenset({"operations", "surfaces", "pcurves"})
+LISTS_OF_UNIONS = frozenset({"definitions", "operations", "surfaces", "pcurves"})
 """Fields whose value is a list, in which each item is one of several models."""
 
 MAX_INDEX = 2**53

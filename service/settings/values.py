@@ -18,7 +18,13 @@ from pydantic_settings import NoDecode
 
 from service.decoders.format import FileLimits
 from service.pipeline.limits import Limits
-from service.schemas.document import DEFAULT_LIMITS, MAX_BYTES, PARSED_DEPTH, DocumentLimits
+from service.schemas.document import (
+    DEFAULT_LIMITS,
+    MAX_BYTES,
+    MEMBERS_FACTOR,
+    PARSED_DEPTH,
+    DocumentLimits,
+)
 from service.settings.listening import HOST, PORT
 from service.settings.runtime import MIN_MEMORY, count_processors, half_of_memory
 from service.surface.checks import MAX_DEGREE
@@ -146,6 +152,13 @@ class Settings(BaseModel):
         ge=1,
         le=10_000_000,
         description="Faces of all breps of a surface.",
+    )
+    max_members: int = Field(
+        default=DEFAULT_LIMITS.max_members,
+        ge=1,
+        le=1_000_000,
+        description="Surfaces of a group: those of members, and those among its definitions. A "
+        f"group may have {MEMBERS_FACTOR} times as many members.",
     )
     max_placed_faces: int = Field(
         default=FileLimits().max_placed_faces,
@@ -390,6 +403,7 @@ def document_limits(settings: Settings) -> DocumentLimits:
         settings.max_json_depth,
         settings.max_json_values,
         settings.max_faces,
+        settings.max_members,
     )
 
 
@@ -400,6 +414,8 @@ def file_limits(settings: Settings) -> FileLimits:
         settings.max_file_entities,
         settings.max_faces,
         settings.max_placed_faces,
+        settings.max_members,
+        settings.max_members * MEMBERS_FACTOR,
     )
 
 

@@ -13,7 +13,13 @@ from service.errors import InvalidRequest, Issue, count_nouns
 from service.surface.brep_lowering import lower_columns
 from service.surface.brep_model import BrepModel
 from service.surface.bspline import BsplineSurface
-from service.surface.checks import Up, check_uncertainties, check_up, validate_points
+from service.surface.checks import (
+    Up,
+    check_metres_per_unit,
+    check_uncertainties,
+    check_up,
+    validate_points,
+)
 from service.surface.curve import BsplineCurve
 from service.surface.knot_tables import KnotTable
 from service.surface.placement import Box, find_box
@@ -71,6 +77,9 @@ class BrepSurface(SurfaceKind):
     up : "y" or "z"
         The model's vertical axis.
     name : str
+    metres_per_unit : float or None
+        The unit of the coordinates; None if it is not known. That of a member of a group has no
+        effect.
 
     Raises
     ------
@@ -107,12 +116,14 @@ class BrepSurface(SurfaceKind):
     invalid_faces: InvalidFaces = "refuse"
     up: Up = "y"
     name: str = "brep"
+    metres_per_unit: float | None = None
     _model: BrepModel = field(init=False, repr=False)
     _size: SurfaceSize = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         set_field = partial(object.__setattr__, self)
         check_up(self.up)
+        check_metres_per_unit(self.metres_per_unit)
         set_field("vertices", validate_points(self.vertices, "vertices", axes=2))
         for name in ("curves", "pcurves"):
             set_field(name, self._validate_curves(name))
@@ -127,6 +138,11 @@ class BrepSurface(SurfaceKind):
         model = BrepModel(**columns, skips_invalid=self.invalid_faces == "skip")
         set_field("_model", lower_columns(model))
         set_field("_size", self._count())
+
+    @property
+    def unit(self) -> float | None:
+        """Metres in one unit of the coordinates; None if this is not known."""
+        return self.metres_per_unit
 
     def size(self) -> SurfaceSize:
         """Counts of faces, coedges and edges, and of the Bézier patches and pieces of all splines.

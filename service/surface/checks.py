@@ -24,6 +24,9 @@ MAX_DEGREE = 64
 """Highest degree. At higher degrees a control point has hardly any effect on a Bézier patch; a
 B-spline of low degree is better."""
 
+MAX_METRES_PER_UNIT = 1e6
+"""The largest unit of length, in metres."""
+
 MAX_COORDINATE = float(np.finfo(np.float32).max)
 """Largest coordinate that glTF, STL and PLY can store."""
 
@@ -194,6 +197,20 @@ def check_triangle(count: int, name: str) -> int:
             )
         )
     return degree
+
+
+def check_metres_per_unit(metres: float | None) -> None:
+    """Refuse a unit of length that is not above 0 and at most `MAX_METRES_PER_UNIT` metres."""
+    if metres is not None and not 0 < metres <= MAX_METRES_PER_UNIT:
+        raise InvalidRequest(
+            Issue(
+                "out_of_range",
+                "A unit of length is a number of metres.",
+                "/metres_per_unit",
+                f"{metres:.6g}",
+                f"above 0, at most {MAX_METRES_PER_UNIT:.0e}",
+            )
+        )
 
 
 def check_up(up: str) -> None:

@@ -21,7 +21,8 @@ def content_key(value: Any, omitted: tuple[str, ...] = ()) -> Hashable:
         content = np.ascontiguousarray(value + 0)
         return value.shape, value.dtype.str, sha256(content.data).digest()
     if is_dataclass(value):
-        names = (f.name for f in fields(value) if f.init and f.name not in omitted)
+        compared = (f for f in fields(value) if f.init and f.compare)
+        names = (f.name for f in compared if f.name not in omitted)
         return type(value), *(content_key(getattr(value, name)) for name in names)
     if isinstance(value, tuple):
         return tuple(content_key(part) for part in value)

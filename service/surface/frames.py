@@ -1,12 +1,12 @@
 """Frames of members of a group: their placements, multiplied with those of their parents."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, Ints
+from service.bases.arrays import Bools, FloatArray, Ints
 from service.errors import InvalidRequest, Issue, pointer
 from service.surface.checks import MAX_COORDINATE
 from service.surface.placement import is_valid_linear, validate_matrix
@@ -53,12 +53,12 @@ def find_depths(parents: Sequence[int | None]) -> Ints:
         if not 0 <= parent < number:
             message = "A parent is a member before its members, so that there are no circles."
             needed = f"0 to {number - 1}" if number else "no parent for the first member"
-            raise _refuse(number, "parent", "unknown_parent", message, f"member {parent}", needed)
+            raise _refuse(number, "parent", "unknown_parent", message, (f"member {parent}", needed))
         depths.append(depths[parent] + 1)
         if depths[-1] == MAX_DEPTH:
             message = "Members are nested more deeply than this service places."
             got, needed = f"more than {MAX_DEPTH} levels", f"at most {MAX_DEPTH}"
-            raise _refuse(number, "parent", "too_deep", message, got, needed)
+            raise _refuse(number, "parent", "too_deep", message, (got, needed))
     return np.array(depths, np.intp)
 
 
@@ -81,8 +81,8 @@ def multiply_frames(
     # The factor makes the computed scaling an upper bound.
     scalings[given] = np.linalg.svd(own[given, :3, :3], compute_uv=False)[:, 0] * (1 + 2.0**-40)
     shifts = np.linalg.norm(own[:, :3, 3], axis=1) * (1 + 2.0**-40)
-    frames, levels, stretches, reaches = own.copy(), given.astype(np.intp), scalings, shifts
-    stretches, reaches = scalings.copy(), shifts.copy()
+    frames, levels = own.copy(), given.astype(np.intp)
+    stretches, reaches = scalings, shifts.copy()
     above = np.array([-1 if parent is None else parent for parent in parents], np.intp)
     order = np.argsort(depths, kind="stable")
     ends = np.searchsorted(depths[order], np.arange(1, int(depths.max()) + 2))
@@ -108,25 +108,26 @@ def _multiply(first: FloatArray, second: FloatArray) -> FloatArray:
 
 
 def _check_products(
-    frames: FloatArray, is_product: FloatArray, matrices: Sequence[FloatArray | None]
+    frames: FloatArray, is_product: Bools, matrices: Sequence[FloatArray | None]
 ) -> None:
     """Refuse a product of placements that cannot be a placement itself."""
     rows = np.flatnonzero(is_product)
     if not len(rows):
         return
-    is_wrong = ~(np.abs(frames[rows]) <= MAX_COORDINATE).all(axis=(1, 2))  # also for NaN
-    finite = rows[~is_wrong]
-    is_wrong[~is_wrong] = ~is_valid_linear(frames[finite, :3, :3])
-    for number in rows[is_wrong].tolist():
+    # False for NaN, too.
+    is_within = np.asarray((np.abs(frames[rows]) <= MAX_COORDINATE).all(axis=(1, 2)), np.bool_)
+    is_right = is_within.copy()
+    is_right[is_within] = is_valid_linear(frames[rows[is_within], :3, :3])
+    for number in rows[~is_right].tolist():
         name = "parent" if matrices[number] is None else "matrix"
         try:
             validate_matrix(frames[number])
         except InvalidRequest as error:
-            wrong = error.issues[0]
-            raise _refuse(number, name, wrong.code, wrong.message, wrong.got, wrong.needed) from None
+            issue = replace(error.issues[0], pointer=pointer(("members", number, name)))
+            raise InvalidRequest(issue) from None
 
 
 def _refuse(
-    number: int, name: str, code: str, message: str, got: str, needed: str
+    number: int, name: str, code: str, message: str, texts: tuple[str, str]
 ) -> InvalidRequest:
-    return InvalidRequest(Issue(code, message, pointer(("members", number, name)), got, needed))
+    return InvalidRequest(Issue(code, message, pointer(("members", number, name)), *texts))

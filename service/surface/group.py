@@ -1,84 +1,58 @@
 """A group: surfaces with names, colours and placements; equal surfaces are lowered once."""
 
-from collections.abc import Hashable, Mapping
-from dataclasses import dataclass, field, fields, is_dataclass
-from hashlib import sha256
-from typing import Any
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.errors import InvalidRequest, Issue, count_nouns, pointer
-from service.surface.checks import Up, check_up
-from service.surface.lowered import Color, GroupModel, PlacedModel, SingleModel
-from service.surface.placement import check_box, place_box, turn_upright, validate_matrix
+from service.errors import InvalidRequest, Issue, pointer
+from service.surface.brep import BrepSurface
+from service.surface.checks import MAX_COORDINATE, Up, check_metres_per_unit, check_up
+from service.surface.content_key import number_distinct
+from service.surface.frames import Frames, find_depths, multiply_frames
+from service.surface.lowered import Color, GroupModel, GroupNode, PlacedModel, SingleModel
+from service.surface.member import Member
+from service.surface.placement import (
+    check_box,
+    place_boxes,
+    turn_matrices,
+    turn_upright,
+)
 from service.surface.sizes import SurfaceKind, SurfaceSize, group_sizes
 
 MAX_MEMBERS = 4096
-"""The most members of a group: meshing even a small member takes at least 0.5 ms, a tube 2 ms."""
+"""The most members of a group that has neither parents nor breps: with more, equal surfaces are
+stored once (`GroupSurface.has_definitions`)."""
 
+MAX_PATH_BYTES = 32 << 20
+"""The most bytes of the paths of all members together."""
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Member:
-    """One surface of a group.
-
-    A name that equals the surface's name becomes None; a matrix that is the identity becomes None,
-    too. An opacity of 1 is removed from the colour. So equal members have equal values.
-
-    Attributes
-    ----------
-    surface : SurfaceKind
-        Of any kind except a group.
-    name : str or None
-        Name of its glTF node; None stands for the name of the surface.
-    color : tuple of three or four floats, or None
-        Base colour: red, green, blue and, unless it is 1, the opacity. sRGB, from 0 to 1.
-    matrix : ndarray of float64, shape (4, 4), or None
-        Placement in the group: affine, acts on columns. None stands for the identity.
-
-    Raises
-    ------
-    InvalidRequest
-        On creation, with pointers relative to the member.
-    """
-
-    surface: SurfaceKind
-    name: str | None = None
-    color: tuple[float, ...] | None = None
-    matrix: FloatArray | None = None
-
-    def __post_init__(self) -> None:
-        if isinstance(self.surface, GroupSurface):
-            raise InvalidRequest(nested_issue("/surface/type"))
-        if self.name == self.surface.name:
-            object.__setattr__(self, "name", None)
-        if self.color is not None:
-            object.__setattr__(self, "color", _validate_color(self.color))
-        if self.matrix is not None:
-            try:
-                matrix = validate_matrix(self.matrix)
-            except InvalidRequest as error:
-                raise error.within("/matrix") from None
-            is_identity = np.array_equal(matrix, np.eye(4))
-            object.__setattr__(self, "matrix", None if is_identity else matrix)
+_MODEL_FIELDS = ("name", "up", "metres_per_unit")
+"""Fields of surfaces that do not change their lowered models, except for the names in these."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class GroupSurface(SurfaceKind):
     """Several surfaces in one model.
 
-    If the vertical axes of a member and of the group differ, the member is rotated by a quarter
-    turn about x before it is placed. Surfaces that differ only in name and `up` share one lowered
-    model, which is computed only once, and stored only once if the format allows it.
+    If the vertical axes of a member and of the group differ, the surface of the member is rotated
+    by a quarter turn about x before it is placed; the frame of the member is not, so the members
+    below it do not change. Surfaces that differ only in name and `up` share one lowered model,
+    which is computed only once, and stored only once if the format allows it.
 
     Attributes
     ----------
     members : tuple of Member
-        1 to `MAX_MEMBERS`.
+        At least one, of which at least one has a surface. If `has_definitions`, equal surfaces are
+        one object.
     up : "y" or "z"
         The group's vertical axis.
     name : str
         Name of the group.
+    metres_per_unit : float or None
+        The unit of the coordinates; None if it is not known.
 
     Raises
     ------
@@ -89,35 +63,56 @@ class GroupSurface(SurfaceKind):
     members: tuple[Member, ...]
     up: Up = "y"
     name: str = "group"
+    metres_per_unit: float | None = None
     _distinct: tuple[list[SurfaceKind], list[int]] = field(init=False, repr=False)
+    _frames: Frames | None = field(init=False, repr=False)
+    _placements: FloatArray = field(init=False, repr=False)
     _sizes: tuple[SurfaceSize, SurfaceSize] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
+        set_field = partial(object.__setattr__, self)
         check_up(self.up)
-        if not 1 <= len(self.members) <= MAX_MEMBERS:
-            raise InvalidRequest(
-                Issue(
-                    "wrong_length",
-                    f"A group has 1 to {MAX_MEMBERS} members.",
-                    "/members",
-                    count_nouns(len(self.members), "members"),
-                    f"1 to {MAX_MEMBERS}",
-                )
-            )
-        for index, member in enumerate(self.members):
-            matrix = turn_upright(member.matrix, member.surface.up, self.up)
-            where = pointer(("members", index, "matrix"))
-            check_box(place_box(member.surface.bounds(), matrix), where, "points placed")
-        surfaces, numbers = distinct_surfaces(self.members)
-        object.__setattr__(self, "_distinct", (surfaces, numbers))
-        sizes = group_sizes(
-            [surface.size() for surface in surfaces],
-            numbers,
-            [member.name or member.surface.name for member in self.members],
-            name=self.name,
-            is_colored=any(member.color is not None for member in self.members),
+        check_metres_per_unit(self.metres_per_unit)
+        self._check_members()
+        parents = [member.parent for member in self.members]
+        depths = find_depths(parents)
+        if self.has_definitions:
+            set_field("members", _unite_surfaces(self.members))
+        set_field("_distinct", number_distinct(self._surfaces(), _MODEL_FIELDS))
+        matrices = [member.matrix for member in self.members]
+        # Without parents the matrix of a member is its frame.
+        frames = multiply_frames(matrices, parents, depths) if depths.any() else None
+        set_field("_frames", frames)
+        set_field("_placements", self._place())
+        self._check_boxes()
+        set_field("_sizes", self._count())
+
+    @property
+    def has_definitions(self) -> bool:
+        """Whether the stored group has each distinct surface once, among its `definitions`.
+
+        It has if a member has a parent, no surface or a brep, or if there are more than
+        `MAX_MEMBERS`. Other groups have a surface in each member: so their ids stay as they were
+        when all groups were such groups.
+        """
+        return len(self.members) > MAX_MEMBERS or any(
+            member.parent is not None
+            or member.surface is None
+            or isinstance(member.surface, BrepSurface)
+            for member in self.members
         )
-        object.__setattr__(self, "_sizes", sizes)
+
+    @property
+    def unit(self) -> float | None:
+        """Metres in one unit of the coordinates; None if this is not known."""
+        return self.metres_per_unit
+
+    @property
+    def definitions(self) -> tuple[SurfaceKind, ...]:
+        """The distinct surfaces in the order of first use; none unless `has_definitions`."""
+        if not self.has_definitions:
+            return ()
+        return tuple({id(surface): surface for surface in self._surfaces()}.values())
 
     def size(self) -> SurfaceSize:
         """The size of all members; if members are equal, each of them counts."""
@@ -134,19 +129,160 @@ class GroupSurface(SurfaceKind):
         for surface in surfaces:
             model = surface.lower()
             if isinstance(model, GroupModel):
-                # Never reached, because `Member` refuses groups; for mypy.
-                raise InvalidRequest(nested_issue(""))
+                raise InvalidRequest(nested_issue(""))  # never reached: `_check_members`
             models.append(model)
-        members = tuple(
-            PlacedModel(
-                member.name or member.surface.name,
-                number,
-                _with_opacity(member.color),
-                turn_upright(member.matrix, member.surface.up, self.up),
+        paths, colors = self._inherit()
+        matrices = self._placements
+        is_moved = (matrices != np.eye(4)).any(axis=(1, 2)).tolist()
+        members, sources = [], []
+        for place, (member, number) in enumerate(self._placed()):
+            frames = self._frames
+            chain = None
+            if frames is not None and frames.levels[number] > 1:
+                chain = (
+                    frames.levels.item(number),
+                    frames.stretches.item(number),
+                    frames.reaches.item(number),
+                )
+            members.append(
+                PlacedModel(
+                    paths[number],
+                    numbers[place],
+                    colors[number],
+                    matrices[place] if is_moved[place] else None,
+                    chain,
+                )
             )
-            for member, number in zip(self.members, numbers, strict=True)
+            sources.append(number if member.definition is None else ~member.definition)
+        return GroupModel(
+            self.name, tuple(models), tuple(members), self.up, self._list_nodes(), tuple(sources)
         )
-        return GroupModel(self.name, tuple(models), members, self.up)
+
+    def _placed(self) -> Iterator[tuple[Member, int]]:
+        """The members with a surface, and their numbers."""
+        return (
+            (member, number)
+            for number, member in enumerate(self.members)
+            if member.surface is not None
+        )
+
+    def _surfaces(self) -> list[SurfaceKind]:
+        """The surfaces of the members that have one."""
+        return [member.surface for member in self.members if member.surface is not None]
+
+    def _check_members(self) -> None:
+        """Refuse a group without surfaces, and groups in groups."""
+        surfaces = self._surfaces()
+        if not surfaces:
+            raise InvalidRequest(
+                Issue(
+                    "missing_field",
+                    "At least one member of a group has a surface, or names a definition.",
+                    "/members/0/surface" if self.members else "/members",
+                    "no surface",
+                    "a surface in one of the members",
+                )
+            )
+        for member, number in self._placed():
+            if isinstance(member.surface, GroupSurface):
+                raise InvalidRequest(nested_issue(pointer(("members", number, "surface", "type"))))
+
+    def _place(self) -> FloatArray:
+        """The placements of all surfaces, (N, 4, 4): frames after the turns to the group's axis."""
+        placed = list(self._placed())
+        if self._frames is None:
+            matrices = np.broadcast_to(np.eye(4), (len(placed), 4, 4)).copy()
+            given = [k for k, (member, _) in enumerate(placed) if member.matrix is not None]
+            if given:
+                matrices[given] = np.array([placed[k][0].matrix for k in given])
+        else:
+            matrices = self._frames.matrices[[number for _, number in placed]]
+        turned = [k for k, surface in enumerate(self._surfaces()) if surface.up != self.up]
+        if turned:
+            matrices[turned] = turn_matrices(matrices[turned], self.up)
+        matrices.flags.writeable = False
+        return matrices
+
+    def _check_boxes(self) -> None:
+        """Refuse members with coordinates that float32 cannot store."""
+        surfaces, numbers = self._distinct
+        lows, highs = (np.array(ends) for ends in zip(*(s.bounds() for s in surfaces), strict=True))
+        placed_lows, placed_highs = place_boxes(lows[numbers], highs[numbers], self._placements)
+        largest = np.maximum(-placed_lows, placed_highs).max(axis=1)
+        for place, (_, number) in enumerate(self._placed()):
+            if largest[place] > MAX_COORDINATE:
+                where = pointer(("members", number, "matrix"))
+                check_box((placed_lows[place], placed_highs[place]), where, "points placed")
+
+    def _inherit(self) -> tuple[list[str], list[Color | None]]:
+        """The path of each member, and its colour or that of the nearest member above it."""
+        paths: list[str] = []
+        colors: list[Color | None] = []
+        for member in self.members:
+            path, color = member.full_name, _with_opacity(member.color)
+            if member.parent is not None:
+                path = f"{paths[member.parent]}/{path}"
+                color = color or colors[member.parent]
+            paths.append(path)
+            colors.append(color)
+        return paths, colors
+
+    def _measure_paths(self) -> list[int]:
+        """The bytes of the path of each member; raises `InvalidRequest` if they are too many."""
+        lengths: list[int] = []
+        for member in self.members:
+            length = len(member.full_name.encode())
+            lengths.append(length if member.parent is None else lengths[member.parent] + 1 + length)
+        if sum(lengths) > MAX_PATH_BYTES:
+            message = "The names of all members, each with those of its parents, are too long."
+            got, needed = f"{sum(lengths)} bytes", f"at most {MAX_PATH_BYTES}"
+            raise InvalidRequest(Issue("wrong_length", message, "/members", got, needed))
+        return lengths
+
+    def _list_nodes(self) -> tuple[GroupNode, ...]:
+        """The tree of nodes; none if each member is a surface and stands below the root."""
+        is_flat = self._frames is None and len(self._placements) == len(self.members)
+        if is_flat:
+            return ()
+        parents = {member.parent for member in self.members}
+        nodes: list[GroupNode] = []
+        node_of: list[int] = []
+        place = 0
+        for number, member in enumerate(self.members):
+            parent = None if member.parent is None else node_of[member.parent]
+            node_of.append(len(nodes))
+            surface = member.surface
+            if surface is None:
+                nodes.append(GroupNode(member.full_name, parent, member.matrix))
+                continue
+            if number not in parents:
+                matrix = turn_upright(member.matrix, surface.up, self.up)
+                nodes.append(GroupNode(member.full_name, parent, matrix, place))
+            elif surface.up == self.up:
+                nodes.append(GroupNode(member.full_name, parent, member.matrix, place))
+            else:  # the turn is of the surface alone
+                turn = turn_upright(None, surface.up, self.up)
+                nodes.append(GroupNode(member.full_name, parent, member.matrix))
+                nodes.append(GroupNode(member.full_name, node_of[number], turn, place))
+            place += 1
+        return tuple(nodes)
+
+    def _count(self) -> tuple[SurfaceSize, SurfaceSize]:
+        """Compute the results of `size` and `stored_size`, once, on creation."""
+        surfaces, numbers = self._distinct
+        lengths = self._measure_paths()
+        return group_sizes(
+            [surface.size() for surface in surfaces],
+            numbers,
+            [lengths[number] for _, number in self._placed()],
+            name=self.name,
+            frame_bytes=[
+                len(member.full_name.encode())
+                for number, member in enumerate(self.members)
+                if member.surface is None
+            ],
+            is_colored=any(member.color is not None for member in self.members),
+        )
 
 
 def nested_issue(where: str) -> Issue:
@@ -156,42 +292,26 @@ def nested_issue(where: str) -> Issue:
         "A group holds surfaces, not groups.",
         where,
         "a group",
-        "its members, placed by the product of both matrices",
+        "its members, with a member without a surface as their `parent`",
     )
 
 
-def content_key(value: Any, omitted: tuple[str, ...] = ()) -> Hashable:
-    """A key that is equal for two values if and only if they have equal content.
+def _unite_surfaces(members: tuple[Member, ...]) -> tuple[Member, ...]:
+    """The members with one object for all surfaces that differ in their names alone.
 
-    Two surfaces are compared field by field, arrays by shape, type and numbers, and mappings by
-    their entries in order. The fields `omitted` of a surface are not compared.
+    A member whose surface had another name gets this name.
     """
-    if isinstance(value, np.ndarray):
-        # Adding 0 turns −0 into 0, so that equal numbers have equal bytes.
-        content = np.ascontiguousarray(value + 0)
-        return value.shape, value.dtype.str, sha256(content.data).digest()
-    if is_dataclass(value):
-        names = (f.name for f in fields(value) if f.init and f.name not in omitted)
-        return type(value), *(content_key(getattr(value, name)) for name in names)
-    if isinstance(value, tuple):
-        return tuple(content_key(part) for part in value)
-    if isinstance(value, Mapping):
-        return tuple((key, content_key(part)) for key, part in value.items())
-    return value  # type: ignore[no-any-return]
-
-
-def distinct_surfaces(members: tuple[Member, ...]) -> tuple[list[SurfaceKind], list[int]]:
-    """The distinct surfaces of the members, and for each member the number of its surface."""
-    number_of: dict[Hashable, int] = {}
-    surfaces: list[SurfaceKind] = []
-    numbers = []
+    surfaces = [member.surface for member in members if member.surface is not None]
+    distinct, numbers = number_distinct(surfaces, ("name", "metres_per_unit"))
+    united: list[Member] = []
+    rest = iter(numbers)
     for member in members:
-        surface = member.surface
-        number = number_of.setdefault(content_key(surface, ("name", "up")), len(surfaces))
-        if number == len(surfaces):
-            surfaces.append(surface)
-        numbers.append(number)
-    return surfaces, numbers
+        surface = None if member.surface is None else distinct[next(rest)]
+        is_same = surface is member.surface
+        united.append(
+            member if is_same else replace(member, surface=surface, name=member.full_name)
+        )
+    return tuple(united)
 
 
 def _with_opacity(color: tuple[float, ...] | None) -> Color | None:
@@ -199,31 +319,3 @@ def _with_opacity(color: tuple[float, ...] | None) -> Color | None:
     if color is None:
         return None
     return color[0], color[1], color[2], color[3] if len(color) > 3 else 1.0
-
-
-def _validate_color(color: tuple[float, ...]) -> tuple[float, ...]:
-    """Check a colour; an opacity of 1 is removed."""
-    if len(color) not in (3, 4):
-        raise InvalidRequest(
-            Issue(
-                "wrong_length",
-                "A colour is red, green, blue and, if it has a fourth number, opacity.",
-                "/color",
-                count_nouns(len(color), "numbers"),
-                "three or four",
-            )
-        )
-    for index, value in enumerate(color):
-        if not 0 <= value <= 1:
-            raise InvalidRequest(
-                Issue(
-                    "out_of_range",
-                    "The numbers of a colour are from 0 (dark) to 1 (full).",
-                    f"/color/{index}",
-                    f"{value:.6g}",
-                    "0 to 1",
-                )
-            )
-    # Adding 0 turns −0 into 0, so that equal colours have equal bytes.
-    numbers = tuple(float(value) + 0.0 for value in color)
-    return numbers[:3] if numbers[3:] == (1.0,) else numbers

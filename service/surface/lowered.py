@@ -5,6 +5,7 @@ A model is batches of Bézier patches (`service.surface.batches`), a sweep
 engine and the encoders use only models, and not the kinds of surface.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import dist
 from typing import TypeAlias
@@ -16,7 +17,7 @@ from service.surface.batches import Patches
 from service.surface.brep_model import BrepModel
 from service.surface.checks import Up
 from service.surface.curve_model import SweepModel
-from service.surface.placement import Box, join_boxes, place_box
+from service.surface.placement import Box, join_boxes, place_boxes
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,6 +154,11 @@ Color: TypeAlias = tuple[float, float, float, float]
 """Red, green, blue and opacity, sRGB, 0 … 1."""
 
 
+Chain: TypeAlias = tuple[int, float, float]
+"""The number of placements of which one is the product, and upper bounds of the product of their
+scalings and of the distance by which they move the origin (`service.surface.frames`)."""
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class PlacedModel:
     """One placed copy of a model of a group.
@@ -160,19 +166,43 @@ class PlacedModel:
     Attributes
     ----------
     name : str
-        Name of the member.
+        Name of the member, after those of its parents: "machine/bolt".
     model : int
         The number of the model in `GroupModel.models`.
     color : tuple of four floats, or None
         The colours of the model are multiplied by this colour.
     matrix : ndarray of float64, shape (4, 4), or None
         Affine placement, which acts on columns (x, y, z, 1). None stands for the identity.
+    chain : Chain or None
+        If the matrix is a product of several.
     """
 
     name: str
     model: int
     color: Color | None = None
     matrix: FloatArray | None = None
+    chain: Chain | None = None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class GroupNode:
+    """A node of the tree of a group.
+
+    Attributes
+    ----------
+    name : str
+    parent : int or None
+        The number of an earlier node; None for the root.
+    matrix : ndarray of float64, shape (4, 4), or None
+        Placement in the frame of the parent. None stands for the identity.
+    copy : int or None
+        The number in `GroupModel.members` of the copy in the frame of the node, if there is one.
+    """
+
+    name: str
+    parent: int | None = None
+    matrix: FloatArray | None = None
+    copy: int | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -181,27 +211,62 @@ class GroupModel:
 
     The matrices of the copies include the turn from a model's vertical axis to the group's axis
     `up`.
+
+    Attributes
+    ----------
+    name : str
+    models : tuple of PatchModel, SweepModel and BrepModel
+    members : tuple of PlacedModel
+        The copies, in the order of the request; members without a surface are not among them.
+    up : "y" or "z"
+    nodes : tuple of GroupNode
+        The tree of the members; none if each copy is a node below the root.
+    sources : tuple of int
+        For each copy the number n of its member in the request; or, if the request has the surface
+        among its definitions, −1 − n, where n is its number there.
     """
 
     name: str
     models: tuple["SingleModel", ...]
     members: tuple[PlacedModel, ...]
     up: Up = "y"
+    nodes: tuple[GroupNode, ...] = ()
+    sources: tuple[int, ...] = ()
 
     @property
     def patch_count(self) -> int:
         """Number of patches of all copies."""
-        return sum(self.models[member.model].patch_count for member in self.members)
+        counts = [model.patch_count for model in self.models]
+        return sum(counts[member.model] for member in self.members)
 
     @property
     def bounds(self) -> Box:
         """Least and greatest coordinates of the control points of all copies."""
-        return join_boxes(place_box(self.models[m.model].bounds, m.matrix) for m in self.members)
+        lows, highs = place_copies(self.members, [model.bounds for model in self.models])
+        return lows.min(axis=0), highs.max(axis=0)
 
     @property
     def diagonal(self) -> float:
         """Diagonal of the box about the control points of all copies."""
         return dist(*(bound.tolist() for bound in self.bounds))
+
+    def locate(self, model: int) -> str:
+        """The JSON pointer, in the group, of the surface with this number in `models`."""
+        copy = next(k for k, each in enumerate(self.members) if each.model == model)
+        source = self.sources[copy] if self.sources else copy
+        return f"/members/{source}/surface" if source >= 0 else f"/definitions/{~source}"
+
+
+def place_copies(copies: Sequence[PlacedModel], boxes: Sequence[Box]) -> Box:
+    """The boxes of N copies, (N, 3) each, from the boxes of the models."""
+    lows, highs = (np.array(ends) for ends in zip(*boxes, strict=True))
+    numbers = np.array([copy.model for copy in copies])
+    placed = [k for k, copy in enumerate(copies) if copy.matrix is not None]
+    lows, highs = lows[numbers], highs[numbers]
+    if placed:
+        matrices = np.array([copies[k].matrix for k in placed])
+        lows[placed], highs[placed] = place_boxes(lows[placed], highs[placed], matrices)
+    return lows, highs
 
 
 SingleModel: TypeAlias = PatchModel | SweepModel | BrepModel

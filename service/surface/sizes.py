@@ -17,6 +17,9 @@ from service.surface.checks import Up
 from service.surface.lowered import Model
 from service.surface.placement import Box, find_box
 
+MEMBER_BYTES = 900
+"""Bytes of a member of a group, and of its lowered form, in addition to its surface and names."""
+
 NUMBER = 8
 """Bytes of a number in double precision, and of an index."""
 
@@ -112,6 +115,11 @@ class SurfaceKind(ABC):
     __slots__ = ()
     up: Up
     name: str
+
+    @property
+    def unit(self) -> float | None:
+        """Metres in one unit of the coordinates; None if this is not known."""
+        return None
 
     @abstractmethod
     def lower(self) -> Model:
@@ -219,9 +227,18 @@ _SUM_FIELDS = (
 )  # fmt: skip
 
 
-def add_sizes(sizes: Sequence[SurfaceSize], *, name: str) -> SurfaceSize:
-    """The size of one surface whose parts are surfaces of these sizes, with the same channels."""
-    sums = {field: sum(getattr(size, field) for size in sizes) for field in _SUM_FIELDS}
+def add_sizes(
+    sizes: Sequence[SurfaceSize], *, name: str, counts: Sequence[int] | None = None
+) -> SurfaceSize:
+    """The size of one surface whose parts are surfaces of these sizes, with the same channels.
+
+    If `counts` are given, `counts[k]` of the parts have size k.
+    """
+    counts = counts or [1] * len(sizes)
+    sums = {
+        field: sum(count * getattr(size, field) for size, count in zip(sizes, counts, strict=True))
+        for field in _SUM_FIELDS
+    }
     sums["name_bytes"] += 2 * len(name.encode())
     degree = max(size.degree[0] for size in sizes), max(size.degree[1] for size in sizes)
     return replace(sizes[0], degree=degree, **sums)
@@ -230,9 +247,10 @@ def add_sizes(sizes: Sequence[SurfaceSize], *, name: str) -> SurfaceSize:
 def group_sizes(
     sizes: Sequence[SurfaceSize],
     numbers: Sequence[int],
-    names: Sequence[str],
+    path_bytes: Sequence[int],
     *,
     name: str,
+    frame_bytes: Sequence[int] = (),
     is_colored: bool,
 ) -> tuple[SurfaceSize, SurfaceSize]:
     """The size of a group if each member counts, and its size if equal members count once.
@@ -242,35 +260,43 @@ def group_sizes(
     sizes : sequence of SurfaceSize
         The sizes of the distinct surfaces.
     numbers : sequence of int
-        For each member, the number of its surface.
-    names : sequence of str
-        The names of the members.
+        For each member with a surface, the number of its surface.
+    path_bytes : sequence of int
+        The bytes of the names of these members, each after those of its parents.
+    name : str
+        Name of the group.
+    frame_bytes : sequence of int
+        The bytes of the names of all members without a surface.
     is_colored : bool
         Whether any member has a base color.
     """
-    copies = [sizes[number] for number in numbers]
-    # In a scene the parts of a member are called "member/part".
-    label_sizes = [len(title.encode()) + 1 for title in names]
+    count = len(numbers)
+    counts = [0] * len(sizes)
+    part_name_bytes = 0
+    for number, length in zip(numbers, path_bytes, strict=True):
+        counts[number] += 1
+        # In a scene the parts of a member, and the faces of a brep, are called "member/part".
+        part_name_bytes += (sizes[number].parts + sizes[number].faces + 1) * (length + 1)
+    all_members = add_sizes(sizes, name=name, counts=counts)
+    distinct_members = add_sizes(sizes, name=name)
+    member_bytes = MEMBER_BYTES * (count + len(frame_bytes)) + sum(path_bytes)
 
-    def sum_members(members: Sequence[SurfaceSize], attributes: Attributes) -> SurfaceSize:
-        all_members, distinct_members = add_sizes(copies, name=name), add_sizes(sizes, name=name)
-        part_name_bytes = sum(
-            (s.parts + 1) * label for s, label in zip(copies, label_sizes, strict=True)
-        )
+    def sum_members(members: SurfaceSize, attributes: Attributes) -> SurfaceSize:
         return replace(
-            add_sizes(members, name=name),
-            # A node for every member, and below it a node for each of its parts.
-            parts=all_members.parts + len(copies),
-            name_bytes=all_members.name_bytes + part_name_bytes,
-            members=len(copies),
-            label_bytes=sum(label_sizes),
+            members,
+            # A node for every member, and below it a node for each of its parts, or for its turn.
+            parts=all_members.parts + count + len(frame_bytes),
+            name_bytes=all_members.name_bytes + part_name_bytes + sum(frame_bytes),
+            members=count,
+            label_bytes=sum(path_bytes) + count,
             colors=4 if is_colored else max(size.colors for size in sizes),
             uvs=max(size.uvs for size in sizes),
             attributes=attributes,
-            lowered_bytes=distinct_members.lowered_bytes,
+            lowered_bytes=distinct_members.lowered_bytes + member_bytes,
             # In addition to all models, temporary arrays of one surface at a time: those of its
             # lowering, or the copy of its arrays of which `content_key` takes the hash.
             peak_bytes=distinct_members.lowered_bytes
+            + member_bytes
             + max(max(size.peak_bytes - size.lowered_bytes, size.surface_bytes) for size in sizes),
             side_bytes=distinct_members.side_bytes,
         )
@@ -286,4 +312,7 @@ def group_sizes(
         (max((title for title, _ in column), key=len), max(d for _, d in column))
         for column in zip_longest(*sorted_attributes, fillvalue=("", 0))
     )
-    return sum_members(copies, tuple(sorted(common))), sum_members(sizes, largest_attributes)
+    return (
+        sum_members(all_members, tuple(sorted(common))),
+        sum_members(distinct_members, largest_attributes),
+    )

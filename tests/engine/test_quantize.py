@@ -13,8 +13,9 @@ from service.engine.scenes.scene import Scene
 from service.engine.stored_positions import MAX_NUMBER, MAX_ROUNDING
 from service.surface.bezier import BezierSurface
 from service.surface.examples.catalogue import find
-from service.surface.group import GroupSurface, Member
+from service.surface.group import GroupSurface
 from service.surface.lowered import GroupModel
+from service.surface.member import Member
 from tests.strategies import Array
 from tools.examples import UNTRIMMED
 from tools.meshes import add_overlays, build_silo, to_single

@@ -27,8 +27,9 @@ from service.pipeline.mesh_plan import build_plan
 from service.surface.bezier import BezierSurface, TriangleSurface
 from service.surface.brep import BrepSurface
 from service.surface.examples.catalogue import EXAMPLES, find
-from service.surface.group import GroupSurface, Member
+from service.surface.group import GroupSurface
 from service.surface.kinds import Surface
+from service.surface.member import Member
 from service.surface.sizes import SurfaceKind
 from tests.strategies import Array
 

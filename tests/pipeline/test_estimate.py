@@ -20,7 +20,8 @@ from service.pipeline.mesh_plan import PLAIN
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.examples.catalogue import find
-from service.surface.group import GroupSurface, Member
+from service.surface.group import GroupSurface
+from service.surface.member import Member
 from tools.certify.surfaces import FAMILIES
 from tools.examples import UNTRIMMED
 

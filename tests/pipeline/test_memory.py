@@ -24,7 +24,8 @@ from service.storage.canonical import plan_content
 from service.surface.bezier import BezierSurface, TriangleSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.examples.catalogue import find
-from service.surface.group import GroupSurface, Member
+from service.surface.group import GroupSurface
+from service.surface.member import Member
 from service.surface.sizes import SurfaceKind
 from tools.memory import measure_memory
 

@@ -25,7 +25,8 @@ from service.surface.batches import ChannelKind
 from service.surface.bezier import BezierSurface, TriangleSurface
 from service.surface.curve import BezierCurve
 from service.surface.examples.catalogue import find
-from service.surface.group import GroupSurface, Member
+from service.surface.group import GroupSurface
+from service.surface.member import Member
 from service.surface.sizes import SurfaceSize
 from service.surface.sweeps import TubeSurface
 from tests.strategies import Array, build_model, resolutions, split_models

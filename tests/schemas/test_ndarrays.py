@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from service.errors import InvalidRequest
-from service.schemas import bezier, bspline, patches, surfaces
+from service.schemas import bezier, bspline, groups, patches
 from service.schemas.arrays import Array, NumberGrid
 from service.schemas.bezier import split_rows
 from service.schemas.document import DocumentLimits
 from service.schemas.request import MeshRequest
 from service.schemas.validation import invalid_request, validate_document
-from service.surface.group import content_key
+from service.surface.content_key import content_key
 
 GRIDS = (
     bezier.CONTROL_NET,
@@ -29,7 +29,7 @@ GRIDS = (
     bezier.TRIANGLE_NET,
     bezier.TRIANGLE_WEIGHTS,
     patches.TRIANGLES,
-    surfaces.MATRIX,
+    groups.MATRIX,
     NumberGrid(("patch numbers",), integers=True),
 )
 DTYPES = ("<f8", ">f8", "<f4", ">f4", "<i8", ">i8", "<i4", "<u8", ">u2", "i1", "?")

@@ -26,15 +26,19 @@ from service.schemas.surfaces import definition
 from service.schemas.validation import parse_request, validate_document
 from service.storage.canonical import canonical_content, restore_surface, surface_id
 from service.surface.bezier import BezierSurface
+from service.surface.content_key import content_key
 from service.surface.curve import BezierCurve, BsplineCurve
 from service.surface.examples.catalogue import EXAMPLES, find
-from service.surface.group import GroupSurface, content_key
+from service.surface.group import GroupSurface
 from service.surface.kinds import Surface
+from service.surface.member import Member
 from tests.forms import ARC, PATCH, SURFACES, TENT, WAVES, Json
 from tests.spellings import IDENTITY, spell_number, spell_surface
 
 LIMITS = DocumentLimits()
 IDS: Path = Path(__file__).parents[1] / "golden" / "ids.json"
+
+SHIFTED = [[1, 0, 0, 2.5], [0, -1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
 
 UNUSUAL_SURFACES: dict[str, Json] = {
     "a spline with all defaults": {"type": "bspline", "control_net": WAVES},
@@ -76,6 +80,20 @@ UNUSUAL_SURFACES: dict[str, Json] = {
         "members": [
             {"surface": PATCH, "matrix": IDENTITY, "color": [0, 1, 0.5, 1], "name": "surface"},
             {"surface": TENT | {"name": "tent"}},
+        ],
+    },
+    "a tree of members": {
+        "type": "group",
+        "up": "z",
+        "metres_per_unit": 0.0254,
+        "definitions": [PATCH | {"name": "sail"}, PATCH | {"name": "sail", "up": "z"}, TENT],
+        "members": [
+            {"name": "ship", "color": [1, 0.5, 0, 1], "matrix": SHIFTED},
+            {"definition": 2, "parent": 0, "name": "tent"},
+            {"parent": 1, "name": "inside", "matrix": SHIFTED},
+            {"definition": 0, "parent": 2, "color": [0, 0, 1, 0.5]},
+            {"definition": 1, "parent": 2, "name": "jib"},
+            {"surface": {"type": "bspline", "control_net": WAVES}, "parent": 2},
         ],
     },
 }
@@ -151,6 +169,8 @@ def test_every_field_of_every_kind_is_part_of_the_content() -> None:
                 default = each.default_factory()
             if each.init and content_key(getattr(value, each.name)) != content_key(default):
                 names_of.setdefault(type(value), set()).add(each.name)
+    # The number of a definition in the request is only for errors.
+    names_of[Member].add("definition")
     for kind, names in names_of.items():
         # The name and the up axis of the curve of a tube or ribbon have no effect.
         ignored_fields = {"name", "up"} if kind in (BezierCurve, BsplineCurve) else set()
@@ -163,7 +183,8 @@ def _list_values(value: Any) -> Iterator[Any]:
     if isinstance(value, GroupSurface):
         for member in value.members:
             yield member
-            yield from _list_values(member.surface)
+            if member.surface is not None:
+                yield from _list_values(member.surface)
     for name in ("curve", "channels"):
         if hasattr(value, name):
             yield getattr(value, name)

@@ -16,7 +16,8 @@ from service.schemas.validation import validate_document
 from service.surface.brep import BrepSurface
 from service.surface.brep_model import BrepModel
 from service.surface.bspline import BsplineSurface
-from service.surface.group import GroupSurface, Member
+from service.surface.group import GroupSurface
+from service.surface.member import Member
 from tests.breps import PLATE, build_box
 
 Document = dict[str, Any]

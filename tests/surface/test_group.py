@@ -4,11 +4,17 @@ import numpy as np
 import pytest
 from hypothesis import given
 
+from service.errors import InvalidRequest
+from service.schemas.request import SurfaceRequest
+from service.schemas.validation import validate_document
 from service.surface.bezier import BezierSurface
+from service.surface.content_key import content_key
 from service.surface.examples.catalogue import find
-from service.surface.group import GroupSurface, Member, content_key
+from service.surface.group import MAX_MEMBERS, GroupSurface
 from service.surface.lowered import PatchModel
+from service.surface.member import Member
 from service.surface.placement import place_box, turn_upright
+from tests import breps
 from tests.strategies import Array, placements
 
 NET = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]])
@@ -75,3 +81,132 @@ def test_bounds_after_a_map_contain_the_mapped_control_points(matrix: Array) -> 
     points = model.batches[0].points.reshape(-1, 3) @ matrix[:3, :3].T + matrix[:3, 3]
     assert (points >= low - 1e-12).all()
     assert (points <= high + 1e-12).all()
+
+
+PLATE = validate_document(SurfaceRequest, {"surface": breps.PLATE}).to_surface()
+
+
+def build_shift(x: float) -> Array:
+    """The matrix (4, 4) of a translation along x."""
+    matrix = np.eye(4)
+    matrix[0, 3] = x
+    return matrix
+
+
+def test_parents_multiply_placements_and_lend_their_colours() -> None:
+    """The nearest colour above counts; names become paths."""
+    red, blue = (1.0, 0.0, 0.0, 1.0), (0.0, 0.0, 1.0, 0.5)
+    group = GroupSurface(
+        (
+            Member(name="machine", color=red[:3], matrix=build_shift(10)),
+            Member(SAIL, "sail", matrix=build_scaling(-2, 1, 1), parent=0),
+            Member(SAIL, "jib", blue, parent=1),
+            Member(None, parent=2),
+            Member(SAIL, parent=3, matrix=build_shift(1)),
+        )
+    )
+    model = group.lower()
+    assert [each.name for each in model.members] == [
+        "machine/sail",
+        "machine/sail/jib",
+        "machine/sail/jib/assembly/surface",
+    ]
+    assert [each.color for each in model.members] == [red, blue, blue]
+    sail, jib, last = (each.matrix for each in model.members)
+    assert sail is not None
+    assert jib is not None
+    assert last is not None
+    assert sail.tolist() == jib.tolist() == (build_shift(10) @ build_scaling(-2, 1, 1)).tolist()
+    assert last[0, 3] == 8
+    assert [each.chain is not None for each in model.members] == [True, True, True]
+    assert [(n.name, n.parent, n.copy) for n in model.nodes] == [
+        ("machine", None, None),
+        ("sail", 0, 0),
+        ("jib", 1, 1),
+        ("assembly", 2, None),
+        ("surface", 3, 2),
+    ]
+    assert group.size().members == 3
+
+
+def test_the_turn_of_a_surface_is_its_own() -> None:
+    """A surface with another vertical axis is turned; the members below it are not."""
+    upright = BezierSurface(NET, up="z")
+    group = GroupSurface((Member(upright), Member(SAIL, parent=0, matrix=build_shift(3))))
+    model = group.lower()
+    first, second = (each.matrix for each in model.members)
+    turn = turn_upright(None, "z", "y")
+    assert turn is not None
+    assert first is not None
+    assert second is not None
+    assert first.tolist() == turn.tolist()
+    assert second.tolist() == build_shift(3).tolist()
+    # The turn has a node of its own, below that of the member.
+    assert [(n.parent, n.copy) for n in model.nodes] == [(None, None), (0, 0), (0, 1)]
+    alone = GroupSurface((Member(), Member(upright, parent=0))).lower()
+    assert [(n.parent, n.copy) for n in alone.nodes] == [(None, None), (0, 0)]
+    assert alone.nodes[1].matrix is not None
+
+
+@pytest.mark.parametrize(
+    ("members", "has_definitions"),
+    [
+        ((Member(SAIL),), False),
+        ((Member(SAIL), Member(SAIL, matrix=build_shift(1))), False),
+        ((Member(SAIL), Member()), True),
+        ((Member(SAIL), Member(SAIL, parent=0)), True),
+        ((Member(PLATE),), True),
+        ((Member(SAIL),) * MAX_MEMBERS, False),
+        ((Member(SAIL),) * (MAX_MEMBERS + 1), True),
+    ],
+)
+def test_groups_with_definitions(members: tuple[Member, ...], has_definitions: bool) -> None:
+    group = GroupSurface(members)
+    assert group.has_definitions is has_definitions
+    assert len(group.definitions) == has_definitions
+
+
+def test_surfaces_that_differ_in_their_names_become_one_definition() -> None:
+    """The member keeps the name; a surface with another `up` is another definition."""
+    other = BezierSurface(NET.copy(), name="other")
+    upright = BezierSurface(NET, up="z")
+    group = GroupSurface((Member(SAIL), Member(other, parent=0), Member(upright), Member(other)))
+    assert group.definitions == (SAIL, upright)
+    assert [each.name for each in group.members] == [None, "other", None, "other"]
+    assert [each.surface for each in group.members] == [SAIL, SAIL, upright, SAIL]
+    assert [each.model for each in group.lower().members] == [0, 0, 0, 0]
+
+
+def test_a_group_has_a_surface() -> None:
+    with pytest.raises(InvalidRequest) as caught:
+        GroupSurface((Member(), Member(parent=0)))
+    assert caught.value.issues[0].pointer == "/members/0/surface"
+
+
+def test_paths_are_limited() -> None:
+    """100 levels of names of 100 letters, many times, would be hundreds of megabytes."""
+    names = [Member(name="x" * 100, parent=k - 1 if k else None) for k in range(99)]
+    leaves = [Member(SAIL, "y" * 100, parent=98)] * 4000
+    with pytest.raises(InvalidRequest) as caught:
+        GroupSurface((*names, *leaves))
+    assert caught.value.issues[0].code == "wrong_length"
+
+
+def test_pointers_lead_to_the_request() -> None:
+    """To the member, or to the definition that it names."""
+    other = BezierSurface(2 * NET)
+    third = BezierSurface(3 * NET)
+    group = GroupSurface(
+        (Member(), Member(SAIL), Member(other, definition=7), Member(other), Member(third))
+    )
+    model = group.lower()
+    assert [model.locate(k) for k in range(3)] == [
+        "/members/1/surface", "/definitions/7", "/members/4/surface"
+    ]  # fmt: skip
+
+
+def test_units_are_checked() -> None:
+    for metres in (0.0, -1.0, 2e6, float("nan"), float("inf")):
+        with pytest.raises(InvalidRequest) as caught:
+            GroupSurface((Member(SAIL),), metres_per_unit=metres)
+        assert caught.value.issues[0].pointer == "/metres_per_unit"

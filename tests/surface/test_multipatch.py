@@ -16,8 +16,9 @@ from service.surface.channels import Channels
 from service.surface.convert.operations import Elevate, Reverse, Split, Transpose
 from service.surface.convert.table import convert
 from service.surface.examples.catalogue import find
-from service.surface.group import GroupSurface, Member
+from service.surface.group import GroupSurface
 from service.surface.kinds import Surface
+from service.surface.member import Member
 from service.surface.multipatch import MAX_SURFACES, MultipatchSurface, Single
 from service.surface.patches import PatchSurface
 from tools.building import build

@@ -9,8 +9,9 @@ from service.engine.options import MeshOptions
 from service.engine.scenes.placing import place_points
 from service.pipeline.mesh import render
 from service.surface.examples.catalogue import find
-from service.surface.group import GroupSurface, Member
+from service.surface.group import GroupSurface
 from service.surface.lowered import GroupModel
+from service.surface.member import Member
 from tests.web.clients import to_linear, turn_upright
 from tools.browser import Stage
 

@@ -16,7 +16,8 @@ from service.encoders.registry import BY_NAME
 from service.engine.accuracy import Accuracy, Camera
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
-from service.surface.group import GroupSurface, Member
+from service.surface.group import GroupSurface
+from service.surface.member import Member
 from tools.certify.seams import SeamReport, check_deviation
 from tools.certify.surfaces import FAMILIES, Array, Random
 from tools.certify.written import Written, read_file

@@ -502,6 +502,62 @@ def build_group_cases() -> Iterator[HostileBody]:
     )
 
 
+def build_tree_cases() -> Iterator[HostileBody]:
+    """Groups with definitions, with members below others, and with units."""
+
+    def write_tree(members: str, definitions: str = f"[{SURFACE}]") -> str:
+        return write_surface(f'"type":"group","definitions":{definitions},"members":{members}')
+
+    faults = {
+        "unknown_definition": '[{"definition":1}]@/0/definition [{"definition":-1}]@/0/definition',
+        "unknown_parent": '[{"definition":0,"parent":0}]@/0/parent '
+        '[{"definition":0},{"parent":1}]@/1/parent [{"parent":1},{"definition":0}]@/0/parent',
+        "conflicting_options": f'[{{"definition":0,"surface":{SURFACE}}}]@/0/definition',
+        "missing_field": "[{},{}]@/0/surface",
+        "wrong_type": '[{"definition":"0"}]@/0/definition '
+        '[{"definition":0,"parent":[0]}]@/0/parent',
+        "null_value": '[{"definition":null}]@/0/definition',
+    }
+    pointer = "/surface/members"
+    yield from vary_body("members of a tree", write_tree("?"), pointer, faults)
+    faults = {
+        "wrong_type": "{} 0",
+        "null_value": "null [null]@/0",
+        "nested_group": '[{"type":"group","members":[]}]@/0/type',
+        "too_few_points": '[{"control_net":[[[0,0,0]]]}]@/0/control_net',
+    }
+    body = write_tree('[{"definition":0}]', "?")
+    yield from vary_body("definitions", body, "/surface/definitions", faults)
+    chain = ",".join(["{}", *(f'{{"parent":{k}}}' for k in range(100)), '{"definition":0}'])
+    yield build_case("a deep tree", write_tree(f"[{chain}]"), "too_deep", f"{pointer}/100/parent")
+    name = "x" * 100
+    frames = [f'{{"name":"{name}","parent":{k}}}' for k in range(98)]
+    copies = [f'{{"name":"{name}","parent":98,"definition":0}}'] * 8000
+    members = ",".join([f'{{"name":"{name}"}}', *frames, *copies])
+    yield build_case("long paths", write_tree(f"[{members}]"), "wrong_length", pointer)
+    members = ",".join(["{}", *['{"definition":0,"parent":0}'] * 65_536])
+    yield build_case("too many copies", write_tree(f"[{members}]"), "wrong_length", pointer)
+    definitions = ",".join([SURFACE] * 4097)
+    body = write_tree('[{"definition":0}]', f"[{definitions}]")
+    yield build_case("too many definitions", body, "wrong_length", "/surface/definitions")
+    placed = {
+        "out_of_range": "[[1e30,0,0,0],[0,1e30,0,0],[0,0,1e30,0],[0,0,0,1]]",
+        "singular_matrix": "[[1e5,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]",
+    }
+    for code, matrix in placed.items():
+        members = f'[{{"matrix":{matrix}}},{{"definition":0,"parent":0,"matrix":{matrix}}}]'
+        where = f"{pointer}/1/matrix"
+        yield build_case(f"a product of placements: {code}", write_tree(members), code, where)
+    units = {
+        "out_of_range": "0 -1 1000001",
+        "wrong_type": '"mm" [1]',
+        "null_value": "null",
+        "not_finite": "1e999",
+    }
+    body = write_surface(f'"type":"group","members":[{{"surface":{SURFACE}}}],"metres_per_unit":?')
+    yield from vary_body("unit", body, "/surface/metres_per_unit", units)
+
+
 def build_sweep_cases() -> Iterator[HostileBody]:
     """Tubes and ribbons with invalid curves, radii or directions."""
     path = '"curve":{"control_points":[[0,0,0],[1,2,0],[3,2,1],[4,0,1]]}'
@@ -737,6 +793,7 @@ HOSTILE: tuple[HostileBody, ...] = (
     *build_patch_cases(),
     *build_triangle_cases(),
     *build_group_cases(),
+    *build_tree_cases(),
     *build_sweep_cases(),
     *build_option_cases(),
     *build_number_cases(),

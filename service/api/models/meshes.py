@@ -12,6 +12,7 @@ from pydantic.json_schema import SkipJsonSchema
 from service.encoders.registry import FORMATS
 from service.schemas.arrays import tuple_schema
 from service.surface.channels import MAX_DIMENSION
+from service.surface.checks import MAX_METRES_PER_UNIT
 
 _NUMBER: dict[str, Any] = {"type": "number"}
 _COLOR_COMPONENT: dict[str, Any] = {"type": "number", "minimum": 0, "maximum": 1}
@@ -197,6 +198,8 @@ class MeshReport(ResponseModel):
     moved: Length | Missing = None
     """The largest distance, in model units, by which a point of the surface was moved to join
     control points (`weld_tolerance`). All bounds include this distance; left out if it is 0."""
+    metres_per_unit: Annotated[float, Field(gt=0, le=MAX_METRES_PER_UNIT)] | Missing = None
+    """The unit of all lengths in metres, if the surface has a `metres_per_unit`."""
     parts: list[PartReport] | Missing = None
     """The bound of each part, in the order of the parts; left out if no part has a bound, and for
     breps of more than 10,000 faces. The parts of a brep are its faces."""

@@ -91,6 +91,17 @@ def build_whole_document(
     return {key: value for key, value in document.items() if value != []}, packed_buffer
 
 
+def turn_and_scale(up: str, metres_per_unit: float | None) -> JsonObject:
+    """The fields of the root node that turn a mesh or scene to y up, and scale it to metres.
+
+    Both are the axes and the unit of glTF (3.4).
+    """
+    transform: JsonObject = {"rotation": Z_UP_TO_Y_UP} if up == "z" else {}
+    if metres_per_unit not in (None, 1):
+        transform["scale"] = [metres_per_unit] * 3
+    return transform
+
+
 def root_placement(origin: FloatArray, up: str) -> JsonObject:
     """The fields `rotation` and `translation` of the root node.
 
@@ -156,8 +167,7 @@ def build_document(mesh: Mesh, options: EncodeOptions) -> File:
     nodes = [{"name": m["name"], "mesh": k, **transform} for k, m in enumerate(meshes)]
 
     root: JsonObject = {"name": mesh.name, "children": list(range(1, len(nodes) + 1))}
-    if mesh.up == "z":
-        root["rotation"] = Z_UP_TO_Y_UP
+    root |= turn_and_scale(mesh.up, mesh.report.metres_per_unit)
     arrays: JsonObject = {
         "nodes": [root, *nodes] if nodes else [],
         "meshes": meshes,
@@ -212,7 +222,7 @@ def _json_bound(size: MeshSize, options: EncodeOptions) -> int:
         node += COMPRESSED_CHARS * (4 + len(keys))
     faces = bound_brep_chars(size.faces) + size.faces * FACE_CHARS
     names = 3 * LONGEST_ESCAPE * size.name_bytes
-    return 2660 + 13 * FLOAT64_CHARS + size.drawables * node + names + faces
+    return 2720 + 17 * FLOAT64_CHARS + size.drawables * node + names + faces
 
 
 def _buffer_bound(size: MeshSize, options: EncodeOptions) -> int:

@@ -155,6 +155,7 @@ def _encode_by_template(mesh: Mesh, options: EncodeOptions) -> Content | None:
         mesh.name,
         len(mesh.positions),
         mesh.up,
+        mesh.report.metres_per_unit,
         is_moved(mesh.origin),
         mesh.colors is not None and is_translucent(mesh.colors),
         tuple((part.name, part.triangles, part.color) for part in mesh.parts),

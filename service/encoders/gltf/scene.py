@@ -20,9 +20,9 @@ from service.encoders.format import EncodeOptions
 from service.encoders.gltf.buffer import BufferBuilder, JsonObject
 from service.encoders.gltf.columns import node_transform
 from service.encoders.gltf.document import (
-    Z_UP_TO_Y_UP,
     File,
     build_whole_document,
+    turn_and_scale,
     write_gltf,
 )
 from service.encoders.gltf.glb import write_glb
@@ -65,11 +65,10 @@ class _Document:
     def finish(self) -> File:
         """Build the document, with a node for each copy, and the buffer."""
         scene = self.scene
-        root: JsonObject = {"name": scene.name}
-        if scene.up == "z":
-            root["rotation"] = Z_UP_TO_Y_UP
+        transform = turn_and_scale(scene.up, scene.report.metres_per_unit)
+        root: JsonObject = {"name": scene.name, **transform}
         self.nodes.append(root)
-        root["children"] = [self._add_copy(member) for member in scene.nodes]
+        root["children"] = self._add_tree()
         arrays: JsonObject = {
             "nodes": self.nodes,
             "meshes": self.meshes,
@@ -78,29 +77,52 @@ class _Document:
         report = report_object(scene.report, scene_parts(scene))
         return build_whole_document(scene.name, report, arrays, self.buffer, self.options)
 
-    def _add_copy(self, member: PlacedModel) -> int:
-        """Add the node of one copy, with a child for each of several drawables.
+    def _add_tree(self) -> list[int]:
+        """Add the nodes of all copies, and those above them; returns the numbers of the first."""
+        copies = self.scene.nodes
+        if not self.scene.tree:
+            numbers = []
+            for copy in copies:
+                numbers.append(len(self.nodes))
+                self._add_copy(self._add_node(copy.name, copy.matrix), copy)
+            return numbers
+        roots: list[int] = []
+        inside: list[JsonObject] = []
+        for each in self.scene.tree:
+            number = len(self.nodes)
+            node = self._add_node(each.name, each.matrix)
+            inside.append(node)
+            if each.copy is not None:
+                self._add_copy(node, copies[each.copy], each.name)
+            above = None if each.parent is None else inside[each.parent]
+            (roots if above is None else above.setdefault("children", [])).append(number)
+        return roots
 
-        Returns the number of the node.
-        """
-        number = len(self.nodes)
-        node_fields, child_fields = split_matrix(member.matrix)
-        node: JsonObject = {"name": member.name, **node_fields}
+    def _add_node(self, name: str, matrix: FloatArray | None) -> JsonObject:
+        """Add a node, and a child of it if there is shear; returns the one that has the bodies."""
+        node_fields, child_fields = split_matrix(matrix)
+        node: JsonObject = {"name": name, **node_fields}
         self.nodes.append(node)
         if child_fields:
             node["children"] = [len(self.nodes)]
             node = child_fields
             self.nodes.append(node)
+        return node
+
+    def _add_copy(self, node: JsonObject, member: PlacedModel, name: str = "") -> None:
+        """Add the mesh of a copy to its node, or a child for each of several drawables.
+
+        A mesh gets this name, or that of the copy.
+        """
         drawables, transform = self.drawables[member.model], self.transforms[member.model]
         if len(drawables) == 1 and not transform:
-            node["mesh"] = self._add_mesh(member, 0, member.name)
+            node["mesh"] = self._add_mesh(member, 0, name or member.name)
         elif drawables:
             node["children"] = list(range(len(self.nodes), len(self.nodes) + len(drawables)))
             self.nodes += [
                 {"name": each.name, "mesh": self._add_mesh(member, k, each.name), **transform}
                 for k, each in enumerate(drawables)
             ]
-        return number
 
     def _add_mesh(self, member: PlacedModel, k: int, name: str) -> int:
         """The number of the mesh of drawable k in the colour of a copy.

@@ -16,7 +16,7 @@ from service.engine.accuracy import Accuracy
 from service.engine.bounds.goal import Goal, View, build_tolerance_error
 from service.engine.scenes.placing import bound_placing_error, scalings
 from service.surface.brep_model import BrepModel
-from service.surface.lowered import GroupModel, PatchModel
+from service.surface.lowered import Chain, GroupModel, PatchModel
 from service.surface.placement import place_box
 
 Box: TypeAlias = tuple[FloatArray, FloatArray]
@@ -87,25 +87,28 @@ def build_model_goals(goal: Goal, group: GroupModel, error: float) -> tuple[Goal
     """
     goals: dict[int, Goal] = {}
     for member in group.members:
-        moved = move_goal(goal, member.matrix, group.models[member.model].bounds, error)
+        bounds = group.models[member.model].bounds
+        moved = move_goal(goal, member.matrix, bounds, error, member.chain)
         before = goals.setdefault(member.model, moved)
         if moved.tolerance < before.tolerance:
             goals[member.model] = moved
     return tuple(goals[number] for number in sorted(goals))
 
 
-def move_goal(goal: Goal, matrix: FloatArray | None, bounds: Box, error: float) -> Goal:
+def move_goal(
+    goal: Goal, matrix: FloatArray | None, bounds: Box, error: float, chain: Chain | None = None
+) -> Goal:
     """The goal of a model between these bounds: if the mesh meets it, the placed copy meets `goal`.
 
     `matrix` (4, 4) is the placement, None if there is none. `error` bounds the rounding that
-    follows it.
+    follows it. `chain` is `PlacedModel.chain`.
 
     Let s and S be the least and the largest scaling, and r the rate of the goal's view: it allows
     the deviation r d at the distance d from the eye. A point of the model at the distance d from
     the eye is, when placed, at least s d from the eye, where r s d is allowed. Placing makes a
     deviation at most S times as large. So the rate of the model's view is r s / S.
     """
-    (least, most), rounding = scalings(matrix), bound_placing_error(matrix, *bounds) + error
+    (least, most), rounding = scalings(matrix), bound_placing_error(matrix, *bounds, chain) + error
     goal = subtract_rounding(goal, rounding, place_box(bounds, matrix))
     view = goal.view
     if view is not None:

@@ -20,7 +20,14 @@ from service.engine.joining.meeting_members import compose, find_neighbours
 from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.engine.scenes.scene import Scene
-from service.surface.lowered import GroupModel, Part, PatchModel, PlacedModel, SingleModel
+from service.surface.lowered import (
+    GroupModel,
+    GroupNode,
+    Part,
+    PatchModel,
+    PlacedModel,
+    SingleModel,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,11 +188,17 @@ def separate_members(scene: Scene, joined: JoinedGroup, *, is_welded: bool) -> S
             new_nodes[number] = PlacedModel(placed.name, len(meshes), placed.color)
             meshes.append(_take_member(mesh, cluster, k, placed.name))
     nodes = [new_nodes.get(k) or scene.nodes[number] for k, number in enumerate(joined.new_numbers)]
+    # The meshes of joined members are in the coordinates of the scene: their nodes are below the
+    # root, so that no product of placements moves their common edges apart.
+    tree = [replace(node, copy=None) if node.copy in new_nodes else node for node in scene.tree] + [
+        GroupNode(new_nodes[k].name, copy=k) for k in sorted(new_nodes) if scene.tree
+    ]
     used_meshes = sorted({node.model for node in nodes})
     new_mesh_numbers = {old: new for new, old in enumerate(used_meshes)}
     return replace(
         scene,
         joined=tuple(cluster.members for cluster in joined.clusters) if is_welded else (),
+        tree=tuple(tree),
         nodes=tuple(replace(node, model=new_mesh_numbers[node.model]) for node in nodes),
         meshes=tuple(meshes[number] for number in used_meshes),
     )

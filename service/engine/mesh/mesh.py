@@ -59,6 +59,8 @@ class MeshReport:
         surface moved further than this. Both deviation bounds include this movement.
     brep : BrepReport or None
         The facts that only a brep has; None for other surfaces.
+    metres_per_unit : float or None
+        The unit of all lengths, in metres; None if it is not known.
     engine : int
         The version of the engine (`ENGINE`).
     """
@@ -80,6 +82,7 @@ class MeshReport:
     merged_knots: int = 0
     moved: float = 0.0
     brep: BrepReport | None = None
+    metres_per_unit: float | None = None
     engine: int = ENGINE
 
     @property

@@ -7,6 +7,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, IndexArray, RealArray
 from service.engine.extent import AT_ZERO, is_moved
 from service.engine.vectors import normalize
+from service.surface.lowered import Chain
 
 SINGULAR_VALUE_ERROR = 2.0**-44
 """Bound of the error of a computed singular value of a 3 × 3 matrix, relative to the largest one.
@@ -32,11 +33,24 @@ def scalings(matrix: FloatArray | None) -> tuple[float, float]:
     return max(min_scaling - slack, 0.0), max_scaling + slack
 
 
-def bound_placing_error(matrix: FloatArray | None, low: FloatArray, high: FloatArray) -> float:
-    """Bound of the distance between the computed and the exact copy of a point within bounds."""
-    if matrix is None:
+def bound_placing_error(
+    matrix: FloatArray | None, low: FloatArray, high: FloatArray, chain: Chain | None = None
+) -> float:
+    """Bound of the distance between the computed and the exact copy of a point within bounds.
+
+    `chain` is `PlacedModel.chain`. Let the placement be the product of k matrices L_j x + t_j, each
+    with a relative error of at most c, which is `COPY_ERROR`, and let s_j be the product of the
+    scalings of the matrices above L_j. A point of the model at the distance r from 0 is at most s r
+    + Σ s_j |t_j| from 0 in the group, where s is the product of all scalings. Each matrix adds at
+    most c times this distance.
+    """
+    if matrix is None and chain is None:
         return 0.0
     distance = hypot(*np.maximum(np.abs(low), np.abs(high)).tolist())
+    if chain is not None:
+        levels, stretch, reach = chain
+        return COPY_ERROR * levels * (stretch * distance + reach)
+    assert matrix is not None  # the first condition; for mypy
     shift = hypot(*matrix[:3, 3].tolist())
     return COPY_ERROR * scalings(matrix)[1] * distance + TRANSLATION_ERROR * shift
 

@@ -24,7 +24,7 @@ from service.engine.scenes.placing import (
 )
 from service.engine.stored_positions import Storage, bound_single_error
 from service.surface.checks import Up
-from service.surface.lowered import GroupModel, PlacedModel
+from service.surface.lowered import GroupModel, GroupNode, PlacedModel
 from service.surface.placement import is_mirroring
 
 
@@ -43,6 +43,9 @@ class Scene:
     joined : tuple of tuples of int
         Groups of nodes whose meshes meet. Vertices of one group at equal positions count as one
         position.
+    tree : tuple of GroupNode
+        The tree with the copies, by their numbers in `nodes`; empty if each copy is a node below
+        the root.
     """
 
     name: str
@@ -51,12 +54,14 @@ class Scene:
     meshes: tuple[Mesh, ...]
     report: MeshReport
     joined: tuple[tuple[int, ...], ...] = ()
+    tree: tuple[GroupNode, ...] = ()
 
 
 def arrange(model: GroupModel, meshes: tuple[Mesh, ...]) -> Scene:
     """The scene of a group, given the meshes of its models."""
-    reports = [_place_report(meshes[node.model], node.matrix) for node in model.members]
-    return Scene(model.name, model.up, model.members, meshes, add_reports(reports))
+    reports = [_place_report(meshes[node.model], node) for node in model.members]
+    report = add_reports(reports)
+    return Scene(model.name, model.up, model.members, meshes, report, tree=model.nodes)
 
 
 def flatten(scene: Scene) -> Mesh:
@@ -142,12 +147,14 @@ def round_to_single(mesh: Mesh, origin: FloatArray | None = None, step: float = 
 
 def move_to_zero(mesh: Mesh) -> Mesh:
     """The mesh with float32 positions about (0, 0, 0), for formats without a local origin."""
-    return round_to_single(place_mesh(mesh, None), AT_ZERO) if mesh.origin.any() else mesh
+    if not mesh.origin.any():
+        return mesh
+    return round_to_single(place_mesh(mesh, PlacedModel(mesh.name, 0)), AT_ZERO)
 
 
 def _place_copy(mesh: Mesh, node: PlacedModel) -> Mesh:
     """One placed copy, with the names and the colour of its member."""
-    copy = place_mesh(mesh, node.matrix)
+    copy = place_mesh(mesh, node)
     overlays = (replace(overlay, name=f"{node.name}/{overlay.name}") for overlay in copy.overlays)
     copy = replace(copy, parts=_place_parts(mesh, node), overlays=tuple(overlays))
     if mesh.report.brep is not None:
@@ -160,7 +167,7 @@ def _place_copy(mesh: Mesh, node: PlacedModel) -> Mesh:
 def _place_parts(mesh: Mesh, node: PlacedModel) -> tuple[MeshPart, ...]:
     """The parts of one copy."""
     has_one_part = len(mesh.parts) == 1
-    stretch, error = _find_spread(mesh, node.matrix)
+    stretch, error = _find_spread(mesh, node)
     return tuple(
         replace(
             _spread_part(part, stretch, error),
@@ -171,12 +178,13 @@ def _place_parts(mesh: Mesh, node: PlacedModel) -> tuple[MeshPart, ...]:
     )
 
 
-def place_mesh(mesh: Mesh, matrix: FloatArray | None) -> Mesh:
+def place_mesh(mesh: Mesh, node: PlacedModel) -> Mesh:
     """The placed mesh: float64, in the coordinates of the scene.
 
     Points become L x + t, and normals the unit vectors of L⁻ᵀ n. If L mirrors, faces are reversed,
     so that they stay counter-clockwise about their normals, and grids are transposed.
     """
+    matrix = node.matrix
     positions = place_points(mesh.positions, matrix, mesh.origin)
     overlays = tuple(
         replace(overlay, positions=place_points(overlay.positions, matrix, mesh.origin))
@@ -198,13 +206,14 @@ def place_mesh(mesh: Mesh, matrix: FloatArray | None) -> Mesh:
         overlays=overlays,
         origin=np.zeros(3),
         step=0.0,  # placed positions are not on a grid
-        report=_place_report(mesh, matrix),
+        report=_place_report(mesh, node),
     )
 
 
-def _place_report(mesh: Mesh, matrix: FloatArray | None) -> MeshReport:
+def _place_report(mesh: Mesh, node: PlacedModel) -> MeshReport:
     """The report of a mesh after a placement."""
-    if matrix is None:
+    matrix = node.matrix
+    if matrix is None and node.chain is None:
         return mesh.report
     placed_points = place_points(find_shown_points(mesh), matrix, mesh.origin)
     (a, b, c), (d, e, f) = (bound.tolist() for bound in find_extent(placed_points))
@@ -212,13 +221,13 @@ def _place_report(mesh: Mesh, matrix: FloatArray | None) -> MeshReport:
     if report.normal_angle is not None and mesh.normals is not None:
         angle = find_largest_angle(mesh.triangles, place_normals(mesh.normals, matrix))
         report = replace(report, normal_angle=angle)
-    return _spread_report(report, *_find_spread(mesh, matrix))
+    return _spread_report(report, *_find_spread(mesh, node))
 
 
-def _find_spread(mesh: Mesh, matrix: FloatArray | None) -> tuple[float, float]:
+def _find_spread(mesh: Mesh, node: PlacedModel) -> tuple[float, float]:
     """The largest factor by which placing multiplies distances, and the rounding error it adds."""
-    bounds = mesh.report.bounds_min, mesh.report.bounds_max
-    return scalings(matrix)[1], bound_placing_error(matrix, *(np.array(bound) for bound in bounds))
+    low, high = np.array(mesh.report.bounds_min), np.array(mesh.report.bounds_max)
+    return scalings(node.matrix)[1], bound_placing_error(node.matrix, low, high, node.chain)
 
 
 def _spread_part(part: MeshPart, stretch: float, error: float) -> MeshPart:

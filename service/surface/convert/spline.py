@@ -38,8 +38,9 @@ from service.surface.convert.refine_spline import (
     refine_over,
     snap_to_knot,
 )
-from service.surface.group import GroupSurface, Member
+from service.surface.group import GroupSurface
 from service.surface.knots import find_least_span
+from service.surface.member import Member
 from service.surface.patches import PatchSurface
 
 

@@ -6,7 +6,8 @@ import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.surface.examples.quadrics import Patch, assemble, cylinder, revolve, sphere, turn_arc
-from service.surface.group import GroupSurface, Member
+from service.surface.group import GroupSurface
+from service.surface.member import Member
 from service.surface.patches import PatchSurface
 
 CREAM, RUST, SAGE, OAK = (0.93, 0.89, 0.8), (0.72, 0.35, 0.23), (0.52, 0.6, 0.48), (0.5, 0.36, 0.24)

@@ -14,7 +14,8 @@ from service.engine.options import MeshOptions
 from service.engine.quantize import quantize_mesh
 from service.pipeline.mesh import plan_mesh, render
 from service.surface.bezier import BezierSurface
-from service.surface.group import GroupSurface, Member
+from service.surface.group import GroupSurface
+from service.surface.member import Member
 from tests.clients.gltf_validator import list_issues
 from tests.encoders.gltf.test_scene import find_copies
 from tests.strategies import Array

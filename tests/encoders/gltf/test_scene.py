@@ -4,8 +4,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import orjson
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from oracles.gltf import Gltf, read_glb, read_gltf
 from service.encoders.format import EncodeOptions
@@ -14,9 +16,14 @@ from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.pipeline.mesh_counts import mesh_size
+from service.schemas.request import SurfaceRequest
+from service.schemas.validation import validate_document
 from service.surface.bezier import BezierSurface
 from service.surface.examples.catalogue import find
-from service.surface.group import GroupSurface, Member
+from service.surface.group import GroupSurface
+from service.surface.member import Member
+from service.surface.sizes import SurfaceKind
+from tests.breps import PLATE, build_box
 from tests.clients.gltf_validator import list_issues
 from tests.strategies import Array, placements
 from tools.examples import UNTRIMMED
@@ -30,6 +37,10 @@ def build_translation(x: float, y: float, z: float) -> Array:
     matrix = np.eye(4)
     matrix[:3, 3] = x, y, z
     return matrix
+
+
+def read_surface(document: dict[str, Any]) -> SurfaceKind:
+    return validate_document(SurfaceRequest, {"surface": document}).to_surface()
 
 
 def build_group(*members: Member, **fields: Any) -> GroupSurface:
@@ -197,3 +208,125 @@ def test_every_kind_of_surface_can_be_a_member(name: str, uvs: bool, tmp_path: P
     assert len(content) <= fmt.byte_bound(size, EncodeOptions())
     if fmt.encode_scene is not None:
         assert list_issues(content, tmp_path / f"model.{name}") == []
+
+
+@st.composite
+def trees(draw: st.DrawFn) -> GroupSurface:
+    """Plates and frames, some below others; a third of them turned, sheared or mirrored."""
+    plate, box = (read_surface(each) for each in (PLATE, build_box()))
+    sail = BezierSurface(np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]), up="y")
+    members: list[Member] = []
+    for k in range(draw(st.integers(2, 7))):
+        surface = draw(st.sampled_from([None, plate, box, sail]))
+        matrix = draw(st.sampled_from([None, MIRROR, SHEAR, build_translation(k, 2, 3)]))
+        color = draw(st.sampled_from([None, (1.0, 0.0, 0.0)]))
+        parent = draw(st.none() | st.integers(0, k - 1)) if k else None
+        members.append(Member(surface, f"m{k}", color, matrix, parent))
+    members.append(Member(box, "last", parent=len(members) - 1))
+    return GroupSurface(tuple(members), "z", metres_per_unit=0.001)
+
+
+def list_triangles(gltf: Gltf) -> dict[str, list[Array]]:
+    """The corners of all triangles, in the units and axes of the group, by the colour of the mesh.
+
+    Readers reverse the triangles of nodes with a negative determinant (glTF 2.0, 3.7.4).
+    """
+    document, found = gltf.document, dict[str, list[Array]]()
+
+    def visit(number: int, parent_matrix: Array) -> None:
+        node = document["nodes"][number]
+        matrix = parent_matrix @ read_matrix(node)
+        for primitive in document["meshes"][node["mesh"]]["primitives"] if "mesh" in node else ():
+            positions = gltf.array(primitive["attributes"]["POSITION"]).astype(float)
+            placed = positions @ matrix[:3, :3].T + matrix[:3, 3]
+            rows = gltf.array(primitive["indices"]).reshape(-1, 3)
+            if np.linalg.det(matrix[:3, :3]) < 0:
+                rows = rows[:, ::-1]
+            material = document["materials"][primitive["material"]]
+            color = str(material["pbrMetallicRoughness"].get("baseColorFactor"))
+            found.setdefault(color, []).extend(placed[rows])
+        for child in node.get("children", ()):
+            visit(child, matrix)
+
+    for number in document["nodes"][0]["children"]:
+        visit(number, np.eye(4))
+    return found
+
+
+def describe_triangles(corners: Array) -> list[list[float]]:
+    """The centre and the normal of each triangle times its area, sorted; without −0."""
+    a, b, c = corners.swapaxes(0, 1)
+    rows = np.concatenate([(a + b + c) / 3, np.cross(b - a, c - a) / 2], axis=1)
+    return sorted((rows.round(4) + 0.0).tolist())
+
+
+@settings(deadline=None)
+@given(trees())
+def test_a_tree_of_nodes_places_what_the_flat_mesh_has(group: GroupSurface) -> None:
+    """Also mirrored and sheared frames, and colours of parents; the root turns and scales."""
+    options = MeshOptions()
+    gltf = read_glb(render(group, options, BY_NAME["glb"]))
+    root = gltf.document["nodes"][0]
+    assert root["scale"] == [0.001] * 3
+    flat = orjson.loads(render(group, options, BY_NAME["json"]))
+    assert flat["report"]["metres_per_unit"] == 0.001
+    vertices = np.array(flat["vertices"])
+    expected = describe_triangles(vertices[np.array(flat["faces"])])
+    by_color = list_triangles(gltf)
+    found = describe_triangles(np.concatenate([np.array(each) for each in by_color.values()]))
+    np.testing.assert_allclose(found, expected, atol=2e-4)
+    # Each colour has as many triangles as the parts of that colour.
+    red = sum(
+        part["faces"][1] - part["faces"][0]
+        for part in flat["parts"]
+        if part.get("color") == [1, 0, 0, 1]
+    )
+    assert len(by_color.get("[1.0, 0.0, 0.0, 1.0]", [])) == red
+    report = gltf.document["asset"]["extras"]["report"]
+    assert [each["name"] for each in report["parts"]] == [each["name"] for each in flat["parts"]]
+
+
+def test_members_below_others_have_their_own_names_in_nodes(tmp_path: Path) -> None:
+    """Paths are for formats without nodes."""
+    box = read_surface(build_box())
+    group = build_group(
+        Member(name="machine"),
+        Member(box, "bolt", matrix=MIRROR, parent=0),
+        Member(box, "nut", parent=1),
+    )
+    content = render(group, MeshOptions(), BY_NAME["gltf"])
+    assert list_issues(content, tmp_path / "model.gltf") == []
+    document = read_gltf(content).document
+    assert [node.get("name") for node in document["nodes"]][:3] == ["group", "machine", "bolt"]
+    assert len(document["meshes"]) == 1
+    text = render(group, MeshOptions(), BY_NAME["obj"]).decode()
+    assert "machine/bolt/nut" in text
+
+
+def test_joined_members_are_below_the_root() -> None:
+    """Their common edge has the same vertices in both; products of placements could move them."""
+    net = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]])
+    tile = BezierSurface(net)
+    frame = build_translation(0.1, 0.2, 0.3)
+    group = build_group(
+        Member(name="floor", matrix=frame),
+        Member(tile, "a", parent=0),
+        Member(tile, "b", matrix=build_translation(1, 0, 0), parent=0),
+        Member(tile, "c", matrix=build_translation(9, 0, 0), parent=0),
+    )
+    gltf = write_group(group)
+    nodes = gltf.document["nodes"]
+    below = [nodes[k]["name"] for k in nodes[0]["children"]]
+    assert below == ["floor", "floor/a", "floor/b"]
+    ((_, a),), ((_, b),) = (find_copies(gltf, f"floor/{name}") for name in "ab")
+    edges = []
+    for (matrix, mesh), x in zip(
+        (find_copies(gltf, "floor/a")[0], find_copies(gltf, "floor/b")[0]), (1.1, 1.1), strict=True
+    ):
+        stored = gltf.array(mesh["primitives"][0]["attributes"]["POSITION"])
+        placed = stored + np.float32(0) + matrix[:3, 3]
+        edges.append(sorted(placed[np.abs(placed[:, 0] - x) < 1e-6].tolist()))
+    assert edges[0] == edges[1]
+    assert len(edges[0]) == 4
+    assert a is not b
+    assert len(find_copies(gltf, "floor")) == 1

@@ -14,8 +14,9 @@ from service.engine.options import MeshOptions
 from service.engine.stored_positions import Storage
 from service.errors import TooLarge
 from service.surface.bezier import BezierSurface
-from service.surface.group import GroupSurface, Member
+from service.surface.group import GroupSurface
 from service.surface.lowered import GroupModel, PatchModel
+from service.surface.member import Member
 from tests.engine.meshing import check_sound
 from tools.building import build_scene
 from tools.certify.models import build_complex

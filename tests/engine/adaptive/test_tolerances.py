@@ -20,8 +20,9 @@ from service.engine.bounds.goal import Goal, View
 from service.engine.scenes.placing import bound_placing_error, place_points, scalings
 from service.errors import InvalidRequest
 from service.surface.bezier import BezierSurface
-from service.surface.group import GroupSurface, Member
+from service.surface.group import GroupSurface
 from service.surface.lowered import GroupModel
+from service.surface.member import Member
 from tests.strategies import Array, placements
 from tools.examples import lower_patches
 

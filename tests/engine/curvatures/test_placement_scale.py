@@ -10,8 +10,9 @@ from service.engine.models import to_patches
 from service.engine.options import MeshOptions
 from service.engine.scenes.placing import place_points
 from service.surface.examples.catalogue import find
-from service.surface.group import GroupSurface, Member
+from service.surface.group import GroupSurface
 from service.surface.lowered import GroupModel
+from service.surface.member import Member
 from tests.strategies import Array
 from tools.building import build, build_scene
 

@@ -19,7 +19,8 @@ from service.pipeline.mesh import plan_mesh
 from service.pipeline.mesh_plan import build_plan
 from service.surface.bezier import TriangleSurface
 from service.surface.bspline import BsplineSurface
-from service.surface.group import GroupSurface, Member
+from service.surface.group import GroupSurface
+from service.surface.member import Member
 from service.surface.multipatch import MultipatchSurface
 from tools.building import build, build_scene
 from tools.certify.closing import NEARLY_CLOSED, RESOLUTION

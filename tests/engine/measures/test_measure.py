@@ -19,7 +19,8 @@ from service.engine.measures.values import Interval, MeasureQuery, Measures
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.examples.catalogue import find
-from service.surface.group import GroupSurface, Member
+from service.surface.group import GroupSurface
+from service.surface.member import Member
 from service.surface.multipatch import MultipatchSurface
 from service.surface.patches import PatchSurface
 from service.surface.sizes import SurfaceKind

@@ -18,8 +18,9 @@ from service.surface.batches import ChannelKind
 from service.surface.bezier import BezierSurface
 from service.surface.channels import Channels
 from service.surface.examples.catalogue import find
-from service.surface.group import GroupSurface, Member
+from service.surface.group import GroupSurface
 from service.surface.lowered import GroupModel
+from service.surface.member import Member
 from service.surface.patches import PatchSurface
 from tests.engine.meshing import build_mesh, check_sound, find_first_vertices, to_triangles
 from tests.strategies import Array, placements

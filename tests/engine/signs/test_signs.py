@@ -20,8 +20,9 @@ from service.engine.points.surface_columns import Columns
 from service.engine.signs.signs import LIMITS, WELD_TOLERANCE, compute_signs
 from service.surface.batches import TensorPatches
 from service.surface.examples.catalogue import find
-from service.surface.group import GroupSurface, Member
+from service.surface.group import GroupSurface
 from service.surface.lowered import Part, PatchModel
+from service.surface.member import Member
 from tools.certify.surfaces import FAMILIES
 
 RNG = np.random.default_rng

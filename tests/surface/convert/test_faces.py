@@ -12,8 +12,9 @@ from service.surface.brep import BrepSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.convert.operations import Elevate, Operation, Select, Split, Untrim
 from service.surface.convert.table import convert
-from service.surface.group import GroupSurface, Member
+from service.surface.group import GroupSurface
 from service.surface.kinds import Surface
+from service.surface.member import Member
 from tests.breps import PLATE, build_box
 from tests.surface.test_brep import read
 
