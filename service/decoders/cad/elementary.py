@@ -19,7 +19,7 @@ from service.bases.arrays import FloatArray
 from service.decoders.cad.content import Surface
 from service.decoders.cad.faults import InvalidGeometry
 from service.decoders.cad.frames import Frame, add, scale
-from service.decoders.cad.outline import Outline, find_range, find_wedge
+from service.decoders.cad.outline import Outline, find_wedge
 from service.decoders.cad.turning import build_arc, finish_surface, turn_profile
 
 Range: TypeAlias = tuple[float, float]
@@ -39,9 +39,8 @@ class Plane:
 
     def cut(self, outline: Outline) -> Surface:
         """The rectangle around an outline."""
-        size = outline.size
-        local = self.frame.locate_all(outline.hull)
-        return self.trim(find_range(local[0], size), find_range(local[1], size))
+        local = outline.locate(self.frame)
+        return self.trim(local.find_range(0), local.find_range(1))
 
     def trim(self, u: Range, v: Range) -> Surface:
         """The rectangle of two ranges of lengths."""
@@ -66,9 +65,8 @@ class Cylinder:
 
     def cut(self, outline: Outline) -> Surface:
         """The part between the heights of an outline; a wedge, if the outline is in a half."""
-        size = outline.size
-        x, y, z = self.frame.locate_all(outline.hull)
-        return self._build(find_range(z, size), find_wedge(np.arctan2(y, x)))
+        local = outline.locate(self.frame)
+        return self._build(local.find_range(2), find_wedge(local.find_angles()))
 
     def trim(self, u: Range, v: Range) -> Surface:
         """The part of a range of angles and a range of heights."""
@@ -116,20 +114,19 @@ class Cone:
         A face is on one side of the apex, because a surface crosses itself there. It is the side
         with the greater part of the outline. A face around which loops run includes the apex.
         """
-        size = outline.size
-        x, y, z = self.frame.locate_all(outline.hull)
-        apex = self.apex
-        if outline.count_turns(self.frame):
-            z = np.append(z, apex)
-        low, high = find_range(z, size)
+        local = outline.locate(self.frame)
+        low, high = local.find_range(2)
+        angles, apex = local.find_angles(), self.apex
+        if local.count_turns(angles):
+            low, high = min(low, apex), max(high, apex)
         if low < apex < high:
             low, high = (low, apex) if apex - low > high - apex else (apex, high)
-        distances = np.hypot(x, y)
-        is_away = distances > AT_APEX * distances.max()
-        angles = np.arctan2(y[is_away], x[is_away])
+        distances = np.hypot(local.hull[0], local.hull[1])
+        is_away = (distances > AT_APEX * distances.max()).tolist()
+        angles = [angle for angle, away in zip(angles, is_away, strict=True) if away]
         if self.radius + (low + high) / 2 * tan(self.angle) < 0.0:
             # The point of a negative radius is opposite to its angle.
-            angles = np.where(angles > 0, angles - pi, angles + pi)
+            angles = [angle - pi if angle > 0.0 else angle + pi for angle in angles]
         return self._build((low, high), find_wedge(angles))
 
     def trim(self, u: Range, v: Range) -> Surface:

@@ -113,17 +113,12 @@ class Frame:
 
     def locate_all(self, points: FloatArray) -> FloatArray:
         """The local coordinates of points (k, 3), as rows (3, k)."""
-        shifted = (points - self.origin).T
-        return np.stack([_combine(shifted, axis) for axis in (self.x, self.y, self.z)])
-
-    def place_net(self, local: FloatArray) -> FloatArray:
-        """Homogeneous points (…, 4) of the local homogeneous points (w a, w b, w c, w)."""
-        net = np.empty_like(local)
-        net[..., 3] = local[..., 3]
-        rows = np.moveaxis(local, -1, 0)
-        for axis, values in enumerate(zip(self.x, self.y, self.z, self.origin, strict=True)):
-            net[..., axis] = _combine(rows, values)
-        return net
+        a, b, c = (points - self.origin).T
+        local = np.empty((3, len(points)))
+        for k, axis in enumerate((self.x, self.y, self.z)):
+            # In this order, and not by a matrix product, which processors round differently.
+            local[k] = a * axis[0] + b * axis[1] + c * axis[2]
+        return local
 
     def move(self, origin: Vector) -> "Frame":
         """The frame with these directions at another point."""
@@ -177,11 +172,3 @@ def transform_frame(frame: Frame, matrix: FloatArray) -> Frame | None:
 def _remove(vector: Vector, axis: Vector) -> Vector:
     """The part of a vector at right angles to an axis of the length 1."""
     return subtract(vector, scale(axis, dot(vector, axis)))
-
-
-def _combine(rows: FloatArray, values: tuple[float, ...]) -> FloatArray:
-    """Σ values_i rows_i, in this order, so that no processor rounds it in another way."""
-    total: FloatArray = rows[0] * values[0]
-    for row, value in zip(rows[1:], values[1:], strict=False):
-        total = total + row * value
-    return total

@@ -5,10 +5,11 @@ holds. Curves lie in the convex hull of their control points, so an interval tha
 control points has the curves, too; a wedge of less than half a turn is convex, too.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from itertools import pairwise
 from math import pi, tau
+from operator import sub
 
 import numpy as np
 
@@ -19,13 +20,13 @@ from service.decoders.cad.frames import Frame
 from service.decoders.cad.splines import project_points
 
 MARGIN = 1e-3
-"""How far surfaces go on beyond the outline, as a share of its size along the same axis."""
+"""How far surfaces go on beyond the outline, as a share of its size."""
 
 HALF_TURN = 1e-6
 """A wedge may be wider than half a turn by this angle, because of rounding."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, slots=True)
 class Outline:
     """Points around the edges of a face.
 
@@ -54,9 +55,8 @@ class Outline:
     def __bool__(self) -> bool:
         return len(self.hull) > 0
 
-    @cached_property
-    def size(self) -> float:
-        """The longest side of the box around the outline.
+    def locate(self, frame: Frame) -> "LocalOutline":
+        """The outline in the coordinates of a frame.
 
         Raises
         ------
@@ -65,23 +65,58 @@ class Outline:
         """
         if not self:
             raise InvalidGeometry("an unbounded surface has no edges")
-        size = float((self.hull.max(axis=0) - self.hull.min(axis=0)).max())
+        hull = frame.locate_all(self.hull)
+        low, high = hull.min(axis=1).tolist(), hull.max(axis=1).tolist()
+        size = max(map(sub, high, low))
         if not size > 0.0:
             raise InvalidGeometry("the edges of a face are one point")
-        return size
+        return LocalOutline(hull, low, high, size, self.loop_sizes)
 
-    def count_turns(self, frame: Frame) -> int:
-        """How often all loops together run around the z axis of a frame, counter-clockwise.
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LocalOutline:
+    """An outline in the coordinates of a frame.
+
+    Attributes
+    ----------
+    hull : ndarray of float64, shape (3, k)
+        Coordinates of control points, as rows.
+    low, high : list of three floats
+        The box around them.
+    size : float
+        The longest side of the box.
+    loop_sizes : tuple of int
+        As in `Outline`.
+    """
+
+    hull: FloatArray
+    low: list[float]
+    high: list[float]
+    size: float
+    loop_sizes: tuple[int, ...]
+
+    def find_range(self, axis: int) -> tuple[float, float]:
+        """The range of a coordinate with a margin."""
+        margin = MARGIN * self.size
+        return self.low[axis] - margin, self.high[axis] + margin
+
+    def find_angles(self) -> list[float]:
+        """The angle of each control point about z, from x, −π to π."""
+        angles: list[float] = np.arctan2(self.hull[1], self.hull[0]).tolist()
+        return angles
+
+    def count_turns(self, angles: Sequence[float]) -> int:
+        """How often all loops together run around z, counter-clockwise; from all angles.
 
         A face on a cone that its loops run around, in sum, has the apex inside.
         """
-        x, y, _ = frame.locate_all(self.hull)
-        angles = np.arctan2(y, x)
         total, first = 0.0, 0
         for size in self.loop_sizes:
-            own = angles[first : first + size]
-            steps = np.diff(own, append=own[:1])
-            total += float((steps - tau * np.round(steps / tau)).sum())
+            last = angles[first + size - 1] if size else 0.0
+            for angle in angles[first : first + size]:
+                step = angle - last
+                total += step - tau * round(step / tau)
+                last = angle
             first += size
         return round(total / tau)
 
@@ -91,22 +126,23 @@ NO_OUTLINE = Outline(np.empty((0, 3)), np.empty((0, 3)))
 
 
 def find_range(values: FloatArray, least: float = 0.0) -> tuple[float, float]:
-    """The range of values (k,) with a margin; `least` is the least length that the margin is of."""
+    """The range of values (k,) with a margin, which is a share of the range or of `least`."""
     low, high = float(values.min()), float(values.max())
     margin = MARGIN * max(high - low, least)
     return low - margin, high + margin
 
 
-def find_wedge(angles: FloatArray) -> tuple[float, float] | None:
-    """The range of angles (k,) with a margin, or None if they span more than half a turn."""
-    ordered = np.sort(angles)
-    steps = np.diff(ordered, append=ordered[0] + tau)
-    widest = int(steps.argmax())
-    if steps[widest] < pi - HALF_TURN:
+def find_wedge(angles: Sequence[float]) -> tuple[float, float] | None:
+    """The range of angles with a margin, or None if they span more than half a turn."""
+    if not angles:
         return None
-    first = ordered.item((widest + 1) % len(ordered))
-    sweep = tau - steps.item(widest)
-    if not sweep > 0.0:
+    ordered = sorted(angles)
+    widest, first = ordered[0] + tau - ordered[-1], ordered[0]
+    for before, after in pairwise(ordered):
+        if after - before > widest:
+            widest, first = after - before, after
+    sweep = tau - widest
+    if not 0.0 < sweep <= pi + HALF_TURN:
         return None
     margin = MARGIN * sweep
     return first - margin, first + sweep + margin

@@ -30,7 +30,7 @@ from service.decoders.cad.frames import (
     subtract,
     unit,
 )
-from service.decoders.cad.outline import MARGIN, Outline, find_range, find_wedge
+from service.decoders.cad.outline import MARGIN, LocalOutline, Outline, find_range, find_wedge
 from service.decoders.cad.splines import (
     elevate,
     find_domain,
@@ -39,6 +39,8 @@ from service.decoders.cad.splines import (
     segment,
 )
 from service.decoders.cad.turning import finish_surface, turn_points
+
+ORIGIN: Vector = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +56,7 @@ class Extrusion:
     def cut(self, outline: Outline) -> Surface:
         """The part that covers an outline."""
         curve, length = self.curve, norm(self.vector)
-        size = outline.size
+        size = outline.locate(build_frame(ORIGIN)).size
         if isinstance(curve, Line):
             u, v = self._locate_on_plane(curve, outline.hull)
             step = size / norm(curve.direction)
@@ -118,12 +120,10 @@ class Revolution:
             return self._build(frame, curve.cut_whole(), None)
         if isinstance(curve, Curve):
             return self._build(frame, curve, None)
-        size = outline.size
-        local = frame.locate_all(outline.hull)
-        reach = float(np.sqrt(np.square(local).sum(axis=0)).max()) * (1.0 + MARGIN)
+        local = outline.locate(frame)
+        reach = float(np.sqrt(np.square(local.hull).sum(axis=0)).max()) * (1.0 + MARGIN)
         if isinstance(curve, Line):
-            turns = outline.count_turns(frame)
-            return self._build(frame, _cut_line(frame, curve, local, size, turns), None)
+            return self._build(frame, _cut_line(frame, curve, local), None)
         reach += norm(subtract(curve.frame.origin, self.origin))
         if isinstance(curve, Parabola):
             most = reach / (2.0 * curve.focal_distance)
@@ -211,18 +211,16 @@ def cut_basis(curve: BasisCurve, parameters: Range | None) -> Curve:
 def _cut_conic(curve: Ellipse | Parabola | Hyperbola, local: FloatArray) -> Curve:
     """The part of a conic that has points with the coordinates (x, y) of its frame, (2, k)."""
     if isinstance(curve, Ellipse):
-        wedge = find_wedge(np.arctan2(local[1] * curve.a, local[0] * curve.b))
+        wedge = find_wedge(np.arctan2(local[1] * curve.a, local[0] * curve.b).tolist())
         return curve.cut_whole() if wedge is None else curve.cut(*wedge)
     if isinstance(curve, Parabola):
         return curve.cut(*find_range(local[1] / (2.0 * curve.focal_distance)))
     return curve.cut(*find_range(np.arcsinh(local[1] / curve.b)))
 
 
-def _cut_line(frame: Frame, line: Line, local: FloatArray, size: float, turns: int) -> Curve:
-    """The part of a line whose surface of revolution about z of a frame covers points (3, k).
-
-    `turns` tells how often the loops of the face run around z.
-    """
+def _cut_line(frame: Frame, line: Line, outline: LocalOutline) -> Curve:
+    """The part of a line whose surface of revolution about z of a frame covers an outline."""
+    local, size = outline.hull, outline.size
     origin = frame.locate(line.origin)
     dx, dy, dz = direction = frame.locate(_add_origin(frame, line.direction))
     length = norm(direction)
@@ -233,7 +231,7 @@ def _cut_line(frame: Frame, line: Line, local: FloatArray, size: float, turns: i
     if abs(dz) > PARALLEL * length:
         t = (local[2] - origin[2]) / dz
         meets = across > PARALLEL * length and closest <= PARALLEL * size
-        if meets and turns:
+        if meets and outline.count_turns(outline.find_angles()):
             t = np.append(t, nearest)
         low, high = find_range(t, size / length)
         if meets and low < nearest < high:  # a cone, which ends at its apex

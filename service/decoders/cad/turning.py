@@ -83,13 +83,9 @@ def turn_profile(
     wedge : tuple of two floats, or None
         The range of the angle from x; None for a full turn.
     """
-    angles, circle = (QUARTERS, CIRCLE) if wedge is None else build_arc(*wedge)
-    local = np.empty((len(circle), len(profile), 4))
-    local[..., 0] = circle[:, :1] * profile[:, 0]
-    local[..., 1] = circle[:, 1:2] * profile[:, 0]
-    local[..., 2] = circle[:, 2:] * profile[:, 1]
-    local[..., 3] = circle[:, 2:] * profile[:, 2]
-    return finish_surface((2, degree), (angles, knots), frame.place_net(local))
+    local = np.zeros((len(profile), 4))
+    local[:, 0], local[:, 2], local[:, 3] = profile.T
+    return turn_points(frame, degree, knots, local, wedge)
 
 
 def turn_points(
@@ -104,13 +100,18 @@ def turn_points(
     `local` (m, 4) are the curve's homogeneous points in the frame's coordinates.
     """
     angles, circle = (QUARTERS, CIRCLE) if wedge is None else build_arc(*wedge)
-    c, s, w = (circle[:, k : k + 1] for k in range(3))
+    x, y, z, origin = (np.array(each) for each in (frame.x, frame.y, frame.z, frame.origin))
+    a, b, c, weights = local[:, :1], local[:, 1:2], local[:, 2:3], local[:, 3:]
+    # A point turns to cos · across + sin · beside + along.
+    across, beside, along = a * x + b * y, a * y - b * x, c * z + weights * origin
+    cosines, sines, factors = circle.T[:, :, np.newaxis, np.newaxis]
     net = np.empty((len(circle), len(local), 4))
-    net[..., 0] = c * local[:, 0] - s * local[:, 1]
-    net[..., 1] = s * local[:, 0] + c * local[:, 1]
-    net[..., 2] = w * local[:, 2]
-    net[..., 3] = w * local[:, 3]
-    return finish_surface((2, degree), (angles, knots), frame.place_net(net))
+    net[..., 3] = factors[..., 0] * local[:, 3]
+    points = net[..., :3]
+    np.multiply(cosines, across, out=points)
+    points += sines * beside
+    points += factors * along
+    return finish_surface((2, degree), (angles, knots), net)
 
 
 def finish_surface(

@@ -56,9 +56,6 @@ def test_frames_are_right_handed(origin: Vector, z: Vector, x: Vector, point: Ve
     assert np.array(frame.place(*frame.locate(point))) == pytest.approx(point, abs=1e-12 * 400)
     located = frame.locate_all(np.array([point]))[:, 0]
     assert located == pytest.approx(np.array(frame.locate(point)), abs=1e-12)
-    net = np.array([[*frame.locate(point), 1.0]]) * 0.5
-    placed = frame.place_net(net)
-    assert placed == pytest.approx(np.array([[*point, 1.0]]) * 0.5, abs=1e-12 * 400)
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""The builder of parts: shared edges, directions, gaps, outlines, and what is left out."""
+"""The builder of parts: shared edges, directions, gaps, outlines, and parts without some faces."""
 
 from math import nan, pi
 
@@ -9,7 +9,7 @@ from service.decoders.cad.conics import Ellipse
 from service.decoders.cad.content import Coedge, Curve, Part
 from service.decoders.cad.elementary import Plane
 from service.decoders.cad.faults import InvalidGeometry
-from service.decoders.cad.frames import Vector, build_frame
+from service.decoders.cad.frames import Frame, Vector, build_frame
 from service.decoders.cad.outline import NO_OUTLINE, Outline
 from service.decoders.cad.parts import PartBuilder, reverse_loop
 from service.decoders.cad.scaling import scale_matrix, scale_part
@@ -150,7 +150,7 @@ def test_lines_of_no_length_and_open_loops_are_refused() -> None:
     assert builder.face_count == 6
 
 
-def test_what_faces_left_out_have_used_is_left_out() -> None:
+def test_edges_and_vertices_of_no_face_are_left_out() -> None:
     builder = PartBuilder()
     vertices = [builder.add_vertex(k, (float(k), float(k * k), 0.0)) for k in range(5)]
     edges = [builder.add_edge(k, (vertices[k], vertices[(k + 1) % 5])) for k in range(5)]
@@ -183,6 +183,11 @@ def test_faces_without_loops_and_parts_without_faces() -> None:
     assert finish(builder).edges[0].is_degenerate
 
 
+def count_turns(outline: Outline, frame: Frame) -> int:
+    local = outline.locate(frame)
+    return local.count_turns(local.find_angles())
+
+
 def test_outlines_have_edges_in_the_direction_of_their_loops() -> None:
     builder = PartBuilder()
     frame = build_frame((0.0, 0.0, 0.0))
@@ -191,14 +196,14 @@ def test_outlines_have_edges_in_the_direction_of_their_loops() -> None:
     apex = builder.add_vertex(1, (0.0, 0.0, 5.0))
     edge = builder.add_edge("ring", (vertex, vertex), ring)
     forward = builder.find_outline([[Coedge(edge)]], [apex])
-    assert forward.count_turns(frame) == 1
+    assert count_turns(forward, frame) == 1
     assert forward.hull[-1].tolist() == forward.ends[-1].tolist() == [0, 0, 5]
     backward = builder.find_outline([[Coedge(edge, is_reversed=True)]])
-    assert backward.count_turns(frame) == -1
+    assert count_turns(backward, frame) == -1
     both = builder.find_outline([[Coedge(edge)], [Coedge(edge, is_reversed=True)]])
-    assert both.count_turns(frame) == 0
+    assert count_turns(both, frame) == 0
     beside = build_frame((5.0, 0.0, 0.0))
-    assert forward.count_turns(beside) == 0
+    assert count_turns(forward, beside) == 0
     assert builder.find_outline([]) is NO_OUTLINE
     assert Outline.of([]) is NO_OUTLINE
     assert not NO_OUTLINE
