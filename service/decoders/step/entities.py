@@ -1,0 +1,243 @@
+"""Entities of a file, parsed when they are asked for.
+
+A simple instance lists the attributes of all its supertypes in one record, a complex one has a
+record for each type. `Entity.parameters` is the same list for both.
+
+References
+----------
+ISO 10303-21, clause 11.2: internal and external mapping; ISO 10303-41 to 46: the entities.
+"""
+
+import re
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.decoders.format import FileLimits
+from service.decoders.step.budget import Budget
+from service.decoders.step.faults import Fault
+from service.decoders.step.instances import Instances
+from service.decoders.step.records import MAX_NUMBER, Parameter, as_list, as_number, parse_record
+
+_POINT = re.compile(r"\s*+CARTESIAN_POINT\s*+\(\s*+'[^']*+'\s*+,\s*+\(([^()']*+)\)\s*+\)")
+_DIRECTION = re.compile(r"\s*+DIRECTION\s*+\(\s*+'[^']*+'\s*+,\s*+\(([^()']*+)\)\s*+\)")
+
+_ITEM = ("REPRESENTATION_ITEM",)
+_LEAVES: dict[str, tuple[str, ...]] = {
+    "ADVANCED_FACE": (*_ITEM, "FACE", "FACE_SURFACE"),
+    "FACE_SURFACE": (*_ITEM, "FACE"),
+    "ORIENTED_FACE": (*_ITEM, "FACE"),
+    "SUBFACE": (*_ITEM, "FACE"),
+    "FACE_OUTER_BOUND": (*_ITEM, "FACE_BOUND"),
+    "FACE_BOUND": _ITEM,
+    "EDGE_LOOP": (*_ITEM, "LOOP", "PATH"),
+    "POLY_LOOP": (*_ITEM, "LOOP"),
+    "VERTEX_LOOP": (*_ITEM, "LOOP"),
+    "EDGE_CURVE": (*_ITEM, "EDGE"),
+    "ORIENTED_EDGE": (*_ITEM, "EDGE"),
+    "SUBEDGE": (*_ITEM, "EDGE"),
+    "VERTEX_POINT": (*_ITEM, "VERTEX"),
+    "ORIENTED_CLOSED_SHELL": (*_ITEM, "CONNECTED_FACE_SET", "CLOSED_SHELL"),
+    "ORIENTED_OPEN_SHELL": (*_ITEM, "CONNECTED_FACE_SET", "OPEN_SHELL"),
+    "CLOSED_SHELL": (*_ITEM, "CONNECTED_FACE_SET"),
+    "OPEN_SHELL": (*_ITEM, "CONNECTED_FACE_SET"),
+    "BREP_WITH_VOIDS": (*_ITEM, "MANIFOLD_SOLID_BREP"),
+    "FACETED_BREP": (*_ITEM, "MANIFOLD_SOLID_BREP"),
+    "MANIFOLD_SOLID_BREP": _ITEM,
+    "SHELL_BASED_SURFACE_MODEL": _ITEM,
+    "FACE_BASED_SURFACE_MODEL": _ITEM,
+    "SEAM_CURVE": (*_ITEM, "SURFACE_CURVE"),
+    "INTERSECTION_CURVE": (*_ITEM, "SURFACE_CURVE"),
+    "BOUNDED_SURFACE_CURVE": (*_ITEM, "SURFACE_CURVE"),
+    "SURFACE_CURVE": _ITEM,
+    "BOUNDED_PCURVE": (*_ITEM, "PCURVE"),
+    "PCURVE": _ITEM,
+    "BOUNDARY_CURVE": (*_ITEM, "COMPOSITE_CURVE", "COMPOSITE_CURVE_ON_SURFACE"),
+    "OUTER_BOUNDARY_CURVE": (*_ITEM, "COMPOSITE_CURVE", "COMPOSITE_CURVE_ON_SURFACE"),
+    "COMPOSITE_CURVE_ON_SURFACE": (*_ITEM, "COMPOSITE_CURVE"),
+    "COMPOSITE_CURVE": _ITEM,
+    "TRIMMED_CURVE": _ITEM,
+    "POLYLINE": _ITEM,
+    "LINE": _ITEM,
+    "CIRCLE": (*_ITEM, "CONIC"),
+    "ELLIPSE": (*_ITEM, "CONIC"),
+    "PARABOLA": (*_ITEM, "CONIC"),
+    "HYPERBOLA": (*_ITEM, "CONIC"),
+    "CURVE_REPLICA": _ITEM,
+    "OFFSET_CURVE_3D": _ITEM,
+    "PLANE": (*_ITEM, "ELEMENTARY_SURFACE"),
+    "CYLINDRICAL_SURFACE": (*_ITEM, "ELEMENTARY_SURFACE"),
+    "CONICAL_SURFACE": (*_ITEM, "ELEMENTARY_SURFACE"),
+    "SPHERICAL_SURFACE": (*_ITEM, "ELEMENTARY_SURFACE"),
+    "DEGENERATE_TOROIDAL_SURFACE": (*_ITEM, "ELEMENTARY_SURFACE", "TOROIDAL_SURFACE"),
+    "TOROIDAL_SURFACE": (*_ITEM, "ELEMENTARY_SURFACE"),
+    "SURFACE_OF_REVOLUTION": (*_ITEM, "SWEPT_SURFACE"),
+    "SURFACE_OF_LINEAR_EXTRUSION": (*_ITEM, "SWEPT_SURFACE"),
+    "RECTANGULAR_TRIMMED_SURFACE": _ITEM,
+    "CURVE_BOUNDED_SURFACE": _ITEM,
+    "OFFSET_SURFACE": _ITEM,
+    "SURFACE_REPLICA": _ITEM,
+    "CARTESIAN_POINT": (*_ITEM, "POINT"),
+    "DIRECTION": _ITEM,
+    "VECTOR": _ITEM,
+    "AXIS1_PLACEMENT": (*_ITEM, "PLACEMENT"),
+    "AXIS2_PLACEMENT_2D": (*_ITEM, "PLACEMENT"),
+    "AXIS2_PLACEMENT_3D": (*_ITEM, "PLACEMENT"),
+    "MAPPED_ITEM": _ITEM,
+    "OVER_RIDING_STYLED_ITEM": (*_ITEM, "STYLED_ITEM"),
+    "CONTEXT_DEPENDENT_OVER_RIDING_STYLED_ITEM": (
+        *_ITEM,
+        "STYLED_ITEM",
+        "OVER_RIDING_STYLED_ITEM",
+    ),
+    "STYLED_ITEM": _ITEM,
+}
+"""Types that complex instances may have, each with its supertypes from the root on. A type stands
+before its own supertypes."""
+
+
+class Entity(NamedTuple):
+    """One instance: its type, its parameters, and the records of which it consists.
+
+    Attributes
+    ----------
+    number : int
+    keyword : str
+        The type; of a complex instance the one that is read, or else all of them, joined by `+`.
+    parameters : list
+        Those of the type and of its supertypes, from the root on.
+    parts : dict
+        The parameters in each record, by keyword.
+    """
+
+    number: int
+    keyword: str
+    parameters: list[Parameter]
+    parts: dict[str, list[Parameter]]
+
+    def parameter(self, index: int) -> Parameter:
+        """One parameter, counted from 0, or from −1 backwards."""
+        try:
+            return self.parameters[index]
+        except IndexError:
+            raise Fault("a parameter is missing") from None
+
+    def has_parts(self, *keywords: str) -> bool:
+        """Whether the instance has each of these types."""
+        return all(keyword in self.parts for keyword in keywords)
+
+
+class Entities:
+    """The entities of a file, by number."""
+
+    def __init__(self, content: bytes, limits: FileLimits) -> None:
+        """Find the instances of a file; the errors are those of `Instances`."""
+        self.instances = Instances(content, limits)
+        self.budget = Budget(limits, len(content))
+        self._text = self.instances.text
+
+    def read(self, number: int) -> Entity:
+        """The entity with a number.
+
+        Raises
+        ------
+        Fault
+            The file has no entity with this number, or its record is malformed.
+        InvalidRequest
+            `too_costly`: records of the file have been parsed far more often than files need.
+        """
+        start, end = self._span(number)
+        parts = parse_record(self._text[start:end])
+        if len(parts) == 1:
+            for keyword, parameters in parts.items():
+                return Entity(number, keyword, parameters, parts)
+        for keyword, supertypes in _LEAVES.items():
+            if keyword in parts:
+                types = (*supertypes, keyword)
+                flat = [each for type_ in types for each in parts.get(type_, ())]
+                return Entity(number, keyword, flat, parts)
+        return Entity(number, "+".join(sorted(parts)), [], parts)
+
+    def read_as(self, number: int, *keywords: str) -> Entity:
+        """The entity with a number, which has one of these types."""
+        entity = self.read(number)
+        if entity.keyword not in keywords:
+            raise Fault(f"#{number} is not {_join_words(keywords)}")
+        return entity
+
+    def read_all(self, *keywords: str) -> Iterable[Entity | Fault]:
+        """All entities of these types, or a fault in place of one that is malformed."""
+        for row in self.instances.rows_of(*keywords):
+            number = int(self.instances.numbers[row])
+            try:
+                yield self.read(number)
+            except Fault as fault:
+                yield fault
+
+    def has(self, number: int) -> bool:
+        """Whether the file has an entity with this number."""
+        return self.instances.find(number) >= 0
+
+    def point(self, number: int) -> tuple[float, float, float]:
+        """Coordinates of a CARTESIAN_POINT; those that it lacks are 0."""
+        start, end = self._span(number)
+        match = _POINT.match(self._text, start, end)
+        if match is None:
+            entity = self.read_as(number, "CARTESIAN_POINT")
+            return _to_triple([as_number(item) for item in as_list(entity.parameter(1))])
+        try:
+            return _to_triple(list(map(float, match[1].split(","))))
+        except ValueError:
+            raise Fault("a coordinate is not a number") from None
+
+    def points(self, numbers: Sequence[int]) -> FloatArray:
+        """Coordinates of points, (n, 3)."""
+        return np.array([self.point(number) for number in numbers], np.float64).reshape(-1, 3)
+
+    def direction(self, number: int) -> tuple[float, float, float]:
+        """Ratios of a DIRECTION, as they stand in the file; those that it lacks are 0."""
+        start, end = self._span(number)
+        match = _DIRECTION.match(self._text, start, end)
+        if match is None:
+            entity = self.read_as(number, "DIRECTION")
+            return _to_triple([as_number(item) for item in as_list(entity.parameter(1))])
+        try:
+            return _to_triple(list(map(float, match[1].split(","))))
+        except ValueError:
+            raise Fault("a ratio of a direction is not a number") from None
+
+    def match(self, number: int, pattern: re.Pattern[str]) -> re.Match[str] | None:
+        """Match a pattern with the record of an entity: for the most frequent types."""
+        start, end = self._span(number)
+        return pattern.match(self._text, start, end)
+
+    def _span(self, number: int) -> tuple[int, int]:
+        row = self.instances.find(number)
+        if row < 0:
+            raise Fault(f"the file has no entity #{number}")
+        start, end = self.instances.span(row)
+        self.budget.charge_characters(end - start)
+        return start, end
+
+
+def unsupported(entity: Entity, role: str) -> Fault:
+    """The fault for an entity of a type that is not read; `role` is what it is used as."""
+    return Fault(f"{role} is {_article(entity.keyword)} {entity.keyword}, which is not read")
+
+
+def _article(word: str) -> str:
+    return "an" if word[:1] in "AEIOU" else "a"
+
+
+def _join_words(keywords: tuple[str, ...]) -> str:
+    return " or ".join(f"{_article(keyword)} {keyword}" for keyword in keywords)
+
+
+def _to_triple(numbers: list[float]) -> tuple[float, float, float]:
+    # A comparison with a number that is no number is false.
+    if not all(-MAX_NUMBER <= number <= MAX_NUMBER for number in numbers):
+        raise Fault("a coordinate is too large")
+    x, y, z = (*numbers, 0.0, 0.0, 0.0)[:3]
+    return x, y, z

@@ -1,0 +1,257 @@
+"""Where the instances of a file are: one pass finds them, and none is parsed.
+
+Outside strings and comments, the sign `=` occurs in one place of an exchange structure only: after
+the number of an instance. So an instance begins at `#12 =` and ends where the next one begins,
+whatever is lost between: a missing semicolon costs nothing, and several DATA sections are read as
+one.
+
+References
+----------
+ISO 10303-21, clauses 5 to 8: the exchange structure, comments, sections.
+"""
+
+import re
+from collections import Counter
+
+import numpy as np
+
+from service.bases.arrays import AnyArray, Bools, Ints
+from service.decoders.format import FileLimits, build_file_error, check_entities
+
+BEGIN = "ISO-10303-21"
+"""The word with which a file begins."""
+
+BEGIN_WITHIN = 4096
+"""Bytes in which the word must be: comments and a byte order mark may be before it."""
+
+MAX_HEADER = 1_000_000
+"""The most bytes of a header that are read."""
+
+MAX_DIGITS = 18
+"""The most digits of the number of an instance."""
+
+MAX_KEYWORDS = 65_000
+"""The most different keywords; the rest have one number."""
+
+COMPLEX = "("
+"""Stands for the keyword of a complex instance."""
+
+CHUNK = 1 << 22
+"""How many bytes are searched at once."""
+
+_COMMENT_OR_STRING = re.compile(rb"'[^']*+(?:'|\Z)|/\*[^*]*+(?:\*(?!/)[^*]*+)*+(?:\*/|\Z)")
+_KEYWORD = re.compile(r"\s*+(\(?)\s*+([A-Za-z_!][A-Za-z0-9_]*+)?")
+_PART = re.compile(r"'[^']*+'|([A-Za-z_][A-Za-z0-9_]*+)\s*+\(")
+_EXTERNAL = re.compile(r"\s*+<")
+_EQUALS, _QUOTE, _HASH, _ZERO = b"='#0"
+_OTHER = "?"
+
+
+class Instances:
+    """The instances of a file, in the order of the file.
+
+    Attributes
+    ----------
+    text : str
+        The file without comments; each character is one byte (Latin-1).
+    numbers : ndarray of int64, shape (n,)
+        The number of each instance.
+    header : str
+        What stands before the first instance.
+    """
+
+    def __init__(self, content: bytes, limits: FileLimits) -> None:
+        """Find the instances.
+
+        Raises
+        ------
+        InvalidRequest
+            `malformed_file`: this is no STEP file, or it has no instance.
+        TooLarge
+            `too_many_entities`.
+        """
+        if BEGIN.encode() not in content[:BEGIN_WITHIN]:
+            raise build_file_error(
+                "The file is not a STEP file.", "another first line", f"the word {BEGIN}"
+            )
+        if b"/*" in content:
+            content = _COMMENT_OR_STRING.sub(_blank_comment, content)
+        signs, self._first_hash, self.numbers = _find_instances(content, limits)
+        if not len(signs):
+            raise build_file_error(
+                "The file has no data.", "no entity", "a section DATA with entities"
+            )
+        self.text = content.decode("latin-1")
+        self.header = self.text[: min(int(self._first_hash[0]), MAX_HEADER)]
+        self._bodies = signs + 1
+        self._keywords, self._codes = self._read_keywords()
+        self._order: Ints | None = None
+        self._table = self._number_table()
+        self._complex_rows: dict[str, list[int]] | None = None
+
+    def __len__(self) -> int:
+        return len(self.numbers)
+
+    def find(self, number: int) -> int:
+        """The row of an instance; −1 if there is none. Of equal numbers the first counts."""
+        table = self._table
+        if self._order is None:
+            return int(table[number]) if 0 <= number < len(table) else -1
+        position = int(np.searchsorted(table, number))
+        if position < len(table) and table[position] == number:
+            return int(self._order[position])
+        return -1
+
+    def span(self, row: int) -> tuple[int, int]:
+        """Where the record of an instance begins and ends in the text."""
+        after = row + 1
+        end = self._first_hash[after] if after < len(self._first_hash) else len(self.text)
+        return int(self._bodies[row]), int(end)
+
+    def keyword(self, row: int) -> str:
+        """The keyword of an instance, in capital letters; `(` of a complex one."""
+        return self._keywords[int(self._codes[row])]
+
+    @property
+    def keywords(self) -> set[str]:
+        """All keywords in the file, those of the parts of complex instances included."""
+        return {*self._keywords, *self._rows_of_parts()}
+
+    def rows_of(self, *keywords: str) -> list[int]:
+        """The rows with one of the keywords, also as a part of a complex instance, ascending."""
+        codes = [code for code, word in enumerate(self._keywords) if word in keywords]
+        rows = set(np.flatnonzero(np.isin(self._codes, codes)).tolist()) if codes else set()
+        complex_rows = self._rows_of_parts()
+        for keyword in keywords:
+            rows.update(complex_rows.get(keyword, ()))
+        return sorted(rows)
+
+    def count_keywords(self) -> Counter[str]:
+        """How many instances have each keyword; parts of complex instances count too."""
+        counts: Counter[str] = Counter()
+        for code, count in enumerate(np.bincount(self._codes, minlength=len(self._keywords))):
+            counts[self._keywords[code]] += int(count)
+        for keyword, rows in self._rows_of_parts().items():
+            counts[keyword] += len(rows)
+        del counts[COMPLEX]
+        return counts
+
+    def count_external(self) -> int:
+        """How many entities stand for something in another file: those of a section REFERENCE."""
+        code = self._keywords.index(_OTHER) if _OTHER in self._keywords else -1
+        rows = np.flatnonzero(self._codes == code)
+        return sum(_EXTERNAL.match(self.text, start) is not None for start in self._bodies[rows])
+
+    def _read_keywords(self) -> tuple[list[str], AnyArray]:
+        numbers: dict[str, int] = {}
+        codes = np.empty(len(self), np.uint16)
+        match, text = _KEYWORD.match, self.text
+        words: dict[str, int] = {}  # as they are written
+        for row, position in enumerate(self._bodies.tolist()):
+            found = match(text, position)
+            parenthesis, word = found.groups() if found else ("", None)
+            word = COMPLEX if parenthesis else word or _OTHER
+            code = words.get(word)
+            if code is None:
+                key = word.upper() if len(numbers) < MAX_KEYWORDS else _OTHER
+                code = numbers.setdefault(key, len(numbers))
+                if len(words) < MAX_KEYWORDS:
+                    words[word] = code
+            codes[row] = code
+        return list(numbers), codes
+
+    def _number_table(self) -> AnyArray:
+        """Rows by number if numbers are dense, else the sorted numbers, with `_order`."""
+        numbers = self.numbers
+        largest = int(numbers.max())
+        if largest <= 4 * len(numbers) + 1000:
+            table = np.full(largest + 1, -1, np.int32)
+            table[numbers[::-1]] = np.arange(len(numbers) - 1, -1, -1)
+            return table
+        self._order = np.argsort(numbers, kind="stable")
+        return numbers[self._order]
+
+    def _rows_of_parts(self) -> dict[str, list[int]]:
+        """The rows of complex instances by the keywords of their parts."""
+        if self._complex_rows is None:
+            self._complex_rows = {}
+            code = self._keywords.index(COMPLEX) if COMPLEX in self._keywords else -1
+            for row in np.flatnonzero(self._codes == code).tolist():
+                start, end = self.span(row)
+                parts = {part.upper() for part in _PART.findall(self.text, start, end) if part}
+                for part in parts:
+                    if part in self._complex_rows or len(self._complex_rows) < MAX_KEYWORDS:
+                        self._complex_rows.setdefault(part, []).append(row)
+        return self._complex_rows
+
+
+def _blank_comment(match: re.Match[bytes]) -> bytes:
+    found = match[0]
+    return found if found[:1] == b"'" else b" "
+
+
+def _find_instances(content: bytes, limits: FileLimits) -> tuple[Ints, Ints, Ints]:
+    """Positions of `=` and of `#`, and the number between them, of each instance.
+
+    A file with an odd number of apostrophes has lost one: then a sign is taken to be outside
+    strings if its instance begins behind a semicolon.
+    """
+    data = np.frombuffer(content, np.uint8)
+    is_damaged = content.count(b"'") % 2 == 1
+    found: list[tuple[Ints, Ints, Ints]] = []
+    count = quotes_before = 0
+    for begin in range(0, len(data), CHUNK):
+        chunk = data[begin : begin + CHUNK]
+        signs = np.flatnonzero(chunk == _EQUALS)
+        if not is_damaged:
+            quotes = np.flatnonzero(chunk == _QUOTE)
+            is_outside = (np.searchsorted(quotes, signs) + quotes_before) % 2 == 0
+            quotes_before += len(quotes)
+            signs = signs[is_outside]
+        triple = _read_numbers(data, signs + begin, is_damaged)
+        count += len(triple[0])
+        check_entities(count, limits)
+        found.append(triple)
+    signs, hashes, numbers = (np.concatenate(column) for column in zip(*found, strict=True))
+    return signs, hashes, numbers
+
+
+def _read_numbers(data: AnyArray, signs: Ints, is_damaged: bool) -> tuple[Ints, Ints, Ints]:
+    """Read the number before each sign, backwards, digit by digit for all signs at once."""
+    position = _skip_blanks(data, signs - 1)
+    numbers = np.zeros(len(signs), np.int64)
+    has_digit = np.zeros(len(signs), bool)
+    active = np.arange(len(signs))
+    for exponent in range(MAX_DIGITS):
+        digits = data[position[active]].astype(np.int64) - _ZERO
+        is_digit = (digits >= 0) & (digits <= 9)
+        active = active[is_digit]
+        if not len(active):
+            break
+        numbers[active] += digits[is_digit] * 10**exponent
+        has_digit[active] = True
+        position[active] = np.maximum(position[active] - 1, 0)
+    is_instance = has_digit & (data[position] == _HASH)
+    signs, position, numbers = signs[is_instance], position[is_instance], numbers[is_instance]
+    before = data[_skip_blanks(data, position - 1)]
+    is_instance = _is_one_of(before, b";") if is_damaged else ~_is_one_of(before, b",(=")
+    return signs[is_instance], position[is_instance], numbers[is_instance]
+
+
+def _skip_blanks(data: AnyArray, positions: Ints) -> Ints:
+    """The last position at or before each one that is not a blank; 0 if there is none."""
+    positions = np.maximum(positions, 0)
+    active = np.arange(len(positions))
+    for _ in range(BEGIN_WITHIN):
+        active = active[_is_one_of(data[positions[active]], b" \t\r\n")]
+        if not len(active):
+            break
+        positions[active] = np.maximum(positions[active] - 1, 0)
+    return positions
+
+
+def _is_one_of(values: AnyArray, bytes_: bytes) -> Bools:
+    is_one: Bools = values == bytes_[0]
+    for byte in bytes_[1:]:
+        is_one |= values == byte
+    return is_one
