@@ -15,11 +15,12 @@ from service.surface.spline_tables import CurveTable, SurfaceTable, find_starts
 
 @dataclass(frozen=True, slots=True)
 class SkippedFace:
-    """A face that is left out, because the request said `"invalid_faces": "skip"`.
+    """A face that is left out.
 
-    `issue` says why; its pointer is relative to the brep. The surface of the face stays in the
-    table of surfaces, so that the numbers of other faces do not change, but the face has no loops,
-    and no shell lists it.
+    It is invalid, and the request said `"invalid_faces": "skip"`; or its edges are off its surface;
+    or its loops cross as polygons of one mesh. `issue` says why; its pointer is relative to the
+    brep. The surface of an invalid face stays in the table of surfaces, so that the numbers of other
+    faces do not change, but the face has no loops, and no shell lists it.
     """
 
     face: int

@@ -13,6 +13,10 @@ from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.accuracy import Accuracy
 from service.engine.bounds.goal import Goal
+from service.engine.brep import border_sampling
+from service.engine.brep.borders.border import Border
+from service.engine.brep.borders.edges import EdgeSamples
+from service.engine.brep.borders.settling import LoopFaults, settle_border
 from service.engine.brep.mesher import BrepMesher
 from service.engine.options import MeshOptions
 from service.errors import InvalidRequest, SurfaceError, TooLarge
@@ -63,6 +67,24 @@ def test_every_format_stores_a_brep(fmt: Any) -> None:
     assert file.report.brep.reached
     assert file.report.brep.complete
     assert file.name == "box"
+
+
+def test_faces_whose_polygons_touch_at_this_tolerance_are_reported_with_a_reason(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def find_fault(*arguments: Any) -> tuple[EdgeSamples, Border, LoopFaults]:
+        samples, border, _ = settle_border(*arguments)
+        loops, places = np.array([2]), np.zeros((2, 1), np.intp)
+        return samples, border, LoopFaults(loops, np.array(["loops_touch"]), loops, loops, places)
+
+    monkeypatch.setattr(border_sampling, "settle_border", find_fault)
+    report = make(BOX).report
+    assert report is not None
+    assert report.deviation_bound is None
+    brep = report.brep
+    assert brep is not None
+    assert [(each.face, each.issue.code) for each in brep.skipped_faces] == [(2, "loops_touch")]
+    assert (brep.degenerate_faces, brep.complete, brep.reached) == (0, False, False)
 
 
 def test_without_options_the_tolerance_is_a_thousandth_of_the_diagonal() -> None:

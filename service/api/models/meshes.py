@@ -98,7 +98,7 @@ class CollapsedEdges(ResponseModel):
 
 
 class SkippedFace(ResponseModel):
-    """An invalid face of a brep that was left out."""
+    """A face of a brep that was left out: it is invalid, or becomes so at this tolerance."""
 
     face: Count
     """Number of the face in the brep."""

@@ -6,7 +6,6 @@ far, where a surface is far from a chord, and where it runs along a chord uneven
 
 import numpy as np
 
-from service.bases.arrays import Bools
 from service.engine.adaptive.limits import MeshLimits
 from service.engine.bounds.goal import Goal
 from service.engine.brep.borders.border import Border, build_border, renew_border
@@ -14,7 +13,7 @@ from service.engine.brep.borders.border_measure import measure_border, refine_bo
 from service.engine.brep.borders.edges import EdgeSamples
 from service.engine.brep.borders.halving import halve_pieces
 from service.engine.brep.borders.sampling import sample_edges
-from service.engine.brep.borders.settling import settle_border
+from service.engine.brep.borders.settling import LoopFaults, settle_border
 from service.engine.brep.filling.angles import find_turning_sides
 from service.engine.brep.filling.inner_points import LeafPoints
 from service.engine.brep.filling.poles import split_poles
@@ -24,6 +23,10 @@ from service.engine.brep.prepared import PreparedBrep
 TURNS = 8
 """How often the sides of polygons are halved because normals turn too far, or the surface runs
 along them unevenly."""
+
+MOST_TURNS, SMOOTH = 32, 0.1
+"""How often sides are halved whose normals turn by at most `SMOOTH` radians. Halving does not help
+at creases, where they turn further than that."""
 
 SIDE_WORK = 2e4
 """Multiplications to sample and measure a side of a polygon, approximately."""
@@ -36,9 +39,10 @@ def sample_borders(
     samples = sample_edges(prepared, goal.tolerance, limits)
     border = build_border(prepared, samples)
     if goal.angle < np.pi:
-        for _ in range(TURNS):
+        for number in range(MOST_TURNS):
             _check_sides(border, limits)
-            turning = find_turning_sides(prepared.places, border, goal.angle)
+            most = np.pi if number < TURNS else SMOOTH
+            turning = find_turning_sides(prepared.places, border, goal.angle, most)
             samples, source = halve_pieces(prepared, samples, border.samples[turning])
             if not (source < 0).any():
                 break
@@ -75,14 +79,12 @@ def settle_borders(
     goal: Goal,
     *,
     limits: MeshLimits,
-) -> tuple[EdgeSamples, Border, Bools]:
-    """Samples of poles, polygons without conflicts; and the faces (F,) for which there are such."""
+) -> tuple[EdgeSamples, Border, LoopFaults]:
+    """Samples of poles, and polygons without conflicts; with the faults of loops that have some."""
     at_poles = split_poles(prepared, samples, leaves, border)
     if at_poles is not None:
         samples, source = at_poles
         border = renew_border(prepared, samples, border, source)
     samples, border, faults = settle_border(prepared, samples, border)
     _check_sides(border, limits)
-    is_valid = np.ones(len(prepared.surfaces), bool)
-    is_valid[faults.faces] = False
-    return samples, measure_border(prepared, samples, border, goal), is_valid
+    return samples, measure_border(prepared, samples, border, goal), faults

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from service.bases.arrays import FloatArray, Ints
+from service.surface.brep_model import SkippedFace
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -41,6 +42,9 @@ class BrepTriangulation:
         The points of the samples of edges, from the first vertex of an edge to its last.
     rounds : int
         How often triangles were measured.
+    skipped_faces : tuple of SkippedFace
+        Faces without triangles because the polygons of their loops cross or touch at this
+        tolerance, or are reversed, although the loops are valid.
     """
 
     positions: FloatArray
@@ -55,6 +59,7 @@ class BrepTriangulation:
     edge_starts: Ints
     edge_points: Ints
     rounds: int
+    skipped_faces: tuple[SkippedFace, ...] = ()
 
     @property
     def bound(self) -> float:

@@ -37,6 +37,7 @@ from service.engine.brep.filling.refine import Refinement
 from service.engine.brep.filling.scales import find_scales
 from service.engine.brep.filling.triangles import Triangles
 from service.engine.brep.filling.triangulation import FaceTriangulations
+from service.engine.brep.preparation.input_checks import skip_faces, word_loop_faults
 from service.engine.brep.prepared import PreparedBrep
 from service.engine.trims.places import SIZE
 from service.engine.trims.slack import bound_slack
@@ -73,9 +74,9 @@ def triangulate_brep(prepared: PreparedBrep, goal: Goal, limits: MeshLimits) -> 
     samples, border = sample_borders(prepared, goal, limits)
     boxes = _find_boxes(border, len(prepared.surfaces))
     leaves = _find_leaves(prepared, border, boxes, goal, limits)
-    samples, border, is_valid = settle_borders(
-        prepared, samples, border, leaves, goal, limits=limits
-    )
+    samples, border, faults = settle_borders(prepared, samples, border, leaves, goal, limits=limits)
+    is_valid = np.ones(len(prepared.surfaces), bool)
+    is_valid[faults.faces] = False
     corners, triangulations = _fill(prepared, samples, border, is_valid, (leaves, boxes))
     slack = bound_slack(
         prepared.places,
@@ -99,6 +100,7 @@ def triangulate_brep(prepared: PreparedBrep, goal: Goal, limits: MeshLimits) -> 
         face_bounds=face_bounds + proved,
         mesh_bounds=mesh_bounds + proved if goal.two_sided else None,
         rounds=refinement.rounds,
+        skipped_faces=skip_faces(word_loop_faults(prepared, faults)),
     )
 
 

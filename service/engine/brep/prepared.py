@@ -55,6 +55,8 @@ class PreparedBrep:
         The face of each loop, in ascending order.
     loop_counts : ndarray of int, shape (L,)
         The number of coedges of each loop.
+    loop_sources : ndarray of int, shape (L,)
+        The loop of the model that a loop is, or is a part of; −1 for natural borders.
     coedge_edges : ndarray of int, shape (C,)
     coedge_faces : ndarray of int, shape (C,)
     coedge_loops : ndarray of int, shape (C,)
@@ -96,6 +98,7 @@ class PreparedBrep:
     is_degenerate: Bools
     loop_faces: Ints
     loop_counts: Ints
+    loop_sources: Ints
     coedge_edges: Ints
     coedge_faces: Ints
     coedge_loops: Ints

@@ -58,7 +58,8 @@ def build_report(
     error : float
         Bound of the distance by which storing moved a vertex.
     """
-    skipped = [face.face for face in prepared.skipped_faces]
+    skipped_faces = prepared.skipped_faces + triangulation.skipped_faces
+    skipped = [face.face for face in skipped_faces]
     counts = np.bincount(faces, minlength=prepared.model.face_count)
     degenerate = int(np.count_nonzero(counts == 0)) - len(skipped)
     bound, mesh_bound, reason = triangulation.bound + error, None, None
@@ -84,7 +85,7 @@ def build_report(
             degenerate_faces=degenerate,
             collapsed_edges=collapsed,
             longest_chain=longest,
-            skipped_faces=prepared.skipped_faces,
+            skipped_faces=tuple(sorted(skipped_faces, key=lambda each: each.face)),
             unbounded_reason=reason,
         ),
     )

@@ -31,13 +31,13 @@ class BrepReport:
         The number of pairs of vertices that more than one edge of the mesh joins.
     degenerate_faces : int
         The number of faces without triangles that are not skipped: they are narrower than a unit of
-        places, or polygons of their loops cross at this tolerance.
+        places.
     collapsed_edges : int
         The number of edges that became one vertex, because they are shorter than their uncertainty.
     longest_chain : float
         The greatest length of consecutive edges that became one vertex.
     skipped_faces : tuple of SkippedFace
-        Invalid faces that were left out.
+        Invalid faces that were left out, and faces whose loops cross as polygons at this tolerance.
     unbounded_reason : str or None
         If the second bound, `MeshReport.mesh_deviation_bound`, was requested but is not finite:
         why.

@@ -214,6 +214,7 @@ def build_prepared(
         is_degenerate=np.zeros(edges, bool),
         loop_faces=loop_faces,
         loop_counts=loop_counts,
+        loop_sources=np.arange(len(loop_faces)),
         coedge_edges=coedge_edges,
         coedge_faces=coedge_faces,
         coedge_loops=np.searchsorted(loop_faces, coedge_faces),

@@ -124,6 +124,7 @@ def prepare_sheets(
         is_degenerate=np.zeros(len(curves), bool),
         loop_faces=np.repeat(np.arange(len(faces)), [len(face) for face in faces]),
         loop_counts=counts,
+        loop_sources=np.arange(len(loops)),
         coedge_edges=edges,
         coedge_faces=coedge_faces,
         coedge_loops=np.repeat(np.arange(len(loops)), counts),

@@ -3,7 +3,6 @@
 from functools import cache
 from itertools import pairwise, permutations
 from math import inf
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -20,7 +19,7 @@ from service.engine.bounds.goal import Goal
 from service.engine.brep import border_sampling, meshing
 from service.engine.brep.borders.border import Border
 from service.engine.brep.borders.edges import EdgeSamples
-from service.engine.brep.borders.settling import settle_border
+from service.engine.brep.borders.settling import LoopFaults, settle_border
 from service.engine.brep.brep_triangulation import BrepTriangulation
 from service.engine.brep.filling import refine
 from service.engine.brep.meshing import triangulate_brep
@@ -151,14 +150,19 @@ def test_normals_turn_by_at_most_the_angle_along_edges(name: str) -> None:
 def test_faces_whose_loops_touch_are_left_out_and_have_no_bound(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    def find_fault(*arguments: Any) -> tuple[EdgeSamples, Border, SimpleNamespace]:
+    def find_fault(*arguments: Any) -> tuple[EdgeSamples, Border, LoopFaults]:
         samples, border, _ = settle_border(*arguments)
-        return samples, border, SimpleNamespace(faces=np.array([2]))
+        loops, places = np.array([2]), np.array([[0], [1 << 30]])
+        return samples, border, LoopFaults(loops, np.array(["loops_touch"]), loops, loops, places)
 
     monkeypatch.setattr(border_sampling, "settle_border", find_fault)
     mesh = build("box", 0.01)
     assert mesh.faces.tolist() == [0, 0, 1, 1, 3, 3, 4, 4, 5, 5]
     assert np.isinf(mesh.face_bounds).tolist() == [False, False, True, False, False, False]
+    (skipped,) = mesh.skipped_faces
+    assert (skipped.face, skipped.issue.code) == (2, "loops_touch")
+    assert skipped.issue.pointer == "/faces/2/loops/0"
+    assert skipped.issue.got.startswith("a loop that touches itself near (")
 
 
 def test_skipped_faces_have_no_triangles() -> None:

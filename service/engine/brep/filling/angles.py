@@ -30,10 +30,11 @@ def find_turning_edges(corners: FaceCorners, triangles: Ints, angle: float) -> B
     return turning
 
 
-def find_turning_sides(surface: Places, border: Border, angle: float) -> Ints:
+def find_turning_sides(surface: Places, border: Border, angle: float, most: float) -> Ints:
     """The sides of polygons of curved faces whose normals turn by more than an angle.
 
-    The normals at both ends and in the middle are compared.
+    The normals at both ends and in the middle are compared. Sides whose normals turn by more than
+    `most` are left out.
     """
     is_curved = ~surface.surfaces.is_planar[border.faces]
     rows: Ints = (is_curved & (border.begin_vertices != border.end_vertices)).nonzero()[0]
@@ -42,7 +43,8 @@ def find_turning_sides(surface: Places, border: Border, angle: float) -> Ints:
     begins, ends = border.begins[rows], border.ends[rows]
     places = np.array([begins, (begins + ends) // 2, ends])
     normals = _evaluate_normals(surface, border.faces[rows], places)
-    turning: Ints = rows[_measure_angles(normals, normals[NEXT]).max(axis=0) > angle]
+    turns = _measure_angles(normals, normals[NEXT]).max(axis=0)
+    turning: Ints = rows[(turns > angle) & (turns <= most)]
     return turning
 
 

@@ -5,7 +5,6 @@ from math import floor, log10
 
 import numpy as np
 
-from service.bases.arrays import Ints
 from service.bases.row_batches import count_runs, find_begins
 from service.engine.brep.borders.settling import LoopFaults
 from service.engine.brep.preparation.domains import find_beyond
@@ -138,9 +137,12 @@ def word_unbounded(model: BrepModel, loops: Iterable[int]) -> list[Fault]:
     ]
 
 
-def word_loop_faults(prepared: PreparedBrep, faults: LoopFaults, sources: Ints) -> list[Fault]:
-    """Faults of the loops of a prepared brep; `sources` are their loops in the model, or −1."""
-    model, digits = prepared.model, DIGITS - floor(log10(prepared.diagonal))
+def word_loop_faults(prepared: PreparedBrep, faults: LoopFaults) -> list[Fault]:
+    """Faults of the loops of a prepared brep."""
+    if not len(faults.loops):
+        return []
+    model, sources = prepared.model, prepared.loop_sources
+    digits = DIGITS - floor(log10(prepared.diagonal))
     points = prepared.places.evaluate(faults.faces, faults.places.T).round(digits) + 0.0
     worded = []
     for loop, code, other, face, point in zip(

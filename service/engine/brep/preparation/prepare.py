@@ -78,7 +78,7 @@ def prepare(model: BrepModel) -> PreparedBrep:
     loop_faults = check_loops(prepared)
     if not len(loop_faults.loops):
         return prepared
-    worded = word_loop_faults(prepared, loop_faults, topology.loop_sources)
+    worded = word_loop_faults(prepared, loop_faults)
     gaps = np.zeros(len(surfaces))
     np.maximum.at(gaps, prepared.coedge_faces, prepared.gaps)
     # Where edges are off the surface, loops may lie anyhow: a gap is reported, and refuses nothing.
@@ -186,6 +186,7 @@ def _finish(
         is_degenerate=topology.is_degenerate,
         loop_faces=topology.loop_faces,
         loop_counts=topology.loop_counts,
+        loop_sources=topology.loop_sources,
         coedge_edges=topology.coedge_edges,
         coedge_faces=face,
         coedge_loops=topology.coedge_loops,
