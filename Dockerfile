@@ -15,7 +15,7 @@ RUN --mount=type=secret,id=npmrc,target=/root/.npmrc \
 
 # The service and the packages that it imports are in /app. pip is in /tools, which is not copied.
 FROM ${PYTHON_IMAGE} AS build
-ARG EXTRAS=cluster,meshopt
+ARG EXTRAS=cluster,meshopt,rhino
 ARG SOURCE_DATE_EPOCH=0
 RUN python3 -m venv /tools && python3 -m venv --without-pip /app
 WORKDIR /source

@@ -28,7 +28,7 @@ UPGRADE_FROM ?= eefe229c
 # The linter of `make lint-deploy`.
 CHECKOV := checkov==3.3.30
 # The extras of the image, for `make sbom`; and the programs of `make sbom` and `make audit`.
-EXTRAS  := cluster,meshopt
+EXTRAS  := cluster,meshopt,rhino
 CYCLONE := cyclonedx-bom==7.5.0
 AUDIT   := pip-audit==2.10.1
 # Vulnerabilities that `make audit` ignores for now, with reasons: --ignore-vuln GHSA-…
@@ -195,14 +195,14 @@ clean: ## Remove all built files
 	find service tests tools oracles -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # A marker file that is newer than its sources records an installation. If there is no wheel of
-# meshopt, the service works without it.
+# meshopt or rhino3dm, the service works without both.
 $(BIN)/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed.")'
 	@$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); exit 1; }
 
 $(VENV)/.runtime: pyproject.toml constraints.txt | $(BIN)/python
 	@echo 'Installing the service into $(VENV) …'
-	@$(PIP) install --constraint constraints.txt --only-binary meshopt --editable '.[meshopt]' \
+	@$(PIP) install --constraint constraints.txt --only-binary meshopt,rhino3dm --editable '.[meshopt,rhino]' \
 	  || $(PIP) install --constraint constraints.txt --editable .
 	@touch $@
 

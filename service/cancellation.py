@@ -78,9 +78,3 @@ def checkpoint() -> None:
     cancellation = _current.get()
     if cancellation is not None:
         cancellation.raise_if_over()
-
-
-def seconds_left() -> float:
-    """Seconds until the deadline of the current work; infinity if it has none."""
-    cancellation = _current.get()
-    return inf if cancellation is None else cancellation.deadline - time.monotonic()

@@ -10,17 +10,14 @@ The thread that waits for a child calls `checkpoint`, and kills the child if its
 
 import json
 import logging
-import math
 import signal
 import subprocess
-import sys
 import traceback
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import astuple
 from typing import Any
 
-from service.cancellation import seconds_left
 from service.decoders.child_processes import PROCESSES, AnswerTooLong, end_process, exchange
 from service.decoders.child_program import ANSWER, OUT_OF_MEMORY
 from service.decoders.format import Decoded, Decoder, FileLimits, build_file_error
@@ -29,9 +26,6 @@ from service.framing import UNREADABLE, read_frame
 
 ANSWER_SHARE = 3
 """The answer may take a third of the memory of a file, and the child the rest."""
-
-MAX_SECONDS = 3600
-"""Seconds that a child may compute if its caller has no deadline."""
 
 _END_SECONDS = 1.0
 """Seconds in which a child ends after its answer."""
@@ -88,7 +82,7 @@ def _read_in_child(
         "limits": astuple(limits),
         "length": len(content),
         "memory": memory - max_answer,
-        "seconds": math.ceil(min(max(seconds_left(), 1.0), MAX_SECONDS)),
+        "seconds": decoder.seconds(len(content)),
     }
     process = PROCESSES.take()
     try:
@@ -100,11 +94,11 @@ def _read_in_child(
         raise _too_much_memory(memory) from None
     finally:
         end_process(process)
-    return _parse_answer(decoder, frame, status, memory)
+    return _parse_answer(decoder, frame, status, len(content))
 
 
-def _parse_answer(decoder: Decoder, frame: bytes, status: int | None, memory: int) -> Decoded:
-    """The content of a file from the answer of a child.
+def _parse_answer(decoder: Decoder, frame: bytes, status: int | None, length: int) -> Decoded:
+    """The content of a file of this length from the answer of a child.
 
     `status` is that of the child's end: minus the number of a signal that has killed it; None if it
     has not ended by itself.
@@ -120,14 +114,16 @@ def _parse_answer(decoder: Decoder, frame: bytes, status: int | None, memory: in
         fault = str(answer["fault"])
     except UNREADABLE:
         fault = f"the child has ended with status {status}, and without an answer"
-    if fault == OUT_OF_MEMORY or _is_killed_by_system(status):
-        raise _too_much_memory(memory)
+    if fault == OUT_OF_MEMORY or _was_killed(status, "SIGKILL"):  # Linux kills if it has no memory
+        raise _too_much_memory(decoder.memory(length))
+    if _was_killed(status, "SIGPROF", "SIGXCPU"):
+        raise _too_slow(decoder.seconds(length))
     raise _fault(decoder, fault)
 
 
-def _is_killed_by_system(status: int | None) -> bool:
-    """Whether the system has killed the child, as Linux does when the machine has no memory."""
-    return sys.platform != "win32" and status == -signal.SIGKILL
+def _was_killed(status: int | None, *signals: str) -> bool:
+    """Whether one of these signals has ended a process; Windows has none of them."""
+    return status in [-getattr(signal, name) for name in signals if hasattr(signal, name)]
 
 
 def _parse_issue(texts: list[Any]) -> Issue:
@@ -143,6 +139,14 @@ def _too_much_memory(memory: int) -> TooLarge:
             got=f"more than {memory} bytes",
             needed="a file with less in it, such as a part of the assembly",
         )
+    )
+
+
+def _too_slow(seconds: float) -> InvalidRequest:
+    return build_file_error(
+        "The file takes far longer to read than others of its length: it may be damaged.",
+        f"more than {seconds:.1f} s of processor time",
+        "the file written again by another program",
     )
 
 

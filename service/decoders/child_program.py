@@ -11,6 +11,7 @@ The member `answer` of the frame has `tree` and `reading`; or `error`, the class
 its `issues`; or `fault`, the end of a traceback, if the reader has failed.
 """
 
+import codecs
 import gc
 import json
 import os
@@ -19,6 +20,9 @@ import traceback
 from dataclasses import astuple
 from io import FileIO
 from typing import Any
+
+import numpy.linalg
+import numpy.ma  # noqa: F401  (`numpy.unique` imports it when it is called)
 
 from service.decoders import confinement
 from service.decoders.cad_files import READERS, import_reader
@@ -33,6 +37,9 @@ ANSWER = "answer"
 OUT_OF_MEMORY = "memory"
 """The fault of a reader that needs more memory than it has."""
 
+CODECS = ("latin-1", "cp1252", "utf-8-sig", "utf-16-be", "utf-16-le", "utf-32-be")
+"""Encodings of texts in CAD files: a codec is a module, which cannot be imported later."""
+
 MAX_FAULT = 2000
 """The most characters of a traceback."""
 
@@ -45,6 +52,8 @@ def main() -> None:
     confinement.lower_priority()
     for name in ("step", "iges"):  # not those that need a library
         import_reader(name)
+    for name in CODECS:
+        codecs.lookup(name)
     task_file = FileIO(0, closefd=False)
     task = _read_task(task_file)
     if task is None:  # the service has ended, or does not need this process any more

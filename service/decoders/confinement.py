@@ -5,8 +5,10 @@ there must be nothing to gain: no files, no network, no other programs, little m
 """
 
 import ctypes
+import math
 import os
 import platform
+import signal
 import struct
 import sys
 from contextlib import suppress
@@ -60,23 +62,25 @@ def lower_priority() -> None:
         os.nice(NICENESS)
 
 
-def limit_resources(memory: int, seconds: int) -> None:
+def limit_resources(memory: int, seconds: float) -> None:
     """Bounds memory and time of this process; it can no longer write files or start processes.
 
     Parameters
     ----------
     memory : int
         Bytes beside those that the process has now. macOS does not enforce it.
-    seconds : int
-        Seconds of processor time, beside those used so far. After them the process is killed.
+    seconds : float
+        Seconds of processor time, beside those used so far. After them a signal ends the process:
+        SIGPROF, or a second later SIGXCPU.
     """
     if sys.platform == "win32":
         return
     used = resource.getrusage(resource.RUSAGE_SELF)
-    seconds += int(used.ru_utime + used.ru_stime) + 1
+    cpu_seconds = math.ceil(used.ru_utime + used.ru_stime + seconds) + 1
+    signal.setitimer(signal.ITIMER_PROF, seconds)
     for name, limit in (
         ("RLIMIT_AS", _address_space() + memory),
-        ("RLIMIT_CPU", seconds),
+        ("RLIMIT_CPU", cpu_seconds),
         ("RLIMIT_FSIZE", 0),
         ("RLIMIT_CORE", 0),
         ("RLIMIT_NPROC", 0),
@@ -88,7 +92,7 @@ def limit_resources(memory: int, seconds: int) -> None:
         _, highest = resource.getrlimit(number)
         allowed = limit if highest == resource.RLIM_INFINITY else min(limit, highest)
         with suppress(OSError, ValueError):  # macOS refuses some
-            resource.setrlimit(number, (allowed, allowed))
+            resource.setrlimit(number, (allowed, highest if name == "RLIMIT_CPU" else allowed))
 
 
 def _address_space() -> int:

@@ -75,6 +75,9 @@ class Decoder:
     is_cad : bool
         Whether a file has the parts of a CAD system, and a report of reading. If not, it has one
         surface, or patches, by their control points.
+    byte_seconds, base_seconds : float
+        The most processor time of a child process for each byte of a file, and for any file in
+        addition: several times what files of this format take.
     child_bytes : int, optional
         The most bytes of a file that this process reads itself; a longer file is read in a child
         process. None: this process reads every file.
@@ -93,6 +96,8 @@ class Decoder:
     about: str
     memory_factor: float
     base_memory: int = 0
+    byte_seconds: float = 1e-5
+    base_seconds: float = 5.0
     fields: tuple[str, ...] = ("type", "degree", "knots", "up", "name")
     example: tuple[str, str] | None = None
     is_cad: bool = False
@@ -104,6 +109,10 @@ class Decoder:
         """The most bytes of memory for a file of this length, until the surface is built."""
         base_memory = self.base_memory if self.is_read_in_child(length) else 0
         return int(self.memory_factor * length) + base_memory
+
+    def seconds(self, length: int) -> float:
+        """The most processor time of a child process for a file of this length."""
+        return self.byte_seconds * length + self.base_seconds
 
     def body_memory(self, length: int) -> int:
         """The most bytes of memory for a body of this length, until work on it begins.
