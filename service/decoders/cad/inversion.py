@@ -1,26 +1,23 @@
 """Parameters of points on curves, and the pieces of curves between two points.
 
-The nearest point of a spline is searched among samples of all spans, and then by Newton's method on
-(C(t) − P) · C′(t) = 0 between them. A step that leaves the interval becomes a bisection.
-
-References
-----------
-Piegl and Tiller, The NURBS Book, 2nd ed., section 6.1.
+The nearest point of a spline is searched among samples of all spans, and then by Newton's method
+between them.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 from math import tau
 
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.decoders.cad.conics import BasisCurve, Ellipse, Line
+from service.decoders.cad.conics import BasisCurve, Conic, Ellipse, Line
 from service.decoders.cad.content import Curve
 from service.decoders.cad.faults import InvalidGeometry
 from service.decoders.cad.frames import Vector, distance
+from service.decoders.cad.newton import SplineRows, search_intervals
 from service.decoders.cad.splines import (
     evaluate,
-    evaluate_derivatives,
     find_domain,
     find_ends,
     join,
@@ -42,8 +39,11 @@ PARTS = 6
 MOST_INTERVALS = 24
 """The most intervals between samples that are searched for one point."""
 
-STEPS = 12
-"""The most steps of Newton's method: it begins in a small part of one span."""
+ON_CURVE = 1e-9
+"""Points that are this near, as a share of the curve's size, are on it."""
+
+ROUNDING = 1e-15
+"""Points that are this near, as a share of their coordinates, are equal."""
 
 AT_END = 1e-6
 """Points are ends of a curve if they are nearer to them than this share of the curve's size."""
@@ -76,7 +76,8 @@ def find_parameters(curve: Curve, points: FloatArray) -> tuple[FloatArray, Float
 
     Between two samples A and B the curve is not nearer to P than (|PA| + |PB| − ℓ) / 2, where ℓ is
     its length there, which is estimated from the chord. Intervals that may have nearer points than
-    all samples are sampled once more, and then searched.
+    all samples are sampled once more, and then searched. For a point on the curve the intervals
+    beside the nearest sample are enough.
     """
     breaks = np.unique(curve.knots)
     count = 2 * curve.degree + MORE_SAMPLES
@@ -85,32 +86,37 @@ def find_parameters(curve: Curve, points: FloatArray) -> tuple[FloatArray, Float
         (breaks[:-1, np.newaxis] + np.diff(breaks)[:, np.newaxis] * inner).ravel(), breaks[-1]
     )
     sampled = evaluate(curve, samples)
-    shares = np.arange(PARTS + 1) / PARTS
-    parameters, distances = np.empty((2, len(points)))
-    owners, lows, highs = [], [], []
-    for row, point in enumerate(points):
-        chosen = _choose_intervals(sampled[:-1], sampled[1:], point)
-        low, high = samples[chosen], samples[chosen + 1]
-        finer = low[:, np.newaxis] + (high - low)[:, np.newaxis] * shares
-        finer[:, -1] = high
-        near = evaluate(curve, finer.ravel()).reshape(*finer.shape, -1)
-        away = _lengths(near - point).ravel()
-        best = away.argmin()
-        parameters[row], distances[row] = finer.ravel()[best], away[best]
-        begins, ends = (
-            near[:, part].reshape(-1, near.shape[-1]) for part in (np.s_[:-1], np.s_[1:])
-        )
-        chosen = _choose_intervals(begins, ends, point)
-        owners.append(np.full(len(chosen), row))
-        lows.append(finer[:, :-1].ravel()[chosen])
-        highs.append(finer[:, 1:].ravel()[chosen])
-    owner = np.concatenate(owners)
-    t, found = _search(curve, points[owner], np.concatenate(lows), np.concatenate(highs))
-    # The last of equal indices counts: the nearest.
-    order = np.argsort(-found, kind="stable")
-    order = order[found[order] < distances[owner[order]]]
-    parameters[owner[order]], distances[owner[order]] = t[order], found[order]
+    on_curve = ON_CURVE * float(np.ptp(sampled, axis=0).max())
+    spline = SplineRows(curve.degree, curve.knots.tolist(), curve.points.tolist())
+    found = []
+    for point, goal in zip(points, points.tolist(), strict=True):
+        away = _lengths(sampled - point)
+        best = int(away.argmin())
+        near = samples[max(best - 1, 0) : best + 2].tolist()
+        nearest = samples.item(best), away.item(best)
+        if nearest[1] > 0.0:
+            nearest = search_intervals(spline, goal, pairwise(near), nearest)
+        if nearest[1] > on_curve:
+            chosen = _choose_intervals(sampled[:-1], sampled[1:], point)
+            ends = _divide(curve, samples[chosen], samples[chosen + 1], point)
+            nearest = search_intervals(spline, goal, ends, nearest)
+        found.append(nearest)
+    parameters, distances = np.array(found).reshape(-1, 2).T
     return parameters, distances
+
+
+def _divide(
+    curve: Curve, low: FloatArray, high: FloatArray, point: FloatArray
+) -> list[tuple[float, float]]:
+    """Parts of intervals (m,) of a curve that may have its nearest point."""
+    samples = low[:, np.newaxis] + (high - low)[:, np.newaxis] * (np.arange(PARTS + 1) / PARTS)
+    samples[:, -1] = high
+    near = evaluate(curve, samples.ravel()).reshape(*samples.shape, -1)
+    dimension = near.shape[-1]
+    begins, ends = near[:, :-1].reshape(-1, dimension), near[:, 1:].reshape(-1, dimension)
+    chosen = _choose_intervals(begins, ends, point)
+    pairs = np.stack([samples[:, :-1].ravel()[chosen], samples[:, 1:].ravel()[chosen]], axis=1)
+    return [(first, last) for first, last in pairs.tolist()]
 
 
 def _choose_intervals(begins: FloatArray, ends: FloatArray, point: FloatArray) -> Ints:
@@ -121,33 +127,6 @@ def _choose_intervals(begins: FloatArray, ends: FloatArray, point: FloatArray) -
     if len(chosen) > MOST_INTERVALS:
         chosen = chosen[np.argpartition(least[chosen], MOST_INTERVALS)[:MOST_INTERVALS]]
     return chosen
-
-
-def _search(
-    curve: Curve, points: FloatArray, low: FloatArray, high: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """The nearest parameters that Newton's method meets in intervals (m,), and the distances."""
-    t = (low + high) / 2
-    near = 1e-15 * (curve.knots[-1] - curve.knots[0])
-    best, least = t, np.full(len(t), np.inf)
-    for _ in range(STEPS):
-        point, first, second = evaluate_derivatives(curve, t)
-        away = point - points
-        distances = _lengths(away)
-        best = np.where(distances < least, t, best)
-        least = np.minimum(distances, least)
-        slope = (away * first).sum(axis=1)
-        curvature = (away * second).sum(axis=1) + np.square(first).sum(axis=1)
-        high, low = np.where(slope > 0, t, high), np.where(slope > 0, low, t)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            after = t - slope / curvature
-        is_newton = (curvature > 0) & (after >= low) & (after <= high)
-        after = np.where(is_newton, after, (low + high) / 2)
-        is_done = (slope == 0) | (np.abs(after - t) <= near)
-        if is_done.all():
-            break
-        t = np.where(is_done, t, after)
-    return best, least
 
 
 def cut_between(
@@ -179,22 +158,43 @@ def cut_between(
         The piece has no length, or the curve is open and `is_loop` says it is closed.
     """
     if isinstance(curve, Line):
-        if is_loop or first == last:
-            raise InvalidGeometry("an edge on a line has no length")
-        gaps = [distance(curve.evaluate(curve.find_parameter(p)), p) for p in (first, last)]
-        return Piece(None, max(gaps))
+        return _cut_line(curve, first, last)
     if not same_sense:
         piece = cut_between(curve, last, first, is_loop=is_loop, tolerance=tolerance)
         return Piece(None if piece.curve is None else reverse(piece.curve), piece.gap)
-    if isinstance(curve, Curve):
-        return _cut_spline(curve, np.array([first, last]), is_loop, tolerance)
-    start, end = curve.find_parameter(first), curve.find_parameter(last)
-    gap = max(distance(curve.evaluate(start), first), distance(curve.evaluate(end), last))
-    if isinstance(curve, Ellipse):
-        return Piece(curve.cut(start, start + tau if is_loop else end), gap)
+    if not isinstance(curve, Curve):
+        return _cut_conic(curve, first, last, is_loop)
+    if curve.points.shape[1] == 4 and _ends_at(curve, first, last):
+        return Piece(curve, 0.0)
+    return _cut_spline(curve, np.array([first, last]), is_loop, tolerance)
+
+
+def _cut_line(line: Line, first: Vector, last: Vector) -> Piece:
+    """The piece of a line: it is between its vertices, even if these are off the line."""
+    if first == last:
+        raise InvalidGeometry("an edge on a line has no length")
+    gaps = [distance(line.evaluate(line.find_parameter(p)), p) for p in (first, last)]
+    return Piece(None, max(gaps))
+
+
+def _cut_conic(conic: Conic, first: Vector, last: Vector, is_loop: bool) -> Piece:
+    """The piece of a conic: of an ellipse counter-clockwise, of others the only one."""
+    start, end = conic.find_parameter(first), conic.find_parameter(last)
+    gap = max(distance(conic.evaluate(start), first), distance(conic.evaluate(end), last))
+    if isinstance(conic, Ellipse):
+        return Piece(conic.cut(start, start + tau if is_loop else end), gap)
     if start > end:
-        return Piece(reverse(curve.cut(end, start)), gap)
-    return Piece(curve.cut(start, end), gap)
+        return Piece(reverse(conic.cut(end, start)), gap)
+    return Piece(conic.cut(start, end), gap)
+
+
+def _ends_at(curve: Curve, first: Vector, last: Vector) -> bool:
+    """Whether a curve of space begins and ends at two points, up to rounding."""
+    for row, point in ((0, first), (-1, last)):
+        x, y, z, w = curve.points[row].tolist()
+        if distance((x / w, y / w, z / w), point) > ROUNDING * (abs(x) + abs(y) + abs(z)) / w:
+            return False
+    return True
 
 
 def _cut_spline(curve: Curve, ends: FloatArray, is_loop: bool, tolerance: float) -> Piece:

@@ -1,12 +1,15 @@
 """Knot vectors as CAD files give them: with multiplicities, or implied by a name."""
 
 from collections.abc import Sequence
+from itertools import pairwise
+from math import inf
+from operator import eq
 from typing import Literal, TypeAlias
 
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.bases.knots import breaks, clamped_knots, domain, merge_knots, uniform_knots
+from service.bases.knots import clamped_knots, merge_knots, uniform_knots
 from service.decoders.cad.faults import InvalidGeometry
 from service.surface.knots import MIN_LENGTH, find_least_span
 
@@ -87,18 +90,34 @@ def check_knots(knots: FloatArray, degree: int, count: int) -> FloatArray:
     check_degree(degree, count)
     if knots.shape != (count + degree + 1,):
         raise InvalidGeometry("the number of knots does not fit the number of control points")
-    if not np.abs(knots).max() <= MAX_PARAMETER:  # true for NaN, too
-        raise InvalidGeometry("a knot is not finite or too large")
-    if (knots[1:] < knots[:-1]).any():
-        raise InvalidGeometry("knots decrease")
-    low, high = domain(knots, degree)
+    # Most knot vectors are so short that Python's loops take less time than NumPy's calls.
+    values = knots.tolist()
+    shortest = _find_shortest_step(values)
+    low, high = values[degree], values[-degree - 1]
     if not low < high:
         raise InvalidGeometry("the domain of a spline has no length")
-    knots = merge_knots(knots, degree, find_least_span(low, high))
-    if (knots[degree + 1 :] == knots[: -degree - 1]).any():
+    least = find_least_span(low, high)
+    if shortest < least:
+        knots = merge_knots(knots, degree, least)
+        values = knots.tolist()
+        if _find_shortest_step(values) < MIN_LENGTH:
+            raise InvalidGeometry("a span of a spline is too short")
+        if not values[degree] < values[-degree - 1]:
+            raise InvalidGeometry("the domain of a spline has no length")
+    if any(map(eq, values, values[degree + 1 :])):
         raise InvalidGeometry("a knot occurs more than degree + 1 times")
-    if not domain(knots, degree)[0] < domain(knots, degree)[1]:
-        raise InvalidGeometry("the domain of a spline has no length")
-    if np.diff(breaks(knots, degree)).min() < MIN_LENGTH:
-        raise InvalidGeometry("a span of a spline is too short")
     return knots
+
+
+def _find_shortest_step(values: Sequence[float]) -> float:
+    """The least difference above 0 between neighbouring knots, after a check of their order."""
+    if not (abs(values[0]) <= MAX_PARAMETER and abs(values[-1]) <= MAX_PARAMETER):
+        raise InvalidGeometry("a knot is not finite or too large")
+    shortest = inf
+    for first, last in pairwise(values):
+        step = last - first
+        if 0.0 < step < shortest:
+            shortest = step
+        elif not step >= 0.0:  # true for NaN, too
+            raise InvalidGeometry("knots decrease or are not finite")
+    return shortest

@@ -15,23 +15,19 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from service.bases.arrays import FloatArray, Ints
-from service.bases.blossoms import find_refinement, raise_knots
+from service.bases.arrays import FloatArray
+from service.bases.blossoms import raise_knots
+from service.decoders.cad.clamping import clamp, refine, to_homogeneous
 from service.decoders.cad.content import Curve, Surface
+from service.decoders.cad.de_boor import differentiate, interpolate, interpolate_rows
 from service.decoders.cad.faults import InvalidGeometry
-from service.decoders.cad.frames import MAX_COORDINATE
-from service.decoders.cad.knot_vectors import MAX_DEGREE, check_knots
-from service.surface.checks import MAX_WEIGHT_RATIO
+from service.decoders.cad.knot_vectors import MAX_DEGREE
 from service.surface.knots import MAX_BEZIER_POINTS, MAX_PIECES
 
 Spline = TypeVar("Spline", Curve, Surface)
 
 SNAP = 1e-9
 """Parameters that are nearer to a knot than this share of the domain are moved to it."""
-
-JUMP = 1e-9
-"""At p + 1 equal knots the two control points may be this far apart, as a share of the largest
-coordinate; then one of them is left out."""
 
 
 def build_curve(
@@ -53,11 +49,11 @@ def build_curve(
         large; a weight is not positive, or weights differ too much; all points are equal; the curve
         jumps inside its domain.
     """
-    net = _to_homogeneous(points, weights, 2)
+    net = to_homogeneous(points, weights, 2)
     full = np.asarray(knots, np.float64)
     if (net == net[0]).all():
         raise InvalidGeometry("all control points of a curve are equal")
-    full, net = _clamp(full, degree, net)
+    full, net = clamp(full, degree, net)
     return Curve(degree, full, net)
 
 
@@ -81,10 +77,10 @@ def build_surface(
     InvalidGeometry
         As `build_curve`.
     """
-    net = _to_homogeneous(points, weights, 3)
-    first, net = _clamp(np.asarray(knots[0], np.float64), degrees[0], net)
-    second, turned = _clamp(np.asarray(knots[1], np.float64), degrees[1], net.swapaxes(0, 1))
-    pieces = [len(np.unique(each)) - 1 for each in (first, second)]
+    net = to_homogeneous(points, weights, 3)
+    first, net = clamp(np.asarray(knots[0], np.float64), degrees[0], net)
+    second, turned = clamp(np.asarray(knots[1], np.float64), degrees[1], net.swapaxes(0, 1))
+    pieces = [len(set(each.tolist())) - 1 for each in (first, second)]
     if pieces[0] * pieces[1] > MAX_PIECES or (
         pieces[0] * (degrees[0] + 1) * pieces[1] * (degrees[1] + 1) > MAX_BEZIER_POINTS
     ):
@@ -110,7 +106,7 @@ def find_ends(curve: Curve) -> FloatArray:
 
 def evaluate(curve: Curve, parameters: ArrayLike) -> FloatArray:
     """Points (k, D) at parameters (k,), which are clamped to the domain."""
-    return project_points(_de_boor(curve, np.asarray(parameters, np.float64)))
+    return project_points(interpolate(curve, np.asarray(parameters, np.float64)))
 
 
 def evaluate_derivatives(curve: Curve, parameters: ArrayLike) -> FloatArray:
@@ -121,13 +117,13 @@ def evaluate_derivatives(curve: Curve, parameters: ArrayLike) -> FloatArray:
         C′ = (A′ − w′ C) / w,   C″ = (A″ − 2 w′ C′ − w″ C) / w.
     """
     t = np.asarray(parameters, np.float64)
-    levels, each = [_de_boor(curve, t)], curve
+    levels, each = [interpolate(curve, t)], curve
     for _ in range(2):
         if each.degree == 0:
             levels.append(np.zeros_like(levels[0]))
             continue
-        each = _differentiate(each)
-        levels.append(_de_boor(each, t))
+        each = differentiate(each)
+        levels.append(interpolate(each, t))
     (a, da, dda), (w, dw, ddw) = (
         [level[:, :-1] for level in levels],
         [level[:, -1:] for level in levels],
@@ -144,8 +140,8 @@ def evaluate_surface(surface: Surface, u: ArrayLike, v: ArrayLike) -> FloatArray
     columns = np.asarray(v, np.float64)
     count = surface.points.shape[1]
     flat = Curve(surface.degrees[0], surface.knots[0], surface.points.reshape(-1, count * 4))
-    nets = _de_boor(flat, rows).reshape(len(rows), count, 4)
-    return project_points(_de_boor_rows(surface.degrees[1], surface.knots[1], nets, columns))
+    nets = interpolate(flat, rows).reshape(len(rows), count, 4)
+    return project_points(interpolate_rows(surface.degrees[1], surface.knots[1], nets, columns))
 
 
 def segment(curve: Curve, first: float, last: float) -> Curve:
@@ -178,7 +174,7 @@ def segment_surface(surface: Surface, axis: int, first: float, last: float) -> S
 def insert_knots(curve: Curve, knots: Sequence[float]) -> Curve:
     """The curve with more knots, which are inside its domain."""
     target = np.sort(np.concatenate([curve.knots, np.asarray(knots, np.float64)]))
-    points = _refine(curve.knots, curve.degree, curve.points, target, curve.degree)
+    points = refine(curve.knots, curve.degree, curve.points, target, curve.degree)
     return Curve(curve.degree, target, points)
 
 
@@ -195,7 +191,7 @@ def elevate(curve: Curve, degree: int) -> Curve:
     if degree > MAX_DEGREE:
         raise InvalidGeometry(f"the degree of a spline is not between 1 and {MAX_DEGREE}")
     target = raise_knots(curve.knots, curve.degree, degree, *find_domain(curve))
-    points = _refine(curve.knots, curve.degree, curve.points, target, degree)
+    points = refine(curve.knots, curve.degree, curve.points, target, degree)
     return Curve(degree, target, points)
 
 
@@ -273,61 +269,6 @@ def transform(spline: Spline, matrix: FloatArray) -> Spline:
     return Surface(spline.degrees, spline.knots, net)
 
 
-def _to_homogeneous(points: ArrayLike, weights: ArrayLike | None, axes: int) -> FloatArray:
-    """Checked control points with their weights as (…, D + 1)."""
-    values = np.asarray(points, np.float64)
-    if values.ndim != axes or 0 in values.shape:
-        raise InvalidGeometry("control points are missing or of different dimensions")
-    if not np.abs(values).max() <= MAX_COORDINATE:  # true for NaN, too
-        raise InvalidGeometry("a coordinate is not finite or too large")
-    net = np.ones((*values.shape[:-1], values.shape[-1] + 1))
-    net[..., :-1] = values
-    if weights is None:
-        return net
-    factors = np.asarray(weights, np.float64)
-    if factors.shape != values.shape[:-1]:
-        raise InvalidGeometry("there is not one weight for each control point")
-    low, high = float(factors.min()), float(factors.max())
-    if not (low > 0.0 and np.isfinite(high)):
-        raise InvalidGeometry("a weight is not positive")
-    if high > MAX_WEIGHT_RATIO * low:
-        raise InvalidGeometry("weights differ too much")
-    if low < high:
-        net *= (factors / high)[..., np.newaxis]
-    return net
-
-
-def _clamp(knots: FloatArray, degree: int, net: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Checked knots and control points (n, …) of a clamped spline without jumps."""
-    knots = check_knots(knots, degree, len(net))
-    pieces = int((np.diff(knots[degree:-degree]) > 0).sum())
-    if pieces > MAX_PIECES or pieces * (degree + 1) ** 2 > MAX_BEZIER_POINTS:
-        raise InvalidGeometry("a spline has too many spans")
-    knots, net = _close_jumps(knots, degree, net)
-    first, last = float(knots[degree]), float(knots[-degree - 1])
-    if knots[0] == first and knots[-1] == last:
-        return knots, net
-    target = raise_knots(knots, degree, degree, first, last)
-    return target, _refine(knots, degree, net, target, degree)
-
-
-def _close_jumps(knots: FloatArray, degree: int, net: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The spline without one of two equal control points at each p + 1 equal inner knots."""
-    low, high = knots[degree], knots[-degree - 1]
-    is_jump = (knots[degree:] == knots[: len(knots) - degree]) & (knots[degree:] > low)
-    at = np.flatnonzero(is_jump & (knots[degree:] < high))
-    if not len(at):
-        return knots, net
-    # Knots at … at + p are equal: points at − 1 and at are the two ends.
-    ends = project_points(net)
-    size = JUMP * np.abs(ends).max()
-    if np.abs(ends[at] - ends[at - 1]).max() > size:
-        raise InvalidGeometry("a spline is discontinuous")
-    if np.abs(net[at] - net[at - 1]).max() > 1e-6 * np.abs(net).max():
-        raise InvalidGeometry("the weights of a spline are discontinuous")
-    return np.delete(knots, at), np.delete(net, at, axis=0)
-
-
 def _restrict(
     knots: FloatArray, degree: int, net: FloatArray, first: float, last: float
 ) -> tuple[FloatArray, FloatArray]:
@@ -344,20 +285,7 @@ def _restrict(
     if ends == [low, high]:
         return knots, net
     target = raise_knots(knots, degree, degree, *ends)
-    return target, _refine(knots, degree, net, target, degree)
-
-
-def _refine(
-    knots: FloatArray, degree: int, net: FloatArray, target: FloatArray, new_degree: int
-) -> FloatArray:
-    """Control points (N, …) over other knots, from control points (n, …)."""
-    index, shares = find_refinement(knots, degree, target, new_degree)
-    flat = net.reshape(len(net), -1)
-    points = shares[0][:, np.newaxis] * flat[index[0]]
-    for rows, share in zip(index[1:], shares[1:], strict=True):
-        points += share[:, np.newaxis] * flat[rows]
-    refined: FloatArray = points.reshape(-1, *net.shape[1:])
-    return refined
+    return target, refine(knots, degree, net, target, degree)
 
 
 def _reverse_knots(knots: FloatArray) -> FloatArray:
@@ -366,54 +294,3 @@ def _reverse_knots(knots: FloatArray) -> FloatArray:
     reversed_knots[reversed_knots == reversed_knots[0]] = knots[0]
     reversed_knots[reversed_knots == reversed_knots[-1]] = knots[-1]
     return reversed_knots
-
-
-def _differentiate(curve: Curve) -> Curve:
-    """The derivative in homogeneous coordinates, of degree p − 1: p (P_i+1 − P_i) / ΔU."""
-    degree, knots = curve.degree, curve.knots
-    width = knots[degree + 1 : -1] - knots[1 : -degree - 1]
-    # Steps over no length belong to no span.
-    factor = degree / np.where(width > 0, width, np.inf)
-    steps = np.diff(curve.points, axis=0) * factor[:, np.newaxis]
-    return Curve(degree - 1, knots[1:-1], steps)
-
-
-def _de_boor(curve: Curve, t: FloatArray) -> FloatArray:
-    """Homogeneous points (k, D + 1) at parameters (k,)."""
-    degree, knots = curve.degree, curve.knots
-    t, span = _find_spans(degree, knots, t)
-    rows = curve.points[span[:, np.newaxis] + np.arange(-degree, 1)]
-    return _interpolate(degree, knots, rows, t, span)
-
-
-def _de_boor_rows(degree: int, knots: FloatArray, nets: FloatArray, t: FloatArray) -> FloatArray:
-    """Homogeneous points (k, D + 1) of k curves with nets (k, n, D + 1), one parameter each."""
-    t, span = _find_spans(degree, knots, t)
-    columns = span[:, np.newaxis] + np.arange(-degree, 1)
-    rows = np.take_along_axis(nets, columns[..., np.newaxis], axis=1)
-    return _interpolate(degree, knots, rows, t, span)
-
-
-def _find_spans(degree: int, knots: FloatArray, t: FloatArray) -> tuple[FloatArray, Ints]:
-    """Parameters in the domain, and their spans."""
-    t = np.clip(t, knots[degree], knots[-degree - 1])
-    # The last knot belongs to the last span of some length.
-    last = int(np.searchsorted(knots, knots[-degree - 1], side="left")) - 1
-    return t, np.minimum(np.searchsorted(knots, t, side="right") - 1, last)
-
-
-def _interpolate(
-    degree: int,
-    knots: FloatArray,
-    rows: FloatArray,
-    t: FloatArray,
-    span: Ints,
-) -> FloatArray:
-    """De Boor's algorithm on control points (k, p + 1, D)."""
-    for level in range(1, degree + 1):
-        at = span[:, np.newaxis] + np.arange(level - degree, 1)
-        low, high = knots[at], knots[at + degree - level + 1]
-        share = ((t[:, np.newaxis] - low) / (high - low))[..., np.newaxis]
-        rows = (1.0 - share) * rows[:, :-1] + share * rows[:, 1:]
-    result: FloatArray = rows[:, 0]
-    return result
