@@ -15,11 +15,15 @@ from typing import NamedTuple
 import numpy as np
 
 from service.bases.arrays import FloatArray
+from service.decoders.cad.frames import Vector
 from service.decoders.format import FileLimits
 from service.decoders.step.budget import Budget
 from service.decoders.step.faults import Fault
 from service.decoders.step.instances import Instances
 from service.decoders.step.records import MAX_NUMBER, Parameter, as_list, as_number, parse_record
+
+FEW_POINTS = 3
+"""So few points are read one by one."""
 
 _POINT = re.compile(r"\s*+CARTESIAN_POINT\s*+\(\s*+'[^']*+'\s*+,\s*+\(([^()']*+)\)\s*+\)")
 _DIRECTION = re.compile(r"\s*+DIRECTION\s*+\(\s*+'[^']*+'\s*+,\s*+\(([^()']*+)\)\s*+\)")
@@ -172,15 +176,19 @@ class Entities:
         for row in self.instances.rows_of(*keywords):
             number = int(self.instances.numbers[row])
             try:
-                yield self.read(number)
+                entity = self.read(number)
             except Fault as fault:
                 yield fault
+            else:
+                # The keywords of complex instances were found without parsing.
+                is_one = any(keyword in entity.parts for keyword in keywords)
+                yield entity if is_one else Fault("it is not a record")
 
     def has(self, number: int) -> bool:
         """Whether the file has an entity with this number."""
         return self.instances.find(number) >= 0
 
-    def point(self, number: int) -> tuple[float, float, float]:
+    def point(self, number: int) -> Vector:
         """Coordinates of a CARTESIAN_POINT; those that it lacks are 0."""
         start, end = self._span(number)
         match = _POINT.match(self._text, start, end)
@@ -194,9 +202,24 @@ class Entities:
 
     def points(self, numbers: Sequence[int]) -> FloatArray:
         """Coordinates of points, (n, 3)."""
+        rows = self.instances.find_all(numbers)
+        if len(numbers) >= FEW_POINTS and rows.min() >= 0:
+            starts, ends = self.instances.starts[rows], self.instances.ends[rows]
+            self.budget.charge_characters(int((ends - starts).sum()))
+            match, text = _POINT.match, self._text
+            pairs = zip(starts.tolist(), ends.tolist(), strict=True)
+            found = [each[1] for each in (match(text, *pair) for pair in pairs) if each]
+            try:
+                values = np.array(list(map(float, ",".join(found).split(","))))
+            except ValueError:
+                values = np.empty(0)
+            if len(found) == len(numbers) and len(values) == 3 * len(numbers):
+                if not np.abs(values).max() <= MAX_NUMBER:
+                    raise Fault("a coordinate is too large")
+                return values.reshape(-1, 3)
         return np.array([self.point(number) for number in numbers], np.float64).reshape(-1, 3)
 
-    def direction(self, number: int) -> tuple[float, float, float]:
+    def direction(self, number: int) -> Vector:
         """Ratios of a DIRECTION, as they stand in the file; those that it lacks are 0."""
         start, end = self._span(number)
         match = _DIRECTION.match(self._text, start, end)
@@ -235,9 +258,9 @@ def _join_words(keywords: tuple[str, ...]) -> str:
     return " or ".join(f"{_article(keyword)} {keyword}" for keyword in keywords)
 
 
-def _to_triple(numbers: list[float]) -> tuple[float, float, float]:
+def _to_triple(numbers: list[float]) -> Vector:
+    x, y, z = numbers if len(numbers) == 3 else (*numbers, 0.0, 0.0, 0.0)[:3]
     # A comparison with a number that is no number is false.
-    if not all(-MAX_NUMBER <= number <= MAX_NUMBER for number in numbers):
-        raise Fault("a coordinate is too large")
-    x, y, z = (*numbers, 0.0, 0.0, 0.0)[:3]
-    return x, y, z
+    if abs(x) <= MAX_NUMBER and abs(y) <= MAX_NUMBER and abs(z) <= MAX_NUMBER:
+        return x, y, z
+    raise Fault("a coordinate is too large")

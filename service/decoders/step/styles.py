@@ -13,7 +13,7 @@ from service.decoders.step.entities import Entities, Entity
 from service.decoders.step.faults import Fault
 from service.decoders.step.records import as_number, as_reference, as_text, find_references
 
-MAX_VISITS = 64
+MAX_VISITS = 32
 """The most entities of one style that are looked at."""
 
 NAMED_COLORS = {
@@ -32,7 +32,8 @@ Color = tuple[float, ...]
 _CONTEXT_DEPENDENT = "CONTEXT_DEPENDENT_OVER_RIDING_STYLED_ITEM"
 _STYLED = ("STYLED_ITEM", "OVER_RIDING_STYLED_ITEM", _CONTEXT_DEPENDENT)
 _PREDEFINED = ("DRAUGHTING_PRE_DEFINED_COLOUR", "PRE_DEFINED_COLOUR")
-_NOT_OF_SURFACES = ("CURVE_STYLE", "POINT_STYLE", "TEXT_STYLE", "SYMBOL_STYLE")
+_OF_SURFACES = ("SURFACE_", "FILL_AREA_", "PRESENTATION_STYLE_", "COLOUR", *_PREDEFINED)
+"""How the types in a style of a surface begin; those of styles of curves and points do not."""
 
 
 class Styles:
@@ -83,7 +84,7 @@ class Styles:
         while pending and len(seen) <= MAX_VISITS:
             try:
                 entity = self._entities.read(pending.pop())
-                if entity.keyword in _NOT_OF_SURFACES:
+                if not entity.keyword.startswith(_OF_SURFACES):
                     continue
                 color = color or _read_color(entity)
                 if entity.keyword == "SURFACE_STYLE_TRANSPARENT":

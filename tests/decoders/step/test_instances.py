@@ -122,3 +122,10 @@ def test_hostile_repetitions_take_linear_time(text: str) -> None:
     content = wrap(text * (2_000_000 // len(text)) + "#1=A();")
     with contextlib.suppress(InvalidRequest):
         Instances(content, LIMITS)
+
+
+@pytest.mark.parametrize("numbers", [[3, 1, 2], [10**17, 5, 10**12]])
+def test_many_instances_are_found_at_once(numbers: list[int]) -> None:
+    found = find("".join(f"#{number}=A();" for number in numbers))
+    wanted = [*numbers, -1, 0, 4, 10**18, numbers[0]]
+    assert found.find_all(wanted).tolist() == [0, 1, 2, -1, -1, -1, -1, 0]

@@ -297,6 +297,11 @@ def test_forty_levels_of_two_are_kept_once() -> None:
         ("ITEM_DEFINED_TRANSFORMATION", "'','',#", "'','',#9"),
         ("PRODUCT_DEFINITION_FORMATION", "(", "(("),
         ("PRODUCT(", "PRODUCT(", "PRODUKT("),
+        (
+            "NEXT_ASSEMBLY_USAGE_OCCURRENCE",
+            "NEXT_ASSEMBLY_USAGE_OCCURRENCE",
+            "((A() NEXT_ASSEMBLY_USAGE_OCCURRENCE",
+        ),
         ("REPRESENTATION_RELATIONSHIP_WITH", "SHAPE_REPRESENTATION_RELATIONSHIP())", "'"),
     ],
 )
