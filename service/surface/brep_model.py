@@ -19,8 +19,8 @@ class SkippedFace:
 
     It is invalid, and the request said `"invalid_faces": "skip"`; or its edges are off its surface;
     or its loops cross as polygons of one mesh. `issue` says why; its pointer is relative to the
-    brep. The surface of an invalid face stays in the table of surfaces, so that the numbers of other
-    faces do not change, but the face has no loops, and no shell lists it.
+    brep. The surface of an invalid face stays in the table of surfaces, so that the numbers of
+    other faces do not change, but the face has no loops, and no shell lists it.
     """
 
     face: int
