@@ -25,7 +25,8 @@ def _run_bake(arguments: argparse.Namespace) -> int:
     check_output(arguments)
     processes = _parse_processes(arguments)
     with _open_list(arguments.list) as (lines, total):
-        read = partial(read_entry, f"/v1/mesh?format={fmt.name}")
+        folder = Path() if arguments.list == "-" else Path(arguments.list).parent
+        read = partial(read_entry, f"/v1/mesh?format={fmt.name}", folder=folder.absolute())
         return make_files(Many(lines, read, total, arguments.output, processes, arguments.cluster))
 
 
@@ -59,13 +60,17 @@ def _open_list(name: str) -> Iterator[tuple[IO[bytes], int | None]]:
         yield lines, total
 
 
-def read_entry(default_path: str, number: int, line: bytes) -> "Entry | None":
+def read_entry(
+    default_path: str, number: int, line: bytes, folder: Path = Path()
+) -> "Entry | None":
     """The entry of a line; None for a blank line.
 
     Parameters
     ----------
     default_path : str
         The path of parts without a `path`.
+    folder : Path
+        The folder from which the names of files begin that parts read.
     """
     from service.jobs.bake import Entry
     from service.schemas.document import parse_document
@@ -79,8 +84,9 @@ def read_entry(default_path: str, number: int, line: bytes) -> "Entry | None":
         document = parse_document(line)
         if isinstance(document, dict):
             document.setdefault("path", default_path)
+        file, document = _take_file(document)
         part = validate_document(PartDefinition, document)
-        if part.name is None:
+        if part.name is None and file is None:
             needed = "a name, which the file of the part gets"
             raise InvalidRequest(Issue("missing_field", "A name is missing.", "/name", "", needed))
     except SurfaceError as error:
@@ -88,7 +94,32 @@ def read_entry(default_path: str, number: int, line: bytes) -> "Entry | None":
     fields: dict[str, Any] = {"path": part.path}
     if part.body is not None:
         fields["body"] = part.body
-    return Entry(place, part.name, fields, len(line))
+    if file is not None:
+        # Without a name, the part has that of its file.
+        source = folder / file
+        fields["file"] = str(source)
+        return Entry(place, part.name or source.stem, fields, len(line))
+    return Entry(place, part.name or "", fields, len(line))
+
+
+def _take_file(document: object) -> tuple[str | None, object]:
+    """The name of the file that a part reads, if it has one, and the part without it.
+
+    Raises
+    ------
+    InvalidRequest
+        The name is no text, or the part has a body too.
+    """
+    if not isinstance(document, dict) or "file" not in document:
+        return None, document
+    file = document["file"]
+    if not (isinstance(file, str) and file):
+        issue = Issue("wrong_type", "This must be a name.", "/file", "no name", "a name of a file")
+        raise InvalidRequest(issue)
+    if "body" in document:
+        message, got = "A part has a body, or a file in its place.", "both"
+        raise InvalidRequest(Issue("conflicting_options", message, "/file", got, "one of the two"))
+    return file, {key: value for key, value in document.items() if key != "file"}
 
 
 BAKE = Command(
@@ -98,8 +129,9 @@ BAKE = Command(
     (
         flag(
             "list",
-            'a file with a JSON object a line: {"name": …, "body": …}, and "path" for other calls '
-            "than /v1/mesh; or - for standard input",
+            'a file with a JSON object a line: {"name": …, "body": …}, or {"file": "part.step"} '
+            'with a CAD file, and "path" for other calls than /v1/mesh, or with the options of a '
+            "file; or - for standard input",
             "LIST",
         ),
         flag(

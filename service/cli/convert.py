@@ -41,6 +41,8 @@ def _operation_line(issue: Issue, arguments: argparse.Namespace) -> str:
     flags, _ = operations_from_text(arguments.operations or ())
     # "/operations/2/…" is split into "", "operations", "2", …; a shorter pointer is filled with "".
     _, field, number = (*issue.pointer.split("/"), "", "")[:3]
+    if field == "operations" and not number and len(flags) == 1:
+        number = "0"  # a service that has got a file names the parameter alone
     if field == "operations" and number.isdecimal() and int(number) < len(flags):
         return issue_line(replace(issue, pointer=f"/{flags[int(number)]}"), flags)
     return field_line(issue, read_field_flags(arguments))

@@ -1,15 +1,22 @@
 """Commands that make one file from one document: in this process, or at a service (`--url`)."""
 
 import argparse
+import sys
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from service.cli.files import FILE_FLAGS, SourceFile, read_field_flags
 from service.cli.flags import Command, Flag, Flags, read_values
 from service.cli.output import check_output, choose_format, output_flags, perform
-from service.cli.source import build_document, field_line, read_request, surface_source
+from service.cli.source import (
+    build_document,
+    field_line,
+    read_file,
+    read_request,
+    surface_source,
+)
 from service.errors import Issue
 
 if TYPE_CHECKING:
@@ -89,21 +96,24 @@ class Query:
         fmt = _choose_format(arguments, self.path) if self.has_formats else None
         check_output(arguments)
         values = read_values(arguments, self.flags)
+        reading = None
         if self.is_curve:
             document = read_request(arguments.source, "curve", "no such file")
         else:
             source = surface_source(arguments)
-            is_sent = self.reads_files and arguments.url is not None
-            if isinstance(source, SourceFile) and is_sent:
-                self.merge({}, values)
-                return send_file(arguments, self.path, source, values, fmt, line=self.line)
-            document = build_document(source)
+            if isinstance(source, SourceFile):
+                if self.reads_files and arguments.url is not None:
+                    self.merge({}, values)
+                    return send_file(arguments, self.path, source, values, fmt, line=self.line)
+                document, reading = read_file(source)
+            else:
+                document = build_document(source)
         document = self.merge(document, values) | values
         return perform_document(
             arguments,
             self.path,
             document,
-            lambda document: _compute(self.path, document, fmt),
+            lambda document: _compute(self.path, document, fmt, reading),
             flags=values,
             fmt=fmt,
             line=self.line,
@@ -116,11 +126,16 @@ def _choose_format(arguments: argparse.Namespace, path: str) -> "FileFormat":
     return choose_format(arguments, CALLS[path].formats)
 
 
-def _compute(path: str, document: Document, fmt: "FileFormat | None") -> bytes:
-    """Computes the file of a call in this process."""
+def _compute(
+    path: str, document: Document, fmt: "FileFormat | None", reading: Mapping[str, Any] | None
+) -> bytes:
+    """Computes the file of a call in this process; `reading` is the report of a CAD file."""
     from service.pipeline.calls import CALLS, JSON
+    from service.schemas.request import SurfaceRequest
 
     request, limits = parse_request(CALLS[path].model, document)
+    if isinstance(request, SurfaceRequest):
+        request.keep_reading(reading)
     return bytes(CALLS[path].plan(request, fmt or JSON, limits).run().content)
 
 
@@ -269,4 +284,6 @@ def command_limits() -> "CallLimits":
 
     pin_blas()
     settings = command_settings()
-    return CallLimits(document_limits(settings), result_limits(settings), file_limits(settings))
+    # No request waits for a command, so its time is not limited.
+    result = replace(result_limits(settings), max_mesh_faces=sys.maxsize)
+    return CallLimits(document_limits(settings), result, file_limits(settings))

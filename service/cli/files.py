@@ -50,8 +50,8 @@ class SourceFile:
     decoder: "Decoder"
     fields: Mapping[str, str]
 
-    def document(self) -> dict[str, Any]:
-        """The body of a request without options; prints the report of reading a CAD file.
+    def read(self) -> tuple[dict[str, Any], Mapping[str, Any] | None]:
+        """The body of a request without options, and the report of a CAD file, which is printed.
 
         Raises
         ------
@@ -69,7 +69,8 @@ class SourceFile:
             check_beside(SurfaceRequest, self.decoder, {"surface": fields})
         decoded = self._decode()
         self.print_reading(decoded.reading)
-        return {"surface": file_fields.add_fields(decoded.tree, fields, is_cad=is_cad)}
+        surface = file_fields.add_fields(decoded.tree, fields, is_cad=is_cad)
+        return {"surface": surface}, decoded.reading
 
     def print_reading(self, reading: Mapping[str, Any] | None) -> None:
         """Prints a report of reading this file."""

@@ -143,7 +143,7 @@ def _compute_mesh(source: Source, flag_values: Mapping[str, str], fmt: "Format")
         surface: Surface = find(source).surface()
         options = options_from_text(flag_values.items())
     else:
-        source = source.document() if isinstance(source, SourceFile) else source
+        source = source.read()[0] if isinstance(source, SourceFile) else source
         request, limits = parse_request(MeshRequest, source | values_from_text(flag_values.items()))
         surface, options = request.to_surface(), request
     return bytes(plan_mesh_file(surface, options, fmt, limits).run().content)

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from service.cli.refusals import print_error
-from service.errors import count_nouns, format_number
+from service.errors import count_nouns
 
 MAX_LISTED = 20
 """The most faces, and the most kinds of entities, that are printed one by one."""
@@ -29,7 +29,7 @@ def print_counts(name: str, header: str) -> None:
 def _say_skipped(count: int) -> str:
     if not count:
         return ""
-    return f"; {_are(count, 'faces')} not in it, and `surface convert` says which and why"
+    return f"; {_are(count, 'faces')} not in the surface, and `surface convert` says which and why"
 
 
 def _are(count: int, nouns: str) -> str:
@@ -66,5 +66,5 @@ def _describe(reading: Mapping[str, Any]) -> Iterator[str]:
         yield f"{count_nouns(references, 'references')} to other files not followed"
     gaps = reading.get("edge_gap") or 0.0, reading.get("vertex_gap") or 0.0
     if any(gaps):
-        edge, vertex = map(format_number, gaps)
-        yield f"largest gaps: {edge} from edge to surface, {vertex} from vertex to edge"
+        edge, vertex = gaps
+        yield f"largest gaps: {edge:.3g} from edge to surface, {vertex:.3g} from vertex to edge"

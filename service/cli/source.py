@@ -2,7 +2,7 @@
 
 import argparse
 import sys
-from collections.abc import Container
+from collections.abc import Container, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -34,13 +34,24 @@ def read_document(arguments: argparse.Namespace) -> dict[str, Any]:
     return build_document(surface_source(arguments))
 
 
+def read_file(source: SourceFile) -> tuple[dict[str, Any], Mapping[str, Any] | None]:
+    """The request with the surface of a file, and the report of reading it.
+
+    Raises
+    ------
+    Refused
+        The file is invalid; the lines name the flags.
+    """
+    try:
+        return source.read()
+    except SurfaceError as error:
+        raise Refused(*(field_line(issue, source.fields) for issue in error.issues)) from None
+
+
 def build_document(source: Source) -> dict[str, Any]:
     """The request of a source."""
     if isinstance(source, SourceFile):
-        try:
-            return source.document()
-        except SurfaceError as error:
-            raise Refused(*(field_line(i, source.fields) for i in error.issues)) from None
+        return read_file(source)[0]
     if isinstance(source, dict):
         return source
     import orjson

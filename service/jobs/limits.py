@@ -9,8 +9,8 @@ from service.settings.values import Settings, document_limits, file_limits, resu
 def part_limits(settings: Settings) -> CallLimits:
     """The limits of a part.
 
-    A part may take as many multiplications more than a request as it has time more. All batches
-    together may take half of the memory of requests, so one part may not take more.
+    A part may take as many multiplications and faces more than a request as it has time more. All
+    batches together may take half of the memory of requests, so one part may not take more.
     """
     limits = result_limits(settings)
     factor = max(1.0, settings.job_part_timeout / settings.request_timeout)
@@ -20,6 +20,7 @@ def part_limits(settings: Settings) -> CallLimits:
             limits,
             max_multiplications=int(limits.max_multiplications * factor),
             max_memory=limits.max_memory // 2,
+            max_mesh_faces=int(limits.max_mesh_faces * factor),
         ),
         file_limits(settings),
     )

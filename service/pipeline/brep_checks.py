@@ -5,7 +5,7 @@ from dataclasses import replace
 from service.encoders.format import EncodeOptions, Format
 from service.engine.accuracy import Accuracy
 from service.engine.options import MeshOptions
-from service.errors import InvalidRequest, Issue
+from service.errors import InvalidRequest, Issue, TooLarge, count_nouns
 from service.pipeline.brep_cost import estimate_preparation
 from service.pipeline.cost import EFFORT_FACTOR
 from service.pipeline.limits import Limits
@@ -27,7 +27,18 @@ def settle_accuracy(size: SurfaceSize, options: MeshOptions) -> MeshOptions:
 
 
 def check_preparation(size: SurfaceSize, limits: Limits) -> None:
-    """Refuse breps whose preparation takes too much work (`TooLarge`: `too_costly`)."""
+    """Refuse breps that take too much work or time (`TooLarge`: `too_costly`)."""
+    if size.faces > limits.max_mesh_faces:
+        raise TooLarge(
+            Issue(
+                "too_costly",
+                "A mesh of this number of faces takes longer than one request may.",
+                "/surface",
+                count_nouns(size.faces, "faces"),
+                f"at most {limits.max_mesh_faces}; with `Prefer: respond-async` a job, which has "
+                "more time",
+            )
+        )
     if size.faces:
         limits.check_effort(
             estimate_preparation(size) // EFFORT_FACTOR,

@@ -24,6 +24,8 @@ class Limits:
         The most Bézier patches of a lowered surface.
     max_memory : int
         The most bytes of memory, including the response.
+    max_mesh_faces : int
+        The most faces of breps in a mesh, each surface of a group once: by the time of a request.
     """
 
     max_vertices: int = 4_500_000
@@ -32,6 +34,7 @@ class Limits:
     max_multiplications: int = 5_000_000_000
     max_patches: int = 1_000_000
     max_memory: int = sys.maxsize
+    max_mesh_faces: int = sys.maxsize
 
     def check_bytes(
         self, byte_bound: int, where: str, message: str = "The response could become too large."

@@ -17,6 +17,7 @@ from pydantic import (
 from pydantic_settings import NoDecode
 
 from service.decoders.format import FileLimits
+from service.pipeline.brep_cost import FACE_SECONDS
 from service.pipeline.limits import Limits
 from service.schemas.document import (
     DEFAULT_LIMITS,
@@ -420,11 +421,12 @@ def file_limits(settings: Settings) -> FileLimits:
 
 
 def result_limits(settings: Settings) -> Limits:
-    """The limits of results: vertices, points, patches, bytes and memory."""
+    """The limits of results: vertices, points, patches, bytes, memory, and faces by time."""
     return Limits(
         settings.max_vertices,
         settings.max_response_bytes,
         settings.max_points,
         max_patches=settings.max_patches,
         max_memory=int(settings.memory_bytes * REQUEST_SHARE),
+        max_mesh_faces=int(settings.request_timeout / FACE_SECONDS),
     )

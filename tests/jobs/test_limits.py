@@ -9,6 +9,7 @@ def test_a_part_may_take_more_time_and_less_memory_than_a_request() -> None:
     limits, request_limits = part_limits(settings), result_limits(settings)
     assert limits.document == document_limits(settings)
     assert limits.result.max_multiplications == 60 * request_limits.max_multiplications
+    assert limits.result.max_mesh_faces == 60 * request_limits.max_mesh_faces
     assert limits.result.max_memory == request_limits.max_memory // 2
     assert limits.result.max_bytes == request_limits.max_bytes
 

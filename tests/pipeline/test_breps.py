@@ -332,6 +332,7 @@ def test_a_limit_of_work_or_memory_refuses_before_meshing() -> None:
     for limits, code in (
         (Limits(max_memory=1 << 20), "too_much_memory"),
         (Limits(max_multiplications=1000), "too_costly"),
+        (Limits(max_mesh_faces=0), "too_costly"),
         (Limits(max_patches=10), "too_many_patches"),
     ):
         with pytest.raises(TooLarge) as caught:

@@ -2,16 +2,21 @@
 
 import { parseSurface } from './documents.js';
 import { button, element, input, makeElement, write } from './page.js';
-import { examples, store, surfaceById } from './service.js';
+import { examples, readFile, Refusal, store, surfaceById } from './service.js';
 
 /** @typedef {import('./documents.js').Surface} Surface */
 /** @typedef {import('./service.js').Example} Example */
+/** @typedef {import('./service.js').Issue} Issue */
+/** @typedef {import('./service.js').Reading} Reading */
 
 /**
  * What the page tells about the open surface; `origin` is its id in the service, empty for a pasted or
  * dropped JSON.
  * @typedef {{title: string, description: string, origin: string}} About
  */
+
+/** The most faces whose reason the description has. */
+const MAX_REASONS = 3;
 
 export class Library {
   /**
@@ -26,6 +31,10 @@ export class Library {
     this.examples = [];
     /** Media types of the files that only the service reads, by the suffix of the file. @type {Record<string, string>} */
     this.mediaTypes = JSON.parse(input('file').dataset.mediaTypes ?? '{}');
+    /** Media types of CAD files. @type {string[]} */
+    this.cadTypes = JSON.parse(input('file').dataset.cadTypes ?? '[]');
+    /** Why the service does not read a file, by its suffix. @type {Record<string, Issue>} */
+    this.refusedFiles = JSON.parse(input('file').dataset.refusedFiles ?? '{}');
     this.dialog = element('library', HTMLDialogElement);
     button('open').addEventListener('click', () => this.dialog.showModal());
     button('paste-open').addEventListener('click', () => this.openPasted());
@@ -92,16 +101,27 @@ export class Library {
     }
   }
 
-  /** Opens a JSON file here; sends other files to the service, and opens the surface that it stored. @param {File} file */
+  /** Opens a JSON file here; sends other files to the service, and opens the surface in them. @param {File} file */
   async openFile(file) {
     const suffix = file.name.toLowerCase().split('.').pop() ?? '';
     const mediaType = this.mediaTypes[suffix];
+    const refused = this.refusedFiles[suffix];
+    if (mediaType === undefined && refused !== undefined) {
+      this.dialog.close();
+      this.failed(new Refusal({ status: 415, detail: refused.detail, errors: [refused] }));
+      return;
+    }
     if (mediaType === undefined) {
       this.openText(await file.text(), `from ${file.name}`);
       return;
     }
     this.waiting();
     try {
+      if (this.cadTypes.includes(mediaType)) {
+        const { surface, reading } = await readFile(file, mediaType);
+        this.show(surface, { title: file.name, description: describeReading(reading), origin: '' });
+        return;
+      }
       const { id } = await store(file, mediaType);
       const surface = await surfaceById(id);
       this.show(surface, { title: file.name, description: 'A file of yours, read by the service.', origin: id });
@@ -144,6 +164,15 @@ export class Library {
       void this.openFile(file);
     });
   }
+}
+
+/** What was read from a CAD file, in words: also which faces were not. @param {Reading} reading */
+function describeReading({ faces, skipped_faces: skipped }) {
+  const read = `A file of yours, read by the service: ${faces} ${faces === 1 ? 'face' : 'faces'}.`;
+  if (skipped.length === 0) return read;
+  const reasons = skipped.slice(0, MAX_REASONS).map(({ entity, reason }) => `${entity}: ${reason}`);
+  const rest = skipped.length > MAX_REASONS ? '; …' : '';
+  return `${read} Not in the surface: ${skipped.length} more (${reasons.join('; ')}${rest}).`;
 }
 
 /** A description without its marks of code. @param {string} text */

@@ -6,6 +6,7 @@ import { requestKey, credentials, currentKey, isAboutKeys } from './key.js';
 
 /** @typedef {{code: string, detail: string, pointer?: string, parameter?: string, header?: string, got?: string, needed?: string}} Issue */
 /** @typedef {{id: string, title: string, description: string}} Example */
+/** @typedef {{faces: number, skipped_faces: {entity: string, reason: string}[]}} Reading  a report of reading */
 /** @typedef {{name: string, title: string, media_type: string, suffix: string}} Format */
 
 /** A refusal of the service, with its reasons (RFC 9457). */
@@ -45,6 +46,14 @@ export async function surfaceById(id) {
  */
 export async function store(body, mediaType = 'application/json') {
   return json('v1/surfaces', { method: 'POST', body, headers: { 'Content-Type': mediaType } });
+}
+
+/**
+ * Reads a CAD file; the report says what is not in the surface.
+ * @param {BodyInit} body @param {string} mediaType @returns {Promise<{surface: Surface, reading: Reading}>}
+ */
+export async function readFile(body, mediaType) {
+  return json('v1/convert', { method: 'POST', body, headers: { 'Content-Type': mediaType } });
 }
 
 /**

@@ -19,7 +19,8 @@ from service.api.record import route_path
 from service.api.responses import HEADERS, PAGE_HEADERS
 from service.api.services import ContextDep
 from service.api.static_files import StaticFile
-from service.decoders.registry import BY_NAME, BY_SUFFIX
+from service.decoders.refused import REFUSED
+from service.decoders.registry import BY_NAME, BY_SUFFIX, CAD_DECODERS
 
 API = Path(__file__).parents[1]
 PAGE, DOCS = API / "page", API / "docs"
@@ -129,6 +130,12 @@ def _editor_page() -> bytes:
     # Files of the teapot often have the suffix `.txt`.
     media_types = {suffix: decoder.media_type for suffix, decoder in BY_SUFFIX.items()}
     media_types["txt"] = BY_NAME["teapot"].media_type
+    refused_files = {
+        suffix: {"code": issue.code, "detail": issue.message, "needed": issue.needed}
+        for each in REFUSED
+        for issue in (each.issue(),)
+        for suffix in each.suffixes
+    }
     suffixes = [".json", *(f".{suffix}" for suffix in media_types)]
     text = Template((PAGE / "index.html").read_text(encoding="utf-8")).substitute(
         modulepreload_links="\n".join(
@@ -137,5 +144,7 @@ def _editor_page() -> bytes:
         accept=",".join(suffixes),
         suffixes=", ".join(f"<code>{suffix}</code>" for suffix in suffixes),
         media_types=escape(orjson.dumps(media_types).decode()),
+        cad_types=escape(orjson.dumps([each.media_type for each in CAD_DECODERS]).decode()),
+        refused_files=escape(orjson.dumps(refused_files).decode()),
     )
     return text.encode()

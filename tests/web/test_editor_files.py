@@ -1,0 +1,47 @@
+"""Files that a person opens in the editor, by the button as by a drop."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tools.browser import Stage
+from tools.editor import perform
+
+TIMEOUT = 20_000
+
+
+@pytest.fixture
+def net_file(tmp_path: Path) -> Path:
+    """A file of control points."""
+    net = np.zeros((3, 4, 3))
+    net[..., 0], net[..., 1] = np.indices((3, 4))
+    np.save(tmp_path / "sail.npy", net)
+    return tmp_path / "sail.npy"
+
+
+def open_file(stage: Stage, path: Path) -> None:
+    """Chooses a file in the dialog."""
+    stage.page.click("#open")
+    stage.page.set_input_files("#file", path)
+
+
+def test_a_file_of_control_points_opens(editor: Stage, net_file: Path) -> None:
+    perform(editor.page, lambda: open_file(editor, net_file))
+    assert editor.page.inner_text("#title") == "sail.npy"
+    assert editor.page.is_hidden("#problem")
+
+
+def test_a_format_that_is_not_read_is_named_with_what_to_export(
+    editor: Stage, tmp_path: Path
+) -> None:
+    path = tmp_path / "LOFT.BREP"
+    path.write_bytes(b"DBRep_DrawableShape\n")
+    sent = len(editor.requested_urls)
+    open_file(editor, path)
+    editor.page.wait_for_selector("#problem:not([hidden])", timeout=TIMEOUT)
+    text = editor.page.inner_text("#problem-errors")
+    assert "does not read files of Open CASCADE (BREP)" in text
+    assert "STEP" in text
+    assert len(editor.requested_urls) == sent, "no request for a file that cannot be read"
+    editor.page.click("#problem-close")
