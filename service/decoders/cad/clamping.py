@@ -12,7 +12,7 @@ from service.bases.arrays import FloatArray
 from service.bases.blossoms import find_refinement, raise_knots
 from service.decoders.cad.faults import InvalidGeometry
 from service.decoders.cad.frames import MAX_COORDINATE
-from service.decoders.cad.knot_vectors import check_knots
+from service.decoders.cad.knot_vectors import check_knots, to_floats
 from service.surface.checks import MAX_WEIGHT_RATIO
 from service.surface.knots import MAX_BEZIER_POINTS, MAX_PIECES
 
@@ -23,7 +23,7 @@ coordinate; then one of them is left out."""
 
 def to_homogeneous(points: ArrayLike, weights: ArrayLike | None, axes: int) -> FloatArray:
     """Checked control points with their weights as (…, D + 1)."""
-    values = np.asarray(points, np.float64)
+    values = to_floats(points)
     if values.ndim != axes or 0 in values.shape:
         raise InvalidGeometry("control points are missing or of different dimensions")
     if not np.abs(values).max() <= MAX_COORDINATE:  # true for NaN, too
@@ -32,7 +32,7 @@ def to_homogeneous(points: ArrayLike, weights: ArrayLike | None, axes: int) -> F
     net[..., :-1] = values
     if weights is None:
         return net
-    factors = np.asarray(weights, np.float64)
+    factors = to_floats(weights)
     if factors.shape != values.shape[:-1]:
         raise InvalidGeometry("there is not one weight for each control point")
     low, high = float(factors.min()), float(factors.max())

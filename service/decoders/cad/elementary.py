@@ -48,6 +48,11 @@ class Plane:
         net = np.array([[(*place(a, b), 1.0) for b in v] for a in u])
         return finish_surface((1, 1), (_ends(u), _ends(v)), net)
 
+    def measure(self, points: FloatArray) -> FloatArray:
+        """Distances (k,) of points (k, 3) from the surface."""
+        distances: FloatArray = np.abs(self.frame.locate_all(points)[2])
+        return distances
+
     def offset(self, distance: float) -> "Plane":
         """The plane at a distance along the normal."""
         return Plane(_lift(self.frame, distance))
@@ -71,6 +76,12 @@ class Cylinder:
     def trim(self, u: Range, v: Range) -> Surface:
         """The part of a range of angles and a range of heights."""
         return self._build(v, u)
+
+    def measure(self, points: FloatArray) -> FloatArray:
+        """Distances (k,) of points (k, 3) from the surface."""
+        x, y, _ = self.frame.locate_all(points)
+        distances: FloatArray = np.abs(np.hypot(x, y) - self.radius)
+        return distances
 
     def offset(self, distance: float) -> "Cylinder":
         """The cylinder at a distance outwards."""
@@ -133,6 +144,13 @@ class Cone:
         """The part of a range of angles and a range of heights."""
         return self._build(v, u)
 
+    def measure(self, points: FloatArray) -> FloatArray:
+        """Distances (k,) of points (k, 3) from the surface, measured along its normals."""
+        x, y, z = self.frame.locate_all(points)
+        radii = np.abs(self.radius + z * tan(self.angle))
+        distances: FloatArray = np.abs(np.hypot(x, y) - radii) * cos(self.angle)
+        return distances
+
     def offset(self, distance: float) -> "Cone":
         """The cone at a distance outwards."""
         return Cone(self.frame, self.radius + distance / cos(self.angle), self.angle)
@@ -161,6 +179,12 @@ class Sphere:
     def trim(self, u: Range, v: Range) -> Surface:
         """The part of two ranges of angles."""
         return self._build((max(v[0], -pi / 2), min(v[1], pi / 2)), u)
+
+    def measure(self, points: FloatArray) -> FloatArray:
+        """Distances (k,) of points (k, 3) from the surface."""
+        x, y, z = self.frame.locate_all(points)
+        distances: FloatArray = np.abs(np.sqrt(x * x + y * y + z * z) - self.radius)
+        return distances
 
     def offset(self, distance: float) -> "Sphere":
         """The sphere at a distance outwards."""
@@ -205,6 +229,11 @@ class Torus:
         """The part of two ranges of angles."""
         return self._build(v, u)
 
+    def measure(self, points: FloatArray) -> FloatArray:
+        """Distances (k,) of points (k, 3) from the surface, from the nearer part of a spindle."""
+        outer, inner = self._measure_parts(points)
+        return np.minimum(outer, inner) if self.minor > self.major else outer
+
     def offset(self, distance: float) -> "Torus":
         """The torus at a distance outwards."""
         return Torus(self.frame, self.major, self.minor + distance, self.is_outer)
@@ -218,16 +247,20 @@ class Torus:
             pole = pi
         is_outer = self.is_outer
         if is_outer is None:
-            is_outer = not outline or not self._are_inner(outline.ends)
+            is_outer = not outline or not self._are_inner(outline.on_surface)
         return (-pole, pole) if is_outer else (pole, tau - pole)
 
     def _are_inner(self, points: FloatArray) -> bool:
         """Whether points (k, 3) are nearer to the inner part of a spindle than to the outer."""
+        outer, inner = self._measure_parts(points)
+        return float(inner.sum()) < float(outer.sum())
+
+    def _measure_parts(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Distances of points (k, 3) from the outer part, and from the inner part of a spindle."""
         x, y, z = self.frame.locate_all(points)
         distances = np.hypot(x, y)
         outer = np.abs(np.hypot(distances - self.major, z) - self.minor)
-        inner = np.abs(np.hypot(distances + self.major, z) - self.minor)
-        return float(inner.sum()) < float(outer.sum())
+        return outer, np.abs(np.hypot(distances + self.major, z) - self.minor)
 
     def _build(self, v: Range, wedge: Range | None) -> Surface:
         knots, arc = build_arc(*v)
@@ -239,6 +272,12 @@ class Torus:
 
 
 Elementary: TypeAlias = Plane | Cylinder | Cone | Sphere | Torus
+
+
+def find_gap(surface: Elementary, outline: Outline) -> float:
+    """The largest distance of the ends and middles of edges from their surface."""
+    points = outline.on_surface
+    return float(surface.measure(points).max()) if len(points) else 0.0
 
 
 def _check_radius(radius: float) -> None:

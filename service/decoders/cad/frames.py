@@ -91,6 +91,11 @@ class Frame:
     y: Vector
     z: Vector
 
+    @property
+    def directions(self) -> tuple[Vector, Vector, Vector]:
+        """The directions x, y and z."""
+        return self.x, self.y, self.z
+
     def place(self, a: float, b: float, c: float = 0.0) -> Vector:
         """The point with the local coordinates (a, b, c)."""
         (ox, oy, oz), x, y, z = self.origin, self.x, self.y, self.z

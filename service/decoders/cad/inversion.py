@@ -29,6 +29,13 @@ from service.decoders.cad.splines import (
 MORE_SAMPLES = 5
 """Samples of each span in addition to two for each degree."""
 
+LEAST_SAMPLES, MANY_SAMPLES = 4, 2000
+"""The fewest samples of each span, and how many samples a curve may have unless it has many
+spans."""
+
+CHUNK = 1 << 20
+"""The most numbers of control points that are evaluated at once."""
+
 LONGER = 1.5
 """A curve between two neighbouring samples is longer than its chord by at most this factor, unless
 its weights differ by powers of ten."""
@@ -79,13 +86,7 @@ def find_parameters(curve: Curve, points: FloatArray) -> tuple[FloatArray, Float
     all samples are sampled once more, and then searched. For a point on the curve the intervals
     beside the nearest sample are enough.
     """
-    breaks = np.unique(curve.knots)
-    count = 2 * curve.degree + MORE_SAMPLES
-    inner = np.arange(count) / count
-    samples = np.append(
-        (breaks[:-1, np.newaxis] + np.diff(breaks)[:, np.newaxis] * inner).ravel(), breaks[-1]
-    )
-    sampled = evaluate(curve, samples)
+    samples, sampled = _sample(curve)
     on_curve = ON_CURVE * float(np.ptp(sampled, axis=0).max())
     spline = SplineRows(curve.degree, curve.knots.tolist(), curve.points.tolist())
     found = []
@@ -103,6 +104,22 @@ def find_parameters(curve: Curve, points: FloatArray) -> tuple[FloatArray, Float
         found.append(nearest)
     parameters, distances = np.array(found).reshape(-1, 2).T
     return parameters, distances
+
+
+def _sample(curve: Curve) -> tuple[FloatArray, FloatArray]:
+    """Parameters (m,) in all spans and at their ends, and the points (m, D) there.
+
+    Long curves have fewer samples in each span, which is a smaller part of them.
+    """
+    breaks = np.unique(curve.knots)
+    spans = len(breaks) - 1
+    count = min(2 * curve.degree + MORE_SAMPLES, max(LEAST_SAMPLES, MANY_SAMPLES // spans))
+    steps = np.diff(breaks)[:, np.newaxis] * (np.arange(count) / count)
+    samples = np.append((breaks[:-1, np.newaxis] + steps).ravel(), breaks[-1])
+    # Each sample takes p + 1 control points.
+    chunk = max(1, CHUNK // len(curve.points[0]) // (curve.degree + 1))
+    chunks = [evaluate(curve, samples[k : k + chunk]) for k in range(0, len(samples), chunk)]
+    return samples, np.concatenate(chunks)
 
 
 def _divide(

@@ -7,6 +7,7 @@ from operator import eq
 from typing import Literal, TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from service.bases.arrays import FloatArray
 from service.bases.knots import clamped_knots, merge_knots, uniform_knots
@@ -20,6 +21,20 @@ MAX_DEGREE = 30
 
 MAX_PARAMETER = 1e12
 """The largest absolute value of a knot."""
+
+
+def to_floats(values: ArrayLike) -> FloatArray:
+    """An array of what a file has where it should have numbers.
+
+    Raises
+    ------
+    InvalidGeometry
+        Rows have different lengths, or a value is no number.
+    """
+    try:
+        return np.asarray(values, np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise InvalidGeometry("a list of numbers is incomplete") from None
 
 
 def check_degree(degree: int, count: int) -> None:
@@ -50,7 +65,7 @@ def expand_knots(
         raise InvalidGeometry("a knot has no multiplicity")
     if min(multiplicities, default=0) < 1 or sum(multiplicities) != count + degree + 1:
         raise InvalidGeometry("the multiplicities do not fit the number of control points")
-    return np.repeat(np.array(values, np.float64), multiplicities)
+    return np.repeat(to_floats(values), multiplicities)
 
 
 def imply_knots(kind: KnotKind, degree: int, count: int) -> FloatArray:

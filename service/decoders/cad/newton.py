@@ -15,6 +15,8 @@ from math import hypot, inf
 from operator import mul, sub
 from typing import NamedTuple
 
+from service.decoders.cad.content import Curve
+
 STEPS = 12
 """The most steps of Newton's method: it begins in a small part of one span."""
 
@@ -99,3 +101,14 @@ def search_intervals(
                 break
             t = after
     return nearest
+
+
+def find_middle(curve: Curve) -> list[float]:
+    """A point inside a curve: that in the middle of the span with the middle parameter."""
+    knots = curve.knots.tolist()
+    span = bisect_right(knots, (knots[0] + knots[-1]) / 2) - 1
+    first = span - curve.degree
+    rows = curve.points[first : span + 1].tolist()
+    near = knots[first : span + curve.degree + 2]
+    spline = SplineRows(curve.degree, near, rows)
+    return spline.find_jet((knots[span] + knots[span + 1]) / 2, curve.degree)[0]

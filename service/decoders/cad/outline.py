@@ -38,11 +38,14 @@ class Outline:
         The ends of all edges, and single vertices of the face: points on the surface.
     loop_sizes : tuple of int
         The number of rows of `hull` that belong to each loop; rows after these belong to none.
+    middles : ndarray of float64, shape (n, 3), or None
+        A point inside each edge, if they are known.
     """
 
     hull: FloatArray
     ends: FloatArray
     loop_sizes: tuple[int, ...] = ()
+    middles: FloatArray | None = None
 
     @classmethod
     def of(cls, curves: Iterable[Curve]) -> "Outline":
@@ -54,6 +57,13 @@ class Outline:
 
     def __bool__(self) -> bool:
         return len(self.hull) > 0
+
+    @property
+    def on_surface(self) -> FloatArray:
+        """All known points of edges, (n, 3)."""
+        if self.middles is None:
+            return self.ends
+        return np.concatenate([self.ends, self.middles])
 
     def locate(self, frame: Frame) -> "LocalOutline":
         """The outline in the coordinates of a frame.

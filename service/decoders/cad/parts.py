@@ -12,6 +12,7 @@ from service.bases.arrays import FloatArray
 from service.decoders.cad.content import Coedge, Curve, Edge, Face, Part, Shell, Surface
 from service.decoders.cad.faults import InvalidGeometry
 from service.decoders.cad.frames import MAX_COORDINATE, Vector, distance
+from service.decoders.cad.newton import find_middle
 from service.decoders.cad.outline import NO_OUTLINE, Outline
 from service.decoders.cad.splines import project_points
 
@@ -40,6 +41,7 @@ class PartBuilder:
         self._edges: list[Edge] = []
         self._edge_numbers: dict[Hashable, int] = {}
         self._nets: dict[int, FloatArray] = {}
+        self._middles: dict[int, list[float]] = {}
         self._faces: list[Face] = []
         self._shells: list[Shell] = []
 
@@ -113,7 +115,7 @@ class PartBuilder:
         return number
 
     def find_outline(
-        self, loops: Iterable[Iterable[Coedge]], vertices: Iterable[int] = ()
+        self, loops: Sequence[Sequence[Coedge]], vertices: Iterable[int] = ()
     ) -> Outline:
         """The outline of a face with these loops, and with single vertices such as an apex."""
         nets: list[FloatArray] = []
@@ -126,12 +128,15 @@ class PartBuilder:
                 size += len(net)
             sizes.append(size)
         ends = [points for net in nets for points in (net[0], net[-1])]
+        middles = [self._find_middle(coedge.edge) for loop in loops for coedge in loop]
         for vertex in vertices:
             nets.append(np.array([self._points[vertex]]))
             ends.append(nets[-1][0])
         if not nets:
             return NO_OUTLINE
-        return Outline(np.concatenate(nets), np.array(ends), tuple(sizes))
+        return Outline(
+            np.concatenate(nets), np.array(ends), tuple(sizes), np.array(middles).reshape(-1, 3)
+        )
 
     def add_face(
         self,
@@ -208,6 +213,19 @@ class PartBuilder:
                 net = project_points(value.curve.points)
             self._nets[edge] = net
         return net
+
+    def _find_middle(self, edge: int) -> list[float]:
+        """A point inside an edge."""
+        middle = self._middles.get(edge)
+        if middle is None:
+            value = self._edges[edge]
+            if value.curve is None:
+                ends = zip(*(self._points[vertex] for vertex in value.vertices), strict=True)
+                middle = [(a + b) / 2 for a, b in ends]
+            else:
+                middle = find_middle(value.curve)
+            self._middles[edge] = middle
+        return middle
 
     def _check_loop(self, loop: Sequence[Coedge]) -> None:
         """Refuse a loop whose edges don't follow each other from vertex to vertex."""

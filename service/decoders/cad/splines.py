@@ -21,7 +21,7 @@ from service.decoders.cad.clamping import clamp, refine, to_homogeneous
 from service.decoders.cad.content import Curve, Surface
 from service.decoders.cad.de_boor import differentiate, interpolate, interpolate_rows
 from service.decoders.cad.faults import InvalidGeometry
-from service.decoders.cad.knot_vectors import MAX_DEGREE
+from service.decoders.cad.knot_vectors import MAX_DEGREE, to_floats
 from service.surface.knots import MAX_BEZIER_POINTS, MAX_PIECES
 
 Spline = TypeVar("Spline", Curve, Surface)
@@ -50,7 +50,7 @@ def build_curve(
         jumps inside its domain.
     """
     net = to_homogeneous(points, weights, 2)
-    full = np.asarray(knots, np.float64)
+    full = to_floats(knots)
     if (net == net[0]).all():
         raise InvalidGeometry("all control points of a curve are equal")
     full, net = clamp(full, degree, net)
@@ -78,8 +78,8 @@ def build_surface(
         As `build_curve`.
     """
     net = to_homogeneous(points, weights, 3)
-    first, net = clamp(np.asarray(knots[0], np.float64), degrees[0], net)
-    second, turned = clamp(np.asarray(knots[1], np.float64), degrees[1], net.swapaxes(0, 1))
+    first, net = clamp(to_floats(knots[0]), degrees[0], net)
+    second, turned = clamp(to_floats(knots[1]), degrees[1], net.swapaxes(0, 1))
     pieces = [len(set(each.tolist())) - 1 for each in (first, second)]
     if pieces[0] * pieces[1] > MAX_PIECES or (
         pieces[0] * (degrees[0] + 1) * pieces[1] * (degrees[1] + 1) > MAX_BEZIER_POINTS

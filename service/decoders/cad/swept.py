@@ -9,7 +9,7 @@ ISO 10303-42, clause 4.4 (surface_of_linear_extrusion, surface_of_revolution).
 """
 
 from dataclasses import dataclass
-from math import asinh, hypot, sqrt
+from math import acos, asinh, atan2, hypot, sqrt, tau
 
 import numpy as np
 
@@ -33,12 +33,16 @@ from service.decoders.cad.frames import (
 from service.decoders.cad.outline import MARGIN, LocalOutline, Outline, find_range, find_wedge
 from service.decoders.cad.splines import (
     elevate,
+    evaluate,
     find_domain,
     insert_knots,
     project_points,
     segment,
 )
 from service.decoders.cad.turning import finish_surface, turn_points
+
+SAMPLES = 65
+"""Points of a profile by which its parts are compared."""
 
 ORIGIN: Vector = (0.0, 0.0, 0.0)
 
@@ -117,7 +121,7 @@ class Revolution:
         frame = build_frame(self.origin, self.axis)
         curve = self.curve
         if isinstance(curve, Ellipse):
-            return self._build(frame, curve.cut_whole(), None)
+            return self._build(frame, _cut_ellipse(frame, curve, outline), None)
         if isinstance(curve, Curve):
             return self._build(frame, curve, None)
         local = outline.locate(frame)
@@ -216,6 +220,45 @@ def _cut_conic(curve: Ellipse | Parabola | Hyperbola, local: FloatArray) -> Curv
     if isinstance(curve, Parabola):
         return curve.cut(*find_range(local[1] / (2.0 * curve.focal_distance)))
     return curve.cut(*find_range(np.arcsinh(local[1] / curve.b)))
+
+
+def _cut_ellipse(frame: Frame, curve: Ellipse, outline: Outline) -> Curve:
+    """The part of an ellipse on one side of z of a frame, if it is in a plane with z.
+
+    An ellipse that crosses the axis covers its surface twice, or makes two surfaces that meet on
+    the axis. The part is taken that is nearer to the points of edges.
+    """
+    x, y, normal = (frame.locate(_add_origin(frame, each)) for each in curve.frame.directions)
+    centre = frame.locate(curve.frame.origin)
+    size = max(curve.a, curve.b)
+    across = cross((0.0, 0.0, 1.0), normal)  # in the plane, at right angles to the axis
+    is_beside = abs(dot(centre, normal)) > PARALLEL * size
+    if is_beside or abs(normal[2]) > PARALLEL:
+        return curve.cut_whole()
+    # The signed distance from the axis is middle + reach cos(t − turn).
+    middle, c, s = dot(centre, across), curve.a * dot(x, across), curve.b * dot(y, across)
+    reach, turn = hypot(c, s), atan2(s, c)
+    if abs(middle) >= reach:
+        return curve.cut_whole()
+    half = acos(-middle / reach)
+    pieces = [
+        curve.cut(turn - half, turn + half),
+        curve.cut(turn + half, turn - half + tau),
+    ]
+    if abs(middle) > PARALLEL * reach and outline:
+        points = _to_profile(frame.locate_all(outline.on_surface))
+        sums = []
+        for piece in pieces:
+            local = frame.locate_all(evaluate(piece, np.linspace(*find_domain(piece), SAMPLES)))
+            away = points[:, :, np.newaxis] - _to_profile(local)[:, np.newaxis]
+            sums.append(float(np.hypot(away[0], away[1]).min(axis=1).sum()))
+        return pieces[int(sums[1] < sums[0])]
+    return pieces[0]
+
+
+def _to_profile(local: FloatArray) -> FloatArray:
+    """Distances from z, and heights, (2, k), of points (3, k)."""
+    return np.stack([np.hypot(local[0], local[1]), local[2]])
 
 
 def _cut_line(frame: Frame, line: Line, outline: LocalOutline) -> Curve:

@@ -12,9 +12,17 @@ from numpy.typing import NDArray
 
 from service.decoders.cad.conics import Ellipse, Line
 from service.decoders.cad.content import Curve, Surface
-from service.decoders.cad.elementary import Cone, Cylinder, Elementary, Plane, Sphere, Torus
+from service.decoders.cad.elementary import (
+    Cone,
+    Cylinder,
+    Elementary,
+    Plane,
+    Sphere,
+    Torus,
+    find_gap,
+)
 from service.decoders.cad.faults import InvalidGeometry
-from service.decoders.cad.frames import build_frame
+from service.decoders.cad.frames import Vector, build_frame
 from service.decoders.cad.outline import NO_OUTLINE, Outline
 from service.decoders.cad.splines import evaluate_surface
 
@@ -144,6 +152,36 @@ def test_offsets_are_at_their_distance_along_the_normal(
     assert excess == pytest.approx(np.full(3, expected), abs=1e-8)
     own = find_normals(moved, u, v)
     assert (own * find_normals(base, u, v)).sum(axis=0) == pytest.approx(np.ones(3), abs=1e-8)
+
+
+@given(point=st.tuples(*[st.floats(-5, 5)] * 3), index=st.integers(0, len(SURFACES) - 1))
+def test_distances_from_surfaces(point: Vector, index: int) -> None:
+    """No point of a grid on the surface is nearer, and one is nearly as near."""
+    surface = SURFACES[index]
+    points = np.array([FRAME.place(*point)])
+    found = float(surface.measure(points)[0])
+    ranges = {Plane: ((-9.0, 9.0), (-9.0, 9.0)), Cylinder: ((0.0, tau), (-9.0, 9.0))}
+    ranges |= {Cone: ((0.0, tau), (-16.0, 16.0))}
+    if type(surface) in ranges:
+        cut = surface.trim(*ranges[type(surface)])
+    else:
+        cut = surface.cut(NO_OUTLINE)
+    x, y, z = sample(cut, 61)
+    grid = np.sqrt((x - point[0]) ** 2 + (y - point[1]) ** 2 + (z - point[2]) ** 2)
+    assert grid.min() < found + 0.6
+    if isinstance(surface, Torus) and surface.minor > surface.major:
+        return  # the nearer part may be the other one
+    assert found <= grid.min() + 1e-9
+
+
+def test_the_gap_of_a_face_is_the_largest_distance_of_its_edges() -> None:
+    arc = Ellipse(FRAME, 2.0, 2.0 + 1e-3).cut(0.0, pi)
+    outline = Outline.of([arc])
+    assert find_gap(Cylinder(FRAME, 2.0), outline) < 1e-14
+    middles = np.array([Ellipse(FRAME, 2.0, 2.0 + 1e-3).evaluate(pi / 2)])
+    with_middles = Outline(outline.hull, outline.ends, (), middles)
+    assert find_gap(Cylinder(FRAME, 2.0), with_middles) == pytest.approx(1e-3)
+    assert find_gap(Sphere(FRAME, 2.0), NO_OUTLINE) == 0.0
 
 
 def test_a_plane_is_cut_to_the_outline_of_its_face_with_a_margin() -> None:

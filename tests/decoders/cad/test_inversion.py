@@ -1,5 +1,6 @@
 """Parameters of points on curves, and pieces between vertices, also over seams and reversed."""
 
+import tracemalloc
 from math import cos, pi, sin, tau
 
 import numpy as np
@@ -13,6 +14,7 @@ from service.decoders.cad.content import Curve
 from service.decoders.cad.faults import InvalidGeometry
 from service.decoders.cad.frames import Vector, build_frame
 from service.decoders.cad.inversion import cut_between, find_parameters
+from service.decoders.cad.newton import find_middle
 from service.decoders.cad.splines import build_curve, evaluate, find_domain, find_ends
 from tests.spline_strategies import KnotVector, knot_vectors, random_points, random_weights
 
@@ -189,3 +191,28 @@ def test_impossible_pieces_are_refused() -> None:
         cut_between(wave, point, point, is_loop=True)
     with pytest.raises(InvalidGeometry, match="no length"):
         cut_between(wave, point, point)
+
+
+def test_long_curves_take_little_memory() -> None:
+    """With 65 samples of each span at once this curve would take 250 MB, and copies of that."""
+    count, degree = 4_000, 30
+    points = np.column_stack([np.arange(count), np.zeros((count, 2))])
+    curve = build_curve(degree, np.arange(count + degree + 1.0), points)
+    tracemalloc.start()
+    parameters, distances = find_parameters(curve, np.array([[777.5, 0.0, 1.0]]))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 100e6
+    assert distances[0] == pytest.approx(1.0)
+    assert evaluate(curve, parameters)[0, 0] == pytest.approx(777.5)
+
+
+@given(vector=knot_vectors(), seed=st.integers(0, 2**32 - 1))
+def test_the_middle_of_a_curve_is_on_it(vector: KnotVector, seed: int) -> None:
+    count = vector.point_count
+    curve = build_curve(
+        vector.degree, vector.knots, random_points(count, seed), random_weights(count, seed)
+    )
+    middle = np.array([find_middle(curve)])
+    assert find_parameters(curve, middle)[1][0] < 1e-9
+    assert np.abs(middle - find_ends(curve)).max() > 1e-6

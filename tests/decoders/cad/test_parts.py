@@ -198,6 +198,8 @@ def test_outlines_have_edges_in_the_direction_of_their_loops() -> None:
     forward = builder.find_outline([[Coedge(edge)]], [apex])
     assert count_turns(forward, frame) == 1
     assert forward.hull[-1].tolist() == forward.ends[-1].tolist() == [0, 0, 5]
+    assert forward.middles is not None
+    assert np.linalg.norm(forward.middles, axis=1) == pytest.approx([1.0])
     backward = builder.find_outline([[Coedge(edge, is_reversed=True)]])
     assert count_turns(backward, frame) == -1
     both = builder.find_outline([[Coedge(edge)], [Coedge(edge, is_reversed=True)]])

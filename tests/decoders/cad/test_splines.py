@@ -222,6 +222,10 @@ INF, NAN = float("inf"), float("nan")
         (2, [0, 0, 0, 1, 1, 1], SQUARE, [1, INF, 1], "not positive"),
         (2, [0, 0, 0, 1, 1, 1], SQUARE, [1, 1e-9, 1], "differ"),
         (2, [0, 0, 0, 1, 1, 1], SQUARE, [1, 1], "one weight"),
+        (2, [0, 0, 0, 1, 1, 1], [[0, 0, 0], [1, 0], [1, 1, 0]], None, "incomplete"),
+        (2, [0, 0, 0, 1, 1, 1], [[0, 0, 0], [1, 0, "x"], [1, 1, 0]], None, "incomplete"),
+        (2, [0, 0, 0, 1, 1, 10**400], SQUARE, None, "incomplete"),
+        (2, [0, 0, 0, 1, 1, None], SQUARE, None, "finite|incomplete"),
     ],
 )
 def test_damaged_curves_are_refused(

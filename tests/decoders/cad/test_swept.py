@@ -14,8 +14,11 @@ from service.decoders.cad.content import Surface
 from service.decoders.cad.faults import InvalidGeometry
 from service.decoders.cad.frames import Vector, build_frame
 from service.decoders.cad.outline import NO_OUTLINE, Outline
+from service.decoders.cad.parts import PartBuilder
 from service.decoders.cad.splines import build_curve, evaluate, evaluate_surface, find_domain
 from service.decoders.cad.swept import Extrusion, Revolution, cut_basis, rule
+from tests.decoders.cad.part_meshes import measure_part
+from tests.decoders.cad.test_solids import measure_spindle
 from tests.spline_strategies import KnotVector, knot_vectors, random_points, random_weights
 
 Array = NDArray[np.float64]
@@ -179,6 +182,45 @@ def test_poles_of_revolutions_are_points() -> None:
     for column in (0, -1):
         assert np.ptp(net[:, column], axis=0).max() < 1e-15 * 8
     assert find_distances(surface, np.array([FRAME.place(0, sqrt(2), sqrt(2))]))[0] < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("offset", "is_outer", "expected"),
+    [
+        (0.0, True, 4 / 3 * pi * 8),
+        (1.0, True, measure_spindle(1.0, 2.0, True)),
+        (1.0, False, measure_spindle(1.0, 2.0, False)),
+        (-1.0, True, measure_spindle(1.0, 2.0, True)),
+        (-1.0, False, measure_spindle(1.0, 2.0, False)),
+        (3.0, True, 2 * pi**2 * 3 * 4),
+    ],
+)
+def test_a_circle_that_crosses_the_axis_makes_a_sphere_or_a_spindle(
+    offset: float, is_outer: bool, expected: float
+) -> None:
+    """Its whole turn would cover the surface twice."""
+    circle = Ellipse(build_frame(FRAME.place(offset, 0, 0.5), FRAME.y, FRAME.x), 2.0, 2.0)
+    radius = 2 + abs(offset) if is_outer else 2 - abs(offset)
+    ring = Ellipse(FRAME.move(FRAME.place(0, 0, 0.5)), radius, radius)
+    surface = Revolution(circle, ORIGIN, Z).cut(Outline.of([ring.cut_whole()]))
+    builder = PartBuilder()
+    builder.add_shell([builder.add_face(surface, [])], True)
+    part = builder.build()
+    assert part is not None
+    volume, cracks = measure_part(part)
+    assert not cracks
+    assert abs(volume) == pytest.approx(expected, rel=0.02)
+
+
+def test_an_ellipse_beside_the_axis_stays_whole() -> None:
+    for frame in (
+        build_frame(FRAME.place(0, 1.0, 0), FRAME.y, FRAME.x),  # in a plane beside the axis
+        build_frame(FRAME.place(0.5, 0, 0), to_vector(0, 1, 1), FRAME.x),  # in an oblique plane
+        build_frame(FRAME.place(5.0, 0, 0), FRAME.y, FRAME.x),
+    ):
+        surface = Revolution(Ellipse(frame, 2.0, 1.0), ORIGIN, Z).cut(NO_OUTLINE)
+        assert surface.points.shape[1] == 9
+        assert (surface.points[:, 0] == surface.points[:, -1]).all()
 
 
 def test_a_disc_that_does_not_reach_its_edges_is_refused() -> None:
