@@ -8,8 +8,9 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.arrays import FloatArray
 from service.errors import InvalidRequest, Issue, count_nouns
+from service.surface.brep_columns import BrepColumns
 from service.surface.brep_lowering import lower_columns
 from service.surface.brep_model import BrepModel
 from service.surface.bspline import BsplineSurface
@@ -36,37 +37,19 @@ DEFAULT_NAME_BYTES = 16
 """Most bytes of the name that a part of a face without a name gets."""
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class BrepSurface(SurfaceKind):
-    """One solid (its outer shell, then its voids) or open shells; V vertices, E edges, F faces.
+_SHARED = (
+    *(each.name for each in fields(BrepColumns)),
+    "uncertainty", "vertex_uncertainties", "edge_uncertainties", "up", "name",
+)  # fmt: skip
+"""The fields that a brep and its model have in common."""
 
-    The attributes are the columns of `BrepModel`, with these differences: an edge that is a line
-    has no curve; an edge may have unknown vertices, and a loop unknown edges, if invalid faces are
-    skipped. See there for what a column means.
+
+@dataclass(frozen=True, eq=False)
+class BrepSurface(BrepColumns, SurfaceKind):
+    """One solid (its outer shell, then its voids) or open shells; V vertices, E edges, F faces.
 
     Attributes
     ----------
-    vertices : ndarray of float64, shape (V, 3)
-    edge_vertices : ndarray of int, shape (E, 2)
-    edge_curves : ndarray of int, shape (E,)
-        −1 for lines and for degenerate edges.
-    is_degenerate : ndarray of bool, shape (E,)
-    curves : CurveTable
-        D = 3.
-    surfaces : SurfaceTable
-        One for each face.
-    face_names : tuple of str
-    palette, face_colors : ndarray
-        Shapes (K, 4) and (F,).
-    is_reversed : ndarray of bool, shape (F,)
-    loop_faces, loop_counts : ndarray of int, shape (L,)
-    coedge_edges, coedge_pcurves : ndarray of int, shape (C,)
-    coedge_reversed : ndarray of bool, shape (C,)
-    pcurves : CurveTable
-        D = 2.
-    shell_counts, shell_faces : ndarray of int
-        Shapes (H,) and (F,).
-    is_closed : ndarray of bool, shape (H,)
     uncertainty : float or None
         None becomes 1e-6 of the diagonal of the box about vertices, control points of edges, and
         the nets of faces that have no edges.
@@ -91,25 +74,6 @@ class BrepSurface(SurfaceKind):
         refuse no brep.
     """
 
-    vertices: FloatArray
-    edge_vertices: Ints
-    edge_curves: Ints
-    is_degenerate: Bools
-    curves: CurveTable
-    surfaces: SurfaceTable
-    face_names: tuple[str, ...]
-    palette: FloatArray
-    face_colors: Ints
-    is_reversed: Bools
-    loop_faces: Ints
-    loop_counts: Ints
-    coedge_edges: Ints
-    coedge_reversed: Bools
-    coedge_pcurves: Ints
-    pcurves: CurveTable
-    shell_counts: Ints
-    shell_faces: Ints
-    is_closed: Bools
     uncertainty: float | None = None
     vertex_uncertainties: FloatArray | None = None
     edge_uncertainties: FloatArray | None = None
@@ -133,8 +97,7 @@ class BrepSurface(SurfaceKind):
             value = getattr(self, each.name, None)
             if isinstance(value, np.ndarray):
                 value.flags.writeable = False
-        names = {each.name for each in fields(BrepModel)} & {each.name for each in fields(self)}
-        columns = {name: getattr(self, name) for name in names}
+        columns = {name: getattr(self, name) for name in _SHARED}
         model = BrepModel(**columns, skips_invalid=self.invalid_faces == "skip")
         set_field("_model", lower_columns(model))
         set_field("_size", self._count())
