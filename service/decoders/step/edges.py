@@ -10,11 +10,13 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from service.decoders.cad.content import Coedge
+from service.decoders.cad.conics import Line
+from service.decoders.cad.content import Coedge, Curve
 from service.decoders.cad.faults import InvalidGeometry
-from service.decoders.cad.frames import Vector
+from service.decoders.cad.frames import Vector, distance
 from service.decoders.cad.inversion import cut_between
 from service.decoders.cad.parts import PartBuilder
+from service.decoders.cad.splines import evaluate, find_domain
 from service.decoders.step.curves import SURFACE_CURVES, CurveReader
 from service.decoders.step.entities import Entities, unsupported
 from service.decoders.step.faults import Fault
@@ -44,6 +46,15 @@ class EdgeData(NamedTuple):
     same_sense: bool
 
 
+class Source(NamedTuple):
+    """Where an edge of the part comes from, and its ends and curve; None for a line."""
+
+    data: EdgeData
+    start: Vector
+    end: Vector
+    curve: Curve | None
+
+
 class Loop(NamedTuple):
     """A loop of a face; one that is a single vertex has no coedges.
 
@@ -64,16 +75,18 @@ class EdgeReader:
     Attributes
     ----------
     builder : PartBuilder
+    curves : CurveReader
     """
 
     def __init__(
         self, entities: Entities, curves: CurveReader, builder: PartBuilder, tolerance: float
     ) -> None:
         self._entities = entities
-        self._curves = curves
+        self.curves = curves
         self.builder = builder
         self._tolerance = tolerance
         self._broken: dict[int, str] = {}  # reasons of edges that cannot be read
+        self._sources: dict[int, Source] = {}
 
     def read_loop(self, number: int) -> Loop:
         """The loop with a number, in its own direction.
@@ -91,6 +104,28 @@ class EdgeReader:
         if entity.keyword == "VERTEX_LOOP":
             return Loop([], self._read_vertex(as_reference(entity.parameter(1)))[0])
         raise unsupported(entity, "a loop")
+
+    def find_source(self, edge: int) -> Source | None:
+        """The source of an edge of the part; None if it is a side of a polygon, or a pole."""
+        return self._sources.get(edge)
+
+    def find_span(self, source: Source) -> tuple[float, float] | None:
+        """The parameters of the ends of an edge on its curve, if the edge runs at these.
+
+        None for arcs of circles, ellipses and hyperbolas: their curves have other parameters.
+        """
+        basis, same_sense = self.curves.read(source.data.curve)
+        if isinstance(basis, Line):
+            return basis.find_parameter(source.start), basis.find_parameter(source.end)
+        if source.curve is None or not isinstance(basis, Curve):
+            return None
+        low, high = find_domain(source.curve)
+        is_forward = same_sense == source.data.same_sense
+        if source.start != source.end:
+            # On an open curve there is one piece between two points, whatever the file says.
+            begin = tuple(evaluate(basis, [low])[0].tolist())
+            is_forward = distance(begin, source.start) <= distance(begin, source.end)
+        return (low, high) if is_forward else (high, low)
 
     def _read_oriented(self, number: int) -> Coedge:
         is_forward = True
@@ -131,7 +166,7 @@ class EdgeReader:
         last, end = self._read_vertex(data.last)
         is_loop = start == end
         try:
-            curve, same_sense = self._curves.read(data.curve)
+            curve, same_sense = self.curves.read(data.curve)
         except InvalidGeometry:
             if is_loop and self._is_point(data.curve):
                 return builder.add_pole(number, first)
@@ -145,7 +180,9 @@ class EdgeReader:
             tolerance=self._tolerance,
         )
         budget.count_points(2 if piece.curve is None else len(piece.curve.points))
-        return builder.add_edge(number, (first, last), piece.curve, gap=piece.gap)
+        edge = builder.add_edge(number, (first, last), piece.curve, gap=piece.gap)
+        self._sources[edge] = Source(data, start, end, piece.curve)
+        return edge
 
     def _read_data(self, number: int) -> EdgeData:
         """The attributes of an edge; a part of another edge is on the same curve."""

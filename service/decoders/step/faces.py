@@ -12,13 +12,17 @@ ISO 10303-511: advanced_face.
 
 import numpy as np
 
+from service.decoders.cad.content import Surface
 from service.decoders.cad.elementary import Plane
 from service.decoders.cad.faults import InvalidGeometry
 from service.decoders.cad.frames import build_frame
 from service.decoders.cad.parts import reverse_loop
+from service.decoders.cad.swept import Swept
 from service.decoders.step.edges import MAX_ORIENTED, EdgeReader, Loop, find_reason
 from service.decoders.step.entities import Entities, Entity, unsupported
 from service.decoders.step.faults import Fault
+from service.decoders.step.gaps import find_gap
+from service.decoders.step.pcurves import PcurveReader
 from service.decoders.step.records import as_flag, as_reference, as_references, as_text
 from service.decoders.step.styles import Color, Styles
 from service.decoders.step.surfaces import Oriented, SurfaceReader
@@ -43,6 +47,7 @@ class FaceReader:
         self._entities = entities
         self._surfaces = surfaces
         self._edges = edges
+        self._pcurves = PcurveReader(entities, edges)
         self._builder = edges.builder
         self._styles = styles
         self._tally = tally
@@ -84,7 +89,11 @@ class FaceReader:
         face_sense = same_sense == surface.same_sense
         if not face_sense:
             loops = [reverse_loop(loop) for loop in loops]
+        if surface.number is not None:
+            loops = [self._pcurves.add(loop, surface.number) for loop in loops]
         cut = surface.cut(outline)
+        if not isinstance(surface.shape, Surface | Swept):
+            self._builder.note_gap(find_gap(surface.shape, outline))
         self._entities.budget.count_points(cut.points.shape[0] * cut.points.shape[1])
         name = as_text(entity.parameter(0)).strip()
         return self._builder.add_face(

@@ -8,7 +8,7 @@ ISO 10303-42, clause 4.4: surface and its subtypes.
 from dataclasses import replace
 from typing import NamedTuple, TypeAlias
 
-from service.decoders.cad.content import Surface
+from service.decoders.cad.content import Curve, Surface
 from service.decoders.cad.elementary import Cone, Cylinder, Elementary, Plane, Sphere, Torus
 from service.decoders.cad.frames import Frame, transform_frame
 from service.decoders.cad.outline import Outline
@@ -38,10 +38,20 @@ LEAST_ANGLE = 1e-9
 
 
 class Oriented(NamedTuple):
-    """A surface, and whether its normal is that of the entity that was asked for."""
+    """A surface, and how it is related to the entity that was asked for.
+
+    Attributes
+    ----------
+    shape : Surface, Elementary, Extrusion or Revolution
+    same_sense : bool
+        Whether its normal is that of the entity.
+    number : int or None
+        The number of the entity, if the spline that `cut` returns has the entity's parameters.
+    """
 
     shape: Shape
     same_sense: bool = True
+    number: int | None = None
 
     def cut(self, outline: Outline) -> Surface:
         """The surface as a spline; one that is no spline is cut to an outline."""
@@ -80,7 +90,10 @@ class SurfaceReader:
             return self._offset(entity, level)
         if keyword == "SURFACE_REPLICA":
             return self._replicate(entity, level)
-        return Oriented(self._read_shape(entity))
+        shape = self._read_shape(entity)
+        base = shape.curve if isinstance(shape, Extrusion) else shape
+        keeps_parameters = isinstance(base, Surface | Curve)
+        return Oriented(shape, number=entity.number if keeps_parameters else None)
 
     def _read_shape(self, entity: Entity) -> Shape:
         """A surface that refers to no other surface."""
@@ -97,7 +110,7 @@ class SurfaceReader:
 
     def _read_bounded(self, entity: Entity, level: int) -> Oriented:
         """The surface of which a bounded one is a part, because a face has bounds of its own."""
-        shape, same_sense = self.read(as_reference(entity.parameter(1)), level + 1)
+        shape, same_sense, _ = self.read(as_reference(entity.parameter(1)), level + 1)
         if entity.keyword == "RECTANGULAR_TRIMMED_SURFACE":
             same_sense ^= as_flag(entity.parameter(6)) != as_flag(entity.parameter(7))
         return Oriented(shape, same_sense)
@@ -125,14 +138,14 @@ class SurfaceReader:
 
     def _offset(self, entity: Entity, level: int) -> Oriented:
         """The offset of a plane or of a curved elementary surface: one of the same kind."""
-        shape, same_sense = self.read(as_reference(entity.parameter(1)), level + 1)
+        shape, same_sense, _ = self.read(as_reference(entity.parameter(1)), level + 1)
         distance = as_number(entity.parameter(2))
         if isinstance(shape, Surface | Extrusion | Revolution):
             raise Fault("the offset of a surface that is not elementary is not read")
         return Oriented(shape.offset(distance if same_sense else -distance), same_sense)
 
     def _replicate(self, entity: Entity, level: int) -> Oriented:
-        shape, same_sense = self.read(as_reference(entity.parameter(1)), level + 1)
+        shape, same_sense, _ = self.read(as_reference(entity.parameter(1)), level + 1)
         matrix = read_matrix(self._entities, as_reference(entity.parameter(2)))
         if isinstance(shape, Surface):
             return Oriented(transform(shape, matrix), same_sense)
