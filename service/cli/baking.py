@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from service.cli.progress import Progress, describe_seconds
 from service.cli.refusals import OK, REFUSED, Refused, UsageError, issue_line, print_error
-from service.errors import Issue, ServiceFailed, StoreFailed, StoreFull
+from service.errors import Issue, ServiceFailed, StoreFailed, StoreFull, count_nouns
 
 if TYPE_CHECKING:
     from service.jobs.bake import Bake, Counts, Entry
@@ -189,6 +189,9 @@ def _print_end(bake: "Bake", seconds: float, line: Callable[[Issue], str]) -> No
                 print_error(f"{failure.place:<{places}}  {failure.name:<{names}}  {reason}")
     facts = (f"{counts.made:,} made", f"{counts.found:,} were there", f"{counts.failed:,} failed")
     print_error(f"{', '.join(facts)}, in {describe_seconds(seconds)}")
+    if counts.incomplete:
+        files = count_nouns(counts.incomplete, "CAD files")
+        print_error(f"faces of {files} could not be read; `surface convert` says which and why")
 
 
 def _reasons(failure: "Failure", line: Callable[[Issue], str]) -> list[str]:

@@ -76,11 +76,16 @@ class BakeStopped(Exception):
 
 @dataclass(slots=True)
 class Counts:
-    """Parts that have ended: made now, found from an earlier bake, and failed."""
+    """Parts that have ended: made now, found from an earlier bake, and failed.
+
+    `incomplete` are those whose CAD file has faces that could not be read; they are among the
+    others.
+    """
 
     made: int = 0
     found: int = 0
     failed: int = 0
+    incomplete: int = 0
 
     @property
     def ended(self) -> int:
@@ -299,6 +304,8 @@ class Bake:
         if record["state"] == FAILED:
             self._fail(ready.number, ready.entry, record["error"])
             return
+        if (record["reading"] or "").partition("skipped=")[2] not in ("", "0"):
+            self.counts.incomplete += 1
         if "found" in record:
             self.counts.found += 1
             return

@@ -22,7 +22,7 @@ from service.decoders.registry import BY_NAME, BY_SUFFIX, unavailable_issue
 from service.encoders.format import FileFormat
 from service.engine.mesh.mesh import ENGINE
 from service.errors import InvalidRequest, Issue, SurfaceError, first_part
-from service.jobs.parts import FindSurface, Part, unknown_path
+from service.jobs.parts import FindSurface, Part, plan_located, unknown_path
 from service.pipeline.calls import CALLS, JSON, Call, CallLimits, File, find_format
 from service.pipeline.cost import MEMORY_SHARE, Cost, Work
 from service.pipeline.files import build_file_request, check_beside
@@ -145,14 +145,12 @@ def read_file_part(path: str, decoder: Decoder, content: bytes, limits: CallLimi
         raise _locate(error) from None
 
     def plan(_: FindSurface) -> Work[File]:
-        try:
-            work = call.plan(request, fmt, limits)
-        except SurfaceError as error:
-            raise _locate(error) from None
+        work = call.plan(request, fmt, limits)
         return Work(work.cost, lambda: replace(work.run(), reading=decoded.reading))
 
     id = _find_id(file_call, decoder, sha256(content).hexdigest())
-    return Part(id, "", fmt, plan)
+    part = Part(id, "", fmt, plan)
+    return replace(part, plan=lambda find: plan_located(part, find, _locate))
 
 
 def _read_path(path: str, decoder: Decoder, limits: CallLimits) -> _FileCall:

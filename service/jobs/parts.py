@@ -68,13 +68,30 @@ def read_part(path: str, body: dict[str, Any] | None, limits: CallLimits) -> Par
     except SurfaceError as error:
         raise locate(error) from None
 
-    def plan(find_surface: FindSurface) -> Work[File]:
+    return replace(part, plan=lambda find_surface: plan_located(part, find_surface, locate))
+
+
+def plan_located(
+    part: Part, find_surface: FindSurface, locate: Callable[[SurfaceError], SurfaceError]
+) -> Work[File]:
+    """The work of a part; `locate` gives errors the pointers of the part, also those of the work.
+
+    Raises
+    ------
+    SurfaceError
+    """
+    try:
+        work = part.plan(find_surface)
+    except SurfaceError as error:
+        raise locate(error) from None
+
+    def run() -> File:
         try:
-            return part.plan(find_surface)
+            return work.run()
         except SurfaceError as error:
             raise locate(error) from None
 
-    return replace(part, plan=plan)
+    return Work(work.cost, run)
 
 
 def stored_surface(path: str) -> str:

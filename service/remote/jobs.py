@@ -59,8 +59,11 @@ def fetch_result(connection: Connection, state: State, expected_type: str) -> by
     listed = connection.read(connection.send("GET", f"{job}/results"), "application/json")
     problem = orjson.loads(listed)["results"][0]["problem"]
     for error in problem["errors"]:
-        # The pointer is that of the job, whose only part has the body of the call.
-        error["pointer"] = error["pointer"].removeprefix("/parts/0").removeprefix("/body")
+        # The pointer is that of the job, whose only part has the body, or the file, of the call.
+        pointer = error["pointer"].removeprefix("/parts/0")
+        for prefix in ("/body", "/file", "/path"):
+            pointer = pointer.removeprefix(prefix)
+        error["pointer"] = pointer
     raise connection.failure(problem["status"], problem)
 
 

@@ -10,6 +10,7 @@ import orjson
 import pytest
 
 from service.settings.values import Settings
+from tests.cad import ASSEMBLY, OPEN_TETRAHEDRON, STEP
 from tests.forms import PATCH
 from tools.live import run_service
 from tools.programs import find_program
@@ -74,6 +75,9 @@ def test_a_part_that_fails_has_the_problem_of_its_call(service: httpx.Client) ->
         assert response.json()["errors"] == expected
         return
     assert follow(service, response.json())["state"] == "failed"
+    listed = service.get(response.json()["links"]["results"]).json()["results"]
+    found = [error["pointer"] for error in listed[0]["problem"]["errors"]]
+    assert found == [f"/parts/0/body{error['pointer']}" for error in problem["errors"]]
 
 
 def test_the_commands_of_the_page_work(service: httpx.Client, tmp_path: Path) -> None:
@@ -89,3 +93,33 @@ def test_the_commands_of_the_page_work(service: httpx.Client, tmp_path: Path) ->
     ]
     assert names == ["lid", "hull"]
     assert orjson.loads((tmp_path / "job.json").read_bytes())["parts"]["total"] == 1
+
+
+def test_parts_with_a_file_have_the_results_of_the_call(service: httpx.Client) -> None:
+    headers = {"Content-Type": STEP}
+    file = service.post("/v1/files", content=OPEN_TETRAHEDRON, headers=headers).json()["id"]
+    paths = ["/v1/mesh?format=glb&tolerance=0.1&name=tip", "/v1/convert?invalid_faces=refuse"]
+    parts = [{"path": path, "file": file} for path in (*paths, "/v1/measure")]
+    job = service.post("/v1/jobs", json={"parts": parts}).json()
+    state = follow(service, job)
+    assert (state["state"], state["parts"]["succeeded"]) == ("failed", 2)
+    listed = service.get(job["links"]["results"]).json()["results"]
+    for path, each in zip(paths, listed, strict=False):
+        response = service.post(path, content=OPEN_TETRAHEDRON, headers=headers)
+        result = service.get(each["link"])
+        assert result.content == response.content
+        assert result.headers["surface-reading"] == "faces=3; skipped=1"
+        assert response.headers["surface-reading"] == "faces=3; skipped=1"
+    problem = service.post("/v1/measure", content=OPEN_TETRAHEDRON, headers=headers).json()
+    assert listed[2]["problem"]["code"] == problem["code"]
+    assert listed[2]["problem"]["errors"][0]["pointer"].startswith("/parts/2/file")
+
+
+def test_a_file_that_is_preferred_later_becomes_a_job(service: httpx.Client) -> None:
+    path = "/v1/mesh?format=stl&relative_tolerance=0.01"
+    headers = {"Content-Type": STEP}
+    job = service.post(path, content=ASSEMBLY, headers=headers | {"Prefer": "respond-async"})
+    assert job.headers["preference-applied"] == "respond-async"
+    assert follow(service, job.json())["state"] == "succeeded"
+    result = service.get(f"{job.headers['location']}/results/0")
+    assert result.content == service.post(path, content=ASSEMBLY, headers=headers).content

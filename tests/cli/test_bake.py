@@ -24,6 +24,7 @@ from service.storage.address import open_store
 from service.storage.backends import Bucket
 from service.storage.canonical import plan_content
 from service.surface.examples.catalogue import find
+from tests.cad import OPEN_TETRAHEDRON, TETRAHEDRON
 
 NET = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]]}
 SADDLE = {"name": "saddle", "path": "/v1/surfaces/saddle/mesh.stl?resolution=2"}
@@ -278,3 +279,83 @@ def test_ctrl_c_stops_a_command_that_waits_for_its_list(tmp_path: Path) -> None:
     assert "1 made, 0 were there, 1 failed" in error
     assert "Traceback" not in error
     assert names(tmp_path / "out") == ["saddle.stl"]
+
+
+def test_lines_name_cad_files_beside_the_list(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "parts"
+    folder.mkdir()
+    (folder / "tip.step").write_bytes(TETRAHEDRON)
+    (folder / "open.stp").write_bytes(OPEN_TETRAHEDRON)
+    np.save(folder / "net.npy", np.array(NET["control_net"], float))
+    options = "/v1/mesh?format=stl&tolerance=0.1&name=wedge"
+    lines = [
+        {"file": "tip.step"},
+        {"name": "other", "file": "open.stp", "path": options},
+        {"name": "document", "file": str(folder / "open.stp"), "path": "/v1/convert"},
+        {"file": "net.npy", "path": "/v1/measure?tolerance=0.01"},
+    ]
+    parts = write_list(folder / "list.ndjson", *lines)
+    out = tmp_path / "out"
+    monkeypatch.chdir(tmp_path)
+    assert main(["bake", parts, "-o", str(out)]) == 0
+    assert names(out) == ["document.json", "net.json", "other.stl", "tip.glb"]
+    error = capsys.readouterr().err
+    assert "4 made, 0 were there" in error
+    assert "faces of 2 CAD files could not be read" in error
+    expected = tmp_path / "tip.glb"
+    assert main(["mesh", str(folder / "tip.step"), "-o", str(expected)]) == 0
+    assert (out / "tip.glb").read_bytes() == expected.read_bytes()
+    assert json.loads((out / "document.json").read_bytes())["reading"]["faces"] == 3
+    capsys.readouterr()
+    (folder / "tip.step").write_bytes(OPEN_TETRAHEDRON)
+    assert main(["bake", parts, "-o", str(out)]) == 0
+    assert "1 made, 3 were there" in capsys.readouterr().err
+
+
+def test_lines_with_files_that_cannot_be_read_fail(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "loft.brep").write_bytes(b"DBRep_DrawableShape")
+    (tmp_path / "empty.step").write_bytes(b"")
+    (tmp_path / "tip.step").write_bytes(TETRAHEDRON)
+    parts = write_list(
+        tmp_path / "list.ndjson",
+        {"file": "missing.step"},
+        {"file": "loft.brep"},
+        {"file": "empty.step"},
+        {"name": "number", "file": 3},
+        {"name": "both", "file": "tip.step", "body": {"surface": NET}},
+        {"name": "degree", "file": "tip.step", "path": "/v1/mesh?degree=3"},
+        {"name": "text", "file": "list.ndjson"},
+    )
+    assert main(["bake", parts, "-o", str(tmp_path / "out")]) == 1
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0].startswith("surface: line 1  missing  /file: The file cannot be read.")
+    assert "does not read files of Open CASCADE (BREP)" in lines[1]
+    assert lines[2].startswith("surface: line 3  empty ")
+    assert "/file: This must be a name." in lines[3]
+    assert "/file: A part has a body, or a file in its place." in lines[4]
+    assert "/path: A CAD file says itself" in lines[5]
+    assert "No file with this suffix is read." in lines[6]
+    assert lines[7].startswith("surface: 0 made, 0 were there, 7 failed")
+
+
+def test_mesh_writes_several_cad_files_into_a_folder(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name, content in (("tip.step", TETRAHEDRON), ("open.stp", OPEN_TETRAHEDRON)):
+        (tmp_path / name).write_bytes(content)
+    np.save(tmp_path / "net.npy", np.array(NET["control_net"], float))
+    out = tmp_path / "out"
+    sources = [str(tmp_path / name) for name in ("tip.step", "open.stp", "net.npy")]
+    options = ["--tolerance", "0.1", "--up", "y"]
+    assert main(["mesh", *sources, "-o", f"{out}/", *options, "--format", "obj"]) == 0
+    assert names(out) == ["net.obj", "open.obj", "tip.obj"]
+    assert "faces of 1 CAD file could not be read" in capsys.readouterr().err
+    expected = tmp_path / "tip.obj"
+    assert main(["mesh", sources[0], "-o", str(expected), *options]) == 0
+    assert (out / "tip.obj").read_bytes() == expected.read_bytes()
+    assert main(["mesh", sources[0], str(tmp_path / "loft.brep"), "-o", f"{out}/"]) == 1
+    assert "does not read files of Open CASCADE (BREP)" in capsys.readouterr().err
