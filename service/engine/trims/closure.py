@@ -156,6 +156,8 @@ def find_closure(surfaces: FaceSurfaces, tolerance: float) -> ClosedSurfaces:
         lengths = np.array([_reach(row, row[starts][:, :1][run], starts) for row in rows])
         limit = np.minimum(np.maximum(THIN * lengths.max(axis=0), noise), tolerance)
         is_pole[curved, axis] = (lengths[:2] <= limit).T
+        # Of a torus that touches its axis both sides are one point, but it ends there.
+        is_closed[:, axis] &= ~is_pole[:, axis].all(axis=1)
     return ClosedSurfaces(surfaces, is_closed, is_pole)
 
 

@@ -7,7 +7,7 @@ import pytest
 from service.decoders.cad.conics import Ellipse
 from service.decoders.cad.content import Coedge, Part
 from service.decoders.cad.elementary import Cone, Cylinder, Elementary, Plane, Sphere, Torus
-from service.decoders.cad.frames import build_frame
+from service.decoders.cad.frames import build_frame, scale
 from service.decoders.cad.inversion import cut_between
 from service.decoders.cad.outline import NO_OUTLINE
 from service.decoders.cad.parts import PartBuilder
@@ -136,3 +136,51 @@ def test_the_parts_of_a_spindle_add_up() -> None:
     both = measure_spindle(1.0, 2.0, True) - measure_spindle(1.0, 2.0, False)
     assert both == pytest.approx(2 * pi**2 * 4)
     assert measure_spindle(sqrt(1e-20), 2.0, True) == pytest.approx(4 / 3 * pi * 8)
+
+
+def test_a_rounded_rim_on_a_torus_that_touches_its_axis_is_closed() -> None:
+    """Both ends of v are the point on the axis; v was taken for closed there, and loops crossed."""
+    frame, size = FRAME, 0.5
+    builder = PartBuilder()
+    places = ((0, 0, 0), (2, 0, 0), (0, 2, 0), (0, 0, 1), (1, 0, 1), (0, 1, 1))
+    corners = [
+        builder.add_vertex(place, frame.place(*(size * x for x in place))) for place in places
+    ]
+
+    def add(first: int, last: int, circle: Ellipse | None = None) -> int:
+        ends = [builder.find_point(corners[k]) for k in (first, last)]
+        curve = None if circle is None else cut_between(circle, *ends).curve
+        return builder.add_edge((first, last), (corners[first], corners[last]), curve)
+
+    top = frame.move(frame.place(0, 0, size))
+    upright = [
+        Ellipse(build_frame(frame.place(*place), axis, across), size, size)
+        for place, axis, across in (
+            ((size, 0, 0), scale(frame.y, -1.0), frame.x),
+            ((0, size, 0), frame.x, frame.y),
+        )
+    ]
+    rim, lid = Ellipse(frame, 2 * size, 2 * size), Ellipse(top, size, size)
+    edges = [
+        *(add(0, 1), add(0, 2), add(0, 3), add(3, 4), add(3, 5)),
+        *(add(1, 2, rim), add(4, 5, lid), add(1, 4, upright[0]), add(2, 5, upright[1])),
+    ]
+    # Faces as carriers and signed edges; the sign −1 runs backwards.
+    faces: list[tuple[Elementary, list[tuple[int, int]], bool]] = [
+        (Torus(frame, size, size), [(5, 1), (8, 1), (6, -1), (7, -1)], False),
+        (Plane(frame), [(1, 1), (5, -1), (0, -1)], True),
+        (Plane(top), [(3, 1), (6, 1), (4, -1)], False),
+        (Plane(build_frame(frame.origin, frame.y)), [(0, 1), (7, 1), (3, -1), (2, -1)], True),
+        (Plane(build_frame(frame.origin, frame.x)), [(2, 1), (4, 1), (8, -1), (1, -1)], True),
+    ]
+    numbers = []
+    for surface, signed, is_reversed in faces:
+        loop = [[Coedge(edges[k], sign < 0) for k, sign in signed]]
+        cut = surface.cut(builder.find_outline(loop))
+        numbers.append(builder.add_face(cut, loop, is_reversed=is_reversed))
+    builder.add_shell(numbers, True)
+    part = builder.build()
+    assert part is not None
+    volume, cracks = measure_part(part)
+    assert not cracks
+    assert volume == pytest.approx(pi / 2 * size**3 * (0.5 + pi / 4 + 1 / 3), rel=5e-3)
