@@ -28,7 +28,7 @@ from service.engine.accuracy import Accuracy
 from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.schemas.brep import BrepDefinition
-from service.settings.runtime import pin_blas, share_heap
+from service.settings.runtime import collect_rarely, pin_blas, share_heap
 from tools.building import build
 
 TOLERANCES = {1e-2: 7, 1e-3: 5, 1e-4: 3}
@@ -156,4 +156,5 @@ def measure_diagonal(name: str) -> float:
 if __name__ == "__main__":
     pin_blas()
     share_heap()
+    collect_rarely()
     run(sys.argv[1], sys.argv[2:])

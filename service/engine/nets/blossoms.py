@@ -143,9 +143,11 @@ def build_triangle_nets(
     if ordered:
         return _flatten(restrict(nets, parameters)) @ _build_triangle_shares(p, q)
     shape, boxes = _find_shapes(parameters)
-    triangles = np.empty((*nets.shape[:2], comb(p + q + 2, 2)))
     is_other = shape == len(SHAPES)
     usual, other = (~is_other).nonzero()[0], is_other.nonzero()[0]
+    if not len(usual):
+        return _flatten(restrict(nets, parameters)) @ _build_triangle_shares(p, q)
+    triangles = np.empty((*nets.shape[:2], comb(p + q + 2, 2)))
     if len(other):
         other_nets = _flatten(restrict(nets.take(other, axis=0), parameters.take(other, axis=2)))
         triangles[other] = other_nets @ _build_triangle_shares(p, q)

@@ -48,7 +48,9 @@ def evaluate_patches(
             )
         lines = along_u @ net.reshape(len(rows), p + 1, -1)
         lines = lines.reshape(len(rows), shape[1], q + 1, -1)
-        value = np.einsum("rcjd,rcj->rcd", lines, along_v)
+        value = lines[:, :, 0] * along_v[..., :1]
+        for j in range(1, q + 1):
+            value += lines[:, :, j] * along_v[..., j : j + 1]
         if group.is_rational:
             weights[rows] = value[..., 3]
             value = value[..., :3] / value[..., 3:]
