@@ -12,15 +12,18 @@ A null of the tree itself has to be marked (`mark_nulls`): it counts as an array
 """
 
 import json
-from collections.abc import Iterator, Mapping
-from math import prod
+import operator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from service.bases.arrays import AnyArray
 
-Arrays: TypeAlias = list[AnyArray]
+Block: TypeAlias = bytes | memoryview
+
+BLOCK_BYTES = 1 << 20
+"""Bytes of numbers that are gathered in one block; a longer array is a block."""
 
 UNREADABLE = (ValueError, LookupError, TypeError, ArithmeticError, StopIteration, RecursionError)
 """The exceptions of `read_frame` for bytes that are no frame."""
@@ -44,23 +47,41 @@ def write_frame(name: str, tree: Any, **members: int) -> bytes:
     **members
         More members of the header.
     """
-    arrays: Arrays = []
-    tree = _take_arrays(tree, arrays)
-    types_and_shapes = [
-        _NULL_TYPE if array is _NULL else [array.dtype.name, array.shape] for array in arrays
-    ]
-    header = json.dumps(
-        {"arrays": types_and_shapes, **members, name: tree},
-        sort_keys=True,
-        separators=(",", ":"),
-        allow_nan=False,
-    )
-    numbers = (
-        np.ascontiguousarray(array, dtype=_TYPES[array.dtype.name]).data
-        for array in arrays
-        if array is not _NULL
-    )
-    return b"".join([header.encode("ascii"), b"\n", *numbers])
+    return b"".join(write_blocks(name, tree, **members))
+
+
+def write_blocks(name: str, tree: Any, **members: int) -> Iterator[Block]:
+    """The blocks of the frame that `write_frame` joins: the header, then numbers of many arrays.
+
+    It makes no second tree, so that the blocks take hardly more memory than their bytes.
+    """
+    arrays: list[AnyArray] = []
+
+    def take(value: object) -> object:
+        """The JSON of a value that the encoder does not know: null for an array, the next one."""
+        if isinstance(value, np.ndarray):
+            arrays.append(value)
+            return None
+        if isinstance(value, Mapping):
+            return dict(value)
+        raise TypeError("a frame has no values of this type")
+
+    texts = {key: _to_json(value, take) for key, value in {**members, name: tree}.items()}
+    texts["arrays"] = _describe(arrays)
+    header = ",".join(f'"{key}":{texts[key]}' for key in sorted(texts))
+    del texts
+    yield b"{%b}\n" % header.encode("ascii")
+    del header
+    numbers = bytearray()
+    for array in arrays:
+        if array is _NULL or not array.size:
+            continue
+        data = np.ascontiguousarray(array, dtype=_TYPES[array.dtype.name]).data.cast("B")
+        numbers += data
+        if len(numbers) >= BLOCK_BYTES:
+            yield bytes(numbers)
+            numbers.clear()
+    yield bytes(numbers)
 
 
 def read_frame(name: str, frame: bytes) -> dict[str, Any]:
@@ -73,17 +94,16 @@ def read_frame(name: str, frame: bytes) -> dict[str, Any]:
     """
     end = frame.index(b"\n")
     header: dict[str, Any] = json.loads(frame[:end])
-    arrays: Arrays = []
+    arrays: list[AnyArray] = []
     start = end + 1
     for type_name, shape in header["arrays"]:
-        if min(shape, default=0) < 0:
-            raise ValueError("an axis of negative length")
         if [type_name, shape] == _NULL_TYPE:
             arrays.append(_NULL)
             continue
-        flat = np.frombuffer(frame, _TYPES[type_name], prod(shape), start)
-        arrays.append(flat.reshape(shape))
-        start += flat.nbytes
+        if min(shape, default=0) < 0:
+            raise ValueError("an axis of negative length")
+        arrays.append(np.ndarray(shape, _TYPES[type_name], frame, start))
+        start += arrays[-1].nbytes
     remaining_arrays = iter(arrays)
     header[name] = _insert_arrays(header[name], remaining_arrays)
     if start != len(frame) or next(remaining_arrays, None) is not None:
@@ -92,24 +112,39 @@ def read_frame(name: str, frame: bytes) -> dict[str, Any]:
 
 
 def mark_nulls(value: Any) -> Any:
-    """The value with a mark in place of each None, which `read_frame` turns into None again."""
+    """The value with a mark in place of each None, which `read_frame` turns into None again.
+
+    Parts without None are those of `value` itself.
+    """
+    if value is None:
+        return _NULL
     if isinstance(value, dict):
-        return {key: mark_nulls(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [mark_nulls(item) for item in value]
-    return _NULL if value is None else value
+        marked: Any = {key: mark_nulls(item) for key, item in value.items()}
+        is_same = all(marked[key] is item for key, item in value.items())
+    elif isinstance(value, list):
+        marked = [mark_nulls(item) for item in value]
+        is_same = all(map(operator.is_, marked, value))
+    else:
+        return value
+    return value if is_same else marked
 
 
-def _take_arrays(value: Any, arrays: Arrays) -> Any:
-    """The value with None in place of each array; appends the arrays to `arrays`, in this order."""
-    if isinstance(value, np.ndarray):
-        arrays.append(value)
-        return None
-    if isinstance(value, Mapping):
-        return {key: _take_arrays(value[key], arrays) for key in sorted(value)}
-    if isinstance(value, list | tuple):
-        return [_take_arrays(item, arrays) for item in value]
-    return value
+def _to_json(value: Any, take: Callable[[object], object]) -> str:
+    return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False, default=take)
+
+
+def _describe(arrays: Sequence[AnyArray]) -> str:
+    """The JSON of the types and shapes; equal ones are one text in memory."""
+    texts: dict[tuple[str, tuple[int, ...]], str] = {}
+    described = []
+    for array in arrays:
+        name_and_shape = array.dtype.name, array.shape
+        text = texts.get(name_and_shape)
+        if text is None:
+            pair = _NULL_TYPE if array is _NULL else name_and_shape
+            text = texts[name_and_shape] = json.dumps(pair, separators=(",", ":"))
+        described.append(text)
+    return f"[{','.join(described)}]"
 
 
 def _insert_arrays(tree: Any, arrays: Iterator[AnyArray]) -> Any:

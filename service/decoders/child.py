@@ -24,8 +24,8 @@ from service.decoders.format import Decoded, Decoder, FileLimits, build_file_err
 from service.errors import InvalidRequest, Issue, MalformedBody, SurfaceError, TooLarge
 from service.framing import UNREADABLE, read_frame
 
-ANSWER_SHARE = 3
-"""The answer may take a third of the memory of a file, and the child the rest."""
+ANSWER_SHARE = 4
+"""The answer may take a quarter of the memory of a file, and the child the rest."""
 
 _END_SECONDS = 1.0
 """Seconds in which a child ends after its answer."""

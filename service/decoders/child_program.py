@@ -17,25 +17,30 @@ import json
 import os
 import sys
 import traceback
+from collections.abc import Iterable, Iterator
 from dataclasses import astuple
 from io import FileIO
+from itertools import chain
 from typing import Any
 
 import numpy.linalg
-import numpy.ma  # noqa: F401  (`numpy.unique` imports it when it is called)
+import numpy.ma
 
 from service.decoders import confinement
 from service.decoders.cad_files import READERS, import_reader
 from service.decoders.format import FileLimits
 from service.decoders.registry import BY_NAME
 from service.errors import SurfaceError
-from service.framing import mark_nulls, write_frame
+from service.framing import Block, mark_nulls, write_blocks
 
 ANSWER = "answer"
 """The name of the tree in the frame of an answer."""
 
 OUT_OF_MEMORY = "memory"
 """The fault of a reader that needs more memory than it has."""
+
+AHEAD = ("step",)
+"""Formats whose readers a child imports before it gets a task."""
 
 CODECS = ("latin-1", "cp1252", "utf-8-sig", "utf-16-be", "utf-16-le", "utf-32-be")
 """Encodings of texts in CAD files: a codec is a module, which cannot be imported later."""
@@ -50,10 +55,11 @@ READ_BYTES = 1 << 20
 def main() -> None:
     """Waits for a task, and does it."""
     confinement.lower_priority()
-    for name in ("step", "iges"):  # not those that need a library
+    for name in AHEAD:
         import_reader(name)
     for name in CODECS:
         codecs.lookup(name)
+    _allocate_buffers()
     task_file = FileIO(0, closefd=False)
     task = _read_task(task_file)
     if task is None:  # the service has ended, or does not need this process any more
@@ -65,16 +71,27 @@ def main() -> None:
     gc.disable()  # readers make few cycles, and the process ends soon
     confinement.limit_resources(task["memory"], task["seconds"])
     is_confined = confinement.refuse_system_calls()
-    out_of_memory = _frame({"fault": OUT_OF_MEMORY}, is_confined)  # while there is memory
+    # While there is memory:
+    out_of_memory = b"".join(_frame({"fault": OUT_OF_MEMORY}, is_confined))
     try:
         content = _read_content(task_file, task["length"])
-        answer = _answer(task, content, is_confined)
+        for block in _answer(task, content, is_confined):
+            _write(block)
     except MemoryError:
-        answer = out_of_memory
-    view = memoryview(answer)
+        _write(out_of_memory)
+    os._exit(0)
+
+
+def _write(block: Block) -> None:
+    """Writes a block to standard output."""
+    view = memoryview(block)
     while view:
         view = view[os.write(1, view) :]
-    os._exit(0)
+
+
+def _allocate_buffers() -> None:
+    """Makes OpenBLAS take its buffers: it ends a process that has no memory for them later."""
+    numpy.linalg.inv(numpy.eye(64) @ numpy.eye(64))
 
 
 def _read_task(file: FileIO) -> dict[str, Any] | None:
@@ -99,12 +116,15 @@ def _read_content(file: FileIO, length: int) -> bytes:
     return bytes(content)
 
 
-def _answer(task: dict[str, Any], content: bytes, is_confined: bool) -> bytes:
-    """The frame with the content of the file, or with an error."""
+def _answer(task: dict[str, Any], content: bytes, is_confined: bool) -> Iterable[Block]:
+    """The blocks of a frame with the content of the file, or with an error."""
     try:
         decoder, limits = BY_NAME[task["decoder"]], FileLimits(*task["limits"])
         decoded = decoder.decode(content, task["kind"], limits)
-        return _frame({"tree": decoded.tree, "reading": decoded.reading}, is_confined)
+        answer = {"tree": decoded.tree, "reading": decoded.reading}
+        del decoded
+        blocks = _frame(answer, is_confined)
+        return chain([next(blocks)], blocks)
     except SurfaceError as error:
         issues = [list(astuple(issue)) for issue in error.issues]
         return _frame({"error": type(error).__name__, "issues": issues}, is_confined)
@@ -114,8 +134,8 @@ def _answer(task: dict[str, Any], content: bytes, is_confined: bool) -> bytes:
         return _frame({"fault": traceback.format_exc()[-MAX_FAULT:]}, is_confined)
 
 
-def _frame(answer: dict[str, Any], is_confined: bool) -> bytes:
-    return write_frame(ANSWER, mark_nulls(answer), is_confined=int(is_confined))
+def _frame(answer: dict[str, Any], is_confined: bool) -> Iterator[Block]:
+    return write_blocks(ANSWER, mark_nulls(answer), is_confined=int(is_confined))
 
 
 if __name__ == "__main__":

@@ -117,8 +117,8 @@ def test_a_child_that_takes_too_much_memory_is_refused() -> None:
 
 
 def test_an_answer_that_is_too_long_is_refused() -> None:
-    assert refuse("write much", 19 * MEBIBYTE) == (InvalidRequest, "malformed_file")  # no frame
-    assert refuse("write much", 21 * MEBIBYTE) == (TooLarge, "too_much_memory")
+    assert refuse("write much", 14 * MEBIBYTE) == (InvalidRequest, "malformed_file")  # no frame
+    assert refuse("write much", 16 * MEBIBYTE) == (TooLarge, "too_much_memory")
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,124 @@
+"""The readers of CAD files do in a child what they do in this process, and open no other file."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from service.decoders.child import read_file
+from service.decoders.format import Decoded, Decoder, FileLimits
+from service.decoders.registry import BY_NAME, BY_SUFFIX
+from service.errors import InvalidRequest, SurfaceError
+from tests.decoders.step.written import Writer, wrap
+
+FILES = sorted(
+    path
+    for path in Path("tests/cad_files").iterdir()
+    if path.suffix[1:] in BY_SUFFIX and BY_SUFFIX[path.suffix[1:]].is_available()
+)
+
+_opened: list[str] | None = None
+
+
+def _record(event: str, arguments: tuple[Any, ...]) -> None:
+    if _opened is not None and event in {"open", "socket.connect", "subprocess.Popen"}:
+        _opened.append(str(arguments[0]))
+
+
+sys.addaudithook(_record)
+
+
+@contextmanager
+def opened_files() -> Iterator[list[str]]:
+    """The files that Python opens in the `with` block."""
+    global _opened  # noqa: PLW0603  (a hook cannot be removed)
+    names: list[str] = []
+    _opened = names
+    try:
+        yield names
+    finally:
+        _opened = None
+
+
+def read_apart(decoder: Decoder, content: bytes) -> Decoded:
+    """Reads a file in a child process, however short it is."""
+    return read_file(replace(decoder, child_bytes=0), content, None, FileLimits())
+
+
+def assert_equal(got: Any, expected: Any, place: str = "") -> None:
+    """Both trees have the same values, and equal arrays."""
+    if isinstance(expected, np.ndarray):
+        assert got.dtype == expected.dtype, place
+        np.testing.assert_array_equal(got, expected, place)
+    elif isinstance(expected, dict):
+        assert sorted(got) == sorted(expected), place
+        for key in expected:
+            assert_equal(got[key], expected[key], f"{place}/{key}")
+    elif isinstance(expected, list | tuple):
+        assert len(got) == len(expected), place
+        for number, (one, other) in enumerate(zip(got, expected, strict=True)):
+            assert_equal(one, other, f"{place}/{number}")
+    else:
+        assert got == expected, place
+
+
+def test_there_are_files_to_read() -> None:
+    assert len(FILES) >= 10
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
+def test_a_child_reads_what_this_process_reads(path: Path) -> None:
+    decoder, content = BY_SUFFIX[path.suffix[1:]], path.read_bytes()
+    expected, got = decoder.decode(content, None, FileLimits()), read_apart(decoder, content)
+    assert_equal(got.tree, expected.tree)
+    assert_equal(got.reading, expected.reading)
+
+
+def test_files_that_a_file_names_are_never_opened(tmp_path: Path) -> None:
+    secret = tmp_path / "part.step"
+    secret.write_bytes(b"secret")
+    writer = Writer()
+    writer.tetrahedron()
+    for name in (str(secret), "../../etc/passwd", "http://127.0.0.1:9/part.step"):
+        writer(f"DOCUMENT_FILE('{name}','',$,$,'',$)")
+        writer(f"EXTERNAL_SOURCE(IDENTIFIER('{name}'))")
+    content = wrap(writer.data)
+    with opened_files() as opened:
+        decoded = BY_NAME["step"].decode(content, None, FileLimits())
+    assert [name for name in opened if not name.endswith((".py", ".pyc"))] == []
+    assert decoded.reading is not None
+    assert decoded.reading["unfollowed_references"] >= 3
+    assert_equal(read_apart(BY_NAME["step"], content).reading, decoded.reading)
+
+
+@pytest.mark.parametrize(
+    ("content", "error"),
+    [
+        (b"ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n", InvalidRequest),
+    ],
+)
+def test_an_error_in_a_child_is_that_in_this_process(
+    content: bytes, error: type[SurfaceError]
+) -> None:
+    with pytest.raises(error) as here:
+        BY_NAME["step"].decode(content, None, FileLimits())
+    with pytest.raises(error) as apart:
+        read_apart(BY_NAME["step"], content)
+    assert apart.value.issues == here.value.issues
+
+
+def test_many_faces_in_few_bytes_fit_into_the_memory_of_a_child() -> None:
+    """20,000 faces, the most there may be, in 170 bytes each: others take ten times as many."""
+    writer = Writer()
+    for number in range(5000):
+        writer.tetrahedron(number + 1.0)
+    content = wrap(writer.data)
+    assert len(content) < 170 * 20_000
+    decoded = read_apart(BY_NAME["step"], content)
+    assert decoded.reading is not None
+    assert decoded.reading["faces"] == 20_000
