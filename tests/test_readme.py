@@ -8,6 +8,7 @@ from contextlib import redirect_stdout
 from io import StringIO
 from itertools import pairwise
 from pathlib import Path
+from shutil import copy
 from typing import NamedTuple, get_args
 
 import numpy as np
@@ -16,6 +17,7 @@ import pytest
 from service.cli.main import main
 from service.schemas.request import MeshRequest
 from service.schemas.surfaces import SurfaceDefinition
+from tests.cad import FOLDER
 from tools.programs import find_program
 
 ROOT = Path(__file__).parents[1]
@@ -32,6 +34,9 @@ MODELS = {
     for member in get_args(get_args(SurfaceDefinition.__value__)[0])
 }
 """The model of each kind of surface."""
+
+PART = "plate_no_pcurves_ap214.step"
+"""The file of the first example."""
 
 CHANNELS = {"colors", "uvs", "attributes"}
 MEMBER_FIELDS = {"name", "color", "matrix"}
@@ -76,6 +81,19 @@ def round_numbers(text: str) -> object:
     return json.loads(text, parse_float=lambda digits: round(float(digits), 9))
 
 
+def test_the_first_example_is_a_cad_file_and_prints_the_lines_shown(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command, output = BLOCKS[:2]
+    copy(FOLDER / PART, tmp_path / "part.step")
+    monkeypatch.chdir(tmp_path)
+    program, *arguments = shlex.split(command.text)
+    assert program == "surface"
+    assert main(arguments) == 0
+    assert capsys.readouterr().err == output.text
+    assert (tmp_path / "part.glb").read_bytes()[:4] == b"glTF"
+
+
 def test_there_are_three_requests_to_begin_with() -> None:
     assert read_section("Three requests").count("curl") == 3
 
@@ -87,6 +105,7 @@ def test_requests_get_the_responses_that_the_page_shows(
     find_program("curl")
     np.save(tmp_path / "net.npy", np.arange(1200.0).reshape(20, 20, 3))
     np.save(tmp_path / "measured.npy", np.arange(30.0).reshape(10, 3))
+    copy(FOLDER / PART, tmp_path / "part.step")
     input_files = set(tmp_path.iterdir())
     response = run_shell(request_.text.replace(SERVED_AT, server), tmp_path)
     outputs_on_page = [output.text for example, output in OUTPUT_PAIRS if example is request_]
@@ -119,8 +138,9 @@ def test_commands_in_sentences_work_without_a_server(
     """Runs the commands that stand in sentences of the pages rather than in blocks."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "net.json").write_text('{"control_net": [[[0,0,0],[0,1,1]],[[1,0,1],[1,1,0]]]}')
+    copy(FOLDER / PART, tmp_path / "part.step")
     commands = re.findall(r"`(surface (?:mesh|points|convert) [^`]+)`", TEXT)
-    assert len(commands) == 6
+    assert len(commands) == 7
     for command in commands:
         assert main(shlex.split(command)[1:]) == 0, command
     assert b"positions" in capsysbinary.readouterr().out

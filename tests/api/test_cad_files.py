@@ -1,4 +1,4 @@
-"""CAD files as bodies: the same results as the document that they become, and what was read."""
+"""CAD files as bodies: results equal those of the document that they become, with a report."""
 
 import re
 from typing import Any

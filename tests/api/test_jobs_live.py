@@ -10,7 +10,7 @@ import orjson
 import pytest
 
 from service.settings.values import Settings
-from tests.cad import ASSEMBLY, OPEN_TETRAHEDRON, STEP
+from tests.cad import ASSEMBLY, OPEN_TETRAHEDRON, STEP, TETRAHEDRON
 from tests.forms import PATCH
 from tools.live import run_service
 from tools.programs import find_program
@@ -84,6 +84,7 @@ def test_the_commands_of_the_page_work(service: httpx.Client, tmp_path: Path) ->
     text = (DOCS / "jobs.md").read_text(encoding="utf-8")
     blocks = [block.partition("\n```")[0] for block in text.split("```sh\n")[1:]]
     script = "\n".join(blocks).replace("http://127.0.0.1:8000", str(service.base_url).rstrip("/"))
+    (tmp_path / "part.step").write_bytes(TETRAHEDRON)
     command = [find_program("bash"), "-euc", script]
     process = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
     assert "event: end" in process.stdout

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.cad import IFC, OPEN_TETRAHEDRON
 from tools.browser import Stage
 from tools.editor import perform
 
@@ -44,4 +45,25 @@ def test_a_format_that_is_not_read_is_named_with_what_to_export(
     assert "does not read files of Open CASCADE (BREP)" in text
     assert "STEP" in text
     assert len(editor.requested_urls) == sent, "no request for a file that cannot be read"
+    editor.page.click("#problem-close")
+
+
+def test_a_cad_file_opens_and_its_report_is_shown(editor: Stage, tmp_path: Path) -> None:
+    path = tmp_path / "tip.STEP"
+    path.write_bytes(OPEN_TETRAHEDRON)
+    perform(editor.page, lambda: open_file(editor, path))
+    assert editor.page.inner_text("#title") == "tip.STEP"
+    description = editor.page.inner_text("#description")
+    assert description.startswith("A file of yours, read by the service: 3 faces.")
+    assert "Not in the surface: 1 more (#57: " in description
+    assert editor.page.inner_text("#triangles") == "3"
+    assert editor.page.is_hidden("#problem")
+
+
+def test_the_error_of_a_cad_file_is_shown(editor: Stage, tmp_path: Path) -> None:
+    path = tmp_path / "model.step"
+    path.write_bytes(IFC)
+    open_file(editor, path)
+    editor.page.wait_for_selector("#problem:not([hidden])", timeout=TIMEOUT)
+    assert "Industry Foundation Classes" in editor.page.inner_text("#problem-errors")
     editor.page.click("#problem-close")
