@@ -123,9 +123,7 @@ class Assembler:
 
     def _keyword(self, number: int) -> str:
         """The type of an entity; empty if there is none, or it is malformed."""
-        instances = self._entities.instances
-        row = instances.find(number)
-        keyword = instances.keyword(row) if row >= 0 else ""
+        keyword = self._entities.find_keyword(number)
         if keyword.isidentifier():
             return keyword
         try:

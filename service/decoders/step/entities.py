@@ -10,6 +10,7 @@ ISO 10303-21, clause 11.2: internal and external mapping; ISO 10303-41 to 46: th
 
 import re
 from collections.abc import Iterable, Sequence
+from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +27,7 @@ FEW_POINTS = 3
 """So few points are read one by one."""
 
 _POINT = re.compile(r"\s*+CARTESIAN_POINT\s*+\(\s*+'[^']*+'\s*+,\s*+\(([^()']*+)\)\s*+\)")
+_REFERENCE = re.compile(r"'[^']*+'|#([0-9]{1,18})")
 _DIRECTION = re.compile(r"\s*+DIRECTION\s*+\(\s*+'[^']*+'\s*+,\s*+\(([^()']*+)\)\s*+\)")
 
 _ITEM = ("REPRESENTATION_ITEM",)
@@ -230,6 +232,17 @@ class Entities:
             return _to_triple(list(map(float, match[1].split(","))))
         except ValueError:
             raise Fault("a ratio of a direction is not a number") from None
+
+    def find_keyword(self, number: int) -> str:
+        """The keyword of an entity without parsing it; empty if there is no such entity."""
+        row = self.instances.find(number)
+        return self.instances.keyword(row) if row >= 0 else ""
+
+    def find_references(self, number: int, most: int) -> list[int]:
+        """The first references in an entity, without parsing it."""
+        start, end = self._span(number)
+        matches = islice(_REFERENCE.finditer(self._text, start, end), most)
+        return [int(match[1]) for match in matches if match[1]]
 
     def match(self, number: int, pattern: re.Pattern[str]) -> re.Match[str] | None:
         """Match a pattern with the record of an entity: for the most frequent types."""

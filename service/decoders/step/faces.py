@@ -13,7 +13,7 @@ ISO 10303-511: advanced_face.
 import numpy as np
 
 from service.decoders.cad.content import Surface
-from service.decoders.cad.elementary import Plane
+from service.decoders.cad.elementary import Plane, find_gap
 from service.decoders.cad.faults import InvalidGeometry
 from service.decoders.cad.frames import build_frame
 from service.decoders.cad.parts import reverse_loop
@@ -21,7 +21,6 @@ from service.decoders.cad.swept import Swept
 from service.decoders.step.edges import MAX_ORIENTED, EdgeReader, Loop, find_reason
 from service.decoders.step.entities import Entities, Entity, unsupported
 from service.decoders.step.faults import Fault
-from service.decoders.step.gaps import find_gap
 from service.decoders.step.pcurves import PcurveReader
 from service.decoders.step.records import as_flag, as_reference, as_references, as_text
 from service.decoders.step.styles import Color, Styles

@@ -41,7 +41,6 @@ COMPLEX = "("
 CHUNK = 1 << 22
 """How many bytes are searched at once."""
 
-_COMMENT_OR_STRING = re.compile(rb"'[^']*+(?:'|\Z)|/\*[^*]*+(?:\*(?!/)[^*]*+)*+(?:\*/|\Z)")
 _KEYWORD = re.compile(r"\s*+(\(?)\s*+([A-Za-z_!][A-Za-z0-9_]*+)?")
 _PART = re.compile(r"'[^']*+'|([A-Za-z_][A-Za-z0-9_]*+)\s*+\(")
 _EXTERNAL = re.compile(r"\s*+<")
@@ -79,7 +78,7 @@ class Instances:
                 "The file is not a STEP file.", "another first line", f"the word {BEGIN}"
             )
         if b"/*" in content:
-            content = _COMMENT_OR_STRING.sub(_blank_comment, content)
+            content = _blank_comments(content)
         signs, hashes, self.numbers = _find_instances(content, limits)
         if not len(signs):
             raise build_file_error(
@@ -201,9 +200,21 @@ class Instances:
         return self._complex_rows
 
 
-def _blank_comment(match: re.Match[bytes]) -> bytes:
-    found = match[0]
-    return found if found[:1] == b"'" else b" "
+def _blank_comments(content: bytes) -> bytes:
+    """The file with a blank in place of each comment; in strings there are no comments."""
+    kept = bytearray()
+    begin = searched = quotes = 0
+    while (found := content.find(b"/*", searched)) >= 0:
+        quotes += content.count(b"'", searched, found)
+        searched = found + 2
+        if quotes % 2:  # in a string, which doubled apostrophes end and begin again
+            continue
+        kept += content[begin:found] + b" "
+        end = content.find(b"*/", searched)
+        if end < 0:
+            return bytes(kept)
+        begin = searched = end + 2
+    return bytes(kept + content[begin:])
 
 
 def _find_instances(content: bytes, limits: FileLimits) -> tuple[Ints, Ints, Ints]:

@@ -27,6 +27,11 @@ MAX_NAME = 1000
 """The most characters of a name that are kept."""
 
 _TOKENS = re.compile(r"'[^']*+'(?:'[^']*+')*+|\"[^\"]*+\"|[(),;]|[^\s,()';\"]++|['\"]")
+# Most records: a name, at most one list, and parameters without parentheses.
+_USUAL = re.compile(
+    r"\s*+([A-Za-z_][A-Za-z0-9_]*+)\s*+\(\s*+('[^']*+')\s*+,\s*+(?:\(([^()'\"]*+)\)\s*+(,?)\s*+)?+"
+    r"([^()'\"]*+)\)\s*+(?:;|\Z)"
+)
 _KEYWORD = re.compile(r"!?[A-Za-z_][A-Za-z0-9_]*+")
 
 
@@ -52,6 +57,15 @@ def parse_record(text: str) -> dict[str, list[Parameter]]:
     Fault
         Parentheses do not match, lists are nested too deeply, or there is no keyword.
     """
+    match = _USUAL.match(text)
+    if match is not None:
+        keyword, name, listed, comma, rest = match.groups()
+        parameters: list[Parameter] = [name]
+        if listed is not None:
+            parameters.append(_split(listed))
+        if listed is None or comma:
+            parameters += _split(rest)
+        return {keyword.upper(): parameters}
     top = _parse_lists(_TOKENS.findall(text))
     if len(top) == 1:
         (record,) = top
@@ -62,6 +76,11 @@ def parse_record(text: str) -> dict[str, list[Parameter]]:
             if parts:
                 return parts
     raise Fault("it is not a record")
+
+
+def _split(text: str) -> list[Parameter]:
+    """Parameters without strings and parentheses; those that are empty are left out."""
+    return list(filter(None, "".join(text.split()).split(",")))
 
 
 def _parse_lists(tokens: list[str]) -> list[Parameter]:

@@ -11,6 +11,7 @@ draughting_pre_defined_colour, surface_style_transparent.
 
 from service.decoders.step.entities import Entities, Entity
 from service.decoders.step.faults import Fault
+from service.decoders.step.instances import COMPLEX
 from service.decoders.step.records import as_number, as_reference, as_text, find_references
 
 MAX_VISITS = 32
@@ -32,7 +33,9 @@ Color = tuple[float, ...]
 _CONTEXT_DEPENDENT = "CONTEXT_DEPENDENT_OVER_RIDING_STYLED_ITEM"
 _STYLED = ("STYLED_ITEM", "OVER_RIDING_STYLED_ITEM", _CONTEXT_DEPENDENT)
 _PREDEFINED = ("DRAUGHTING_PRE_DEFINED_COLOUR", "PRE_DEFINED_COLOUR")
-_OF_SURFACES = ("SURFACE_", "FILL_AREA_", "PRESENTATION_STYLE_", "COLOUR", *_PREDEFINED)
+_COLORS = ("COLOUR_RGB", *_PREDEFINED)
+_TRANSPARENT = "SURFACE_STYLE_TRANSPARENT"
+_OF_SURFACES = ("SURFACE_", "FILL_AREA_", "PRESENTATION_STYLE_", *_COLORS, COMPLEX)
 """How the types in a style of a surface begin; those of styles of curves and points do not."""
 
 
@@ -82,21 +85,19 @@ class Styles:
         color: Color | None = None
         transparency = 0.0
         while pending and len(seen) <= MAX_VISITS:
+            number = pending.pop()
+            keyword = self._entities.find_keyword(number)
+            if not keyword.startswith(_OF_SURFACES):
+                continue
             try:
-                entity = self._entities.read(pending.pop())
-                if not entity.keyword.startswith(_OF_SURFACES):
-                    continue
-                color = color or _read_color(entity)
-                if entity.keyword == "SURFACE_STYLE_TRANSPARENT":
-                    transparency = as_number(entity.parameter(0))
-                found = [
-                    number
-                    for parameters in entity.parts.values()
-                    for number in find_references(parameters[:MAX_VISITS])[:MAX_VISITS]
-                    if number not in seen
-                ]
+                if keyword in _COLORS or keyword == COMPLEX:
+                    color = color or _read_color(self._entities.read(number))
+                elif keyword == _TRANSPARENT:
+                    transparency = as_number(self._entities.read(number).parameter(0))
+                found = self._entities.find_references(number, MAX_VISITS)
             except Fault:
                 continue
+            found = [each for each in found if each not in seen]
             seen.update(found)
             pending.extend(reversed(found))
         if color is not None and 0.0 < transparency <= 1.0:

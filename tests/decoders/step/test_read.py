@@ -207,3 +207,21 @@ def test_headers_do_not_matter(header: str) -> None:
     writer = Writer()
     writer.product("part", writer.representation([writer.tetrahedron()]))
     assert read(wrap(writer.data, header), FileLimits()).reading.faces == 4
+
+
+def test_gaps_are_in_the_report_in_the_root_s_unit() -> None:
+    writer = Writer()
+    loop, _ = writer.polygon((0, 0, 0), (1, 0, 0), (1, 1, 0.125), (0, 1, 0))
+    face = writer.face(writer(f"PLANE('',{writer.frame()})"), writer.bound(loop))
+    metres = writer.context(writer.unit("$"))
+    near = writer.vertex(0, 0, 0.5), writer.vertex(1, 0, 0)
+    line = writer.edge(*near, writer.line((0, 0, 0), (1, 0, 0)))
+    back = writer.edge(near[1], near[0], writer.line((1, 0, 0), (-1, 0, 0.5)))
+    third = writer.face(
+        writer(f"PLANE('',{writer.frame()})"), writer.bound(writer.loop(line, back))
+    )
+    writer.product("first", writer.representation([writer.square()]))
+    writer.product("second", writer.representation([face, third], metres))
+    reading = writer.read().reading
+    assert reading.edge_gap == pytest.approx(500)
+    assert reading.vertex_gap == pytest.approx(500)
