@@ -215,6 +215,9 @@ class Reading:
         Largest distance from an edge to a surface, and from a vertex to an edge, that was found.
     unfollowed_references : int
         References to other files, none of which was opened.
+    open_edges : int
+        Edges of only one face, in files whose faces do not share edges: where borders of faces do
+        not agree as a whole.
     """
 
     format: str
@@ -234,6 +237,7 @@ class Reading:
     edge_gap: float = 0.0
     vertex_gap: float = 0.0
     unfollowed_references: int = 0
+    open_edges: int = 0
 
 
 @dataclass(frozen=True, eq=False, slots=True)

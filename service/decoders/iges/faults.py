@@ -1,0 +1,9 @@
+"""Faults of single entities, which are reported; the rest of the file is read."""
+
+
+class Fault(Exception):
+    """An entity cannot be read; the text is the reason, in plain words, without the input."""
+
+
+class Unsupported(Fault):
+    """An entity is of a type or a form that is not read."""

@@ -1,0 +1,200 @@
+"""Joins faces that each have sides of their own, where whole sides agree.
+
+Ends of sides that are nearer than the tolerance become one vertex. Two sides between the same
+vertices become one edge if no point of one is further than the tolerance from the other; the side
+that was read first stays, and the distance of the other is the uncertainty of the edge. Borders
+that agree only in part stay open.
+"""
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.decoders.cad.content import Curve
+from service.decoders.cad.splines import find_ends, project_points, reverse
+from service.decoders.iges.distances import are_opposite, bound_distance
+from service.decoders.iges.points import find_clusters
+from service.decoders.iges.sides import Side
+
+MOST_TRIED = 16
+"""The most edges between two vertices with which a side is compared."""
+
+SHORT = 4.0
+"""A side that begins and ends at one vertex is a point if it is at most this many tolerances
+long."""
+
+MAX_GAP = 1e-2
+"""The ends of sides that follow each other may be this far apart, as a share of the loop's size."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class JoinedEdge:
+    """An edge.
+
+    Attributes
+    ----------
+    curve : Curve
+        That of the side that was read first.
+    vertices : tuple of two ints
+    distance : float
+        How far the curves of all its sides may be from it and from the true ones.
+    is_shared : bool
+        Whether it has two sides; an edge never has more.
+    """
+
+    curve: Curve
+    vertices: tuple[int, int]
+    distance: float
+    is_shared: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class EdgeUse:
+    """The use of an edge by a loop; edge −1 is a pole at a vertex."""
+
+    edge: int
+    is_reversed: bool
+    pcurve: Curve | None
+    vertex: int = -1
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Joined:
+    """Faces with shared edges.
+
+    Attributes
+    ----------
+    points : ndarray of float64, shape (V, 3)
+        The vertices, with some that nothing uses.
+    edges : list of JoinedEdge
+    loops : list of lists of lists of EdgeUse
+        The loops of each face.
+    """
+
+    points: FloatArray
+    edges: list[JoinedEdge]
+    loops: list[list[list[EdgeUse]]]
+
+
+def join_sides(
+    faces: Sequence[Sequence[Sequence[Side]]], tolerance: float
+) -> tuple[Joined, dict[int, str]]:
+    """The faces, given by the sides of their loops, with shared edges.
+
+    Returns
+    -------
+    joined : Joined
+        Faces that can't be joined have no loops.
+    faults : dict
+        The reasons for these faces, by their numbers.
+    """
+    joiner = _Joiner(faces, tolerance)
+    return joiner.joined, joiner.faults
+
+
+class _Joiner:
+    """Joins the sides of faces, one after another."""
+
+    def __init__(self, faces: Sequence[Sequence[Sequence[Side]]], tolerance: float) -> None:
+        self.faults: dict[int, str] = {}
+        self._tolerance = tolerance
+        self._curves: list[Curve] = []
+        rows = [[list(map(self._add_row, loop)) for loop in loops] for loops in faces]
+        self._sizes = [_measure(curve) for curve in self._curves]
+        self._ends = np.array([find_ends(curve) for curve in self._curves]).reshape(-1, 2, 3)
+        points = self._ends.reshape(-1, 3)
+        self._vertices = find_clusters(points, tolerance).reshape(-1, 2).tolist()
+        self._parents: dict[int, int] = {}
+        self._open: dict[tuple[int, int], list[int]] = defaultdict(list)
+        self.joined = Joined(points, [], [])
+        for number, own in enumerate(rows):
+            self._link_ends(number, own)
+        for number, (loops, own) in enumerate(zip(faces, rows, strict=True)):
+            uses: list[list[EdgeUse]] = []
+            if number not in self.faults:
+                uses = [self._join_loop(*pair) for pair in zip(loops, own, strict=True)]
+            if not all(uses):
+                self.faults[number] = "a loop is one point"
+                uses = []
+            self.joined.loops.append(uses)
+
+    def _add_row(self, side: Side) -> int:
+        """The number of the curve of a side; −1 for a pole."""
+        if side.curve is None:
+            return -1
+        self._curves.append(side.curve)
+        return len(self._curves) - 1
+
+    def _link_ends(self, number: int, loops: Sequence[Sequence[int]]) -> None:
+        """Make one vertex of the end of each side of a face and the start of the next one."""
+        pairs = []
+        for loop in loops:
+            rows = [row for row in loop if row >= 0]
+            size = max((self._sizes[row] for row in rows), default=0.0)
+            for first, second in zip(rows, [*rows[1:], *rows[:1]], strict=True):
+                pairs.append((self._vertices[first][1], self._vertices[second][0]))
+                gap = np.linalg.norm(self._ends[first, 1] - self._ends[second, 0])
+                if not gap <= MAX_GAP * size:
+                    self.faults[number] = "a loop is open"
+                    return
+        for first, second in pairs:
+            a, b = sorted((self._find(first), self._find(second)))
+            self._parents[b] = a
+
+    def _find(self, vertex: int) -> int:
+        """The vertex that stands for a vertex."""
+        while (parent := self._parents.get(vertex, vertex)) != vertex:
+            above = self._parents.get(parent, parent)
+            self._parents[vertex] = above
+            vertex = above
+        return vertex
+
+    def _join_loop(self, loop: Sequence[Side], rows: Sequence[int]) -> list[EdgeUse]:
+        """The uses of edges of a loop; none if the loop is one point."""
+        uses: list[EdgeUse] = []
+        first = next((row for row in rows if row >= 0), None)
+        if first is None:
+            return uses
+        vertex = self._find(self._vertices[first][0])
+        has_edge = False
+        for side, row in zip(loop, rows, strict=True):
+            if row < 0:
+                uses.append(EdgeUse(-1, False, side.pcurve, vertex))
+                continue
+            start, vertex = map(self._find, self._vertices[row])
+            if start == vertex and self._sizes[row] <= SHORT * self._tolerance:
+                continue
+            uses.append(self._join_side(side, row, start, vertex))
+            has_edge = True
+        return uses if has_edge else []
+
+    def _join_side(self, side: Side, row: int, start: int, end: int) -> EdgeUse:
+        """The use of an edge that has one side so far, or of a new edge."""
+        curve = self._curves[row]
+        bucket = self._open[min(start, end), max(start, end)]
+        edges = self.joined.edges
+        for edge in bucket[-MOST_TRIED:]:
+            known = edges[edge]
+            is_opposite = known.vertices[0] != start
+            if start == end:
+                is_opposite = are_opposite(known.curve, curve)
+            distance = bound_distance(known.curve, curve, is_opposite, self._tolerance)
+            if distance <= self._tolerance:
+                bucket.remove(edge)
+                distance = max(known.distance, distance, side.deviation)
+                edges[edge] = replace(known, distance=distance, is_shared=True)
+                pcurve = side.pcurve
+                if pcurve is not None and is_opposite:
+                    pcurve = reverse(pcurve)
+                return EdgeUse(edge, is_opposite, pcurve)
+        bucket.append(len(edges))
+        edges.append(JoinedEdge(curve, (start, end), side.deviation))
+        return EdgeUse(len(edges) - 1, False, side.pcurve)
+
+
+def _measure(curve: Curve) -> float:
+    """The longest side of the box around the control points of a curve."""
+    return float(np.ptp(project_points(curve.points), axis=0).max())
