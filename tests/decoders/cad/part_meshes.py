@@ -11,6 +11,7 @@ from service.engine.adaptive.limits import MeshLimits
 from service.engine.bounds.goal import Goal
 from service.engine.brep.meshing import triangulate_brep
 from service.engine.brep.preparation.prepare import prepare
+from service.engine.brep.prepared import PreparedBrep
 from service.schemas.brep import BrepDefinition
 
 
@@ -69,11 +70,15 @@ def write_part(part: Part) -> dict[str, Any]:
     }
 
 
+def prepare_part(part: Part) -> PreparedBrep:
+    return prepare(BrepDefinition.model_validate(write_part(part)).to_surface().lower())
+
+
 def measure_part(part: Part, share: float = 1e-3) -> tuple[float, list[tuple[int, int]]]:
     """The volume of the mesh of a part, within a share of its diagonal, and its cracks."""
-    definition = BrepDefinition.model_validate(write_part(part))
-    prepared = prepare(definition.to_surface().lower())
+    prepared = prepare_part(part)
     mesh = triangulate_brep(prepared, Goal(share * prepared.diagonal, np.inf), MeshLimits())
     assert mesh.bound <= share * prepared.diagonal
+    assert prepared.gaps.max(initial=0.0) <= 1e-6 * prepared.diagonal
     triangles = mesh.points[mesh.triangles]
     return volume(mesh.positions, triangles), count_cracks(mesh.positions, triangles)
