@@ -20,7 +20,7 @@ from service.surface.knots import (
     count_merged,
     validate_knots,
 )
-from service.surface.lowered import Domain, Part, PatchModel
+from service.surface.lowered import Domain, Part, PatchModel, SplineNet
 from service.surface.sizes import NUMBER, NetSurface, SurfaceSize, tensor_size
 
 BLOCK_POINTS = 1 << 16
@@ -158,11 +158,15 @@ class BsplineSurface(NetSurface):
     def lower(self) -> PatchModel:
         """One Bézier patch for each span; control points that spans share are computed once."""
         (p, q), (knots_u, knots_v) = self.degree, self.knot_vectors
-        domain = Domain(knot.breaks(knots_u, p), knot.breaks(knots_v, q))
         weights = None
         # If all weights are equal, they cancel, and the surface is polynomial.
         if self.weights is not None and self.weights.min() < self.weights.max():
             weights = self.weights
+        along_u, along_v = (isinstance(k, str) and k == "periodic" for k in self.knots)
+        net = SplineNet(
+            self.degree, (knots_u, knots_v), self.control_net, weights, (along_u, along_v)
+        )
+        domain = Domain(knot.breaks(knots_u, p), knot.breaks(knots_v, q), net=net)
         points, bezier_weights = self._lower_net(self.control_net, weights)
         channels = self.channels.lower(
             lambda net: (

@@ -34,6 +34,29 @@ class Part:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class SplineNet:
+    """The control net of a B-spline surface as its definition has it.
+
+    Attributes
+    ----------
+    degree : (int, int)
+    knots : tuple of two ndarrays of float64
+        Full knot vectors, not always clamped; in a periodic direction they fit the control points
+        after the first p of them are repeated.
+    points : ndarray of float64, shape (n, m, 3)
+    weights : ndarray of float64, shape (n, m), or None
+    is_periodic : (bool, bool)
+        Along which directions the first p control points are to be repeated.
+    """
+
+    degree: tuple[int, int]
+    knots: tuple[FloatArray, FloatArray]
+    points: FloatArray
+    weights: FloatArray | None
+    is_periodic: tuple[bool, bool]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Domain:
     """The rectangle of parameters of a surface, divided into one rectangle for each of its patches.
 
@@ -45,11 +68,14 @@ class Domain:
         Strictly increasing: the distinct knots of a B-spline's domain, (0, 1) for one patch.
     first : int
         Number of the first patch in the model.
+    net : SplineNet or None
+        The B-spline of which the patches are the spans, if the surface is one.
     """
 
     u: FloatArray
     v: FloatArray
     first: int = 0
+    net: SplineNet | None = None
 
     @property
     def patch_count(self) -> int:
