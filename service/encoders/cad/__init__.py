@@ -1,0 +1,1 @@
+"""Files of definitions: surfaces as they are defined, not their meshes."""
