@@ -25,6 +25,7 @@ from service.api.responses import (
     READING_HEADER,
     TRIANGLES_HEADER,
     VERTICES_HEADER,
+    WRITING_HEADER,
 )
 from service.errors import InvalidSettings
 
@@ -44,6 +45,7 @@ EXPOSED = (
     READING_HEADER,
     TRIANGLES_HEADER,
     VERTICES_HEADER,
+    WRITING_HEADER,
 )
 """Response headers that scripts may read, besides those that the standard always allows."""
 

@@ -12,6 +12,7 @@ from starlette.types import Message, Receive, Scope, Send
 
 from service.api.caching.cached_response import RawHeaders
 from service.api.computation import MAX_BUFFERED, Computation
+from service.encoders.cad.format import WritingReport
 from service.encoders.format import Content, FileFormat, SplitContent
 from service.engine.mesh.mesh import MeshReport
 from service.jobs.results import Result
@@ -48,6 +49,9 @@ VERTICES_HEADER, TRIANGLES_HEADER = "Surface-Vertices", "Surface-Triangles"
 
 READING_HEADER = "Surface-Reading"
 """Header of results that were made straight from a CAD file, with the counts of its faces."""
+
+WRITING_HEADER = "Surface-Writing"
+"""Header of every file of definitions, with the counts and the unit of its report."""
 
 _BOUND, _GAP, _VERTICES, _TRIANGLES = (
     name.lower().encode() for name in (BOUND_HEADER, GAP_HEADER, VERTICES_HEADER, TRIANGLES_HEADER)
@@ -170,6 +174,17 @@ def reading_headers(reading: Mapping[str, Any] | None) -> dict[str, str]:
     return {} if reading is None else {READING_HEADER: count_reading(reading)}
 
 
+def writing_headers(report: WritingReport | None) -> dict[str, str]:
+    """The header with the counts of a file of definitions, which has no place for a report."""
+    if report is None:
+        return {}
+    values = f"faces={report.faces}; definitions={report.definitions}"
+    values += f"; instances={report.instances}"
+    if report.metres_per_unit is not None:
+        values += f"; metres_per_unit={report.metres_per_unit!r}"
+    return {WRITING_HEADER: values + "; unit=assumed" if report.is_unit_assumed else values}
+
+
 def file_response(
     content: Content,
     fmt: FileFormat,
@@ -178,10 +193,12 @@ def file_response(
     report: MeshReport | None = None,
     *,
     reading: Mapping[str, Any] | None = None,
+    writing: WritingReport | None = None,
 ) -> Response:
     """The response with a file. Unless the file is JSON, it is sent with a file name.
 
-    `reading` is the report of reading the CAD file that the file was made of.
+    `reading` is the report of reading the CAD file that the file was made of, `writing` that of
+    writing a file of definitions.
     """
     computation.finish_work(len(content))
     body_headers = (
@@ -189,8 +206,9 @@ def file_response(
         (b"server-timing", str(computation.timing).encode()),
     )
     about = (*_POST_HEADERS, *_type_headers(fmt, name), *report_headers(report))
-    counts = ((k.lower().encode(), v.encode()) for k, v in reading_headers(reading).items())
-    return FileResponse(content, (*about, *counts, *body_headers))
+    counts = reading_headers(reading) | writing_headers(writing)
+    named = ((name.lower().encode(), value.encode()) for name, value in counts.items())
+    return FileResponse(content, (*about, *named, *body_headers))
 
 
 @lru_cache(256)

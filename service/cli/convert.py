@@ -1,5 +1,7 @@
 """`surface convert`: writes a surface, or a part of it, in another form with the same points.
 
+The output is JSON, or STEP, IGES or VTU by its suffix.
+
 A malformed number in a flag stays a string, which the model of the request then refuses.
 """
 
@@ -50,7 +52,7 @@ def _operation_line(issue: Issue, arguments: argparse.Namespace) -> str:
 
 CONVERT = Query(
     "convert",
-    "write a surface, or a part of it, in another form with the same points",
+    "write a surface, or a part of it, in another form with the same points, or as a CAD file",
     "/v1/convert",
     source_flag("operations"),
     "operations, applied in the order of the flags",
@@ -71,6 +73,8 @@ CONVERT = Query(
         _operation_flag("operations", "JSON", "a list of operations, as in a request"),
     ),
     _merge_operations,
+    has_formats=True,
+    default_format="json",
     line=_operation_line,
     reads_files=True,
 )

@@ -60,6 +60,8 @@ class Query:
         change these values to those that the request needs.
     has_formats : bool
         Whether the file has one of several formats; otherwise it is JSON.
+    default_format : str or None
+        The name of the format of an output without a known suffix; None if it is refused.
     line : callable or None
         Returns the line of an issue; by default, a line that names the flag which set the field.
     is_curve : bool
@@ -76,6 +78,7 @@ class Query:
     flags: Flags
     merge: Callable[[Document, Document], Document] = _keep_fields
     has_formats: bool = False
+    default_format: str | None = None
     line: Callable[[Issue, argparse.Namespace], str] | None = None
     is_curve: bool = False
     reads_files: bool = False
@@ -93,7 +96,9 @@ class Query:
         command.add_to(commands)
 
     def _run(self, arguments: argparse.Namespace) -> int:
-        fmt = _choose_format(arguments, self.path) if self.has_formats else None
+        fmt = None
+        if self.has_formats:
+            fmt = _choose_format(arguments, self.path, self.default_format)
         check_output(arguments)
         values = read_values(arguments, self.flags)
         reading = None
@@ -120,10 +125,10 @@ class Query:
         )
 
 
-def _choose_format(arguments: argparse.Namespace, path: str) -> "FileFormat":
+def _choose_format(arguments: argparse.Namespace, path: str, default: str | None) -> "FileFormat":
     from service.pipeline.calls import CALLS
 
-    return choose_format(arguments, CALLS[path].formats)
+    return choose_format(arguments, CALLS[path].formats, default)
 
 
 def _compute(

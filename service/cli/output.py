@@ -32,14 +32,21 @@ def check_output(arguments: argparse.Namespace) -> None:
         raise UsageError("--output: empty; needed a file, or - for standard output")
 
 
-def choose_format(arguments: argparse.Namespace, formats: Sequence[AnyFormat]) -> AnyFormat:
-    """The format of the output, by `--format` or else by the suffix of the output."""
-    by_suffix = {fmt.suffix: fmt for fmt in formats}
+def choose_format(
+    arguments: argparse.Namespace, formats: Sequence[AnyFormat], default: str | None = None
+) -> AnyFormat:
+    """The format of the output, by `--format` or else by the suffix of the output.
+
+    `default` names the format of outputs without a known suffix; without it, these are refused.
+    """
+    by_suffix = {suffix: fmt for fmt in formats for suffix in (fmt.suffix, *fmt.other_suffixes)}
     check_output(arguments)
     if arguments.format is not None:
         return find_format(arguments.format, formats)
     suffix = Path(arguments.output).suffix.removeprefix(".").lower()
     if arguments.output == "-" or suffix not in by_suffix:
+        if default is not None:
+            return find_format(default, formats)
         raise UsageError(
             f"the output's name has no known suffix; needed --format or one of the suffixes "
             f"{', '.join(by_suffix)}"

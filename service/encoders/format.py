@@ -1,7 +1,7 @@
 """File formats: their names, their encoders, what they can store; and the content of a file."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Literal, TypeAlias
 
 from service.engine.mesh.mesh import Mesh, Overlay
@@ -44,6 +44,15 @@ class SplitContent:
 
 Content: TypeAlias = bytes | SplitContent
 """The bytes of a file, in one buffer or in several."""
+
+MAX_JOINED_BYTES = 1 << 16
+"""Files of at most this number of bytes are returned as one buffer."""
+
+
+def pack(buffers: tuple[bytes | memoryview, ...]) -> Content:
+    """The bytes of a file in these buffers, joined if the file is short."""
+    content = SplitContent(buffers)
+    return bytes(content) if len(content) <= MAX_JOINED_BYTES else content
 
 
 OoglForm: TypeAlias = Literal["cquad", "mesh", "off", "bez"]
@@ -128,6 +137,8 @@ class FileFormat:
         Without a dot.
     is_float32 : bool
         Whether the format stores float32, usually relative to a local origin; others store float64.
+    other_suffixes : tuple of str
+        Further suffixes that files of this format have.
     """
 
     name: str
@@ -135,6 +146,7 @@ class FileFormat:
     media_type: str
     suffix: str
     is_float32: bool
+    other_suffixes: tuple[str, ...] = field(default=(), kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)

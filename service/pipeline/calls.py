@@ -10,11 +10,14 @@ from types import MappingProxyType
 from typing import Any, TypeVar
 
 from service.decoders.format import DEFAULT_FILE_LIMITS, FileLimits
+from service.encoders.cad.format import DefinitionFormat, WritingReport, WrittenFile
+from service.encoders.cad.registry import CONVERSION_FORMATS
 from service.encoders.format import Content, FileFormat
 from service.encoders.polylines.registry import CURVE_FORMATS, SECTION_FORMATS
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.mesh.mesh import MeshReport
 from service.errors import InvalidRequest, Issue
+from service.pipeline.cad_files import plan_cad_file
 from service.pipeline.cost import Work
 from service.pipeline.documents import plan_conversion
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
@@ -62,12 +65,15 @@ class File:
         The report on a mesh; None for other results.
     reading : Mapping or None
         The report of reading the file that has the surface.
+    writing : WritingReport or None
+        The report of writing a file of definitions.
     """
 
     content: Content
     name: str = ""
     report: MeshReport | None = None
     reading: Mapping[str, Any] | None = None
+    writing: WritingReport | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,11 +162,18 @@ def _plan_measure(request: MeasureRequest, _: Any, limits: CallLimits) -> Work[F
     return _convert(plan_measure(request.to_surface(), request.to_query(), limits.result), File)
 
 
-def _plan_conversion(request: ConvertRequest, _: Any, limits: CallLimits) -> Work[File]:
+def _plan_conversion(request: ConvertRequest, fmt: Any, limits: CallLimits) -> Work[File]:
     allowed = SizeLimits(limits.document.max_control_points, limits.document.max_degree)
     operations = request.to_operations()
     surface, reading = request.to_surface(), request.file_reading
+    if isinstance(fmt, DefinitionFormat):
+        file_work = plan_cad_file(surface, operations, allowed, fmt, limits.result)
+        return _convert(file_work, partial(_take_written_file, surface.name))
     return _convert(plan_conversion(surface, operations, allowed, limits.result, reading), File)
+
+
+def _take_written_file(name: str, file: WrittenFile) -> File:
+    return File(file.content, name, writing=file.report)
 
 
 def _take_mesh_file(file: MeshFile) -> File:
@@ -182,7 +195,13 @@ CALLS: Mapping[str, Call] = MappingProxyType(
             Call("/v1/project", ProjectRequest, _plan_project),
             Call("/v1/intersect", IntersectRequest, _plan_intersect, SECTION_FORMATS),
             Call("/v1/measure", MeasureRequest, _plan_measure, reads_files=True),
-            Call("/v1/convert", ConvertRequest, _plan_conversion, reads_files=True),
+            Call(
+                "/v1/convert",
+                ConvertRequest,
+                _plan_conversion,
+                CONVERSION_FORMATS,
+                reads_files=True,
+            ),
         )
     }
 )

@@ -10,6 +10,7 @@ from service.engine.models import NOT_PATCHES
 from service.errors import InvalidRequest
 from service.pipeline.checks import NOT_PARAMETRIC
 from service.pipeline.cost import (
+    Cost,
     Work,
     conversion_cost,
     conversion_points,
@@ -46,6 +47,26 @@ def plan_conversion(
     """
     if not operations:
         return _plan_document(surface, limits, "/surface", reading)
+    allowed, cost = limit_conversion(surface, operations, allowed, limits)
+
+    def run() -> bytes:
+        # The document can be the body of a request.
+        converted = convert(surface, operations, allowed)
+        return _write_document(converted, limits, "/operations", reading)
+
+    return Work(cost, run)
+
+
+def limit_conversion(
+    surface: Surface, operations: Sequence[Operation], allowed: SizeLimits, limits: Limits
+) -> tuple[SizeLimits, Cost]:
+    """The limits of the surfaces of a conversion with operations, and its cost.
+
+    Raises
+    ------
+    InvalidRequest
+        `not_parametric`, as `plan_conversion`.
+    """
     size = surface.size()
     if not isinstance(operations[0], Untrim | Select):
         if isinstance(surface, GroupSurface):
@@ -55,14 +76,7 @@ def plan_conversion(
     # A result with more control points than fit into memory is refused as too large.
     max_points = min(allowed.control_points, max_converted_points(size, limits))
     cost = conversion_cost(size, min(max_points, conversion_points(size, operations)))
-    allowed = replace(allowed, control_points=max_points)
-
-    def run() -> bytes:
-        # The document can be the body of a request.
-        converted = convert(surface, operations, allowed)
-        return _write_document(converted, limits, "/operations", reading)
-
-    return Work(cost, run)
+    return replace(allowed, control_points=max_points), cost
 
 
 def plan_definition(surface: Surface, limits: Limits = DEFAULT_LIMITS) -> Work[bytes]:

@@ -229,6 +229,7 @@ class BrepSurface(BrepColumns, SurfaceKind):
             surface_bytes=columns,
             lowered_bytes=lowered,
             peak_bytes=2 * lowered,
+            nets=model.face_count,
             faces=model.face_count,
             edges=len(model.edge_vertices),
             coedges=len(model.coedge_edges),

@@ -141,6 +141,7 @@ class BsplineSurface(NetSurface):
         drawn_bytes = 3 * net_points * NUMBER
         return replace(
             size,
+            nets=1,
             net_points=net_points,
             net_segments=2 * net_points,
             net_cells=net_points,

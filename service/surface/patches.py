@@ -148,6 +148,7 @@ class PatchSurface(SurfaceKind):
             size,
             degree=(max(p, n), max(q, n)),
             triangles=triangles,
+            nets=size.grids + triangles,
             control_points=index_count + triangle_indices,
             net_points=index_count,
             net_segments=2 * index_count + triangle_indices,

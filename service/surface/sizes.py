@@ -57,6 +57,9 @@ class SurfaceSize:
         the most bytes in use while the surface is lowered.
     side_bytes : int
         Bytes of the control points on the sides of all patches.
+    nets : int
+        Number of control nets that a file of definitions has: one for each patch, for each
+        B-spline, and for each face of a brep.
     curves, swept_vertices, extra_vertices : int
         For sweeps: the number of Bézier pieces of the curves; the number of vertices if every piece
         has one division, without the vertices at the end of the curve; and an upper bound of the
@@ -88,6 +91,7 @@ class SurfaceSize:
     lowered_bytes: int = 0
     peak_bytes: int = 0
     side_bytes: int = 0
+    nets: int = 0
     curves: int = 0
     swept_vertices: int = 0
     extra_vertices: int = 0
@@ -215,13 +219,14 @@ def _plain_size(
         net_cells=points,
         name_bytes=name_bytes,
         surface_bytes=points * numbers * NUMBER,
+        nets=patches,
         side_bytes=patches * numbers * NUMBER * 2 * (p + q + 2),
     )
 
 
 _SUM_FIELDS = (
     "grids", "triangles", "control_points", "net_points", "net_segments", "net_cells", "parts",
-    "name_bytes", "surface_bytes", "lowered_bytes", "peak_bytes", "side_bytes", "curves",
+    "name_bytes", "surface_bytes", "lowered_bytes", "peak_bytes", "side_bytes", "nets", "curves",
     "swept_vertices", "extra_vertices", "faces", "edges", "coedges", "face_colors",
     "face_patches", "edge_pieces",
 )  # fmt: skip

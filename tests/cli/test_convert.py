@@ -124,3 +124,33 @@ def test_errors_of_an_operation_name_its_flag(
     assert main([*command, "--url", server]) == 1
     assert capsys.readouterr().err == local_error
     assert not Path("x.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("output", "flags", "begin"),
+    [
+        ("part.step", [], b"ISO-10303-21;"),
+        ("part.STP", [], b"ISO-10303-21;"),
+        ("part.p21", [], b"ISO-10303-21;"),
+        ("part.igs", [], b" " * 72),
+        ("part.iges", [], b" " * 72),
+        ("part.vtu", [], b"<?xml"),
+        ("part", ["--format", "step"], b"ISO-10303-21;"),
+        ("part.json", [], b"{"),
+        ("part", [], b"{"),
+        ("part.step", ["--format", "json"], b"{"),
+    ],
+)
+def test_the_suffix_or_a_flag_chooses_the_format(
+    tmp_path: Path, net: Path, output: str, flags: list[str], begin: bytes
+) -> None:
+    """Without either the output is JSON."""
+    file = tmp_path / output
+    assert main(["convert", str(net), *flags, "-o", str(file)]) == 0
+    assert file.read_bytes().startswith(begin)
+
+
+def test_operations_come_before_the_file(tmp_path: Path, net: Path) -> None:
+    file = tmp_path / "part.vtu"
+    assert main(["convert", str(net), "--split", "u=0.5", "-o", str(file)]) == 0
+    assert b'NumberOfCells="2"' in file.read_bytes()

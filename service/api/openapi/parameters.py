@@ -124,8 +124,10 @@ def format_parameter(
     description: str = "Format of the response; takes precedence over `Accept`.",
 ) -> Json:
     """The query parameter `format`."""
-    names = {"type": "string", "enum": [fmt.name for fmt in formats], "examples": ["glb"]}
-    return parameter("query", "format", description, names)
+    names = [fmt.name for fmt in formats]
+    example = "glb" if "glb" in names else "step"
+    schema = {"type": "string", "enum": names, "examples": [example]}
+    return parameter("query", "format", description, schema)
 
 
 def option_parameters() -> list[Json]:

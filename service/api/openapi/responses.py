@@ -15,6 +15,7 @@ from service.api.responses import (
     READING_HEADER,
     TRIANGLES_HEADER,
     VERTICES_HEADER,
+    WRITING_HEADER,
 )
 from service.api.stored import content_id, mesh_url, surface_url
 from service.encoders.format import FileFormat
@@ -61,6 +62,15 @@ FILE_HEADERS: Json = TIMED | {
     "Content-Disposition": header(
         "A name to save the file under. Not sent with JSON.",
         'attachment; filename="sail.glb"',
+        is_required=False,
+    )
+}
+WRITTEN_HEADERS: Json = FILE_HEADERS | {
+    WRITING_HEADER: header(
+        "What a file of definitions has: faces, definitions, instances, and the length of a unit "
+        "in metres; `unit=assumed` if the surface has no unit, so that one unit is 1 mm. Not sent "
+        "with JSON.",
+        "faces=6; definitions=1; instances=1; metres_per_unit=0.001; unit=assumed",
         is_required=False,
     )
 }

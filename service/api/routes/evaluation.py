@@ -17,7 +17,7 @@ from service.api.openapi.responses import (
     FILE_HEADERS,
     POST_ERRORS,
     READING,
-    TIMED,
+    WRITTEN_HEADERS,
     error,
     show_responses,
     success,
@@ -25,7 +25,10 @@ from service.api.openapi.responses import (
 from service.api.responses import HEADERS, bytes_response, file_response, reading_headers
 from service.api.services import ContextDep
 from service.decoders.registry import DECODERS
+from service.encoders.cad.format import DefinitionFormat
+from service.encoders.cad.registry import CONVERSION_FORMATS
 from service.encoders.polylines.registry import CURVE_FORMATS, CURVES_BY_NAME
+from service.pipeline.cad_files import plan_cad_file
 from service.pipeline.documents import plan_conversion
 from service.pipeline.polylines import plan_curve
 from service.pipeline.queries import plan_points
@@ -36,9 +39,10 @@ from service.surface.convert.nets import SizeLimits
 
 
 class ConversionRoute(BodyRoute):
-    """A route that reads a surface as JSON or as a file."""
+    """A route that reads a surface as JSON or as a file, and writes JSON or a CAD file."""
 
     decoders, has_surface_files = DECODERS, True
+    formats = CONVERSION_FORMATS
 
 
 class CurveRoute(BodyRoute):
@@ -109,25 +113,43 @@ async def query_points(body: PointsRequest, context: ContextDep) -> Response:
     summary="A surface in another form, with the same points",
     response_model=SurfaceDocument,
     response_description="The surface.",
-    responses={200: success(TIMED | READING), **POST_ERRORS},
-    openapi_extra=surface_body(_CONVERSIONS, options=[OPERATIONS_PARAMETER]),
+    responses={
+        200: success(WRITTEN_HEADERS | READING, CONVERSION_FORMATS),
+        406: error("NotAcceptable"),
+        **POST_ERRORS,
+    },
+    openapi_extra=surface_body(
+        _CONVERSIONS, format_parameter(CONVERSION_FORMATS), options=[OPERATIONS_PARAMETER]
+    ),
 )
 async def convert_surface(body: ConvertRequest, context: ContextDep) -> Response:
     """Applies the operations in their order and returns the converted surface.
 
     The operations may be left out: a CAD file, sent as the body, then becomes JSON, with the report
-    of reading it (`reading`). The response is a body for the other calls. Corner points keep their
+    of reading it (`reading`). The response is in the format that `format` names or `Accept`
+    prefers; JSON without either. JSON is a body for the other calls. Corner points keep their
     digits, and patches that shared an edge still share it. Colours, texture coordinates and
     attributes are converted too.
+
+    STEP and IGES have the surface as it is defined, not its mesh: faces with their edges, names,
+    colours of faces and of members, instances and units. Borders that are equal become one edge.
+    VTU has Bézier cells, and no breps. Tubes and ribbons are not written in these formats.
     """
-    services, computation, *_ = context
+    services, computation, _, fmt = context
     settings = services.settings
     size_limits = SizeLimits(settings.max_control_points, settings.max_degree)
-    operations = body.to_operations()
-    surface, limits = body.to_surface(), services.limits
-    work = plan_conversion(surface, operations, size_limits, limits, body.file_reading)
+    operations, limits = body.to_operations(), services.limits
+    surface, reading = body.to_surface(), body.file_reading
+    if isinstance(fmt, DefinitionFormat):
+        file = await computation.run(
+            plan_cad_file(surface, operations, size_limits, fmt, limits), "convert"
+        )
+        return file_response(
+            file.content, fmt, surface.name, computation, reading=reading, writing=file.report
+        )
+    work = plan_conversion(surface, operations, size_limits, limits, reading)
     content = await computation.run(work, "convert")
-    return bytes_response(content, computation, HEADERS | reading_headers(body.file_reading))
+    return bytes_response(content, computation, HEADERS | reading_headers(reading))
 
 
 @curves.post(

@@ -1,4 +1,4 @@
-"""What CAD files hold of a model: bodies, each once, and their rigid instances.
+"""The content of CAD files: bodies, each once, and their rigid instances.
 
 Instances of STEP and IGES can turn and move bodies, and no more, as far as all readers agree. A
 placement L x + t that also scales, shears or mirrors is taken apart, L = R U, into a rotation R and
@@ -10,25 +10,35 @@ References
 Higham, Computing the polar decomposition, SIAM J. Sci. Stat. Comput. 7 (1986).
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from service.bases.arrays import FloatArray
+from service.encoders.cad.format import WritingReport
 from service.engine.models import NOT_PATCHES
+from service.engine.outlines.complete import complete
 from service.engine.outlines.outline import outline
 from service.engine.scenes.placing import place_points, scalings
-from service.errors import InvalidRequest
+from service.errors import InvalidRequest, Issue
 from service.surface.brep_model import BrepModel
 from service.surface.curve_model import SweepModel
-from service.surface.lowered import Color, GroupModel, Model, SingleModel
+from service.surface.lowered import Color, GroupModel, GroupNode, Model, SingleModel
 
 RIGID = 1e-13
 """A matrix that differs from a rotation by at most this is one: rounding errors are about 1e-16."""
 
 MILLIMETRE = 0.001
 """The unit of models that have none, in metres."""
+
+NO_GEOMETRY = Issue(
+    "no_geometry",
+    "All faces of the surface are invalid and left out.",
+    "",
+    "no faces",
+    "at least one valid face",
+)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -50,9 +60,12 @@ class Definition:
     color: Color | None = None
     stretch: FloatArray | None = None
 
-    def transformed_bodies(self) -> Iterator[BrepModel]:
-        """The bodies after `stretch`, each transformed when it is asked for."""
-        return (transform(body, self.stretch) for body in self.bodies)
+    def transformed_bodies(self, scale: float = 1.0) -> Iterator[BrepModel]:
+        """The bodies after `stretch` and a scaling, each transformed when it is asked for."""
+        stretch = self.stretch
+        if scale != 1.0:
+            stretch = scale * (np.eye(3) if stretch is None else stretch)
+        return (transform(body, stretch) for body in self.bodies)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -96,37 +109,88 @@ class Assembly:
     metres_per_unit: float = MILLIMETRE
     is_unit_assumed: bool = True
 
+    def report(self) -> WritingReport:
+        """The report on a file of this assembly."""
+        bodies = [body for definition in self.definitions for body in definition.bodies]
+        placed = sum(instance.definition is not None for instance in self.instances)
+        return WritingReport(
+            faces=sum(len(body.shell_faces) for body in bodies),
+            definitions=len(self.definitions),
+            instances=placed if self.instances else 1,
+            metres_per_unit=self.metres_per_unit,
+            is_unit_assumed=self.is_unit_assumed,
+        )
 
-def assemble(model: Model) -> Assembly:
-    """The bodies and instances of a model.
+
+def assemble(model: Model, metres_per_unit: float | None = None) -> Assembly:
+    """The bodies and instances of a model; without a unit, one unit is a millimetre.
 
     Raises
     ------
     InvalidRequest
-        `not_parametric` for tubes and ribbons; its pointer is relative to the surface.
+        `not_parametric` for tubes and ribbons; `no_geometry` if all faces are left out. Pointers
+        are relative to the surface.
     """
-    if not isinstance(model, GroupModel):
-        return Assembly(model.name, (Definition(model.name, make_bodies(model)),), ())
-    bodies = [make_bodies(each) for each in model.models]
+    models = model.models if isinstance(model, GroupModel) else (model,)
+    bodies = [make_bodies(each) for each in models]
+    if not any(bodies):
+        raise InvalidRequest(NO_GEOMETRY)
+    if isinstance(model, GroupModel):
+        definitions, instances = _place(model, bodies)
+    else:
+        definitions, instances = (Definition(model.name, bodies[0]),), ()
+    metres = MILLIMETRE if metres_per_unit is None else metres_per_unit
+    return Assembly(model.name, definitions, instances, metres, metres_per_unit is None)
+
+
+def _place(
+    model: GroupModel, bodies: Sequence[tuple[BrepModel, ...]]
+) -> tuple[tuple[Definition, ...], tuple[Instance, ...]]:
+    """The definitions of a group, and its nodes, each placed by a rotation and a translation.
+
+    A node hands its stretch down: to the bodies of the node, and to the nodes below it.
+    """
+    nodes = model.nodes or tuple(
+        GroupNode(member.name, None, member.matrix, copy)
+        for copy, member in enumerate(model.members)
+    )
     definitions: list[Definition] = []
     instances: list[Instance] = []
+    stretches: list[FloatArray | None] = []
     numbers: dict[tuple[int, Color | None, bytes], int] = {}
-    for member in model.members:
-        matrix, stretch = split_rigid(member.matrix)
-        key = member.model, member.color, b"" if stretch is None else _round(stretch).tobytes()
-        number = numbers.setdefault(key, len(definitions))
-        if number == len(definitions):
-            name = model.models[member.model].name
-            definitions.append(Definition(name, bodies[member.model], member.color, stretch))
-        instances.append(Instance(member.name, number, matrix))
-    return Assembly(model.name, tuple(definitions), tuple(instances))
+    for node in nodes:
+        given = None if node.parent is None else stretches[node.parent]
+        matrix, stretch = split_rigid(_multiply(given, node.matrix))
+        stretches.append(stretch)
+        number = None
+        if node.copy is not None:
+            copy = model.members[node.copy]
+            key = copy.model, copy.color, b"" if stretch is None else _round(stretch).tobytes()
+            number = numbers.setdefault(key, len(definitions))
+            if number == len(definitions):
+                name = model.models[copy.model].name
+                definitions.append(Definition(name, bodies[copy.model], copy.color, stretch))
+        parent = -1 if node.parent is None else node.parent
+        instances.append(Instance(node.name, number, matrix, parent))
+    return tuple(definitions), tuple(instances)
+
+
+def _multiply(stretch: FloatArray | None, matrix: FloatArray | None) -> FloatArray | None:
+    """The placement (4, 4) that first places, and then stretches by a matrix (3, 3)."""
+    if stretch is None:
+        return matrix
+    product = np.eye(4)
+    product[:3, :3] = stretch
+    return product if matrix is None else product @ matrix
 
 
 def make_bodies(model: SingleModel) -> tuple[BrepModel, ...]:
-    """The breps of a model."""
+    """The breps of a model; a brep of which all faces are left out has none."""
     if isinstance(model, SweepModel):
         raise InvalidRequest(NOT_PATCHES)
-    return (model,) if isinstance(model, BrepModel) else outline(model)
+    if isinstance(model, BrepModel):
+        return (complete(model),) if len(model.shell_faces) else ()
+    return outline(model)
 
 
 def split_rigid(matrix: FloatArray | None) -> tuple[FloatArray | None, FloatArray | None]:

@@ -21,10 +21,13 @@ import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.encoders.cad.assembly import Assembly, Definition, assemble
+from service.encoders.cad.bounds import bound_step
+from service.encoders.cad.format import Allow, WrittenFile
 from service.encoders.cad.step_body import BodyItem, write_body
 from service.encoders.cad.step_geometry import write_axes
 from service.encoders.cad.step_records import Records, write_real, write_references, write_string
-from service.encoders.format import SplitContent
+from service.encoders.cad.units import match_unit
+from service.encoders.format import pack
 from service.surface.lowered import Color, Model
 
 PREFIXES = {1e-9: ".NANO.", 1e-6: ".MICRO.", 1e-3: ".MILLI.", 0.01: ".CENTI.", 0.1: ".DECI.",
@@ -40,14 +43,16 @@ LEAST_UNCERTAINTY = 1e-9
 """The uncertainty, in units of the model, of shapes that state none."""
 
 ASSUMED = "One unit of the model is written as 1 mm, because the model has no unit."
-"""What the head of a file says if the model has no unit."""
+"""The text in the head of a file if the model has no unit."""
 
 
-def encode(model: Model) -> SplitContent:
-    """The STEP file of a model; raises the errors of `assemble`."""
-    assembly = assemble(model)
+def encode(model: Model, metres_per_unit: float | None, allow: Allow) -> WrittenFile:
+    """The STEP file of a model; raises the errors of `assemble`, and those of `allow`."""
+    assembly = assemble(model, metres_per_unit)
+    allow(bound_step(assembly))
     chunks = _Writer(assembly).write()
-    return SplitContent((_write_head(assembly), *chunks, _TAIL))
+    content = pack((_write_head(assembly), *chunks, _TAIL))
+    return WrittenFile(content, assembly.report())
 
 
 _TAIL = b"ENDSEC;\nEND-ISO-10303-21;\n"
@@ -134,14 +139,14 @@ class _Writer:
     def _write_unit(self, metres: float) -> int:
         """The unit of length."""
         add = self.records.add
-        prefix = PREFIXES.get(metres)
-        if prefix is not None:
-            return add(f"(LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT({prefix},.METRE.))")
+        known = match_unit(metres, (*PREFIXES, *UNITS)) or metres
+        if known in PREFIXES:
+            return add(f"(LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT({PREFIXES[known]},.METRE.))")
         metre = add("(LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT($,.METRE.))")
-        measure = f"LENGTH_MEASURE({write_real(metres)})"
+        measure = f"LENGTH_MEASURE({write_real(known)})"
         factor = add(f"LENGTH_MEASURE_WITH_UNIT({measure},#{metre})")
         exponents = add("DIMENSIONAL_EXPONENTS(1.,0.,0.,0.,0.,0.,0.)")
-        name = UNITS.get(metres, "UNIT")
+        name = UNITS.get(known, "UNIT")
         return add(
             f"(CONVERSION_BASED_UNIT('{name}',#{factor}) LENGTH_UNIT() NAMED_UNIT(#{exponents}))"
         )
@@ -185,9 +190,7 @@ class _Writer:
         """A product whose representation has some items."""
         add, text = self.records.add, write_string(name)
         self._product_count += 1
-        product = add(
-            f"PRODUCT('{self._product_count}',{text},'',(#{self.product_context}))"
-        )
+        product = add(f"PRODUCT('{self._product_count}',{text},'',(#{self.product_context}))")
         add(f"PRODUCT_RELATED_PRODUCT_CATEGORY('part',$,(#{product}))")
         formation = add(f"PRODUCT_DEFINITION_FORMATION('','',#{product})")
         definition = add(f"PRODUCT_DEFINITION('','',#{formation},#{self.design_context})")
@@ -221,9 +224,12 @@ class _Writer:
             children = [(chosen[k], instances[k].name, instances[k].matrix) for k in below[number]]
             if instance.definition is not None:
                 children.insert(0, (instance.definition, instance.name, None))
-            key = instance.name, *(
-                (child, name, None if matrix is None else matrix.tobytes())
-                for child, name, matrix in children
+            key = (
+                instance.name,
+                *(
+                    (child, name, None if matrix is None else matrix.tobytes())
+                    for child, name, matrix in children
+                ),
             )
             if key not in made:
                 made[key] = len(products)

@@ -5,8 +5,8 @@ out of loops, because in STEP a loop passes through a pole as through any vertex
 
 References
 ----------
-ISO 10303-42: 5.4 (topology: the loops of a face run counter-clockwise about the face's normal),
-4.4.45 to 4.4.48 (curves on surfaces and seams).
+ISO 10303-42, Geometric and topological representation: curves on surfaces, and topology (the loops
+of a face run counter-clockwise about the face's normal).
 """
 
 from collections.abc import Callable
@@ -14,10 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.arrays import Bools, FloatArray
+from service.encoders.cad.shapes import find_lines, find_planes
 from service.encoders.cad.step_geometry import (
-    find_lines,
-    find_planes,
     write_curves,
     write_line,
     write_surfaces,
@@ -71,10 +70,11 @@ def write_body(
     surfaces = write_surfaces(records, body.surfaces, is_plane)
     edges = _write_edges(records, body, surfaces, is_plane, parameter_context)
     faces = _write_faces(records, body, surfaces, edges)
-    for face, number in zip(body.shell_faces.tolist(), body.face_colors[body.shell_faces].tolist()):
-        if number >= 0:
-            r, g, b, opacity = body.palette[number].tolist()
-            style(faces[face], (r, g, b, opacity))
+    palette = [(r, g, b, opacity) for r, g, b, opacity in body.palette.tolist()]
+    face_colors = body.face_colors.tolist()
+    for face in sorted(body.shell_faces.tolist()):
+        if face_colors[face] >= 0:
+            style(faces[face], palette[face_colors[face]])
     item = _write_shells(records, body, faces)
     if color is not None:
         style(item.number, color)
@@ -90,9 +90,7 @@ def _write_edges(
 ) -> _Edges:
     """All vertices and edges."""
     first = records.add_points(body.vertices) if len(body.vertices) else 0
-    vertices = [
-        records.add(f"VERTEX_POINT('',#{first + k})") for k in range(len(body.vertices))
-    ]
+    vertices = [records.add(f"VERTEX_POINT('',#{first + k})") for k in range(len(body.vertices))]
     curves, ranges = _write_edge_curves(records, body)
     # The coedges with a parameter curve that is written, edge after edge.
     is_written = (body.coedge_pcurves >= 0) & (body.coedge_edges >= 0)
@@ -121,9 +119,11 @@ def _write_edges(
             is_seam = len(own) == 2 and own[0][1] == own[1][1]
             kind = "SEAM_CURVE" if is_seam else "SURFACE_CURVE"
             numbers = write_references(number for number, _ in own)
-            curve = records.add(f"{kind}('',#{curve},{numbers},.CURVE_3D.)")
+            used = records.add(f"{kind}('',#{curve},{numbers},.CURVE_3D.)")
+        else:
+            used = curve
         ends = f"#{vertices[begin]},#{vertices[end]}"
-        edges.append(records.add(f"EDGE_CURVE('',{ends},#{curve},.T.)"))
+        edges.append(records.add(f"EDGE_CURVE('',{ends},#{used},.T.)"))
     return _Edges(edges, vertices)
 
 

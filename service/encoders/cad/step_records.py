@@ -1,10 +1,10 @@
-"""Records of a STEP file: numbers, strings and lists as text, and numbered instances.
+r"""Records of a STEP file: numbers, strings and lists as text, and numbered instances.
 
 References
 ----------
 ISO 10303-21:2016, Clear text encoding of the exchange structure: 6.3 tokens (reals have a decimal
-point, and an E before the exponent), 6.4.3 strings (`\\X2\\` for four hexadecimal digits of a
-character, `\\X4\\` for eight).
+point, and an E before the exponent), 6.4.3 strings (`\X2\` for four hexadecimal digits of a
+character, `\X4\` for eight).
 """
 
 import re
@@ -19,9 +19,6 @@ LINES = 1 << 14
 
 SHORT_NET = 16
 """A net with up to this many control points is written on one line."""
-
-LONGEST_CHARACTER = 12
-"""The most characters of a byte of UTF-8 in a string: `\\X2\\`, four digits, and `\\X0\\`."""
 
 _EXPONENT = re.compile(r"(?<![\d.])(\d+)e", re.ASCII)
 _PLAIN = re.compile(r"[ -&(-\[\]-~]*", re.ASCII)

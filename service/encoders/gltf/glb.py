@@ -21,7 +21,7 @@ import numpy as np
 from service.bases.arrays import AnyArray, Ints
 from service.bases.cache import derive_once
 from service.encoders.content import find_nonempty, is_translucent, report_object
-from service.encoders.format import Content, EncodeOptions, SplitContent
+from service.encoders.format import Content, EncodeOptions, pack
 from service.encoders.gltf.buffer import JsonObject, PackedBuffer
 from service.encoders.gltf.columns import Columns, build_plain_columns
 from service.encoders.gltf.document import build_document
@@ -33,9 +33,6 @@ from service.engine.mesh.mesh import Mesh
 GLB_MAGIC, GLB_VERSION, CHUNK_JSON, CHUNK_BIN = 0x46546C67, 2, 0x4E4F534A, 0x004E4942
 """The numbers in the header and in the chunks of a GLB (4.4.2, 4.4.3): "glTF", version 2, "JSON",
 and "BIN" with a zero byte."""
-
-MAX_JOINED_BYTES = 1 << 16
-"""Files of at most this number of bytes are returned as one buffer."""
 
 PLACEHOLDER = "\ue000{}\ue000"
 """Stands in the text of a template for a value, whose name is inserted at {}. The character is one
@@ -74,8 +71,7 @@ def _assemble(text: bytes, chunks: Iterable[memoryview | bytes], length: int) ->
     binary_head = struct.pack("<II", length, CHUNK_BIN) if length else b""
     total = 12 + 8 + len(text) + len(binary_head) + length
     head = struct.pack("<5I", GLB_MAGIC, GLB_VERSION, total, len(text), CHUNK_JSON)
-    buffers = (head + text + binary_head, *chunks)
-    return b"".join(buffers) if total <= MAX_JOINED_BYTES else SplitContent(buffers)
+    return pack((head + text + binary_head, *chunks))
 
 
 @dataclass(frozen=True, eq=False, slots=True)

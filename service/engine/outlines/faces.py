@@ -54,9 +54,7 @@ class OutlineFaces:
         """The splines as columns."""
         splines = self.splines
         counts = np.array([spline.points.shape[:2] for spline in splines], np.intp)
-        weights = [
-            np.ones(s.points.shape[:2]) if s.weights is None else s.weights for s in splines
-        ]
+        weights = [np.ones(s.points.shape[:2]) if s.weights is None else s.weights for s in splines]
         return SurfaceTable(
             np.array([spline.degree for spline in splines], np.intp),
             counts,

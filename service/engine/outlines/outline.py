@@ -5,6 +5,7 @@ point outwards; all open shells are one brep.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
@@ -46,11 +47,23 @@ def outline(model: PatchModel) -> tuple[BrepModel, ...]:
     faces = find_faces(model)
     runs = find_runs(faces, seams)
     shells = find_shells(faces, runs, model.batches, _find_middle(model))
+    found = _Found(model, seams, faces, runs, shells, _name_faces(model, faces))
     groups = [np.array([shell]) for shell in np.flatnonzero(shells.is_closed)]
     open_shells = np.flatnonzero(~shells.is_closed)
     groups += [open_shells] if len(open_shells) else []
-    names = _name_faces(model, faces)
-    return tuple(_build(model, seams, faces, runs, shells, group, names) for group in groups)
+    return tuple(_build(found, group) for group in groups)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Found:
+    """The model of a surface, and its faces with their names, runs and shells."""
+
+    model: PatchModel
+    seams: Seams
+    faces: OutlineFaces
+    runs: Runs
+    shells: OutlineShells
+    names: tuple[str, ...]
 
 
 def _find_middle(model: PatchModel) -> FloatArray:
@@ -66,16 +79,9 @@ def _name_faces(model: PatchModel, faces: OutlineFaces) -> tuple[str, ...]:
     return tuple(model.parts[number].name for number in numbers.tolist())
 
 
-def _build(
-    model: PatchModel,
-    seams: Seams,
-    faces: OutlineFaces,
-    runs: Runs,
-    shells: OutlineShells,
-    group: Ints,
-    names: tuple[str, ...],
-) -> BrepModel:
+def _build(found: _Found, group: Ints) -> BrepModel:
     """The brep of some shells."""
+    model, faces, runs, shells = found.model, found.faces, found.runs, found.shells
     chosen = np.flatnonzero(np.isin(shells.shell, group))
     rows = np.flatnonzero(np.isin(shells.shell[runs.face], group))
     count = len(rows)
@@ -112,7 +118,7 @@ def _build(
     return BrepModel(
         name=model.name,
         up=model.up,
-        vertices=seams.corner_points[corners],
+        vertices=found.seams.corner_points[corners],
         vertex_uncertainties=np.full(len(corners), uncertainty),
         edge_vertices=vertices.reshape(-1, 2),
         edge_curves=edge_curves,
@@ -120,7 +126,7 @@ def _build(
         is_degenerate=is_pole,
         curves=_join_curves(curves, 3),
         surfaces=faces.table().select(chosen),
-        face_names=tuple(names[face] for face in chosen.tolist()),
+        face_names=tuple(found.names[face] for face in chosen.tolist()),
         palette=np.empty((0, 4)),
         face_colors=np.full(len(chosen), -1),
         is_reversed=shells.is_flipped[chosen],
@@ -158,9 +164,7 @@ def _take_line(spline: Spline, side: int) -> tuple[FloatArray, FloatArray | None
     return spline.points[index], None if spline.weights is None else spline.weights[index]
 
 
-def _draw_line(
-    faces: OutlineFaces, runs: Runs, row: int, owner: int, is_turned: bool
-) -> _Curve:
+def _draw_line(faces: OutlineFaces, runs: Runs, row: int, owner: int, is_turned: bool) -> _Curve:
     """The parameter curve of a run: along its side, at the parameters of the owner of the edge.
 
     `is_turned` says whether the edge runs against the increasing parameter of the side.

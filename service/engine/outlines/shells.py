@@ -104,9 +104,7 @@ def _spread(count: int, f: Ints, g: Ints, differs: Bools) -> tuple[Ints, Bools]:
     return np.array(shell, np.intp), np.array(is_flipped)
 
 
-def _sum_flux(
-    faces: OutlineFaces, batches: Sequence[Patches], middle: FloatArray
-) -> FloatArray:
+def _sum_flux(faces: OutlineFaces, batches: Sequence[Patches], middle: FloatArray) -> FloatArray:
     """∫∫ (S − o) · (S_u × S_v) of each face by Gauss quadrature, (F,): three times its volume.
 
     The result tells only the sign of a volume, so the points need not be many.
@@ -114,8 +112,7 @@ def _sum_flux(
     flux = np.concatenate([_find_flux(batch, middle) for batch in batches])
     counts = faces.rows * faces.columns
     owner, patch = expand_runs(counts, faces.first)
-    sums: FloatArray = np.bincount(owner, flux[patch], minlength=len(counts))
-    return sums
+    return np.bincount(owner, flux[patch], len(counts)).astype(np.float64)
 
 
 def _find_flux(batch: Patches, middle: FloatArray) -> FloatArray:
@@ -135,7 +132,8 @@ def _find_flux(batch: Patches, middle: FloatArray) -> FloatArray:
             net = np.concatenate([net[..., :3], np.ones((*net.shape[:3], 1))], axis=-1)
 
         def evaluate(net: FloatArray, basis_u: FloatArray, basis_v: FloatArray) -> FloatArray:
-            return np.einsum("ai,bj,pijd->pabd", basis_u, basis_v, net, optimize=True)
+            values: FloatArray = np.einsum("ai,bj,pijd->pabd", basis_u, basis_v, net, optimize=True)
+            return values
 
         values = evaluate(net, along_u, along_v)
         du = evaluate(p * np.diff(net, axis=1), slope_u, along_v)

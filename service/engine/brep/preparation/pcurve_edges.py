@@ -6,7 +6,7 @@ import numpy as np
 
 from service.engine.brep.preparation.topology import ADDED, Topology
 from service.engine.trims.closure import ClosedSurfaces
-from service.engine.trims.composition import compose_curves
+from service.engine.trims.composition import MOST, compose_curves
 from service.engine.trims.spline_shapes import measure_polygons
 
 NO_EDGE = -1
@@ -15,17 +15,20 @@ GOAL = 0.01
 """Curves of a high degree are interpolated up to this share of the tolerance."""
 
 
-def add_pcurve_edges(surfaces: ClosedSurfaces, topology: Topology, tolerance: float) -> Topology:
+def add_pcurve_edges(
+    surfaces: ClosedSurfaces, topology: Topology, tolerance: float, most: int = MOST
+) -> Topology:
     """Edges and vertices for the coedges without an edge (`NO_EDGE`).
 
     An edge that is nowhere longer than `tolerance` is degenerate: the parameter curve runs along a
     pole. Each coedge begins at a vertex of its own, where the coedge before it in the loop ends.
+    Curves of a degree above `most` are interpolated.
     """
     rows = (topology.coedge_edges == NO_EDGE).nonzero()[0]
     if not len(rows):
         return topology
     face, pcurves = topology.coedge_faces[rows], topology.pcurves.take(rows)
-    curves = compose_curves(surfaces, face, pcurves, GOAL * tolerance)
+    curves = compose_curves(surfaces, face, pcurves, GOAL * tolerance, most)
     is_reversed = topology.coedge_reversed[rows]
     begin_t = np.where(is_reversed, curves.end, curves.start)
     begins = curves.evaluate(np.arange(len(rows)), begin_t)
