@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from prometheus_client import CollectorRegistry
 
 from service.api.app import create_app
-from service.decoders.registry import NET_DECODERS
+from service.decoders.registry import DECODERS
 from service.encoders.polylines.registry import CURVE_FORMATS
 from service.encoders.registry import FORMATS
 from service.settings.environment import variable
@@ -53,7 +53,7 @@ def list_names() -> set[str]:
         *(f"setting {variable(name)}" for name in Settings.model_fields),
         *(f"format {each.name} .{each.suffix} {each.media_type}" for each in FORMATS),
         *(f"curve format {each.name}" for each in CURVE_FORMATS),
-        *(f"file {each.name}" for each in NET_DECODERS),
+        *(f"file {each.name}" for each in DECODERS),
         *(f"built-in surface {name}" for name in EXAMPLES),
     }
     for name, schema in document["components"]["schemas"].items():

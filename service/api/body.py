@@ -7,7 +7,6 @@ files of control points, whose other fields are in the query. FastAPI still find
 errors, and reads the function's signature for the OpenAPI document.
 """
 
-from asyncio import timeout
 from collections.abc import Callable, Coroutine, Mapping, Sequence
 from contextlib import nullcontext
 from functools import partial
@@ -15,10 +14,8 @@ from typing import Any, ClassVar, NamedTuple, cast
 
 from fastapi import Request, Response
 from fastapi.routing import APIRoute
-from starlette.requests import ClientDisconnect
 
 from service.api.computation import Computation
-from service.api.errors import BodyTooLarge, BodyTooSlow, UnsupportedMediaType
 from service.api.intake import accept_call, accept_file, prefers_async
 from service.api.media_types import check_content, decoder_of_body
 from service.api.negotiation import (
@@ -29,21 +26,20 @@ from service.api.negotiation import (
     read_query,
     refuse_parameters,
 )
+from service.api.receiving import read_body
 from service.api.record import record_of
 from service.api.services import Context, Services
 from service.decoders.format import Decoded, Decoder
 from service.encoders.format import FileFormat
-from service.errors import Issue
 from service.pipeline.calls import CALLS
 from service.pipeline.files import build_file_request, check_beside
 from service.pipeline.reading import plan_reading
-from service.schemas.budget import DocumentBudget
 from service.schemas.document import DocumentLimits, parse_document
 from service.schemas.fields import RequestModel
 from service.schemas.file_fields import document_from_query
 from service.schemas.validation import parse_request
 from service.settings.runtime import pause_collection
-from service.settings.values import Settings, file_limits
+from service.settings.values import file_limits
 
 INLINE_BYTES, INLINE_TEXT, INLINE_OBJECTS = 1 << 18, 1 << 14, 32
 """Sizes up to which the event loop parses a body itself, within some 5 ms: bytes of JSON and binary
@@ -178,16 +174,17 @@ class BodyRoute(APIRoute):
             # A wrong option is named before a large file is read.
             check_beside(model, decoder, beside, services.document_limits)
         kind, limits = beside["surface"].get("type"), file_limits(services.settings)
+        is_long = is_long_body(content, decoder)
         if decoder.child_bytes is None:
             read = partial(decoder.decode, content, kind, limits)
-        else:
-            work = plan_reading(decoder, content, kind, limits, services.limits)
-            decoded = await computation.run(work, "decode")
-            computation.drop_work()
-            computation.hold_body(ARRAY_FACTOR * len(content))
-            read = partial(_return, decoded)
-        parse = partial(_build_file, model, file, read, services.document_limits)
-        return await computation.parse(parse, is_long=is_long_body(content, decoder))
+            parse = partial(_read_and_build, model, file, read, services.document_limits)
+            return await computation.parse(parse, is_long=is_long)
+        work = plan_reading(decoder, content, kind, limits, services.limits)
+        decoded = await computation.run(work, "decode")
+        computation.drop_work()
+        computation.hold_body(ARRAY_FACTOR * len(content))
+        build = partial(_build_file, model, file, decoded, services.document_limits)
+        return await computation.parse(build, is_long=is_long)
 
     def _choose_format(self, name: str | None, request: Request) -> FileFormat | None:
         """The format with this name; without a name, the format that `Accept` chooses.
@@ -223,115 +220,20 @@ def _parse_json(model: type[RequestModel], body: bytes, limits: DocumentLimits) 
     return parsed
 
 
-def _return(decoded: Decoded) -> Decoded:
-    return decoded
-
-
-def _build_file(
+def _read_and_build(
     model: type[RequestModel],
     file: PostedFile,
     read: Callable[[], Decoded],
     limits: DocumentLimits,
 ) -> RequestModel:
+    """The model of a file that `read` reads."""
+    return _build_file(model, file, read(), limits)
+
+
+def _build_file(
+    model: type[RequestModel], file: PostedFile, decoded: Decoded, limits: DocumentLimits
+) -> RequestModel:
     """The model of a file, checked; its surface is built too."""
-    parsed = build_file_request(model, file.decoder, read(), file.beside, limits)
+    parsed = build_file_request(model, file.decoder, decoded, file.beside, limits)
     parsed.build()
     return parsed
-
-
-async def read_body(
-    request: Request,
-    headers: Mapping[bytes, bytes],
-    services: Services,
-    computation: Computation,
-    decoder: Decoder | None,
-    *,
-    is_kept: bool = False,
-) -> bytes:
-    """Reads the whole body; reserves memory for the bytes that have arrived.
-
-    A file that `is_kept` as it is takes no memory for its content.
-
-    Raises
-    ------
-    UnsupportedMediaType, BodyTooLarge, BodyTooSlow, InvalidRequest, TooLarge, Busy,
-    ClientDisconnect
-    """
-    settings = services.settings
-    if b"content-encoding" in headers:
-        refuse_coding(headers)
-    max_bytes = settings.max_body_bytes
-    if decoder is None:
-        max_bytes = min(max_bytes, settings.max_json_bytes)
-    declared_length = headers.get(b"content-length", b"")
-    # The server has checked that this is a number. Its first 20 digits show whether it is too
-    # large: Python refuses to convert thousands of digits.
-    if declared_length.isdigit() and int(declared_length[:20]) > max_bytes:
-        raise body_too_large(max_bytes, settings)
-    budget = DocumentBudget(services.document_limits)
-    chunks: list[bytes] = []
-    received_bytes, is_complete = 0, False
-    try:
-        with computation.timing.step("read"):
-            async with timeout(settings.body_timeout):
-                while not is_complete:
-                    event = await request.receive()
-                    if event["type"] == "http.disconnect":
-                        raise ClientDisconnect
-                    chunk = event.get("body", b"")
-                    is_complete = not event.get("more_body", False)
-                    received_bytes += len(chunk)
-                    if received_bytes > max_bytes:
-                        raise body_too_large(max_bytes, settings)
-                    if decoder is None:
-                        budget.take(chunk)
-                    memory = decoder.body_memory(received_bytes) if decoder else budget.memory
-                    # The chunks and the whole body are in memory at the same time.
-                    computation.hold_body(2 * received_bytes if is_kept else memory)
-                    chunks.append(chunk)
-    except TimeoutError:
-        raise body_too_slow(received_bytes, settings) from None
-    return b"".join(chunks)
-
-
-def refuse_coding(headers: Mapping[bytes, bytes]) -> None:
-    """Raises `UnsupportedMediaType` if the body is compressed."""
-    if headers.get(b"content-encoding", b"identity").lower() != b"identity":
-        raise UnsupportedMediaType(
-            Issue(
-                "unsupported_encoding",
-                "The body must not be compressed.",
-                "/Content-Encoding",
-                got="an encoding",
-                needed="no encoding, or identity",
-            )
-        )
-
-
-def body_too_large(max_bytes: int, settings: Settings) -> BodyTooLarge:
-    """The error of a body with more than `max_bytes` bytes."""
-    needed = f"at most {max_bytes} bytes"
-    if max_bytes < settings.max_body_bytes:
-        needed += "; a larger net can be sent as a .npy file"
-    else:
-        needed += " (SURFACE_MAX_BODY_BYTES)"
-    return BodyTooLarge(
-        Issue(
-            "body_too_large",
-            "The body is longer than this service reads.",
-            got=f"more than {max_bytes} bytes",
-            needed=needed,
-        )
-    )
-
-
-def body_too_slow(received_bytes: int, settings: Settings) -> BodyTooSlow:
-    """The error of a body that did not arrive completely in time."""
-    return BodyTooSlow(
-        Issue(
-            "body_too_slow",
-            "The body did not arrive in time.",
-            got=f"{received_bytes} bytes",
-            needed=f"all of it within {settings.body_timeout:g} s",
-        )
-    )

@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 from fastapi import Request
 from starlette.requests import ClientDisconnect
 
-from service.api.body import refuse_coding
 from service.api.errors import BodyTooLarge, BodyTooSlow
 from service.api.intake import GROUP_PARTS
+from service.api.receiving import refuse_coding
 from service.api.services import Context
 from service.errors import InvalidRequest, Issue
 from service.schemas.budget import DocumentBudget

@@ -10,8 +10,9 @@ from typing import Any
 
 from service.cancellation import OutOfTime
 from service.errors import Issue, PartCrashed, SurfaceError
-from service.jobs.batch import DONE, FAILED, BatchResult, Line, Task, read_result
+from service.jobs.batch import DONE, FAILED, BatchResult, Task, read_result
 from service.jobs.engine import Engine, EngineLost
+from service.jobs.outputs import Line
 from service.jobs.results import write_error
 
 ATTEMPTS = 2

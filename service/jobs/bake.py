@@ -25,11 +25,11 @@ from service.jobs.batch import (
     FAILED,
     UNFINISHED,
     BatchResult,
-    Line,
     Task,
 )
 from service.jobs.engine import Engine, EngineUnavailable
 from service.jobs.list_reader import ListReader, Text
+from service.jobs.outputs import Line
 from service.jobs.results import Result, write_error
 from service.storage.backends import Backend
 from service.storage.failures import translate_errors

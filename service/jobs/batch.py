@@ -11,10 +11,9 @@ import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
 from dataclasses import asdict, dataclass
-from hashlib import sha256
 from math import inf
 from threading import Event, Thread
-from typing import Any, NoReturn, Protocol
+from typing import Any, NoReturn
 
 import orjson
 
@@ -22,7 +21,6 @@ from service.cancellation import Cancellation, Cancelled, cancelled_by
 from service.decoders.format import Decoder, FileLimits
 from service.engine.mesh.mesh import ENGINE
 from service.errors import (
-    DamagedObject,
     Issue,
     StoreFailed,
     StoreFull,
@@ -30,21 +28,15 @@ from service.errors import (
     TooLarge,
     UnknownSurface,
 )
-from service.jobs.file_parts import (
-    decoder_of,
-    file_part_id,
-    read_file_part,
-    read_local_file,
-    unknown_file,
-)
-from service.jobs.keys import cancelled_key, file_key, part_key
+from service.jobs.file_parts import file_part_id, read_file_part
+from service.jobs.keys import cancelled_key
+from service.jobs.outputs import Line, NamedFiles, Output, StoredParts
 from service.jobs.parts import FindSurface, Part, read_part
-from service.jobs.results import Result, describe_file, read_object, write_error, write_object
+from service.jobs.results import Result, describe_file, write_error
 from service.pipeline.calls import CallLimits
 from service.pipeline.limits import Limits
 from service.schemas.document import DocumentLimits
 from service.storage.address import open_output, open_store
-from service.storage.backends import Backend
 from service.storage.canonical import restore_surface
 from service.storage.failures import translate_errors
 
@@ -64,8 +56,6 @@ UNFINISHED = "unfinished"
 
 SUCCEEDED, FAILED = "succeeded", "failed"
 """States of a part that has ended."""
-
-Line = dict[str, Any]
 
 _log = logging.getLogger(__name__)
 
@@ -168,94 +158,6 @@ def run_batch(text: bytes) -> bytes:
     return asyncio.run(_Batch(task).run()).write()
 
 
-class _Output(Protocol):
-    """Where the files of a batch are written."""
-
-    async def find(self, line: Line) -> Result | None:
-        """The result of a part whose file is there; None if it must be computed."""
-
-    async def write(self, line: Line, result: Result, content: bytes) -> Result:
-        """Writes the file of a part; returns the result that stays."""
-
-    async def read_source(self, name: str) -> tuple[Decoder, bytes]:
-        """The file that has the surface of a part, by the `file` of its line.
-
-        Raises
-        ------
-        InvalidRequest
-            There is no such file.
-        """
-
-
-@dataclass(frozen=True, slots=True)
-class _Parts:
-    """Files in the store, under the ids of the parts, for all jobs."""
-
-    backend: Backend
-    lifetime: float
-
-    async def find(self, line: Line) -> Result | None:
-        key = part_key(line["id"])
-        try:
-            entry = await self.backend.head(key)
-            stored = await self.backend.read(key)
-            result, _ = read_object(stored)
-        except (FileNotFoundError, DamagedObject):
-            return None
-        if time.time() - entry.modified > self.lifetime / 2:
-            await self.backend.write(key, stored, durable=False)
-        return result
-
-    async def write(self, line: Line, result: Result, content: bytes) -> Result:
-        # Another process may have been faster. Its file stays: on another processor the last digit
-        # of a number may differ, and clients may have the file already.
-        if (first := await self.find(line)) is not None:
-            return first
-        await self.backend.write(part_key(line["id"]), write_object(result, content), durable=False)
-        return result
-
-    async def read_source(self, name: str) -> tuple[Decoder, bytes]:
-        try:
-            content = await self.backend.read(file_key(name))
-        except FileNotFoundError:
-            raise unknown_file() from None
-        if sha256(content).hexdigest() != name.partition(".")[0]:
-            raise DamagedObject
-        return decoder_of(name), content
-
-
-@dataclass(frozen=True, slots=True)
-class _NamedFiles:
-    """Files with the names of the parts, in a folder or a bucket.
-
-    A line has in `known` the record of an earlier run, if there is one.
-    """
-
-    backend: Backend
-
-    async def find(self, line: Line) -> Result | None:
-        known = line.get("known")
-        if known is None or known["id"] != line["id"]:
-            return None
-        result = Result(**known["result"])
-        with suppress(FileNotFoundError):
-            content = await self.backend.read(_file_key(line, result))
-            if sha256(content).hexdigest() == result.sha256:
-                return result
-        return None
-
-    async def write(self, line: Line, result: Result, content: bytes) -> Result:
-        await self.backend.write(_file_key(line, result), content, durable=False)
-        return result
-
-    async def read_source(self, name: str) -> tuple[Decoder, bytes]:
-        return read_local_file(name)
-
-
-def _file_key(line: Line, result: Result) -> str:
-    return f"{line['name']}.{result.suffix}"
-
-
 class _Batch:
     """The parts of one task, and the files that are being written."""
 
@@ -269,12 +171,12 @@ class _Batch:
         self._writing: set[asyncio.Task[None]] = set()
         self._write_slots = asyncio.Semaphore(MAX_WRITING)
 
-    def _open_output(self) -> _Output:
+    def _open_output(self) -> Output:
         if self._task.output:
-            return _NamedFiles(open_output(self._task.output))
+            return NamedFiles(open_output(self._task.output))
         if self._store is None:
             raise ValueError("a task without an output needs a store")
-        return _Parts(self._store.backend, self._task.lifetime)
+        return StoredParts(self._store.backend, self._task.lifetime)
 
     async def run(self) -> BatchResult:
         """Computes all parts; returns early if the job is withdrawn, or the store fails."""

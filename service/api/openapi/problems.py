@@ -6,7 +6,6 @@ from typing import TypeAlias
 import numpy as np
 
 from service.api import problems
-from service.api.body import body_too_large, body_too_slow
 from service.api.errors import compute_limited
 from service.api.guard.policy import REALM, key_needed, key_unknown, rate_limited, scope_needed
 from service.api.guard.signatures import MIN_SECRET, Signer
@@ -22,11 +21,12 @@ from service.api.negotiation import (
 from service.api.openapi.parameters import Json
 from service.api.openapi.responses import header
 from service.api.problems import MEDIA_TYPE, LocationKind, ProblemKind, problem_document, problem_of
+from service.api.receiving import body_too_large, body_too_slow
 from service.api.stored import content_id
 from service.api.threads import MAX_RETRY_AFTER
 from service.cancellation import OutOfTime
 from service.decoders import teapot
-from service.decoders.registry import NET_DECODERS
+from service.decoders.registry import DECODERS
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.measures.values import MeasureQuery
 from service.engine.mesh.mesh import ENGINE
@@ -130,7 +130,10 @@ def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
         "EngineGone": {"numbers": lambda: check_engine(ENGINE + 1)},
         "BodyTooSlow": {"stalled": body_too_slow(received_bytes=0, settings=settings)},
         "BodyTooLarge": {"body": body_too_large(max_json_bytes, settings)},
-        "UnsupportedMediaType": {"text": lambda: decoder_of_body("text/plain", NET_DECODERS)},
+        "UnsupportedMediaType": {
+            "text": lambda: decoder_of_body("text/plain", DECODERS),
+            "format": lambda: decoder_of_body("model/brep", DECODERS),
+        },
         "InvalidRequest": {
             "net": _post_mesh(_RAGGED),
             "options": _post_mesh(b'{"resolution": 0, "faces": null, "colour": 1}'),

@@ -4,13 +4,13 @@ from typing import Any
 
 from fastapi import APIRouter, Request, Response
 
-from service.api.body import read_body
 from service.api.job_documents import JOB_HEADERS
 from service.api.media_types import check_content, decoder_of_body, unread_type
 from service.api.models.jobs import JobFile
 from service.api.negotiation import refuse_parameters
 from service.api.openapi.parameters import file_bodies
 from service.api.openapi.responses import POST_ERRORS, TIMED, error
+from service.api.receiving import read_body
 from service.api.responses import json_response
 from service.api.routes.job_state import find_jobs
 from service.api.services import ContextDep
