@@ -233,7 +233,7 @@ def post_file(
         media_type=source.decoder.media_type,
         on_reading=headers.append,
     )
-    if headers and path in _WITH_REPORT and fmt is None:
+    if headers and path in _WITH_REPORT and (fmt is None or fmt.name == "json"):
         source.print_reading(orjson.loads(content).get("reading"))
     elif headers:
         source.print_counts(headers[-1])

@@ -90,7 +90,7 @@ def test_a_part_has_the_bytes_of_the_call_and_is_found_again(store: str, client:
 @pytest.mark.parametrize(
     ("path", "query"),
     [("/v1/measure", "?tolerance=0.001"), ("/v1/convert", '?operations=[{"op":"transpose"}]'),
-     ("/v1/convert", "?up=z")],
+     ("/v1/convert", "?up=z"), ("/v1/convert", "?format=iges&name=net")],
 )  # fmt: skip
 def test_other_calls_take_files_too(store: str, client: Client, path: str, query: str) -> None:
     store_file(store, NET)

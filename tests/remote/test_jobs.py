@@ -4,9 +4,11 @@ import asyncio
 import sys
 from collections.abc import Iterator
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import orjson
 import pytest
 from starlette.types import ASGIApp, Receive, Scope, Send
 
@@ -21,6 +23,7 @@ from service.remote import jobs as remote_jobs
 from service.settings.values import Settings
 from service.surface.examples.catalogue import find
 from tests.api.fake_jobs import FakeJobs
+from tests.cad import TETRAHEDRON
 from tools.live import run_service
 
 RESULT = render(find("saddle").surface(), MeshOptions(), BY_NAME["glb"])
@@ -84,6 +87,20 @@ def test_a_mesh_that_takes_long_becomes_a_job(
         assert main(["mesh", source, "-o", str(output), "--url", service.url]) == 0
         assert output.read_bytes() == RESULT
     assert [line.startswith(b'{"id"') for line in service.jobs.lines] == [True, True]
+
+
+def test_a_cad_file_that_takes_long_becomes_a_job_with_the_file(
+    service: SlowService, tmp_path: Path
+) -> None:
+    source, output = tmp_path / "part.step", tmp_path / "out.glb"
+    source.write_bytes(TETRAHEDRON)
+    service.results.append(RESULT)
+    command = ["mesh", str(source), "--tolerance", "0.1", "--name", "tip", "-o", str(output)]
+    assert main([*command, "--url", service.url]) == 0
+    assert output.read_bytes() == RESULT
+    (line,) = map(orjson.loads, service.jobs.lines)
+    assert line["path"] == "/v1/mesh?name=tip&tolerance=0.1&format=glb"
+    assert line["file"] == f"{sha256(TETRAHEDRON).hexdigest()}.step"
 
 
 def test_a_stream_that_ends_too_early_is_read_again(service: SlowService, tmp_path: Path) -> None:
