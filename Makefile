@@ -42,7 +42,7 @@ SWAGGER := service/api/static/swagger-ui
 THREE   := service/api/static/three
 
 .DEFAULT_GOAL := help
-.PHONY: help serve test check format openapi types generated bench bench-occ bench-queries test-disk test-s3 test-api test-attack fuzz test-jobs test-rolling test-upgrade lint-deploy certify judge judge-queries memory test-recipes test-libraries test-properties web picture lock image image-test sbom audit licences release-check clean
+.PHONY: help serve test check format openapi types generated bench bench-occ bench-queries test-disk test-s3 test-api test-attack fuzz test-jobs test-rolling test-upgrade lint-deploy certify judge judge-files judge-queries memory test-recipes test-libraries test-properties web picture lock image image-test sbom audit licences release-check clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-13s  %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -80,9 +80,15 @@ types: openapi tests/web/node_modules/.package-lock.json ## Write openapi/ and i
 bench: $(VENV)/.dev ## Measure: evaluation, encoders, requests a second (by wrk, if installed), hostile bodies
 	$(BIN)/python -m tools.benchmarks
 
-bench-occ: $(VENV)/.dev build/occ/.ready ## Measure meshes by tolerance, and meshes of solids, against Open CASCADE
+bench-occ: $(VENV)/.dev build/occ/.ready ## Measure meshes by tolerance, meshes of solids, and CAD files against Open CASCADE
 	$(BIN)/python -m tools.benchmarks.open_cascade build/occ/bin/python
 	$(BIN)/python -m tools.benchmarks.solids build/occ/bin/python
+	$(BIN)/python -m tools.benchmarks.cad_files build/occ/bin/python
+
+# Each file is read, meshed and compared with the same solids of Open CASCADE.
+judge-files: $(VENV)/.dev build/occ/.ready ## Judge the readers of CAD files: 214 files that Open CASCADE writes, some three minutes
+	build/occ/bin/python -m tools.cad_files.write build/cad_files > /dev/null
+	$(BIN)/python -m tools.cad_files.judge build/cad_files/expected.jsonl build/cad_files/*.step build/cad_files/*.igs
 
 bench-queries: $(VENV)/.dev build/occ/.ready build/splines/.ready ## Measure queries; closest points against Open CASCADE, splinepy and geomdl
 	$(BIN)/python -m tools.benchmarks queries

@@ -318,6 +318,32 @@ def gear() -> Any:
     return first_solid(cut(prism(polygon(*corners), 5), bore))
 
 
+def panel() -> Any:
+    """A rounded panel of 314 faces: countersunk holes, dimples and hexagonal pockets."""
+    block = BRepPrimAPI_MakeBox(120, 90, 8).Shape()
+    rounding = BRepFilletAPI_MakeFillet(block)
+    for edge in edges_of(block):
+        rounding.Add(2.0, edge)
+    shape = rounding.Shape()
+    for row in range(8):
+        for column in range(12):
+            x, y = 10 + 9.1 * column, 10 + 10 * row
+            if column % 2 == 0:
+                shape = cut(
+                    shape,
+                    BRepPrimAPI_MakeCylinder(frame(x, y, -1), 1.5, 10).Shape(),
+                    BRepPrimAPI_MakeCone(frame(x, y, 6.5), 1.5, 3.5, 2).Shape(),
+                )
+            elif column % 4 == 1:
+                shape = cut(shape, BRepPrimAPI_MakeSphere(gp_Pnt(x, y, 9), 2.5).Shape())
+            else:
+                hexagon = polygon(
+                    *((x + 3 * cos(k * pi / 3), y + 3 * sin(k * pi / 3), 5) for k in range(6))
+                )
+                shape = cut(shape, prism(hexagon, 5))
+    return first_solid(shape)
+
+
 def moved(shape: Any, offset: Point, factor: float = 1.0, mirrored: bool = False) -> Any:
     """The shape, scaled, mirrored if that is asked for, turned and moved."""
     scale, mirror, turn, move = (gp_Trsf() for _ in range(4))
@@ -367,6 +393,7 @@ SHAPES: Mapping[str, Callable[[], Any]] = {
     "offset_face": offset_face,
     "cylinder_face": cylinder_face,
     "gear": gear,
+    "panel": panel,
     "common": lambda: first_solid(
         BRepAlgoAPI_Common(
             BRepPrimAPI_MakeSphere(gp_Pnt(0, 0, 0), 7).Shape(),
