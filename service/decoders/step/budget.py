@@ -1,7 +1,7 @@
 """The most faces, control points and work that a file may ask for, counted while it is read."""
 
 from service.decoders.format import FileLimits, build_too_many_error, check_faces
-from service.errors import InvalidRequest, Issue
+from service.errors import InvalidRequest, Issue, TooLarge
 
 MAX_READINGS = 6
 """How often, on average, each character of a file may be parsed, or that it may be as long as work
@@ -66,6 +66,26 @@ class Budget:
         self._points += count
         if self._points > self._limits.max_control_points:
             raise build_too_many_error("more control points", self._limits.max_control_points)
+
+    def check_members(self, count: int) -> None:
+        """Refuse more products than a group may have members.
+
+        Raises
+        ------
+        TooLarge
+            `too_many_members`
+        """
+        limit = self._limits.max_members
+        if count > limit:
+            raise TooLarge(
+                Issue(
+                    "too_many_members",
+                    "The file has more products than this service takes.",
+                    "",
+                    f"{count} products",
+                    f"at most {limit} (SURFACE_MAX_MEMBERS)",
+                )
+            )
 
     def count_face(self) -> None:
         """Count a face.

@@ -20,6 +20,9 @@ from service.decoders.step.strings import decode_string
 MAX_NESTING = 32
 """The most lists inside each other."""
 
+MAX_COMMAS = 2_100_000
+"""The most commas of a record: a net of a million points with their weights has fewer."""
+
 MAX_NUMBER = 1e12
 """The largest coordinate; larger numbers are damage."""
 
@@ -55,8 +58,10 @@ def parse_record(text: str) -> dict[str, list[Parameter]]:
     Raises
     ------
     Fault
-        Parentheses do not match, lists are nested too deeply, or there is no keyword.
+        Parentheses do not match, lists are nested too deeply or too long, or there is no keyword.
     """
+    if len(text) > MAX_COMMAS and text.count(",") > MAX_COMMAS:
+        raise Fault("its lists are too long")
     match = _USUAL.match(text)
     if match is not None:
         keyword, name, listed, comma, rest = match.groups()

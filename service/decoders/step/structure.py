@@ -89,7 +89,13 @@ class Structure:
 def find_structure(
     entities: Entities, products: Products, representations: Representations, tally: Tally
 ) -> Structure:
-    """The tree of a file."""
+    """The tree of a file.
+
+    Raises
+    ------
+    TooLarge
+        `too_many_members`: more products than a group may have members.
+    """
     builder = _Builder(entities, representations, tally)
     builder.add_products(products)
     if not builder.nodes:
@@ -110,6 +116,7 @@ class _Builder:
         self.owners: dict[int, int] = {}
 
     def add_products(self, products: Products) -> None:
+        self._entities.budget.check_members(len(products.products))
         for product in products.products.values():
             node = self.nodes[product.number] = Node(product.number, product.name)
             for number in product.representations:
@@ -120,7 +127,9 @@ class _Builder:
     def add_representations(self) -> None:
         """In a file without products: nodes of all representations."""
         keywords = filter(is_representation, self._entities.instances.keywords)
-        for row in self._entities.instances.rows_of(*keywords):
+        rows = self._entities.instances.rows_of(*keywords)
+        self._entities.budget.check_members(len(rows))
+        for row in rows:
             self._find_node(int(self._entities.instances.numbers[row]))
 
     def add_mapped_items(self) -> None:
