@@ -22,6 +22,7 @@ from service.decoders.cad.products import (
     find_instances,
 )
 from service.decoders.format import Tree
+from service.errors import InvalidRequest, Issue, count_nouns
 
 MAX_METRES_PER_UNIT = 1e6
 
@@ -55,6 +56,8 @@ def write_document(content: CadContent, limits: FileLimits | None = None) -> Cad
     products, skipped = count_products(content, names)
     roots, more_skipped = find_instances(content.roots, products, names)
     skipped += more_skipped
+    if not roots:
+        raise _no_geometry(content.reading)
     check_size(roots, products, limits)
     if len(roots) == 1 and roots[0].matrix is None and products[roots[0].product].is_part:
         tree = _write_single(roots[0], products[roots[0].product], content, names)
@@ -86,6 +89,19 @@ def write_reading(reading: Reading) -> Tree:
         for face in reading.skipped_faces
     ]
     return {name: value for name, value in tree.items() if value is not None and value != ""}
+
+
+def _no_geometry(reading: Reading) -> InvalidRequest:
+    """The error for a file without faces, which says why the first face could not be read."""
+    faces, entities = reading.skipped_faces, sum(reading.skipped_entities.values())
+    got = "no faces"
+    if faces:
+        reason = clean_text(faces[0].reason, MAX_TEXT)
+        got = f"{count_nouns(len(faces), 'faces')} that cannot be read: {reason}"
+    elif entities:
+        got = f"{count_nouns(entities, 'entities')} of kinds that are not read"
+    message, needed = "The file has no faces that could be placed.", "a solid, a shell or a face"
+    return InvalidRequest(Issue("no_geometry", message, "", got, needed))
 
 
 def _write_single(

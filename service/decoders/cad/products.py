@@ -137,11 +137,7 @@ def _check_matrices(matrices: FloatArray) -> Iterator[tuple[bool, bool]]:
 
 
 def check_size(roots: Sequence[Instance], products: dict[int, Product], limits: FileLimits) -> None:
-    """Refuse a file without faces, and a group that would be too large."""
-    if not roots:
-        message = "The file has no faces that could be placed."
-        needed = "a solid, a shell or a face"
-        raise InvalidRequest(Issue("no_geometry", message, "", "no faces", needed))
+    """Refuse a group that would be too large."""
     parts = {id(part): part for product in products.values() for part in product.parts}
     faces = sum(len(part.faces) for part in parts.values())
     placed = [products[root.product] for root in roots]

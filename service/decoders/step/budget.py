@@ -96,4 +96,8 @@ class Budget:
             `too_many_faces`
         """
         self._faces += 1
-        check_faces(self._faces, self._limits)
+        self.check_faces(self._faces)
+
+    def check_faces(self, count: int) -> None:
+        """Refuse a number of faces, such as those that one shell lists; the error is the same."""
+        check_faces(count, self._limits)

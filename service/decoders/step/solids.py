@@ -17,7 +17,7 @@ from service.decoders.step.edges import MAX_ORIENTED, EdgeReader
 from service.decoders.step.entities import Entities, Entity, unsupported
 from service.decoders.step.faces import NO_NAMES, FaceReader
 from service.decoders.step.faults import Fault
-from service.decoders.step.records import as_flag, as_reference, as_references, as_text
+from service.decoders.step.records import as_flag, as_list, as_reference, as_references, as_text
 from service.decoders.step.styles import Styles
 from service.decoders.step.surfaces import SurfaceReader
 from service.decoders.step.tally import Tally
@@ -155,6 +155,7 @@ class _ShellReader:
         if entity.keyword not in SHELLS or entity.keyword in ORIENTED_SHELLS:
             raise unsupported(entity, "a shell")
         color = self._styles.find(*names)
+        self._entities.budget.check_faces(len(as_list(entity.parameter(1))))
         listed = as_references(entity.parameter(1))
         # A face is in one shell of a part, once.
         numbers = [each for each in dict.fromkeys(listed) if each not in self._used]

@@ -1,7 +1,7 @@
 """The content of CAD files as documents of breps and groups, with their reports."""
 
 from dataclasses import replace
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 import pytest
@@ -278,3 +278,21 @@ def test_no_root_is_no_geometry() -> None:
     content = replace(build_content((Definition("", (build_plate(),)),)), roots=())
     with pytest.raises(InvalidRequest):
         write_document(content)
+
+
+@pytest.mark.parametrize(
+    ("report", "got"),
+    [
+        ({}, "no faces"),
+        (
+            {"skipped_faces": (SkippedFace("#7", "a radius is not positive"),)},
+            "1 face that cannot be read: a radius is not positive",
+        ),
+        ({"skipped_entities": {"TESSELLATED_SOLID": 2}}, "2 entities of kinds that are not read"),
+    ],
+)
+def test_no_geometry_says_why(report: dict[str, Any], got: str) -> None:
+    content = replace(build_content((Definition("empty"),)), reading=Reading("step", **report))
+    with pytest.raises(InvalidRequest) as error:
+        write_document(content)
+    assert error.value.issues[0].got == got

@@ -8,6 +8,7 @@ import pytest
 from service.decoders.cad.content import CadContent, Placement
 from service.decoders.format import FileLimits
 from service.decoders.step.read import read
+from service.errors import TooLarge
 from tests.decoders.step.written import Writer, wrap
 
 
@@ -314,3 +315,13 @@ def test_damaged_structure_loses_no_part(damage: tuple[str, str, str]) -> None:
     writer.lines = [line.replace(old, new) if marker in line else line for line in writer.lines]
     content = writer.read()
     assert content.reading.solids == 1
+
+
+def test_more_products_than_members() -> None:
+    writer = Writer()
+    solid(writer, "one")
+    solid(writer, "two")
+    read(wrap(writer.data), FileLimits(max_members=2))
+    with pytest.raises(TooLarge) as error:
+        read(wrap(writer.data), FileLimits(max_members=1))
+    assert error.value.issues[0].needed == "at most 1 (SURFACE_MAX_MEMBERS)"

@@ -4,6 +4,7 @@ import pytest
 
 from service.decoders.step.faults import Fault
 from service.decoders.step.records import (
+    MAX_COMMAS,
     MAX_NESTING,
     Parameter,
     Typed,
@@ -100,3 +101,24 @@ def test_no_other_values() -> None:
         as_enumeration("1")
     with pytest.raises(Fault):
         as_list("#1")
+
+
+def test_lists_are_long_to_a_limit() -> None:
+    with pytest.raises(Fault, match="too long"):
+        parse_record(f"A({'#1,' * (MAX_COMMAS + 1)}#1);")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "A('',#1,\n #2 );",
+        "a( 'x''y' , ( #1 , #2 ) )",
+        "A('',(),.T.)",
+        "A('',(#1),.T.,$);",
+        "A('',1.)",
+    ],
+)
+def test_usual_records_are_parsed_as_others(text: str) -> None:
+    others = parse_record(text.replace("(", "(B(0),", 1))
+    ((keyword, parameters),) = parse_record(text).items()
+    assert others == {keyword: [Typed("B", ["0"]), *parameters]}
