@@ -21,15 +21,19 @@ from service.bases.arrays import FloatArray
 from service.decoders.cad.content import Curve
 from service.decoders.cad.faults import InvalidGeometry
 from service.decoders.cad.frames import (
+    LEAST,
     MAX_COORDINATE,
     Frame,
     Vector,
     add,
+    check_point,
     distance,
     dot,
+    norm,
     scale,
     subtract,
 )
+from service.surface.knots import find_least_span
 
 FULL = 1e-9
 """An arc that is at most this angle away from a full turn, or from a point, is a full turn."""
@@ -46,9 +50,9 @@ class Line:
     direction: Vector
 
     def __post_init__(self) -> None:
-        length = dot(self.direction, self.direction)
-        if not (length > 0.0 and isfinite(length)):
-            raise InvalidGeometry("a line has no direction")
+        check_point(self.origin)
+        if not LEAST < norm(self.direction) <= MAX_COORDINATE:
+            raise InvalidGeometry("a line has no direction, or a too large one")
 
     def evaluate(self, t: float) -> Vector:
         """The point at a parameter."""
@@ -215,9 +219,9 @@ def build_polyline(points: Sequence[Vector]) -> Curve:
 
 
 def _check_sizes(*sizes: float) -> None:
-    """Refuse radii and distances that are not positive."""
-    if not all(size > 0.0 and isfinite(size) for size in sizes):
-        raise InvalidGeometry("a radius or a semi-axis is not positive")
+    """Refuse radii and distances that are not positive, or too large."""
+    if not all(LEAST < size <= MAX_COORDINATE for size in sizes):
+        raise InvalidGeometry("a radius or a semi-axis is not positive, or too large")
 
 
 def _double(angles: Sequence[float]) -> list[float]:
@@ -230,14 +234,18 @@ def _double(angles: Sequence[float]) -> list[float]:
 
 
 def _finish(degree: int, knots: list[float], rows: Sequence[tuple[float, ...]]) -> Curve:
-    """The curve of homogeneous points, unless they are too large or its domain has no length.
+    """The curve of homogeneous points, unless they are too large, or it has no length.
 
     Raises
     ------
     InvalidGeometry
     """
     points: FloatArray = np.array(rows)
-    # The comparisons are false for NaN, too.
-    if not (knots[0] < knots[-1] and np.abs(points).max() <= MAX_COORDINATE):
-        raise InvalidGeometry("a piece of a curve has no length, or is too large")
+    if not np.abs(points).max() <= MAX_COORDINATE:  # true for NaN, too
+        raise InvalidGeometry("a piece of a curve is too large, or not finite")
+    if not knots[-1] - knots[0] >= find_least_span(knots[0], knots[-1]):
+        raise InvalidGeometry("a piece of a curve has no length")
+    # Every second point is on a conic, and has the weight 1.
+    if all(row == rows[0] for row in rows[degree::degree]):
+        raise InvalidGeometry("a piece of a curve is a point")
     return Curve(degree, np.array(knots), points)

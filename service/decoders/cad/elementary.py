@@ -10,7 +10,7 @@ ISO 10303-42, clause 4.4 (elementary_surface and its subtypes).
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import acos, cos, isfinite, pi, tan, tau
+from math import acos, cos, pi, tan, tau
 from typing import TypeAlias
 
 import numpy as np
@@ -18,7 +18,7 @@ import numpy as np
 from service.bases.arrays import FloatArray
 from service.decoders.cad.content import Surface
 from service.decoders.cad.faults import InvalidGeometry
-from service.decoders.cad.frames import Frame, add, scale
+from service.decoders.cad.frames import LEAST, MAX_COORDINATE, Frame, add, scale
 from service.decoders.cad.outline import Outline, find_wedge
 from service.decoders.cad.turning import build_arc, finish_surface, turn_profile
 
@@ -109,8 +109,8 @@ class Cone:
     angle: float
 
     def __post_init__(self) -> None:
-        if not isfinite(self.radius):
-            raise InvalidGeometry("the radius of a cone is not finite")
+        if not abs(self.radius) <= MAX_COORDINATE:
+            raise InvalidGeometry("the radius of a cone is not finite or too large")
         if not 1e-9 < abs(self.angle) < pi / 2 - 1e-9:
             raise InvalidGeometry("the angle of a cone is not between 0 and 90 degrees")
 
@@ -218,8 +218,8 @@ class Torus:
 
     def __post_init__(self) -> None:
         _check_radius(self.minor)
-        if not (self.major >= 0.0 and isfinite(self.major)):
-            raise InvalidGeometry("the radius of a torus is negative")
+        if not 0.0 <= self.major <= MAX_COORDINATE:
+            raise InvalidGeometry("the radius of a torus is negative or too large")
 
     def cut(self, outline: Outline) -> Surface:
         """The whole torus, or its outer or inner part."""
@@ -281,9 +281,9 @@ def find_gap(surface: Elementary, outline: Outline) -> float:
 
 
 def _check_radius(radius: float) -> None:
-    """Refuse a radius that is not positive."""
-    if not (radius > 0.0 and isfinite(radius)):
-        raise InvalidGeometry("a radius is not positive")
+    """Refuse a radius that is not positive, or too large."""
+    if not LEAST < radius <= MAX_COORDINATE:
+        raise InvalidGeometry("a radius is not positive, or too large")
 
 
 def _close_poles(profile: FloatArray, is_pole: Sequence[bool]) -> None:
@@ -295,13 +295,11 @@ def _close_poles(profile: FloatArray, is_pole: Sequence[bool]) -> None:
 
 def _ends(values: Range) -> FloatArray:
     """The knots of degree 1 over a range."""
-    if not values[0] < values[1]:
-        raise InvalidGeometry("a surface has no width")
     return np.array([values[0], values[0], values[1], values[1]])
 
 
 def _lift(frame: Frame, height: float) -> Frame:
     """The frame moved along its z."""
-    if not isfinite(height):
-        raise InvalidGeometry("a distance is not finite")
+    if not abs(height) <= MAX_COORDINATE:
+        raise InvalidGeometry("a distance is not finite or too large")
     return frame.move(add(frame.origin, scale(frame.z, height)))

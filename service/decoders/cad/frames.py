@@ -18,7 +18,7 @@ MAX_COORDINATE = 1e12
 """The largest absolute value of a coordinate, in the unit of the file."""
 
 LEAST = 1e-150
-"""Shorter vectors are multiplied before their length is measured."""
+"""Shorter vectors are multiplied before their length is measured; smaller radii are refused."""
 
 PARALLEL = 1e-9
 """Directions whose angle has at most this sine count as parallel."""
@@ -64,6 +64,19 @@ def norm(a: Vector) -> float:
 def distance(a: Vector, b: Vector) -> float:
     """The distance between two points."""
     return hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+def check_point(point: Vector) -> None:
+    """Refuse coordinates that are not finite, or larger than `MAX_COORDINATE`.
+
+    Raises
+    ------
+    InvalidGeometry
+    """
+    x, y, z = point
+    # The comparisons are false for NaN, too.
+    if not (abs(x) <= MAX_COORDINATE and abs(y) <= MAX_COORDINATE and abs(z) <= MAX_COORDINATE):
+        raise InvalidGeometry("a coordinate is not finite or too large")
 
 
 def unit(a: Vector) -> Vector:
@@ -144,10 +157,9 @@ def build_frame(origin: Vector, z: Vector | None = None, x: Vector | None = None
     Raises
     ------
     InvalidGeometry
-        `z` has no length, or the origin is not finite.
+        `z` has no length, or the origin is not finite or too large.
     """
-    if not isfinite(origin[0] + origin[1] + origin[2]):
-        raise InvalidGeometry("a point is not finite")
+    check_point(origin)
     axis = unit(z) if z is not None else (0.0, 0.0, 1.0)
     candidates = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     if x is not None:

@@ -11,7 +11,7 @@ import numpy as np
 from service.bases.arrays import FloatArray
 from service.decoders.cad.content import Coedge, Curve, Edge, Face, Part, Shell, Surface
 from service.decoders.cad.faults import InvalidGeometry
-from service.decoders.cad.frames import MAX_COORDINATE, Vector, distance
+from service.decoders.cad.frames import Vector, check_point, distance
 from service.decoders.cad.newton import find_middle
 from service.decoders.cad.outline import NO_OUTLINE, Outline
 from service.decoders.cad.splines import project_points
@@ -60,8 +60,7 @@ class PartBuilder:
         """
         number = self._vertices.get(key)
         if number is None:
-            if not sum(map(abs, point)) <= MAX_COORDINATE:  # true for NaN, too
-                raise InvalidGeometry("a coordinate is not finite or too large")
+            check_point(point)
             number = self._vertices[key] = len(self._points)
             self._points.append(point)
         return number

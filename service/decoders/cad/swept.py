@@ -19,10 +19,12 @@ from service.decoders.cad.content import Curve, Surface
 from service.decoders.cad.elementary import Range
 from service.decoders.cad.faults import InvalidGeometry
 from service.decoders.cad.frames import (
+    LEAST,
     PARALLEL,
     Frame,
     Vector,
     build_frame,
+    check_point,
     cross,
     dot,
     norm,
@@ -55,7 +57,9 @@ class Extrusion:
     vector: Vector
 
     def __post_init__(self) -> None:
-        unit(self.vector)
+        check_point(self.vector)
+        if not norm(self.vector) > LEAST:
+            raise InvalidGeometry("the direction of an extrusion has no length")
 
     def cut(self, outline: Outline) -> Surface:
         """The part that covers an outline."""
@@ -115,6 +119,10 @@ class Revolution:
     curve: BasisCurve
     origin: Vector
     axis: Vector
+
+    def __post_init__(self) -> None:
+        check_point(self.origin)
+        unit(self.axis)
 
     def cut(self, outline: Outline) -> Surface:
         """The part that covers an outline: a full turn, or a wedge if the outline is in a half."""
@@ -269,7 +277,9 @@ def _cut_line(frame: Frame, line: Line, outline: LocalOutline) -> Curve:
     length = norm(direction)
     across = hypot(dx, dy)
     # Where the line is nearest to the axis.
-    nearest = -(origin[0] * dx + origin[1] * dy) / (across * across) if across else 0.0
+    nearest = 0.0
+    if across > PARALLEL * length:
+        nearest = -(origin[0] * dx + origin[1] * dy) / (across * across)
     closest = hypot(origin[0] + nearest * dx, origin[1] + nearest * dy)
     if abs(dz) > PARALLEL * length:
         t = (local[2] - origin[2]) / dz

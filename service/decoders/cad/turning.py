@@ -14,6 +14,8 @@ from service.decoders.cad.conics import FULL
 from service.decoders.cad.content import Surface
 from service.decoders.cad.faults import InvalidGeometry
 from service.decoders.cad.frames import MAX_COORDINATE, Frame
+from service.decoders.cad.knot_vectors import MAX_PARAMETER
+from service.surface.knots import find_least_span
 
 _HALF = sqrt(0.5)
 
@@ -117,7 +119,7 @@ def turn_points(
 def finish_surface(
     degrees: tuple[int, int], knots: tuple[FloatArray, FloatArray], net: FloatArray
 ) -> Surface:
-    """The surface of a homogeneous net, if its numbers are not too large.
+    """The surface of a homogeneous net, if its numbers are not too large and it has a width.
 
     Raises
     ------
@@ -125,4 +127,9 @@ def finish_surface(
     """
     if not np.abs(net).max() <= MAX_COORDINATE:  # true for NaN, too
         raise InvalidGeometry("a surface is too large, or not finite")
+    for vector in knots:
+        low, high = vector.item(0), vector.item(-1)
+        is_wide = high - low >= find_least_span(low, high)
+        if not (is_wide and low >= -MAX_PARAMETER and high <= MAX_PARAMETER):
+            raise InvalidGeometry("a surface has no width, or too large parameters")
     return Surface(degrees, knots, net)
