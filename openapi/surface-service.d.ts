@@ -16,8 +16,9 @@ export interface paths {
          * @description Evaluates the surface and returns its mesh.
          *
          *     The response is in the format that `format` names or `Accept` prefers; JSON without either. The
-         *     body is a JSON document with the options in it, or a file of control points with the options in
-         *     the query.
+         *     body is a JSON document with the options in it, or a file with the options in the query: a CAD
+         *     file, of STEP, IGES or 3DM, or a file of control points. `Surface-Reading` says how many faces
+         *     of a CAD file were read.
          */
         post: operations["createMesh"];
         delete?: never;
@@ -87,8 +88,15 @@ export interface paths {
          * A surface in another form, with the same points
          * @description Applies the operations in their order and returns the converted surface.
          *
-         *     The response is a body for the other calls. Corner points keep their digits, and patches that
-         *     shared an edge still share it. Colours, texture coordinates and attributes are converted too.
+         *     The operations may be left out: a CAD file, sent as the body, then becomes JSON, with the report
+         *     of reading it (`reading`). The response is in the format that `format` names or `Accept`
+         *     prefers; JSON without either. JSON is a body for the other calls. Corner points keep their
+         *     digits, and patches that shared an edge still share it. Colours, texture coordinates and
+         *     attributes are converted too.
+         *
+         *     STEP and IGES have the surface as it is defined, not its mesh: faces with their edges, names,
+         *     colours of faces and of members, instances and units. Borders that are equal become one edge.
+         *     VTU has Bézier cells, and no breps. Tubes and ribbons are not written in these formats.
          */
         post: operations["convertSurface"];
         delete?: never;
@@ -411,6 +419,30 @@ export interface paths {
          *     the part.
          */
         post: operations["createJob"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/files": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Stores a file for parts of jobs
+         * @description Keeps a file, which parts of jobs name by its id as their `file`.
+         *
+         *     The file is not read here: a part whose file cannot be read fails. A file is kept for twice the
+         *     lifetime of jobs after it was stored or a job named it. The same bytes of the same type have the
+         *     same id.
+         */
+        post: operations["storeJobFile"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1153,6 +1185,12 @@ export interface components {
              */
             invalid_faces?: "refuse" | "skip";
             /**
+             * Metres Per Unit
+             * @description The unit of the coordinates in metres: 0.001 for millimetres. It is the scale of the root node of a glTF file, which is in metres, and reports of meshes repeat it. Tolerances, reports and other formats stay in the unit of the coordinates. That of a member of a group has no effect.
+             * @example 0.001
+             */
+            metres_per_unit?: number;
+            /**
              * Up
              * @description The model's vertical axis. With `z`, the root node of a glTF file rotates the model, since y is up in glTF; the coordinates do not change.
              * @default y
@@ -1879,13 +1917,26 @@ export interface components {
         /**
          * ConvertRequest
          * @description A surface, and the operations to apply to it, one after the other.
+         *
+         *     Without operations, the response has the surface itself: it is the way to look at what a file
+         *     contains.
          */
         ConvertRequest: {
             /** @description The surface, by its control points. */
             surface: components["schemas"]["SurfaceDefinition"];
             /**
+             * Reading
+             * @description The report of reading a file, as a response of `POST /v1/convert` has it beside the surface. It is ignored, so that the response can be sent as it is.
+             * @example {
+             *       "faces": 300,
+             *       "format": "step",
+             *       "skipped_faces": []
+             *     }
+             */
+            reading?: Record<string, never>;
+            /**
              * Operations
-             * @description The operations; each is applied to the result of the one before.
+             * @description The operations; each is applied to the result of the one before. Left out, the surface stays as it is.
              * @example [
              *       {
              *         "degree": [
@@ -1900,7 +1951,7 @@ export interface components {
              *       }
              *     ]
              */
-            operations: components["schemas"]["OperationDefinition"][];
+            operations?: components["schemas"]["OperationDefinition"][];
         };
         /**
          * CurvatureRange
@@ -2462,9 +2513,10 @@ export interface components {
          * GroupDefinition
          * @description Several surfaces in one model, each with a name, a base colour and a placement.
          *
-         *     In glTF every member is a named node, and equal surfaces share one mesh. In other formats the
-         *     group is one mesh, and its parts have the names of the members. If the `up` of a surface differs
-         *     from that of the group, the surface is rotated by a quarter turn about x before it is placed.
+         *     In glTF every member is a named node, below that of its `parent`, and equal surfaces share one
+         *     mesh. In other formats the group is one mesh, and its parts have the names of the members. If
+         *     the `up` of a surface differs from that of the group, the surface is rotated by a quarter turn
+         *     about x before it is placed; members below it are not.
          */
         GroupDefinition: {
             /**
@@ -2474,8 +2526,44 @@ export interface components {
              */
             type: "group";
             /**
+             * Definitions
+             * @description Surfaces that members name by their numbers, from 0. If the group has a `parent`, a member without a surface, or a `brep`, a surface counts once in the limits of the document, however often it is placed; otherwise it counts for each member.
+             * @default []
+             * @example [
+             *       {
+             *         "control_net": [
+             *           [
+             *             [
+             *               0,
+             *               0,
+             *               0
+             *             ],
+             *             [
+             *               0,
+             *               1,
+             *               0
+             *             ]
+             *           ],
+             *           [
+             *             [
+             *               1,
+             *               0,
+             *               0
+             *             ],
+             *             [
+             *               1,
+             *               1,
+             *               1
+             *             ]
+             *           ]
+             *         ]
+             *       }
+             *     ]
+             */
+            definitions?: components["schemas"]["MemberSurfaceDefinition"][];
+            /**
              * Members
-             * @description The surfaces. The limit of control points is for all of them together.
+             * @description The members. The limit of control points is for all of them together.
              * @example [
              *       {
              *         "color": [
@@ -2516,6 +2604,12 @@ export interface components {
              *     ]
              */
             members: components["schemas"]["MemberDefinition"][];
+            /**
+             * Metres Per Unit
+             * @description The unit of the coordinates in metres: 0.001 for millimetres. It is the scale of the root node of a glTF file, which is in metres, and reports of meshes repeat it. Tolerances, reports and other formats stay in the unit of the coordinates. That of a member of a group has no effect.
+             * @example 0.001
+             */
+            metres_per_unit?: number;
             /**
              * Up
              * @description The model's vertical axis. With `z`, the root node of a glTF file rotates the model, since y is up in glTF; the coordinates do not change.
@@ -2581,6 +2675,16 @@ export interface components {
         IntersectRequest: {
             /** @description The surface, by its control points. */
             surface: components["schemas"]["SurfaceDefinition"];
+            /**
+             * Reading
+             * @description The report of reading a file, as a response of `POST /v1/convert` has it beside the surface. It is ignored, so that the response can be sent as it is.
+             * @example {
+             *       "faces": 300,
+             *       "format": "step",
+             *       "skipped_faces": []
+             *     }
+             */
+            reading?: Record<string, never>;
             /** @description The rays that may hit the surface. */
             rays?: components["schemas"]["Rays"];
             /** @description The planes that may cut the surface, in place of rays. */
@@ -2746,6 +2850,22 @@ export interface components {
              */
             waiting_for?: string;
             links: components["schemas"]["JobLinks"];
+        };
+        /**
+         * JobFile
+         * @description A file for parts of jobs.
+         */
+        JobFile: {
+            /**
+             * Id
+             * @description For the `file` of parts: the hash of its bytes, and the name of its format.
+             */
+            id: string;
+            /**
+             * Bytes
+             * @description Its bytes.
+             */
+            bytes: number;
         };
         /**
          * JobLinks
@@ -2914,6 +3034,16 @@ export interface components {
             /** @description The surface, by its control points. */
             surface: components["schemas"]["SurfaceDefinition"];
             /**
+             * Reading
+             * @description The report of reading a file, as a response of `POST /v1/convert` has it beside the surface. It is ignored, so that the response can be sent as it is.
+             * @example {
+             *       "faces": 300,
+             *       "format": "step",
+             *       "skipped_faces": []
+             *     }
+             */
+            reading?: Record<string, never>;
+            /**
              * Tolerance
              * @description The largest width of intervals: relative to the area, to the length of all borders and to the volume of the whole surface; for the centroid relative to the diagonal of the bounding box of the control points. A request for too much work is refused (`too_costly`); if a larger tolerance can be reached, the error names it.
              * @default 0.000001
@@ -2930,7 +3060,10 @@ export interface components {
         };
         /**
          * MemberDefinition
-         * @description One surface of a group, with its name, its base colour and its placement.
+         * @description One member of a group: a surface with a name, a base colour and a placement.
+         *
+         *     A member has a `surface`, or the number of one as its `definition`. A member with neither is a
+         *     frame for others, such as an assembly.
          */
         MemberDefinition: {
             /**
@@ -2964,10 +3097,22 @@ export interface components {
              *       ]
              *     }
              */
-            surface: components["schemas"]["MemberSurfaceDefinition"];
+            surface?: components["schemas"]["MemberSurfaceDefinition"];
+            /**
+             * Definition
+             * @description The number, from 0, of the surface in `definitions`, in place of `surface`.
+             * @example 0
+             */
+            definition?: number;
+            /**
+             * Parent
+             * @description The number, from 0, of an earlier member. This member is then in the frame of that one: its matrix is multiplied from the left by the matrices of all members above it, and without a `color` it has the colour of the nearest of them that has one. At most 100 levels.
+             * @example 0
+             */
+            parent?: number;
             /**
              * Name
-             * @description Name of the member: of its node in glTF, and of its part in other formats. The default is the name of the surface.
+             * @description Name of the member: of its node in glTF, and of its part in other formats, there after the names of its parents: `machine/bolt`. The default is the name of the surface, or `assembly` without one.
              * @example left wing
              */
             name?: string;
@@ -2983,7 +3128,7 @@ export interface components {
             color?: number[];
             /**
              * Matrix
-             * @description Placement of the surface: an affine 4 × 4 matrix, row by row, that acts on columns (x, y, z, 1). Its last row is 0, 0, 0, 1. It may mirror the surface, but must not flatten it. The default is the identity.
+             * @description Placement of the surface, and of the members below this one: an affine 4 × 4 matrix, row by row, that acts on columns (x, y, z, 1). Its last row is 0, 0, 0, 1. It may mirror, but must not flatten. The default is the identity.
              * @example [
              *       [
              *         1,
@@ -3349,6 +3494,11 @@ export interface components {
              */
             moved?: number;
             /**
+             * Metres Per Unit
+             * @description The unit of all lengths in metres, if the surface has a `metres_per_unit`.
+             */
+            metres_per_unit?: number;
+            /**
              * Parts
              * @description The bound of each part, in the order of the parts; left out if no part has a bound, and for
              *     breps of more than 10,000 faces. The parts of a brep are its faces.
@@ -3544,6 +3694,16 @@ export interface components {
             /** @description The surface, by its control points. */
             surface: components["schemas"]["SurfaceDefinition"];
             /**
+             * Reading
+             * @description The report of reading a file, as a response of `POST /v1/convert` has it beside the surface. It is ignored, so that the response can be sent as it is.
+             * @example {
+             *       "faces": 300,
+             *       "format": "step",
+             *       "skipped_faces": []
+             *     }
+             */
+            reading?: Record<string, never>;
+            /**
              * @description The camera that will see the mesh; requires `pixel_tolerance`. A query cannot have it.
              * @example {
              *       "field_of_view": 0.8,
@@ -3709,8 +3869,9 @@ export interface components {
          * PartDefinition
          * @description One part of a job: a request that this service would also answer at once.
          *
-         *     With a body the part is a POST of one of the calls that compute, without a body a GET of a mesh
-         *     by URL.
+         *     With a body the part is a POST of one of the calls that compute; with a file a POST of
+         *     `/v1/mesh`, `/v1/measure` or `/v1/convert` that has this file as its body, and all other fields
+         *     in the query; with neither a GET of a mesh by URL.
          */
         PartDefinition: {
             /**
@@ -3763,6 +3924,12 @@ export interface components {
             body?: {
                 [key: string]: unknown;
             };
+            /**
+             * File
+             * @description The id of a file that `POST /v1/files` has stored: the body of the POST, in place of a JSON body.
+             * @example 0000000000000000000000000000000000000000000000000000000000000000.step
+             */
+            file?: string;
         };
         /**
          * PartMeasures
@@ -4202,6 +4369,16 @@ export interface components {
             /** @description The surface, by its control points. */
             surface: components["schemas"]["SurfaceDefinition"];
             /**
+             * Reading
+             * @description The report of reading a file, as a response of `POST /v1/convert` has it beside the surface. It is ignored, so that the response can be sent as it is.
+             * @example {
+             *       "faces": 300,
+             *       "format": "step",
+             *       "skipped_faces": []
+             *     }
+             */
+            reading?: Record<string, never>;
+            /**
              * Uv
              * @description Parameters [u, v], one pair for each point, in the domain of the surface; for a patch, both are from 0 to 1. A knot belongs to the span that begins at it, and the end of the domain belongs to the last span.
              * @example [
@@ -4301,6 +4478,16 @@ export interface components {
             surface?: components["schemas"]["SurfaceDefinition"];
             /** @description A curve, in place of the surface. */
             curve?: components["schemas"]["CurveDefinition"];
+            /**
+             * Reading
+             * @description The report of reading a file, as a response of `POST /v1/convert` has it beside the surface. It is ignored, so that the response can be sent as it is.
+             * @example {
+             *       "faces": 300,
+             *       "format": "step",
+             *       "skipped_faces": []
+             *     }
+             */
+            reading?: Record<string, never>;
             /**
              * Points
              * @description Points [x, y, z], or [x, y] for a curve in the plane. At most 100,000.
@@ -4460,6 +4647,104 @@ export interface components {
                 number,
                 number
             ][];
+        };
+        /**
+         * Reading
+         * @description The report of reading a CAD file: its content, and every face that could not be read.
+         */
+        Reading: {
+            /**
+             * Format
+             * @description Name of the format.
+             * @example step
+             */
+            format: string;
+            /**
+             * Schema
+             * @description Schema that the file names.
+             * @example AUTOMOTIVE_DESIGN
+             */
+            schema?: string;
+            /**
+             * System
+             * @description System that wrote the file, as the file says.
+             */
+            system?: string;
+            /**
+             * Units
+             * @description Names of the units of length in the file; that of the surface is first.
+             */
+            units: string[];
+            /**
+             * Metres Per Unit
+             * @description Metres in a unit of the surface; missing if the file does not say.
+             */
+            metres_per_unit?: number;
+            /**
+             * Uncertainty
+             * @description The largest uncertainty of lengths that the file states, in units of the surface.
+             */
+            uncertainty?: number;
+            /**
+             * Products
+             * @description Products, each once, however often it is placed; so are all counts.
+             */
+            products: number;
+            /**
+             * Solids
+             * @description Solids.
+             */
+            solids: number;
+            /**
+             * Closed Shells
+             * @description Closed shells.
+             */
+            closed_shells: number;
+            /**
+             * Open Shells
+             * @description Open shells; loose faces are one.
+             */
+            open_shells: number;
+            /**
+             * Faces
+             * @description Faces of the surface.
+             */
+            faces: number;
+            /**
+             * Skipped Entities
+             * @description Numbers of entities that were not read, by their keyword or type.
+             * @example {
+             *       "GEOMETRIC_SET": 2
+             *     }
+             */
+            skipped_entities: {
+                [key: string]: number;
+            };
+            /**
+             * Skipped Faces
+             * @description All faces of the file that are not in the surface.
+             */
+            skipped_faces: components["schemas"]["UnreadFace"][];
+            /**
+             * Changed Names
+             * @description Names that were shortened, or lost characters that names cannot have.
+             */
+            changed_names: number;
+            /**
+             * Edge Gap
+             * @description Largest distance from an edge to a surface that was found, in units of the surface.
+             */
+            edge_gap: number;
+            /**
+             * Vertex Gap
+             * @description Largest distance from a vertex to an edge that was found.
+             */
+            vertex_gap: number;
+            /**
+             * Unfollowed References
+             * @description References to other files; none of them was opened.
+             */
+            unfollowed_references: number;
         };
         /**
          * Refusal
@@ -4875,7 +5160,7 @@ export interface components {
         };
         /**
          * SkippedFace
-         * @description An invalid face of a brep that was left out.
+         * @description A face of a brep that was left out: it is invalid, or becomes so at this tolerance.
          */
         SkippedFace: {
             /**
@@ -5021,6 +5306,8 @@ export interface components {
              */
             id: string;
             links: components["schemas"]["StoredLinks"];
+            /** @description The report of reading, if the surface came from a CAD file. It is not stored. */
+            reading?: components["schemas"]["Reading"];
         };
         /** @description A surface: its `type` names the kind; the default is `bezier`. */
         SurfaceDefinition: components["schemas"]["BezierDefinition"] | components["schemas"]["BsplineDefinition"] | components["schemas"]["PatchesDefinition"] | components["schemas"]["TriangleDefinition"] | components["schemas"]["MultipatchDefinition"] | components["schemas"]["TubeDefinition"] | components["schemas"]["RibbonDefinition"] | components["schemas"]["BrepDefinition"] | components["schemas"]["GroupDefinition"];
@@ -5031,6 +5318,8 @@ export interface components {
         SurfaceDocument: {
             /** @description The definition, in the form of a request. */
             surface: components["schemas"]["SurfaceDefinition"];
+            /** @description The report of reading, if the surface came from a CAD file. Other calls ignore it. */
+            reading?: components["schemas"]["Reading"];
         };
         /**
          * SurfaceLinks
@@ -5154,6 +5443,16 @@ export interface components {
         SurfaceRequest: {
             /** @description The surface, by its control points. */
             surface: components["schemas"]["SurfaceDefinition"];
+            /**
+             * Reading
+             * @description The report of reading a file, as a response of `POST /v1/convert` has it beside the surface. It is ignored, so that the response can be sent as it is.
+             * @example {
+             *       "faces": 300,
+             *       "format": "step",
+             *       "skipped_faces": []
+             *     }
+             */
+            reading?: Record<string, never>;
         };
         /**
          * SurfaceSummary
@@ -5489,6 +5788,23 @@ export interface components {
              * @example sail
              */
             name?: string;
+        };
+        /**
+         * UnreadFace
+         * @description A face of a CAD file that is not in the surface.
+         */
+        UnreadFace: {
+            /**
+             * Entity
+             * @description Its number in the file.
+             * @example #120
+             */
+            entity: string;
+            /**
+             * Reason
+             * @description Why it could not be read.
+             */
+            reason: string;
         };
         /**
          * UntrimDefinition
@@ -5887,6 +6203,7 @@ export type Intersections = components['schemas']['Intersections'];
 export type Interval = components['schemas']['Interval'];
 export type Issue = components['schemas']['Issue'];
 export type Job = components['schemas']['Job'];
+export type JobFile = components['schemas']['JobFile'];
 export type JobLinks = components['schemas']['JobLinks'];
 export type JobList = components['schemas']['JobList'];
 export type JobRequest = components['schemas']['JobRequest'];
@@ -5916,6 +6233,7 @@ export type Problem = components['schemas']['Problem'];
 export type ProjectRequest = components['schemas']['ProjectRequest'];
 export type RayHits = components['schemas']['RayHits'];
 export type Rays = components['schemas']['Rays'];
+export type Reading = components['schemas']['Reading'];
 export type Refusal = components['schemas']['Refusal'];
 export type RestrictDefinition = components['schemas']['RestrictDefinition'];
 export type ReverseDefinition = components['schemas']['ReverseDefinition'];
@@ -5945,6 +6263,7 @@ export type TransposeDefinition = components['schemas']['TransposeDefinition'];
 export type TriangleConversion = components['schemas']['TriangleConversion'];
 export type TriangleDefinition = components['schemas']['TriangleDefinition'];
 export type TubeDefinition = components['schemas']['TubeDefinition'];
+export type UnreadFace = components['schemas']['UnreadFace'];
 export type UntrimDefinition = components['schemas']['UntrimDefinition'];
 export type ResponseMalformedJson = components['responses']['MalformedJson'];
 export type ResponseKeyNeeded = components['responses']['KeyNeeded'];
@@ -5989,10 +6308,12 @@ export interface operations {
                 degree?: number[];
                 /** @description With a file: Knots of a `bspline`: `clamped`, `uniform` or `periodic`, or a name for u and one for v. */
                 knots?: ("uniform" | "clamped" | "periodic")[];
-                /** @description With a file: The model's vertical axis, `y` or `z`. */
+                /** @description With a file: The model's vertical axis, `y` or `z`. A CAD file has `z`, unless this says `y`. */
                 up?: "y" | "z";
-                /** @description With a file: Name of the surface. */
+                /** @description With a file: Name of the surface. A CAD file has names of its own; this is that of the whole. */
                 name?: string;
+                /** @description With a file: Whether an invalid face of a CAD file is left out and listed in the report (`skip`, the default), or refuses the file (`refuse`). */
+                invalid_faces?: "refuse" | "skip";
                 /** @description With a file: Divisions of every patch: one number, or [u, v]; by default 16. A patch has (u + 1) × (v + 1) vertices. A triangle uses the larger number n for all sides and has (n + 1)(n + 2)/2 vertices. Not together with a tolerance, `max_triangles` or `max_bytes`, and not for breps. */
                 resolution?: number | [
                     number,
@@ -6047,7 +6368,7 @@ export interface operations {
                 compression?: "none" | "meshopt";
             };
             header?: {
-                /** @description `respond-async`: makes a job of one part of this call (`POST /v1/jobs`), and the response is the state of this job, with `Preference-Applied` (RFC 7240). Ignored for a body that is not JSON. */
+                /** @description `respond-async`: makes a job of one part of this call (`POST /v1/jobs`), and the response is the state of this job, with `Preference-Applied` (RFC 7240). Ignored for a file of points or of rays. */
                 Prefer?: string;
             };
             path?: never;
@@ -6059,6 +6380,9 @@ export interface operations {
                 "application/x-npy": Blob;
                 "model/x-oogl": string;
                 "text/x-teapot": string;
+                "model/step": Blob;
+                "model/iges": Blob;
+                "model/vnd.3dm": Blob;
             };
         };
         responses: {
@@ -6095,6 +6419,11 @@ export interface operations {
                      * @example 1e-7
                      */
                     "Surface-Gap-Bound"?: number;
+                    /**
+                     * @description Counts of the faces of a CAD file that was sent as the body, as a dictionary of RFC 8941: `faces` in the surface, and `skipped` ones that are not in it. `POST /v1/convert` returns the whole report.
+                     * @example faces=300; skipped=2
+                     */
+                    "Surface-Reading"?: string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
                     "X-Request-Id": components["headers"]["RequestId"];
@@ -6168,10 +6497,12 @@ export interface operations {
                 degree?: number[];
                 /** @description With a file: Knots of a `bspline`: `clamped`, `uniform` or `periodic`, or a name for u and one for v. */
                 knots?: ("uniform" | "clamped" | "periodic")[];
-                /** @description With a file: The model's vertical axis, `y` or `z`. */
+                /** @description With a file: The model's vertical axis, `y` or `z`. A CAD file has `z`, unless this says `y`. */
                 up?: "y" | "z";
-                /** @description With a file: Name of the surface. */
+                /** @description With a file: Name of the surface. A CAD file has names of its own; this is that of the whole. */
                 name?: string;
+                /** @description With a file: Whether an invalid face of a CAD file is left out and listed in the report (`skip`, the default), or refuses the file (`refuse`). */
+                invalid_faces?: "refuse" | "skip";
                 /** @description With a file: Divisions of every patch: one number, or [u, v]; by default 16. A patch has (u + 1) × (v + 1) vertices. A triangle uses the larger number n for all sides and has (n + 1)(n + 2)/2 vertices. Not together with a tolerance, `max_triangles` or `max_bytes`, and not for breps. */
                 resolution?: number | [
                     number,
@@ -6235,6 +6566,9 @@ export interface operations {
                 "application/x-npy": Blob;
                 "model/x-oogl": string;
                 "text/x-teapot": string;
+                "model/step": Blob;
+                "model/iges": Blob;
+                "model/vnd.3dm": Blob;
             };
         };
         responses: {
@@ -6246,6 +6580,11 @@ export interface operations {
                      * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
+                    /**
+                     * @description Counts of the faces of a CAD file that was sent as the body, as a dictionary of RFC 8941: `faces` in the surface, and `skipped` ones that are not in it. `POST /v1/convert` returns the whole report.
+                     * @example faces=300; skipped=2
+                     */
+                    "Surface-Reading"?: string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
                     "X-Request-Id": components["headers"]["RequestId"];
@@ -6271,7 +6610,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description `respond-async`: makes a job of one part of this call (`POST /v1/jobs`), and the response is the state of this job, with `Preference-Applied` (RFC 7240). Ignored for a body that is not JSON. */
+                /** @description `respond-async`: makes a job of one part of this call (`POST /v1/jobs`), and the response is the state of this job, with `Preference-Applied` (RFC 7240). Ignored for a file of points or of rays. */
                 Prefer?: string;
             };
             path?: never;
@@ -6345,9 +6684,26 @@ export interface operations {
     };
     convertSurface: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Format of the response; takes precedence over `Accept`. */
+                format?: "json" | "step" | "iges" | "vtu";
+                /** @description With a file: The kind of surface: `bezier` or `bspline` for one net, `patches` for many. */
+                type?: "bezier" | "bspline" | "patches";
+                /** @description With a file: Degree of a `bspline`: one number, or one for u and one for v. */
+                degree?: number[];
+                /** @description With a file: Knots of a `bspline`: `clamped`, `uniform` or `periodic`, or a name for u and one for v. */
+                knots?: ("uniform" | "clamped" | "periodic")[];
+                /** @description With a file: The model's vertical axis, `y` or `z`. A CAD file has `z`, unless this says `y`. */
+                up?: "y" | "z";
+                /** @description With a file: Name of the surface. A CAD file has names of its own; this is that of the whole. */
+                name?: string;
+                /** @description With a file: Whether an invalid face of a CAD file is left out and listed in the report (`skip`, the default), or refuses the file (`refuse`). */
+                invalid_faces?: "refuse" | "skip";
+                /** @description With a file: the operations, as JSON. */
+                operations?: string;
+            };
             header?: {
-                /** @description `respond-async`: makes a job of one part of this call (`POST /v1/jobs`), and the response is the state of this job, with `Preference-Applied` (RFC 7240). Ignored for a body that is not JSON. */
+                /** @description `respond-async`: makes a job of one part of this call (`POST /v1/jobs`), and the response is the state of this job, with `Preference-Applied` (RFC 7240). Ignored for a file of points or of rays. */
                 Prefer?: string;
             };
             path?: never;
@@ -6356,6 +6712,12 @@ export interface operations {
         requestBody: {
             content: {
                 "application/json": components["schemas"]["ConvertRequest"];
+                "application/x-npy": Blob;
+                "model/x-oogl": string;
+                "text/x-teapot": string;
+                "model/step": Blob;
+                "model/iges": Blob;
+                "model/vnd.3dm": Blob;
             };
         };
         responses: {
@@ -6367,6 +6729,21 @@ export interface operations {
                      * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
+                    /**
+                     * @description A name to save the file under. Not sent with JSON.
+                     * @example attachment; filename="sail.glb"
+                     */
+                    "Content-Disposition"?: string;
+                    /**
+                     * @description What a file of definitions has: faces, definitions, instances, and the length of a unit in metres; `unit=assumed` if the surface has no unit, so that one unit is 1 mm. Not sent with JSON.
+                     * @example faces=6; definitions=1; instances=1; metres_per_unit=0.001; unit=assumed
+                     */
+                    "Surface-Writing"?: string;
+                    /**
+                     * @description Counts of the faces of a CAD file that was sent as the body, as a dictionary of RFC 8941: `faces` in the surface, and `skipped` ones that are not in it. `POST /v1/convert` returns the whole report.
+                     * @example faces=300; skipped=2
+                     */
+                    "Surface-Reading"?: string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
                     "X-Request-Id": components["headers"]["RequestId"];
@@ -6374,6 +6751,9 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["SurfaceDocument"];
+                    "model/step": string;
+                    "model/iges": string;
+                    "model/x-vtu": Blob;
                 };
             };
             /** @description With `Prefer: respond-async`: the state of the job, a `Job`. */
@@ -6409,6 +6789,7 @@ export interface operations {
             400: components["responses"]["MalformedJson"];
             401: components["responses"]["KeyNeeded"];
             403: components["responses"]["ScopeNeeded"];
+            406: components["responses"]["NotAcceptable"];
             408: components["responses"]["BodyTooSlow"];
             413: components["responses"]["BodyTooLarge"];
             415: components["responses"]["UnsupportedMediaType"];
@@ -6426,7 +6807,7 @@ export interface operations {
                 format?: "glb" | "gltf" | "json" | "oogl" | "obj";
             };
             header?: {
-                /** @description `respond-async`: makes a job of one part of this call (`POST /v1/jobs`), and the response is the state of this job, with `Preference-Applied` (RFC 7240). Ignored for a body that is not JSON. */
+                /** @description `respond-async`: makes a job of one part of this call (`POST /v1/jobs`), and the response is the state of this job, with `Preference-Applied` (RFC 7240). Ignored for a file of points or of rays. */
                 Prefer?: string;
             };
             path?: never;
@@ -6521,7 +6902,7 @@ export interface operations {
                 sign?: boolean;
             };
             header?: {
-                /** @description `respond-async`: makes a job of one part of this call (`POST /v1/jobs`), and the response is the state of this job, with `Preference-Applied` (RFC 7240). Ignored for a body that is not JSON. */
+                /** @description `respond-async`: makes a job of one part of this call (`POST /v1/jobs`), and the response is the state of this job, with `Preference-Applied` (RFC 7240). Ignored for a file of points or of rays. */
                 Prefer?: string;
             };
             path?: never;
@@ -6612,7 +6993,7 @@ export interface operations {
                 relative_tolerance?: number;
             };
             header?: {
-                /** @description `respond-async`: makes a job of one part of this call (`POST /v1/jobs`), and the response is the state of this job, with `Preference-Applied` (RFC 7240). Ignored for a body that is not JSON. */
+                /** @description `respond-async`: makes a job of one part of this call (`POST /v1/jobs`), and the response is the state of this job, with `Preference-Applied` (RFC 7240). Ignored for a file of points or of rays. */
                 Prefer?: string;
             };
             path?: never;
@@ -6701,9 +7082,26 @@ export interface operations {
     };
     measureSurface: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description With a file: The kind of surface: `bezier` or `bspline` for one net, `patches` for many. */
+                type?: "bezier" | "bspline" | "patches";
+                /** @description With a file: Degree of a `bspline`: one number, or one for u and one for v. */
+                degree?: number[];
+                /** @description With a file: Knots of a `bspline`: `clamped`, `uniform` or `periodic`, or a name for u and one for v. */
+                knots?: ("uniform" | "clamped" | "periodic")[];
+                /** @description With a file: The model's vertical axis, `y` or `z`. A CAD file has `z`, unless this says `y`. */
+                up?: "y" | "z";
+                /** @description With a file: Name of the surface. A CAD file has names of its own; this is that of the whole. */
+                name?: string;
+                /** @description With a file: Whether an invalid face of a CAD file is left out and listed in the report (`skip`, the default), or refuses the file (`refuse`). */
+                invalid_faces?: "refuse" | "skip";
+                /** @description With a file: The largest width of intervals: relative to the area, to the length of all borders and to the volume of the whole surface; for the centroid relative to the diagonal of the bounding box of the control points. A request for too much work is refused (`too_costly`); if a larger tolerance can be reached, the error names it. Default: 1e-06. */
+                tolerance?: number;
+                /** @description With a file: A share of the diagonal of the bounding box of the control points. Control points on borders of patches that are nearer to each other than this count as one point, as in a mesh. The interval of a volume includes every way to close the gaps between such points. Default: 1e-12. */
+                weld_tolerance?: number;
+            };
             header?: {
-                /** @description `respond-async`: makes a job of one part of this call (`POST /v1/jobs`), and the response is the state of this job, with `Preference-Applied` (RFC 7240). Ignored for a body that is not JSON. */
+                /** @description `respond-async`: makes a job of one part of this call (`POST /v1/jobs`), and the response is the state of this job, with `Preference-Applied` (RFC 7240). Ignored for a file of points or of rays. */
                 Prefer?: string;
             };
             path?: never;
@@ -6712,6 +7110,12 @@ export interface operations {
         requestBody: {
             content: {
                 "application/json": components["schemas"]["MeasureRequest"];
+                "application/x-npy": Blob;
+                "model/x-oogl": string;
+                "text/x-teapot": string;
+                "model/step": Blob;
+                "model/iges": Blob;
+                "model/vnd.3dm": Blob;
             };
         };
         responses: {
@@ -6723,6 +7127,11 @@ export interface operations {
                      * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
+                    /**
+                     * @description Counts of the faces of a CAD file that was sent as the body, as a dictionary of RFC 8941: `faces` in the surface, and `skipped` ones that are not in it. `POST /v1/convert` returns the whole report.
+                     * @example faces=300; skipped=2
+                     */
+                    "Surface-Reading"?: string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
                     "X-Request-Id": components["headers"]["RequestId"];
@@ -6810,10 +7219,12 @@ export interface operations {
                 degree?: number[];
                 /** @description With a file: Knots of a `bspline`: `clamped`, `uniform` or `periodic`, or a name for u and one for v. */
                 knots?: ("uniform" | "clamped" | "periodic")[];
-                /** @description With a file: The model's vertical axis, `y` or `z`. */
+                /** @description With a file: The model's vertical axis, `y` or `z`. A CAD file has `z`, unless this says `y`. */
                 up?: "y" | "z";
-                /** @description With a file: Name of the surface. */
+                /** @description With a file: Name of the surface. A CAD file has names of its own; this is that of the whole. */
                 name?: string;
+                /** @description With a file: Whether an invalid face of a CAD file is left out and listed in the report (`skip`, the default), or refuses the file (`refuse`). */
+                invalid_faces?: "refuse" | "skip";
             };
             header?: never;
             path?: never;
@@ -6825,6 +7236,9 @@ export interface operations {
                 "application/x-npy": Blob;
                 "model/x-oogl": string;
                 "text/x-teapot": string;
+                "model/step": Blob;
+                "model/iges": Blob;
+                "model/vnd.3dm": Blob;
             };
         };
         responses: {
@@ -6841,6 +7255,11 @@ export interface operations {
                      * @example /v1/surfaces/412350f1bb8449e44bb5c629638f78f030401eb156e91c9a12dc48077018581e
                      */
                     Location: string;
+                    /**
+                     * @description Counts of the faces of a CAD file that was sent as the body, as a dictionary of RFC 8941: `faces` in the surface, and `skipped` ones that are not in it. `POST /v1/convert` returns the whole report.
+                     * @example faces=300; skipped=2
+                     */
+                    "Surface-Reading"?: string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
                     "X-Request-Id": components["headers"]["RequestId"];
@@ -6863,6 +7282,11 @@ export interface operations {
                      * @example /v1/surfaces/412350f1bb8449e44bb5c629638f78f030401eb156e91c9a12dc48077018581e
                      */
                     Location: string;
+                    /**
+                     * @description Counts of the faces of a CAD file that was sent as the body, as a dictionary of RFC 8941: `faces` in the surface, and `skipped` ones that are not in it. `POST /v1/convert` returns the whole report.
+                     * @example faces=300; skipped=2
+                     */
+                    "Surface-Reading"?: string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
                     "X-Request-Id": components["headers"]["RequestId"];
@@ -7407,6 +7831,71 @@ export interface operations {
             415: components["responses"]["UnsupportedMediaType"];
             422: components["responses"]["InvalidJob"];
             429: components["responses"]["TooManyJobs"];
+            500: components["responses"]["InternalError"];
+            503: components["responses"]["Unavailable"];
+            507: components["responses"]["JobQuotaFull"];
+        };
+    };
+    storeJobFile: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/x-npy": Blob;
+                "model/x-oogl": string;
+                "text/x-teapot": string;
+                "model/step": Blob;
+                "model/iges": Blob;
+                "model/vnd.3dm": Blob;
+            };
+        };
+        responses: {
+            /** @description The file was stored already. */
+            200: {
+                headers: {
+                    /**
+                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
+                     */
+                    "Server-Timing": string;
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["JobFile"];
+                };
+            };
+            /** @description The file is stored. */
+            201: {
+                headers: {
+                    /**
+                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
+                     */
+                    "Server-Timing": string;
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["JobFile"];
+                };
+            };
+            400: components["responses"]["MalformedJson"];
+            401: components["responses"]["KeyNeeded"];
+            403: components["responses"]["ScopeNeeded"];
+            408: components["responses"]["BodyTooSlow"];
+            413: components["responses"]["BodyTooLarge"];
+            415: components["responses"]["UnsupportedMediaType"];
+            422: components["responses"]["InvalidQuery"];
+            429: components["responses"]["Busy"];
             500: components["responses"]["InternalError"];
             503: components["responses"]["Unavailable"];
             507: components["responses"]["JobQuotaFull"];
