@@ -5,7 +5,8 @@ from dataclasses import dataclass, field, fields
 from typing import Literal, TypeAlias
 
 from service.engine.mesh.mesh import Mesh, Overlay
-from service.engine.scenes.scene import Scene, flatten
+from service.engine.scenes.flattening import flatten
+from service.engine.scenes.scene import Scene
 from service.surface.batches import ChannelKind
 from service.surface.lowered import PatchModel
 

@@ -13,7 +13,8 @@ from service.engine.mesh.overlays import draw_overlays
 from service.engine.models import TRIMMED
 from service.engine.options import MeshOptions
 from service.engine.quantize import quantize
-from service.engine.scenes.scene import Scene, arrange, flatten, round_to_single
+from service.engine.scenes.flattening import flatten
+from service.engine.scenes.scene import Scene, arrange, round_to_single
 from service.engine.sweeps.sweep import sweep
 from service.engine.tessellate import tessellate
 from service.engine.wires.draw import add_wires, draw_without_faces, line_overlay

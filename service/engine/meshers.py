@@ -22,7 +22,8 @@ from service.engine.joining.members import JoinedGroup, join_group, separate_mem
 from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.engine.quantize import find_grid_steps
-from service.engine.scenes.scene import Scene, arrange, flatten, round_to_single
+from service.engine.scenes.flattening import flatten
+from service.engine.scenes.scene import Scene, arrange, round_to_single
 from service.engine.stored_positions import Storage
 from service.errors import InvalidRequest
 from service.surface.brep_model import BrepModel

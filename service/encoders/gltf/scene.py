@@ -1,21 +1,13 @@
 """A scene as glTF: each copy is a named node; the arrays of each distinct mesh are stored once.
 
-A glTF node can translate, rotate and scale (3.5.3), but it cannot shear. By the singular value
-decomposition L = U S Vᵀ, any linear map is a rotation after a scaling after a rotation. So a copy
-with shear is a node with the rotation U and the scaling S, whose child has the rotation Vᵀ. A
-mirrored copy has a negative scaling; readers then reverse the winding of its faces (3.7.4).
-
 A copy in another colour is another glTF mesh with the same accessors.
 
 References
 ----------
-Khronos, glTF 2.0 Specification: 3.5 nodes and transformations, 3.7.4 instantiation.
+Khronos, glTF 2.0 Specification: 3.5 nodes and transformations.
 """
 
-import numpy as np
-
-from service.bases.arrays import FloatArray
-from service.encoders.content import report_object
+from service.encoders.content import MAX_LISTED_FACES, report_object
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf.buffer import BufferBuilder, JsonObject
 from service.encoders.gltf.columns import node_transform
@@ -26,14 +18,10 @@ from service.encoders.gltf.document import (
     write_gltf,
 )
 from service.encoders.gltf.glb import write_glb
+from service.encoders.gltf.nodes import split_matrices
 from service.encoders.gltf.primitives import build_drawables
-from service.engine.scenes.scene import Scene, scene_parts
-from service.surface.lowered import Color, PlacedModel
-from service.surface.placement import is_mirroring
-
-NEGLIGIBLE = 1e-12
-"""Columns whose cosine is at most this count as perpendicular, and a scaling that differs from 1 by
-at most this counts as 1. Rounding errors are about 1e-16."""
+from service.engine.scenes.scene import Scene, count_parts, scene_parts
+from service.surface.lowered import Color, GroupNode, PlacedModel
 
 
 def encode_glb_scene(scene: Scene, options: EncodeOptions) -> bytes:
@@ -74,23 +62,24 @@ class _Document:
             "meshes": self.meshes,
             "materials": self.materials,
         }
-        report = report_object(scene.report, scene_parts(scene))
+        # The parts of very many faces would not be listed.
+        is_listed = scene.report.brep is None or count_parts(scene) <= MAX_LISTED_FACES
+        report = report_object(scene.report, scene_parts(scene) if is_listed else ())
         return build_whole_document(scene.name, report, arrays, self.buffer, self.options)
 
     def _add_tree(self) -> list[int]:
         """Add the nodes of all copies, and those above them; returns the numbers of the first."""
         copies = self.scene.nodes
-        if not self.scene.tree:
-            numbers = []
-            for copy in copies:
-                numbers.append(len(self.nodes))
-                self._add_copy(self._add_node(copy.name, copy.matrix), copy)
-            return numbers
+        tree = self.scene.tree or [
+            GroupNode(copy.name, matrix=copy.matrix, copy=number)
+            for number, copy in enumerate(copies)
+        ]
         roots: list[int] = []
         inside: list[JsonObject] = []
-        for each in self.scene.tree:
+        fields = split_matrices([each.matrix for each in tree])
+        for each, (outer, inner) in zip(tree, fields, strict=True):
             number = len(self.nodes)
-            node = self._add_node(each.name, each.matrix)
+            node = self._add_node(each.name, outer, inner)
             inside.append(node)
             if each.copy is not None:
                 self._add_copy(node, copies[each.copy], each.name)
@@ -98,10 +87,9 @@ class _Document:
             (roots if above is None else above.setdefault("children", [])).append(number)
         return roots
 
-    def _add_node(self, name: str, matrix: FloatArray | None) -> JsonObject:
-        """Add a node, and a child of it if there is shear; returns the one that has the bodies."""
-        node_fields, child_fields = split_matrix(matrix)
-        node: JsonObject = {"name": name, **node_fields}
+    def _add_node(self, name: str, fields: JsonObject, child_fields: JsonObject) -> JsonObject:
+        """Add a node, and a child of it if it has fields; returns the one that has the bodies."""
+        node: JsonObject = {"name": name, **fields}
         self.nodes.append(node)
         if child_fields:
             node["children"] = [len(self.nodes)]
@@ -150,59 +138,3 @@ class _Document:
             self._material_numbers[key] = len(self.materials)
             self.materials.append(material)
         return self._material_numbers[key]
-
-
-def split_matrix(matrix: FloatArray | None) -> tuple[JsonObject, JsonObject]:
-    """Split an affine matrix into the fields of a node, and of its child node if there is shear.
-
-    The fields are `translation`, `rotation` and `scale`. None stands for the identity. Without
-    shear, the second result is empty.
-    """
-    if matrix is None:
-        return {}, {}
-    shift, linear = matrix[:3, 3], matrix[:3, :3]
-    fields: JsonObject = {"translation": shift.tolist()} if shift.any() else {}
-    if not (linear - np.diag(np.diag(linear))).any():
-        return fields | _write_scale(np.diag(linear)), {}
-    # If the columns are perpendicular, linear = turn · diag(lengths).
-    lengths = np.sqrt((linear**2).sum(axis=0))
-    if is_mirroring(linear):
-        lengths = -lengths
-    turn = linear / lengths
-    if np.abs(turn.T @ turn - np.eye(3)).max() <= NEGLIGIBLE:
-        return fields | {"rotation": quaternion(turn)} | _write_scale(lengths), {}
-    # linear = left · diag(scale) · right, where `left` and `right` may mirror at first.
-    left, scale, right = np.linalg.svd(linear)
-    if is_mirroring(left):
-        left, scale = -left, -scale
-    if is_mirroring(right):
-        right, scale = -right, -scale
-    fields |= {"rotation": quaternion(left)} | _write_scale(scale)
-    return fields, {"rotation": quaternion(right)}
-
-
-def quaternion(turn: FloatArray) -> list[float]:
-    """The unit quaternion (x, y, z, w) of a rotation matrix (3, 3).
-
-    References
-    ----------
-    Shepperd, Quaternion from rotation matrix, J. Guidance and Control 1(3), 1978.
-    """
-    trace = np.trace(turn)
-    # 4 times the squares of x, y, z and w.
-    squares = np.append(1 - trace + 2 * np.diag(turn), 1 + trace)
-    # `products` is 4 times the quaternion times its largest component: the fewest digits are lost.
-    largest_index = int(np.argmax(squares))
-    x, y, z = turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]
-    products = np.array([x, y, z, squares[3]])
-    if largest_index < 3:
-        symmetric = turn + turn.T
-        products = np.append(symmetric[largest_index], (x, y, z)[largest_index])
-        products[largest_index] = squares[largest_index]
-    unit: list[float] = (products / np.linalg.norm(products)).tolist()
-    return unit
-
-
-def _write_scale(scale: FloatArray) -> JsonObject:
-    """The field `scale` of a node, unless all scalings are 1."""
-    return {"scale": scale.tolist()} if np.abs(scale - 1).max() > NEGLIGIBLE else {}

@@ -14,6 +14,11 @@ import numpy as np
 from service.bases.arrays import FloatArray
 from service.engine.accuracy import Accuracy
 from service.engine.bounds.goal import Goal, View, build_tolerance_error
+from service.engine.scenes.copies import (
+    bound_placing_errors,
+    find_distance,
+    stack_placements,
+)
 from service.engine.scenes.placing import bound_placing_error, scalings
 from service.surface.brep_model import BrepModel
 from service.surface.lowered import Chain, GroupModel, PatchModel
@@ -85,14 +90,23 @@ def build_model_goals(goal: Goal, group: GroupModel, error: float) -> tuple[Goal
     InvalidRequest
         `tolerance_too_small` if rounding is most of the tolerance; without a pointer.
     """
-    goals: dict[int, Goal] = {}
-    for member in group.members:
-        bounds = group.models[member.model].bounds
-        moved = move_goal(goal, member.matrix, bounds, error, member.chain)
-        before = goals.setdefault(member.model, moved)
-        if moved.tolerance < before.tolerance:
-            goals[member.model] = moved
-    return tuple(goals[number] for number in sorted(goals))
+    boxes = [model.bounds for model in group.models]
+    if goal.view is not None:
+        return tuple(
+            move_goal(goal, member.matrix, boxes[member.model], error, member.chain)
+            for member in group.members
+        )
+    placements = stack_placements(group.members)
+    distances = [find_distance(*box) for box in boxes]
+    roundings = bound_placing_errors(group.members, placements, distances) + error
+    tolerances = np.where(roundings > 0, goal.tolerance - roundings, goal.tolerance)
+    wrong = np.flatnonzero(goal.tolerance < LEAST_ROUNDINGS * roundings)
+    if len(wrong):
+        subtract_rounding(goal, roundings.item(wrong[0]), boxes[0])  # raises the error
+    tolerances = tolerances / placements.most * LESS
+    least = np.full(len(boxes), inf)
+    np.minimum.at(least, [member.model for member in group.members], tolerances)
+    return tuple(replace(goal, tolerance=tolerance) for tolerance in least.tolist())
 
 
 def move_goal(

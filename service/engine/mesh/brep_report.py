@@ -69,12 +69,12 @@ _COUNTS = (
 )  # fmt: skip
 
 
-def add_brep_reports(reports: Sequence[BrepReport | None]) -> BrepReport | None:
-    """The report on several meshes together; None if none of them is the mesh of a brep.
+def add_brep_reports(reports: Sequence[tuple[BrepReport, int]]) -> BrepReport | None:
+    """The report on several meshes, each with its number of copies; None if there are none.
 
-    The numbers of skipped faces are those of their own brep.
+    The numbers of skipped faces are those of their own brep; a face is listed once for all copies.
     """
-    present = [report for report in reports if report is not None]
+    present = [report for report, _ in reports]
     if not present:
         return None
     reasons = [report.unbounded_reason for report in present if report.unbounded_reason]
@@ -86,5 +86,5 @@ def add_brep_reports(reports: Sequence[BrepReport | None]) -> BrepReport | None:
         longest_chain=max(report.longest_chain for report in present),
         skipped_faces=tuple(face for report in present for face in report.skipped_faces),
         unbounded_reason=reasons[0] if reasons else None,
-        **{name: sum(getattr(report, name) for report in present) for name in _COUNTS},
+        **{name: sum(getattr(each, name) * count for each, count in reports) for name in _COUNTS},
     )

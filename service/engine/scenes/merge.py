@@ -69,7 +69,7 @@ def add_reports(reports: Sequence[MeshReport]) -> MeshReport:
         curvature=merge_ranges([report.curvature for report in reports]),
         merged_knots=sum(report.merged_knots for report in reports),
         moved=max(report.moved for report in reports),
-        brep=add_brep_reports([report.brep for report in reports]),
+        brep=add_brep_reports([(report.brep, 1) for report in reports if report.brep]),
     )
 
 

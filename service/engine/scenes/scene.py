@@ -1,31 +1,22 @@
 """A group of models as a scene: the mesh of each distinct model, and the placements of its copies.
 
-Formats with nodes encode the scene; for other formats it is flattened to one mesh.
+Formats with nodes encode the scene; for other formats it is flattened to one mesh
+(`service.engine.scenes.flattening`).
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, IndexArray, RealArray
-from service.bases.row_batches import unique_rows
-from service.engine.extent import AT_ZERO, choose_origin, find_extent, find_stored_bounds
-from service.engine.mesh.mesh import Mesh, MeshPart, MeshReport, find_largest_angle, round_ranges
-from service.engine.scenes.colors import tint
-from service.engine.scenes.merge import add_reports, merge_meshes
-from service.engine.scenes.painting import paint_parts
-from service.engine.scenes.placing import (
-    bound_placing_error,
-    place_normals,
-    place_points,
-    reverse_faces,
-    scalings,
-)
+from service.bases.arrays import FloatArray, RealArray
+from service.engine.extent import AT_ZERO, choose_origin, find_stored_bounds
+from service.engine.mesh.mesh import Mesh, MeshPart, MeshReport, round_ranges
+from service.engine.scenes.copies import stack_placements
+from service.engine.scenes.placing import place_points
+from service.engine.scenes.reports import find_shown_points, find_spreads, report_copies
 from service.engine.stored_positions import Storage, bound_single_error
 from service.surface.checks import Up
 from service.surface.lowered import GroupModel, GroupNode, PlacedModel
-from service.surface.placement import is_mirroring
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -59,39 +50,14 @@ class Scene:
 
 def arrange(model: GroupModel, meshes: tuple[Mesh, ...]) -> Scene:
     """The scene of a group, given the meshes of its models."""
-    reports = [_place_report(meshes[node.model], node) for node in model.members]
-    report = add_reports(reports)
+    report = report_copies(meshes, model.members)
     return Scene(model.name, model.up, model.members, meshes, report, tree=model.nodes)
 
 
-def flatten(scene: Scene) -> Mesh:
-    """All copies as one mesh, float64, in the coordinates of the scene.
-
-    A part has the name of its member. If the surface of the member has several parts, the name is
-    "member/part".
-    """
-    copies = [_place_copy(scene.meshes[node.model], node) for node in scene.nodes]
-    mesh = merge_meshes(copies, scene.name)
-    if scene.joined:
-        mesh = replace(mesh, welds=_join_welds(mesh, copies, scene.joined))
-    return replace(mesh, up=scene.up, report=scene.report)
-
-
-def _join_welds(
-    mesh: Mesh, copies: Sequence[Mesh], joined: tuple[tuple[int, ...], ...]
-) -> IndexArray:
-    """For each vertex, the first vertex at its position; only joined nodes share positions."""
-    count = len(mesh.positions)
-    welds = np.arange(count, dtype=np.uint32) if mesh.welds is None else mesh.welds.copy()
-    first = np.cumsum([0, *(len(copy.positions) for copy in copies)])
-    for nodes in joined:
-        rows = np.concatenate([np.arange(first[n], first[n + 1]) for n in nodes])
-        # + 0.0 turns −0.0 into 0.0, because rows are compared bit by bit.
-        first_at_position, position_number = unique_rows(
-            mesh.positions[rows].astype(np.float64) + 0.0
-        )
-        welds[rows] = rows[first_at_position[position_number]]
-    return welds
+def count_parts(scene: Scene) -> int:
+    """The number of the parts of all copies."""
+    counts = [len(mesh.parts) for mesh in scene.meshes]
+    return sum(counts[node.model] for node in scene.nodes)
 
 
 def scene_parts(scene: Scene) -> tuple[MeshPart, ...]:
@@ -99,9 +65,37 @@ def scene_parts(scene: Scene) -> tuple[MeshPart, ...]:
 
     The faces of a part are numbered as in the mesh of its copy.
     """
-    return tuple(
-        part for node in scene.nodes for part in _place_parts(scene.meshes[node.model], node)
-    )
+    spreads = find_spreads(scene.meshes, scene.nodes, stack_placements(scene.nodes))
+    parts: list[MeshPart] = []
+    for node, *spread in zip(scene.nodes, *(each.tolist() for each in spreads), strict=True):
+        parts += place_parts(scene.meshes[node.model], node, (spread[0], spread[1]))
+    return tuple(parts)
+
+
+def place_parts(
+    mesh: Mesh, node: PlacedModel, spread: tuple[float, float], first: tuple[int, int] = (0, 0)
+) -> list[MeshPart]:
+    """The parts of one copy, with its names and colours.
+
+    Parameters
+    ----------
+    spread : (float, float)
+        The factor by which placing multiplies distances, and the rounding error that it adds.
+    first : (int, int)
+        The numbers of the first triangle and of the first quad of the copy.
+    """
+    (stretch, error), (t, q) = spread, first
+    has_one_part = len(mesh.parts) == 1
+    return [
+        MeshPart(
+            node.name if has_one_part else f"{node.name}/{part.name}",
+            (part.triangles[0] + t, part.triangles[1] + t),
+            (part.quads[0] + q, part.quads[1] + q),
+            part.color or node.color,
+            _grow(part.deviation_bound, stretch, error),
+        )
+        for part in mesh.parts
+    ]
 
 
 def store_positions(mesh: Mesh, storage: Storage, origin: FloatArray) -> Mesh:
@@ -149,85 +143,20 @@ def move_to_zero(mesh: Mesh) -> Mesh:
     """The mesh with float32 positions about (0, 0, 0), for formats without a local origin."""
     if not mesh.origin.any():
         return mesh
-    return round_to_single(place_mesh(mesh, PlacedModel(mesh.name, 0)), AT_ZERO)
 
+    def move(positions: RealArray) -> FloatArray:
+        return place_points(positions, None, mesh.origin)
 
-def _place_copy(mesh: Mesh, node: PlacedModel) -> Mesh:
-    """One placed copy, with the names and the colour of its member."""
-    copy = place_mesh(mesh, node)
-    overlays = (replace(overlay, name=f"{node.name}/{overlay.name}") for overlay in copy.overlays)
-    copy = replace(copy, parts=_place_parts(mesh, node), overlays=tuple(overlays))
-    if mesh.report.brep is not None:
-        return paint_parts(copy)
-    if node.color is None:
-        return copy
-    return replace(copy, colors=tint(copy.colors, np.array(node.color), len(copy.positions)))
-
-
-def _place_parts(mesh: Mesh, node: PlacedModel) -> tuple[MeshPart, ...]:
-    """The parts of one copy."""
-    has_one_part = len(mesh.parts) == 1
-    stretch, error = _find_spread(mesh, node)
-    return tuple(
-        replace(
-            _spread_part(part, stretch, error),
-            name=node.name if has_one_part else f"{node.name}/{part.name}",
-            color=part.color or node.color,
-        )
-        for part in mesh.parts
-    )
-
-
-def place_mesh(mesh: Mesh, node: PlacedModel) -> Mesh:
-    """The placed mesh: float64, in the coordinates of the scene.
-
-    Points become L x + t, and normals the unit vectors of L⁻ᵀ n. If L mirrors, faces are reversed,
-    so that they stay counter-clockwise about their normals, and grids are transposed.
-    """
-    matrix = node.matrix
-    positions = place_points(mesh.positions, matrix, mesh.origin)
-    overlays = tuple(
-        replace(overlay, positions=place_points(overlay.positions, matrix, mesh.origin))
-        for overlay in mesh.overlays
-    )
-    normals, triangles, quads, grids = mesh.normals, mesh.triangles, mesh.quads, mesh.grids
-    if normals is not None:
-        normals = place_normals(normals, matrix)
-    if is_mirroring(matrix):
-        triangles, quads = reverse_faces(triangles), reverse_faces(quads)
-        grids = tuple(grid.swapaxes(1, 2) for grid in grids)
-    return replace(
+    overlays = tuple(replace(each, positions=move(each.positions)) for each in mesh.overlays)
+    moved = replace(
         mesh,
-        positions=positions,
-        normals=normals,
-        triangles=triangles,
-        quads=quads,
-        grids=grids,
+        positions=move(mesh.positions),
+        normals=None if mesh.normals is None else mesh.normals.astype(np.float64),
         overlays=overlays,
         origin=np.zeros(3),
-        step=0.0,  # placed positions are not on a grid
-        report=_place_report(mesh, node),
+        step=0.0,  # moved positions are not on a grid
     )
-
-
-def _place_report(mesh: Mesh, node: PlacedModel) -> MeshReport:
-    """The report of a mesh after a placement."""
-    matrix = node.matrix
-    if matrix is None and node.chain is None:
-        return mesh.report
-    placed_points = place_points(find_shown_points(mesh), matrix, mesh.origin)
-    (a, b, c), (d, e, f) = (bound.tolist() for bound in find_extent(placed_points))
-    report = replace(mesh.report, bounds_min=(a, b, c), bounds_max=(d, e, f))
-    if report.normal_angle is not None and mesh.normals is not None:
-        angle = find_largest_angle(mesh.triangles, place_normals(mesh.normals, matrix))
-        report = replace(report, normal_angle=angle)
-    return _spread_report(report, *_find_spread(mesh, node))
-
-
-def _find_spread(mesh: Mesh, node: PlacedModel) -> tuple[float, float]:
-    """The largest factor by which placing multiplies distances, and the rounding error it adds."""
-    low, high = np.array(mesh.report.bounds_min), np.array(mesh.report.bounds_max)
-    return scalings(node.matrix)[1], bound_placing_error(node.matrix, low, high, node.chain)
+    return round_to_single(moved, AT_ZERO)
 
 
 def _spread_part(part: MeshPart, stretch: float, error: float) -> MeshPart:
@@ -249,15 +178,3 @@ def _spread_report(report: MeshReport, stretch: float, error: float) -> MeshRepo
 def _grow(bound: float | None, stretch: float, error: float) -> float | None:
     """A bound multiplied by `stretch`, plus `error`; None stays None."""
     return None if bound is None else bound * stretch + error
-
-
-def find_shown_points(mesh: Mesh) -> RealArray:
-    """The points (N, 3) that determine the bounds of a mesh: its vertices, or else its lines.
-
-    If the mesh has neither, they are the corners of the bounds in its report.
-    """
-    if len(mesh.positions):
-        return mesh.positions
-    lines = [overlay.positions for overlay in mesh.overlays if len(overlay.positions)]
-    corners = np.array([mesh.report.bounds_min, mesh.report.bounds_max]) - mesh.origin
-    return np.concatenate(lines) if lines else corners

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from oracles.gltf import Gltf, read_glb, read_gltf
 from service.encoders.format import EncodeOptions
-from service.encoders.gltf.scene import quaternion, split_matrix
+from service.encoders.gltf.nodes import quaternion, split_matrix
 from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render

@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from service.engine.scenes.flattening import flatten
 from service.engine.scenes.painting import paint_parts
-from service.engine.scenes.scene import Scene, arrange, flatten
+from service.engine.scenes.scene import Scene, arrange
 from service.surface.bezier import BezierSurface
 from service.surface.lowered import Color, GroupModel, PatchModel, PlacedModel
 from tools.meshes import build_brep, build_silo

@@ -9,8 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.engine.mesh.mesh import Mesh
+from service.engine.scenes.flattening import flatten
 from service.engine.scenes.placing import bound_placing_error, place_points
-from service.engine.scenes.scene import arrange, flatten, round_to_single, scene_parts
+from service.engine.scenes.scene import arrange, round_to_single, scene_parts
 from service.engine.stored_positions import bound_single_error
 from service.surface.lowered import GroupModel, PlacedModel
 from tests.strategies import Array, placements
