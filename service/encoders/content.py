@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from service.bases.arrays import Bools, Bytes, FloatArray, IndexArray, Ints, RealArray
 from service.bases.cache import Result, derive_once
-from service.encoders.text import FLOAT64_CHARS, rows
+from service.encoders.text import FLOAT64_CHARS, LONGEST_ESCAPE, rows
 from service.engine.clustering import find_leaders
 from service.engine.mesh.brep_report import BrepReport
 from service.engine.mesh.mesh import Mesh, MeshPart, MeshReport, Overlay
@@ -166,12 +166,17 @@ SKIPPED_FACE_CHARS = 320
 """The most characters of a skipped face in a report."""
 
 
-def bound_brep_chars(faces: int) -> int:
-    """The most characters that breps with this number of faces add to a report, without names."""
-    if not faces:
+def bound_brep_chars(defined_faces: int, placed_faces: int, name_bytes: int) -> int:
+    """The most characters that the faces of breps add to a report, with their names.
+
+    The parameters are those of `MeshSize`; `name_bytes` are those of the names of placed faces.
+    """
+    if not defined_faces:
         return 0
-    listed = min(faces, MAX_LISTED_FACES)
-    return BREP_CHARS + listed * REPORT_PART_CHARS + faces * SKIPPED_FACE_CHARS
+    chars = BREP_CHARS + defined_faces * SKIPPED_FACE_CHARS
+    if placed_faces > MAX_LISTED_FACES:
+        return chars
+    return chars + placed_faces * REPORT_PART_CHARS + name_bytes * LONGEST_ESCAPE
 
 
 def report_object(report: MeshReport, parts: Sequence[MeshPart]) -> dict[str, object]:

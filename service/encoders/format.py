@@ -110,6 +110,9 @@ class MeshSize:
     faces : int
         Number of faces of breps. Each is a part of the mesh, but not a drawable: a drawable has all
         faces of one colour.
+    placed_faces, defined_faces, face_name_bytes : int
+        Number of these faces if each copy counts, and if equal surfaces count once; and the bytes
+        of the names of all placed faces.
     """
 
     vertices: int
@@ -125,6 +128,9 @@ class MeshSize:
     colors: int = 0
     attributes: tuple[tuple[str, int], ...] = ()
     faces: int = 0
+    placed_faces: int = 0
+    defined_faces: int = 0
+    face_name_bytes: int = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -91,6 +91,8 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
     # 14 numbers: bounds (6), curvatures (4), two bounds, normal angle and unit. 640 characters
     # suffice for the keys and brackets of the document, for whole numbers and for `moved`.
     report = 640 + 14 * FLOAT64_CHARS
+    # Names of faces are in the list of parts, too.
+    brep = 2 * bound_brep_chars(size.defined_faces, size.placed_faces, size.face_name_bytes)
     return (
         size.vertices * vertex
         + size.triangles * 2 * (3 * index + 2)
@@ -98,7 +100,7 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
         + size.overlay_points * position
         + size.overlay_segments * (2 * index + 2)
         + (size.drawables + min(size.faces, MAX_LISTED_FACES)) * part
-        + bound_brep_chars(size.faces)
+        + brep
         # The report repeats the names of parts.
         + 2 * size.name_bytes * LONGEST_ESCAPE
         + sum(len(name) + 8 for name, _ in size.attributes)

@@ -80,6 +80,7 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
         + COMMENT_CHARS
         + (size.drawables + size.faces + 1) * len("o _\n")
         + size.name_bytes
+        + size.face_name_bytes
     )
 
 

@@ -9,6 +9,7 @@ from dataclasses import replace
 from math import pi
 from typing import Protocol, TypeAlias
 
+from service.engine.accuracy import Accuracy
 from service.engine.adaptive.borders.curves import SideNormals, build_side_normals
 from service.engine.adaptive.limits import Effort
 from service.engine.adaptive.meshing import ModelMesher
@@ -31,6 +32,16 @@ from service.surface.lowered import GroupModel, PatchModel, SingleModel
 
 MeshedModel: TypeAlias = PatchModel | BrepModel | GroupModel
 """A model that can be meshed by tolerance. A group has no tubes and ribbons."""
+
+
+COPY_WEIGHT = 1 / 16
+"""The weight of a copy in the limits of triangles and vertices, if the file stores its mesh only
+once."""
+
+
+def weigh_copies(copies: int) -> float:
+    """The number by which a mesh counts in these limits, if this number of copies share it."""
+    return max(1.0, copies * COPY_WEIGHT)
 
 
 class Mesher(Protocol):
@@ -92,7 +103,10 @@ class GroupMesher:
         has_nodes: bool,
         is_quantized: bool,
     ) -> None:
-        has_camera = options.accuracy is not None and options.accuracy.camera is not None
+        accuracy = options.accuracy or Accuracy()
+        has_camera = accuracy.camera is not None
+        # A budget of triangles is for all copies together.
+        self._shares_meshes = has_nodes and accuracy.max_triangles is None
         self._joined, self._is_welded = joined, options.weld
         self.model = separate_copies(joined.group) if has_camera else joined.group
         self._storage, self._has_nodes = storage, has_nodes
@@ -121,12 +135,13 @@ class GroupMesher:
         meshes = []
         normals = self._build_normals() if goal.angle < pi else {}
         for number, (mesher, model_goal) in enumerate(zip(self._meshers, goals, strict=True)):
-            most_of_copy = most // copies[number]
+            weight = weigh_copies(copies[number]) if self._shares_meshes else copies[number]
+            most_of_copy = int(most / weight)
             if isinstance(mesher, BrepMesher):
                 mesh = mesher.build_mesh(model_goal, most_of_copy, effort)
             else:
                 mesh = mesher.build_mesh(model_goal, most_of_copy, effort, normals.get(number))
-            most -= len(mesh.triangles) * copies[number]
+            most -= int(len(mesh.triangles) * weight)
             meshes.append(mesh)
         scene = separate_members(
             arrange(group, tuple(meshes)), self._joined, is_welded=self._is_welded

@@ -1,8 +1,9 @@
 """Makes meshes by tolerance or by budget; stops and refuses a mesh that becomes too large."""
 
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Iterator
 from dataclasses import replace
-from math import inf
+from math import ceil, inf
 from typing import TypeAlias
 
 from service.encoders.format import Content, MeshSize
@@ -10,14 +11,14 @@ from service.engine.accuracy import Accuracy
 from service.engine.adaptive.limits import Effort
 from service.engine.adaptive.tolerances import build_goal
 from service.engine.mesh.mesh import Mesh
-from service.engine.meshers import build_mesher
+from service.engine.meshers import build_mesher, weigh_copies
 from service.engine.models import NOT_PATCHES
 from service.engine.options import MeshOptions
 from service.engine.scenes.scene import Scene
 from service.engine.stored_positions import Storage
 from service.errors import InvalidRequest, Issue, TooLarge, count_nouns
 from service.measuring import Measured
-from service.pipeline.brep_cost import count_coarsest, estimate_preparation
+from service.pipeline.brep_cost import estimate_preparation
 from service.pipeline.budget_search import Attempt, search_tolerances
 from service.pipeline.checks import check_bytes, check_vertices
 from service.pipeline.cost import (
@@ -25,6 +26,7 @@ from service.pipeline.cost import (
     MIN_TRIANGLE_BYTES,
     TRIANGLE_EFFORT,
     adaptive_triangles,
+    count_counted,
 )
 from service.pipeline.mesh_plan import MeshPlan
 from service.surface.curve_model import SweepModel
@@ -74,7 +76,7 @@ def prepare_meshes(
         raise InvalidRequest(NOT_PATCHES)  # never reached: `plan_mesh` refuses such a request
     fmt, limits = plan.fmt, plan.limits
     all_effort = effort or Effort(EFFORT_FACTOR * limits.max_multiplications)
-    all_effort.spend(estimate_preparation(plan.counted_size))
+    all_effort.spend(estimate_preparation(plan.distinct_size))
     try:
         mesher = build_mesher(
             model,
@@ -97,7 +99,7 @@ def prepare_meshes(
             max_triangles, limit_pointer = accuracy.max_triangles, "/max_triangles"
         # `plan.max_triangles` is at most `allowed_triangles`; it is less if memory is the limit.
         requested = plan.options.accuracy or accuracy
-        coarsest = count_coarsest(plan.counted_size)
+        coarsest = count_counted(requested, plan.counted_size, plan.surface_size)
         allowed_triangles = adaptive_triangles(requested, limits, coarsest)
         is_memory_limit = plan.max_triangles < min(allowed_triangles, max_triangles)
         memory = plan.cost.memory if is_memory_limit else None
@@ -117,7 +119,7 @@ def prepare_meshes(
         except InvalidRequest as error:
             invalid = (replace(issue, pointer=accuracy.pointer) for issue in error.issues)
             raise InvalidRequest(*invalid) from None
-        all_effort.spent += TRIANGLE_EFFORT * mesh.report.triangles
+        all_effort.spent += TRIANGLE_EFFORT * sum(len(each.triangles) for each, _ in _weigh(mesh))
         check_mesh(mesh, plan, accuracy)
         return plan.note_unit(mesh)
 
@@ -194,11 +196,20 @@ def build_within_budget(
 def check_mesh(mesh: AnyMesh, plan: MeshPlan, accuracy: Accuracy) -> None:
     """Refuse a mesh with too many vertices, or whose file may have too many bytes."""
     where = accuracy.pointer
-    copies = [mesh] if isinstance(mesh, Mesh) else [mesh.meshes[n.model] for n in mesh.nodes]
-    vertices = sum(len(each.positions) for each in copies)
+    vertices = ceil(sum(len(each.positions) * weight for each, weight in _weigh(mesh)))
     size = size_of_mesh(mesh, plan.stored)
     check_vertices(vertices + size.overlay_points, plan.limits, where)
     check_bytes(plan.fmt.byte_bound(size, plan.encode), plan.fmt, plan.limits, where)
+
+
+def _weigh(mesh: AnyMesh) -> Iterator[tuple[Mesh, float]]:
+    """The stored meshes, each with the number by which its vertices count in the limit."""
+    if isinstance(mesh, Mesh):
+        yield mesh, 1.0
+        return
+    copies = Counter(node.model for node in mesh.nodes)
+    for number, each in enumerate(mesh.meshes):
+        yield each, weigh_copies(copies[number])
 
 
 def check_content(content: Content, accuracy: Accuracy | None) -> None:

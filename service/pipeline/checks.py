@@ -37,6 +37,9 @@ def check_surface(size: SurfaceSize, limits: Limits) -> SurfaceSize:
     message = "The surface has too many Bézier patches: one for every span of its knots."
     issue = Issue("too_many_patches", message, "/surface")
     check_count(size.patches + size.face_patches, limits.max_patches, "patches", issue)
+    message = "The surface has too many faces, each counted for every placement."
+    issue = Issue("too_many_placed_faces", message, "/surface")
+    check_count(size.placed_faces, limits.max_placed_faces, "faces", issue)
     subject = "As patches the surface"  # `check_memory` adds "would take more memory than …"
     limits.check_memory(lowering_memory(size), subject, "/surface", "a smaller surface")
     return size

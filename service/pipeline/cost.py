@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
+from service.encoders.content import MAX_LISTED_FACES
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.engine.accuracy import Accuracy
 from service.engine.options import MeshOptions
@@ -58,6 +59,10 @@ addition to the memory of its lowered surface, as much again."""
 MIN_TRIANGLE_BYTES = 1
 """The fewest bytes of a triangle in any format."""
 
+MEMBER_SECONDS, FACE_PART_BYTES = 5e-5, 500
+"""Seconds for each placed member of a group, in addition to those for its surface; and bytes for
+each placed face of a brep as a part of the mesh."""
+
 EFFORT_FACTOR, TRIANGLE_EFFORT = 2, 5_000
 """A mesh by tolerance, or the search for a mesh within a budget, may take `EFFORT_FACTOR` times the
 multiplications of other work; one triangle takes at least `TRIANGLE_EFFORT` multiplications."""
@@ -103,9 +108,8 @@ def lowering_memory(size: SurfaceSize, other_bytes: int = 0) -> int:
     Afterwards the patches, the data of their shared edges and `other_bytes` bytes are in use.
     """
     patch_bytes = size.lowered_bytes + SEAM_BYTES * size.patches + 4 * size.side_bytes
-    return MIN_SCRATCH_BYTES + max(
-        size.peak_bytes, patch_bytes + prepared_bytes(size) + other_bytes
-    )
+    lowered = max(size.peak_bytes, patch_bytes + prepared_bytes(size) + other_bytes)
+    return MIN_SCRATCH_BYTES + size.member_bytes + lowered
 
 
 def compression_cost(length: int) -> Cost:
@@ -116,12 +120,10 @@ def compression_cost(length: int) -> Cost:
 def definition_cost(size: SurfaceSize, max_bytes: int = sys.maxsize) -> Cost:
     """The cost of writing a surface as JSON of at most `max_bytes` bytes.
 
-    8 bytes become at most 32 characters. Each member of a group is written, so `size` must count
-    equal members each.
+    8 bytes become at most 32 characters. `size` is `SurfaceKind.written_size`.
     """
-    byte_bound = min(
-        max_bytes, 1000 + 600 * size.members + 4 * size.surface_bytes + 8 * size.name_bytes
-    )
+    names = size.name_bytes + size.face_name_bytes
+    byte_bound = min(max_bytes, 1000 + 600 * size.members + 4 * size.surface_bytes + 8 * names)
     seconds = 1e-4 * size.members + 5e-5 * size.faces + byte_bound * 1e-8
     return Cost(3 * byte_bound, seconds)
 
@@ -181,7 +183,8 @@ def estimation_cost(size: SurfaceSize, options: MeshOptions, formats: int, limit
     vertices = 0 if options.accuracy else mesh_counts(size, options).vertices
     counted_vertices = vertices if vertices <= limits.max_vertices else 0
     memory = with_scratch(lowering_memory(size) + VERTEX_BYTES // 2 * counted_vertices)
-    seconds = 4e-4 + 6e-5 * formats + 3e-5 * size.patches + 1e-3 * (size.members - 1)
+    seconds = 4e-4 + 6e-5 * formats + 3e-5 * size.patches + 1e-3 * (size.surfaces - 1)
+    seconds += MEMBER_SECONDS * (size.members - 1)
     if options.accuracy is not None:
         seconds += 1e-4 * size.patches + 5e-3
     return Cost(min(memory, limits.max_memory), seconds)
@@ -213,7 +216,7 @@ def mesh_cost(
     # plan is not cached, they take less time than `seconds`.
     seconds = 1.2e-3 + 4e-5 * size.patches + mesh.vertices * 1.5e-7 + file_bytes * 1.5e-9
     if size.curves or size.members > 1 or options.has_solid_wires:
-        seconds += 2e-3 * size.members
+        seconds += 2e-3 * size.surfaces + MEMBER_SECONDS * size.members
     # Measured: texts take at least half of this time, other files a tenth; half of each is a margin
     # for faster processors.
     least_seconds = seconds / (20 if fmt.is_float32 else 4)
@@ -258,6 +261,9 @@ def adaptive_cost(
     mesh: MeshSize,
     form: tuple[Format, EncodeOptions],
     limits: Limits,
+    *,
+    complete: SurfaceSize,
+    distinct: SurfaceSize,
 ) -> tuple[int, int, Cost]:
     """The size and cost of the largest mesh by tolerance that limits, budget and memory allow.
 
@@ -270,6 +276,8 @@ def adaptive_cost(
         Numbers of patches, names and overlays of the mesh.
     form : (Format, EncodeOptions)
     limits : Limits
+    complete, distinct : SurfaceSize
+        The sizes of all surfaces of a group, and of the distinct ones.
 
     Returns
     -------
@@ -291,7 +299,8 @@ def adaptive_cost(
     line_memory = LINE_BYTES * (mesh.overlay_points + mesh.overlay_segments + mesh.overlay_cells)
     surface_memory = lowering_memory(size)
     array_bytes = SCRATCH_BYTES if size.faces else CELL_ARRAY_BYTES
-    fixed_memory = surface_memory + array_bytes + files * empty_bytes + line_memory
+    part_memory = FACE_PART_BYTES * max(size.faces, min(size.placed_faces, MAX_LISTED_FACES))
+    fixed_memory = surface_memory + array_bytes + files * empty_bytes + line_memory + part_memory
     proof_bytes = PROVED_BYTES if size.faces else PROOF_BYTES
     triangle_memory = proof_bytes + 8 * size.width + files * triangle_bytes
     limits.check_memory(
@@ -301,7 +310,7 @@ def adaptive_cost(
         limits.max_memory // MEMORY_SHARE, min(fixed_memory + surface_memory, limits.max_memory)
     )
     max_triangles = min(
-        adaptive_triangles(accuracy, limits, count_coarsest(size)),
+        adaptive_triangles(accuracy, limits, count_counted(accuracy, size, complete)),
         (allowed_memory - fixed_memory) // triangle_memory,
     )
     file_bytes = min(
@@ -309,8 +318,16 @@ def adaptive_cost(
         limits.max_bytes,
         accuracy.max_bytes or sys.maxsize,
     )
-    seconds = 5e-3 + 3e-5 * max_triangles + 1e-3 * size.coedges
+    seconds = 5e-3 + 3e-5 * max_triangles + 1e-3 * distinct.coedges + MEMBER_SECONDS * size.members
     return max_triangles, file_bytes, Cost(fixed_memory + triangle_memory * max_triangles, seconds)
+
+
+def count_counted(accuracy: Accuracy, size: SurfaceSize, complete: SurfaceSize) -> int:
+    """The most triangles of the coarsest mesh, as they count: in a budget, those of all copies.
+
+    `size` and `complete` are the sizes of the surfaces that are stored, and of all surfaces.
+    """
+    return count_coarsest(size if accuracy.max_triangles is None else complete)
 
 
 def adaptive_triangles(accuracy: Accuracy, limits: Limits, coarsest: int = 0) -> int:

@@ -88,7 +88,7 @@ def plan_definition(surface: Surface, limits: Limits = DEFAULT_LIMITS) -> Work[b
 def _plan_document(
     surface: Surface, limits: Limits, where: str, reading: Mapping[str, Any] | None = None
 ) -> Work[bytes]:
-    cost = definition_cost(surface.size(), limits.max_bytes)
+    cost = definition_cost(surface.written_size(), limits.max_bytes)
     return Work(cost, partial(_write_document, surface, limits, where, reading))
 
 

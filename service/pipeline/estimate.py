@@ -22,6 +22,7 @@ from service.engine.curvatures.placement_scale import add_stretches
 from service.engine.curvatures.rows import is_affordable
 from service.engine.joining.join import join
 from service.engine.joining.members import join_group
+from service.engine.meshers import COPY_WEIGHT
 from service.engine.options import MeshOptions
 from service.engine.plans.counts import Counts, count_mesh
 from service.engine.quantize import find_grid_error
@@ -214,7 +215,7 @@ def _predict(
     patch_models = [submodel for submodel in models if isinstance(submodel, PatchModel)]
     counts_bound = Counts(size.vertices, size.triangles, size.quads)
     if any(isinstance(submodel, BrepModel) for submodel in models):
-        return _predict_breps(options, limits)
+        return _predict_breps(options, limits, is_group=isinstance(model, GroupModel))
     # The second condition follows from the first, and only tells mypy the type of the model.
     if len(patch_models) < len(models) or not isinstance(model, PatchModel | GroupModel):
         return _Prediction(counts_bound, counts_bound, exact=False)
@@ -230,13 +231,18 @@ def _predict(
     return _Prediction(*sum_counts(model, counts), exact=True, certain=certain)
 
 
-def _predict_breps(options: MeshOptions, limits: Limits) -> _Prediction:
+def _predict_breps(options: MeshOptions, limits: Limits, *, is_group: bool) -> _Prediction:
     """The limits of triangles and vertices: only meshing a brep shows how many it needs."""
-    triangles = adaptive_triangles(options.accuracy or Accuracy(), limits)
+    accuracy = options.accuracy or Accuracy()
+    triangles = adaptive_triangles(accuracy, limits)
     most = Counts(min(limits.max_vertices, 2 * triangles), triangles, 0)
+    placed = most
+    if is_group and accuracy.max_triangles is None:  # formats that share meshes may place more
+        factor = round(1 / COPY_WEIGHT)
+        placed = Counts(factor * most.vertices, factor * triangles, 0)
     # Each edge with a point of a line is an edge of a triangle.
     line_points = most.vertices if options.overlays else 0
-    return _Prediction(most, most, exact=False, certain=False, line_points=line_points)
+    return _Prediction(most, placed, exact=False, certain=False, line_points=line_points)
 
 
 def _predict_by_tolerance(

@@ -24,6 +24,8 @@ class Limits:
         The most Bézier patches of a lowered surface.
     max_memory : int
         The most bytes of memory, including the response.
+    max_placed_faces : int
+        The most faces of breps, if those of equal members of a group count each.
     max_mesh_faces : int
         The most faces of breps in a mesh, each surface of a group once: by the time of a request.
     """
@@ -35,6 +37,7 @@ class Limits:
     max_patches: int = 1_000_000
     max_memory: int = sys.maxsize
     max_mesh_faces: int = sys.maxsize
+    max_placed_faces: int = 1_000_000
 
     def check_bytes(
         self, byte_bound: int, where: str, message: str = "The response could become too large."

@@ -110,6 +110,9 @@ def mesh_size(
         colors=colors if "colors" in fmt.carries else 0,
         attributes=attributes,
         faces=size.faces,
+        placed_faces=size.placed_faces,
+        defined_faces=size.defined_faces,
+        face_name_bytes=size.face_name_bytes,
     )
 
 

@@ -40,8 +40,9 @@ class MeshPlan:
     ----------
     options, fmt, encode, limits
         The options of the mesh, the format and its options, and the limits of the request.
-    surface_size, counted_size : SurfaceSize
-        The size of all surfaces in a group, and of those whose meshes the file stores.
+    surface_size, counted_size, distinct_size : SurfaceSize
+        The size of all surfaces in a group, of those whose meshes the file stores, and of the
+        distinct ones.
     size, stored : MeshSize
         Upper bounds of the counts of the mesh, for all copies of the surfaces in a group; and of
         the counts that the format stores, where copies may share one mesh.
@@ -64,6 +65,7 @@ class MeshPlan:
     limits: Limits
     surface_size: SurfaceSize
     counted_size: SurfaceSize
+    distinct_size: SurfaceSize
     size: MeshSize
     stored: MeshSize
     max_triangles: int
@@ -170,9 +172,11 @@ def plan_sizes(
     check_options(complete, options, fmt, encode)
     size = mesh_size(complete, options, fmt)
     stored = size if counted_size is complete else mesh_size(counted_size, options, fmt)
-    request = (options, fmt, encode, limits, complete, counted_size, size)
+    request = (options, fmt, encode, limits, complete, counted_size, distinct, size)
     if options.accuracy is not None:
-        triangles, file_bytes, cost = adaptive_cost(counted_size, options, stored, form, limits)
+        triangles, file_bytes, cost = adaptive_cost(
+            counted_size, options, stored, form, limits, complete=complete, distinct=distinct
+        )
         return MeshPlan(*request, stored, triangles, file_bytes, True, cost.memory, cost)
     ru, rv = options.resolution
     # In the other cases bounds from shapes may be far above bounds from patches.

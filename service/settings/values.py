@@ -429,4 +429,5 @@ def result_limits(settings: Settings) -> Limits:
         max_patches=settings.max_patches,
         max_memory=int(settings.memory_bytes * REQUEST_SHARE),
         max_mesh_faces=int(settings.request_timeout / FACE_SECONDS),
+        max_placed_faces=settings.max_placed_faces,
     )

@@ -124,7 +124,7 @@ def plan_content(surface: Surface) -> Work[tuple[str, bytes]]:
         content = canonical_content(surface)
         return surface_id(content), content
 
-    return Work(definition_cost(surface.size()), run)
+    return Work(definition_cost(surface.written_size()), run)
 
 
 def _read_definition(content: bytes) -> Any:

@@ -225,7 +225,7 @@ class BrepSurface(BrepColumns, SurfaceKind):
         return SurfaceSize(
             (p, q),
             control_points=points,
-            name_bytes=2 * len(self.name.encode()) + names + DEFAULT_NAME_BYTES * model.face_count,
+            name_bytes=2 * len(self.name.encode()),
             surface_bytes=columns,
             lowered_bytes=lowered,
             peak_bytes=2 * lowered,
@@ -236,6 +236,9 @@ class BrepSurface(BrepColumns, SurfaceKind):
             face_colors=len(self.palette) + bool((self.face_colors < 0).any()),
             face_patches=int(spans.prod(axis=1).sum()),
             edge_pieces=spline_pieces,
+            placed_faces=model.face_count,
+            defined_faces=model.face_count,
+            face_name_bytes=names + DEFAULT_NAME_BYTES * model.face_count,
         )
 
 

@@ -67,7 +67,7 @@ class GroupSurface(SurfaceKind):
     _distinct: tuple[list[SurfaceKind], list[int]] = field(init=False, repr=False)
     _frames: Frames | None = field(init=False, repr=False)
     _placements: FloatArray = field(init=False, repr=False)
-    _sizes: tuple[SurfaceSize, SurfaceSize] = field(init=False, repr=False)
+    _sizes: tuple[SurfaceSize, SurfaceSize, SurfaceSize] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         set_field = partial(object.__setattr__, self)
@@ -122,6 +122,10 @@ class GroupSurface(SurfaceKind):
         """The size of the distinct members; members that are equal count once."""
         return self._sizes[1]
 
+    def written_size(self) -> SurfaceSize:
+        """The size of a document; each surface counts once if it has definitions."""
+        return self._sizes[2] if self.has_definitions else self._sizes[0]
+
     def lower(self) -> GroupModel:
         """The distinct surfaces, each lowered once, and the placements of their copies."""
         surfaces, numbers = self._distinct
@@ -134,8 +138,8 @@ class GroupSurface(SurfaceKind):
         paths, colors = self._inherit()
         matrices = self._placements
         is_moved = (matrices != np.eye(4)).any(axis=(1, 2)).tolist()
-        members, sources = [], []
-        for place, (member, number) in enumerate(self._placed()):
+        members = []
+        for place, (_, number) in enumerate(self._placed()):
             frames = self._frames
             chain = None
             if frames is not None and frames.levels[number] > 1:
@@ -153,9 +157,14 @@ class GroupSurface(SurfaceKind):
                     chain,
                 )
             )
-            sources.append(number if member.definition is None else ~member.definition)
         return GroupModel(
-            self.name, tuple(models), tuple(members), self.up, self._list_nodes(), tuple(sources)
+            self.name,
+            tuple(models),
+            tuple(members),
+            self.up,
+            self._list_nodes(),
+            tuple(number for _, number in self._placed()),
+            tuple(member.definition for member, _ in self._placed()),
         )
 
     def _placed(self) -> Iterator[tuple[Member, int]]:
@@ -267,8 +276,8 @@ class GroupSurface(SurfaceKind):
             place += 1
         return tuple(nodes)
 
-    def _count(self) -> tuple[SurfaceSize, SurfaceSize]:
-        """Compute the results of `size` and `stored_size`, once, on creation."""
+    def _count(self) -> tuple[SurfaceSize, SurfaceSize, SurfaceSize]:
+        """Compute the three sizes of the group, once, on creation."""
         surfaces, numbers = self._distinct
         lengths = self._measure_paths()
         return group_sizes(

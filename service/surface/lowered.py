@@ -247,9 +247,10 @@ class GroupModel:
     up : "y" or "z"
     nodes : tuple of GroupNode
         The tree of the members; none if each copy is a node below the root.
-    sources : tuple of int
-        For each copy the number n of its member in the request; or, if the request has the surface
-        among its definitions, −1 − n, where n is its number there.
+    numbers : tuple of int
+        For each copy the number of its member in the request; empty for 0, 1, 2, ….
+    definitions : tuple of (int or None)
+        For each copy the number of its surface, if the request has it among its definitions.
     """
 
     name: str
@@ -257,7 +258,8 @@ class GroupModel:
     members: tuple[PlacedModel, ...]
     up: Up = "y"
     nodes: tuple[GroupNode, ...] = ()
-    sources: tuple[int, ...] = ()
+    numbers: tuple[int, ...] = ()
+    definitions: tuple[int | None, ...] = ()
 
     @property
     def patch_count(self) -> int:
@@ -279,8 +281,14 @@ class GroupModel:
     def locate(self, model: int) -> str:
         """The JSON pointer, in the group, of the surface with this number in `models`."""
         copy = next(k for k, each in enumerate(self.members) if each.model == model)
-        source = self.sources[copy] if self.sources else copy
-        return f"/members/{source}/surface" if source >= 0 else f"/definitions/{~source}"
+        definition = self.definitions[copy] if self.definitions else None
+        if definition is not None:
+            return f"/definitions/{definition}"
+        return f"/members/{self.find_number(copy)}/surface"
+
+    def find_number(self, copy: int) -> int:
+        """The number of the member of a copy in the request."""
+        return self.numbers[copy] if self.numbers else copy
 
 
 def place_copies(copies: Sequence[PlacedModel], boxes: Sequence[Box]) -> Box:

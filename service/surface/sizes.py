@@ -44,9 +44,10 @@ class SurfaceSize:
         Upper bounds of the points, lines and cells of the drawn control net.
     parts, name_bytes : int
         Upper bounds of the number of named parts, and of the bytes of all names in UTF-8.
-    members, label_bytes : int
-        Number of surfaces in a group, and bytes of the names of all members together, each with a
-        separator; 1 and 0 for other kinds.
+    members, surfaces, label_bytes, member_bytes : int
+        For groups: the number of placed surfaces; the number of distinct ones; bytes of the names
+        of all members together, each with a separator; and bytes of memory for the members,
+        without their surfaces. 1, 1, 0 and 0 for other kinds.
     colors, uvs : int
         How many numbers a color has, and the texture coordinates of a point have; 0 for surfaces
         without them.
@@ -66,8 +67,11 @@ class SurfaceSize:
         additional vertices at this end, of caps, and at bends.
     faces, edges, coedges, face_colors : int
         For breps: the number of faces, of edges, and of coedges of all loops; and the number of
-        distinct colours of faces, where faces without a colour count as one colour. The names of
-        faces count in `name_bytes`, but faces do not count in `parts`.
+        distinct colours of faces, where faces without a colour count as one colour. Faces do not
+        count in `parts`.
+    placed_faces, defined_faces, face_name_bytes : int
+        For breps: the number of faces if each copy counts, and if equal members count once; and the
+        bytes of the names of all placed faces as parts, with those of their members.
     face_patches, edge_pieces : int
         For breps: the numbers of Bézier patches of the surfaces of all faces, and of Bézier pieces
         of the curves of edges and of all pcurves.
@@ -83,7 +87,9 @@ class SurfaceSize:
     parts: int = 1
     name_bytes: int = 0
     members: int = 1
+    surfaces: int = 1
     label_bytes: int = 0
+    member_bytes: int = 0
     colors: int = 0
     uvs: int = 0
     attributes: Attributes = ()
@@ -101,6 +107,9 @@ class SurfaceSize:
     face_colors: int = 0
     face_patches: int = 0
     edge_pieces: int = 0
+    placed_faces: int = 0
+    defined_faces: int = 0
+    face_name_bytes: int = 0
 
     @property
     def patches(self) -> int:
@@ -135,6 +144,10 @@ class SurfaceKind(ABC):
 
     def stored_size(self) -> SurfaceSize:
         """The size if equal members of a group are counted once."""
+        return self.size()
+
+    def written_size(self) -> SurfaceSize:
+        """The size of what a document of the surface has."""
         return self.size()
 
     def bounds(self) -> Box:
@@ -228,7 +241,7 @@ _SUM_FIELDS = (
     "grids", "triangles", "control_points", "net_points", "net_segments", "net_cells", "parts",
     "name_bytes", "surface_bytes", "lowered_bytes", "peak_bytes", "side_bytes", "nets", "curves",
     "swept_vertices", "extra_vertices", "faces", "edges", "coedges", "face_colors",
-    "face_patches", "edge_pieces",
+    "face_patches", "edge_pieces", "placed_faces", "defined_faces", "face_name_bytes",
 )  # fmt: skip
 
 
@@ -257,8 +270,10 @@ def group_sizes(
     name: str,
     frame_bytes: Sequence[int] = (),
     is_colored: bool,
-) -> tuple[SurfaceSize, SurfaceSize]:
-    """The size of a group if each member counts, and its size if equal members count once.
+) -> tuple[SurfaceSize, SurfaceSize, SurfaceSize]:
+    """Three sizes of a group: if each member counts, if equal members count once, and as written.
+
+    The last one is that of a document with definitions.
 
     Parameters
     ----------
@@ -277,31 +292,36 @@ def group_sizes(
     """
     count = len(numbers)
     counts = [0] * len(sizes)
-    part_name_bytes = 0
+    part_name_bytes = face_label_bytes = 0
     for number, length in zip(numbers, path_bytes, strict=True):
         counts[number] += 1
         # In a scene the parts of a member, and the faces of a brep, are called "member/part".
-        part_name_bytes += (sizes[number].parts + sizes[number].faces + 1) * (length + 1)
+        part_name_bytes += (sizes[number].parts + 1) * (length + 1)
+        face_label_bytes += sizes[number].faces * (length + 1)
     all_members = add_sizes(sizes, name=name, counts=counts)
     distinct_members = add_sizes(sizes, name=name)
-    member_bytes = MEMBER_BYTES * (count + len(frame_bytes)) + sum(path_bytes)
+    member_count = count + len(frame_bytes)
 
     def sum_members(members: SurfaceSize, attributes: Attributes) -> SurfaceSize:
         return replace(
             members,
             # A node for every member, and below it a node for each of its parts, or for its turn.
-            parts=all_members.parts + count + len(frame_bytes),
+            parts=all_members.parts + member_count,
             name_bytes=all_members.name_bytes + part_name_bytes + sum(frame_bytes),
             members=count,
+            surfaces=len(sizes),
             label_bytes=sum(path_bytes) + count,
+            member_bytes=MEMBER_BYTES * member_count + sum(path_bytes),
+            placed_faces=all_members.faces,
+            defined_faces=distinct_members.faces,
+            face_name_bytes=all_members.face_name_bytes + face_label_bytes,
             colors=4 if is_colored else max(size.colors for size in sizes),
             uvs=max(size.uvs for size in sizes),
             attributes=attributes,
-            lowered_bytes=distinct_members.lowered_bytes + member_bytes,
+            lowered_bytes=distinct_members.lowered_bytes,
             # In addition to all models, temporary arrays of one surface at a time: those of its
             # lowering, or the copy of its arrays of which `content_key` takes the hash.
             peak_bytes=distinct_members.lowered_bytes
-            + member_bytes
             + max(max(size.peak_bytes - size.lowered_bytes, size.surface_bytes) for size in sizes),
             side_bytes=distinct_members.side_bytes,
         )
@@ -317,7 +337,9 @@ def group_sizes(
         (max((title for title, _ in column), key=len), max(d for _, d in column))
         for column in zip_longest(*sorted_attributes, fillvalue=("", 0))
     )
+    written_names = distinct_members.name_bytes + sum(path_bytes) + sum(frame_bytes)
     return (
         sum_members(all_members, tuple(sorted(common))),
         sum_members(distinct_members, largest_attributes),
+        replace(distinct_members, name_bytes=written_names, members=member_count),
     )

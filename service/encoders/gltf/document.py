@@ -220,7 +220,10 @@ def _json_bound(size: MeshSize, options: EncodeOptions) -> int:
     if options.compression == "meshopt":
         # Views of indices, positions, normals and texture coordinates; then the other attributes.
         node += COMPRESSED_CHARS * (4 + len(keys))
-    faces = bound_brep_chars(size.faces) + size.faces * FACE_CHARS
+    faces = (
+        bound_brep_chars(size.defined_faces, size.placed_faces, size.face_name_bytes)
+        + size.faces * FACE_CHARS
+    )
     names = 3 * LONGEST_ESCAPE * size.name_bytes
     return 2720 + 17 * FLOAT64_CHARS + size.drawables * node + names + faces
 

@@ -184,7 +184,9 @@ def _join_group(group: GroupModel, tolerance: float, allow: Allow) -> JoinedSurf
         else:
             numbers = (single_members[number],)
             part.append(np.full(model.patch_count, numbers[0]))
-        members = tuple((n, group.members[n].matrix, _find_model(group, n)) for n in numbers)
+        members = tuple(
+            (group.find_number(n), group.members[n].matrix, _find_model(group, n)) for n in numbers
+        )
         joined_models.append(_JoinedModel(first, model, members, number in clusters))
         first += model.patch_count
         moved = max(moved, model.moved * _stretch(member))

@@ -125,7 +125,9 @@ def _take_member(group: GroupSurface, operation: Untrim | Select) -> BrepSurface
         message = "Only breps have faces with trims."
         issue = Issue("unsupported_operation", message, "/member", "another kind", "a brep")
         raise InvalidRequest(issue)
-    return surface
+    if surface.metres_per_unit == group.metres_per_unit:
+        return surface
+    return replace(surface, metres_per_unit=group.metres_per_unit)  # its own has no effect
 
 
 def _refuse_member(operation: Untrim | Select) -> None:

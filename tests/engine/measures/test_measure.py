@@ -312,6 +312,12 @@ def test_each_closed_member_has_a_volume() -> None:
     assert contains(volumes[0], 4 * MP.pi / 3, 1e-14)
     assert contains(volumes[2], 32 * MP.pi / 3, 1e-13)
     assert result.faulty_edges[0].request_side.surface == 1
+    # A member that only places others has a number, too.
+    tree = (Member(matrix=far), *(replace(each, parent=0) for each in members))
+    below = measure_surface(GroupSurface(tree))
+    assert below.faulty_edges[0].request_side.surface == 2
+    assert [part.name for part in below.parts] == [f"assembly/{part.name}" for part in result.parts]
+    assert contains(below.parts[0].volume, 32 * MP.pi / 3, 1e-13)
     mirrored_group = GroupSurface((Member(open_sphere, matrix=far),))
     (first, *_) = measure_surface(mirrored_group).faulty_edges
     plain = measure_surface(open_sphere).faulty_edges

@@ -1,5 +1,7 @@
 """Faces are taken out of breps: the surface of one, or a brep of some."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -131,6 +133,8 @@ def test_members_of_groups_are_named() -> None:
     assert isinstance(surface, BezierSurface)
     brep = convert(group, [Select((0,), member=1), Untrim(0)])
     assert definition_text(brep) == definition_text(surface)
+    inches = replace(group, metres_per_unit=0.0254)
+    assert convert(inches, [Select((0,), member=1)]).unit == 0.0254
     assert refuse(group, Untrim(0)) == ("missing_field", "/operations/0/member")
     assert refuse(group, Untrim(0, member=0)) == ("unsupported_operation", "/operations/0/member")
     assert refuse(group, Untrim(0, member=2)) == ("index_out_of_range", "/operations/0/member")
