@@ -39,6 +39,8 @@ def _are(count: int, nouns: str) -> str:
 def _describe(reading: Mapping[str, Any]) -> Iterator[str]:
     about = [reading["format"].upper()]
     if schema := reading.get("schema"):
+        if schema.startswith(f"{about[0]} "):  # IGES 5.3
+            about.clear()
         about.append(schema)
     if system := reading.get("system"):
         about.append(f"written by {system}")
@@ -64,6 +66,8 @@ def _describe(reading: Mapping[str, Any]) -> Iterator[str]:
         yield f"{count_nouns(names, 'names')} shortened or cleaned"
     if references := reading.get("unfollowed_references"):
         yield f"{count_nouns(references, 'references')} to other files not followed"
+    if edges := reading.get("open_edges"):
+        yield f"{count_nouns(edges, 'edges')} of only one face"
     gaps = reading.get("edge_gap") or 0.0, reading.get("vertex_gap") or 0.0
     if any(gaps):
         edge, vertex = gaps

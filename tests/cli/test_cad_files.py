@@ -137,6 +137,15 @@ def test_flags_for_cad_files_are_refused_for_other_files(
     assert capsys.readouterr().err.startswith(text)
 
 
+def test_the_name_of_a_format_is_not_repeated(capsys: pytest.CaptureFixture[str]) -> None:
+    reading = {"format": "iges", "schema": "IGES 5.3", "products": 1, "faces": 6, "open_edges": 4}
+    print_reading("part.igs", reading)
+    assert capsys.readouterr().err.splitlines() == [
+        "surface: part.igs: IGES 5.3: 1 product, 6 faces",
+        "surface: part.igs: 4 edges of only one face",
+    ]
+
+
 def test_the_report_is_complete_and_short(capsys: pytest.CaptureFixture[str]) -> None:
     reading = {
         "format": "step",

@@ -53,3 +53,6 @@ class Reading(ResponseModel):
     """Largest distance from a vertex to an edge that was found."""
     unfollowed_references: Count
     """References to other files; none of them was opened."""
+    open_edges: Count
+    """Edges of only one face, where faces do not share edges in the file (IGES): the borders of
+    open shells, and borders that agree only in part."""

@@ -6,6 +6,7 @@ IGES 5.3, sections 4.3 (100), 4.4 (102), 4.5 (104), 4.7 (106), 4.13 (110), 4.14 
 and 4.25 (130).
 """
 
+from contextlib import suppress
 from math import atan2, hypot, tau
 
 import numpy as np
@@ -18,7 +19,7 @@ from service.decoders.cad.splines import build_curve, transform
 from service.decoders.iges.budget import Budget
 from service.decoders.iges.conic_arcs import read_conic_arc
 from service.decoders.iges.entities import MAX_NESTING, Entity, IgesFile
-from service.decoders.iges.faults import Fault, Unsupported
+from service.decoders.iges.faults import Fault, OnePoint, Unsupported
 from service.decoders.iges.power_splines import read_power_curve
 from service.decoders.iges.rational_splines import read_rational_curve
 from service.decoders.iges.transformations import Transformations
@@ -73,14 +74,13 @@ class CurveReader:
             raise Fault("composite curves are nested too deeply")
         parameters = entity.parameters
         parts = parameters.pointers(1, parameters.count(0))
-        curves = [
-            curve
-            for part in parts
-            if self._file.type(part) not in POINTS
-            for curve in self._read(part, depth + 1)
-        ]
+        curves: list[Curve] = []
+        for part in parts:
+            if self._file.type(part) not in POINTS:
+                with suppress(OnePoint):
+                    curves += self._read(part, depth + 1)
         if not curves:
-            raise Fault("a composite curve has no parts")
+            raise OnePoint("a composite curve has no parts with a length")
         return curves
 
     def _read_basic(self, entity: Entity) -> Curve:
@@ -126,6 +126,8 @@ def _read_line(entity: Entity) -> Curve:
     if entity.form:
         raise Unsupported("a line without an end is not read")
     ends = entity.parameters.numbers(0, 6).reshape(2, 3)
+    if (ends[0] == ends[1]).all():
+        raise OnePoint("a line has no length")
     return build_curve(1, [0.0, 0.0, 1.0, 1.0], ends)
 
 

@@ -4,10 +4,13 @@ Ends of sides that are nearer than the tolerance become one vertex. Two sides be
 vertices become one edge if no point of one is further than the tolerance from the other; the side
 that was read first stays, and the distance of the other is the uncertainty of the edge. Borders
 that agree only in part stay open.
+
+Some files state a resolution that their own loops do not have. Then the sides that are still alone
+are joined up to twice the largest gap in a loop.
 """
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -80,9 +83,15 @@ class Joined:
 
 
 def join_sides(
-    faces: Sequence[Sequence[Sequence[Side]]], tolerance: float
+    faces: Sequence[Sequence[Sequence[Side]]], tolerance: float, most: float
 ) -> tuple[Joined, dict[int, str]]:
     """The faces, given by the sides of their loops, with shared edges.
+
+    Parameters
+    ----------
+    tolerance : float
+    most : float
+        The largest tolerance for sides that are still alone.
 
     Returns
     -------
@@ -92,6 +101,7 @@ def join_sides(
         The reasons for these faces, by their numbers.
     """
     joiner = _Joiner(faces, tolerance)
+    joiner.join_rest(most)
     return joiner.joined, joiner.faults
 
 
@@ -109,6 +119,7 @@ class _Joiner:
         self._vertices = find_clusters(points, tolerance).reshape(-1, 2).tolist()
         self._parents: dict[int, int] = {}
         self._open: dict[tuple[int, int], list[int]] = defaultdict(list)
+        self._largest_gap = 0.0
         self.joined = Joined(points, [], [])
         for number, own in enumerate(rows):
             self._link_ends(number, own)
@@ -140,6 +151,7 @@ class _Joiner:
                 if not gap <= MAX_GAP * size:
                     self.faults[number] = "a loop is open"
                     return
+                self._largest_gap = max(self._largest_gap, float(gap))
         for first, second in pairs:
             a, b = sorted((self._find(first), self._find(second)))
             self._parents[b] = a
@@ -174,25 +186,87 @@ class _Joiner:
     def _join_side(self, side: Side, row: int, start: int, end: int) -> EdgeUse:
         """The use of an edge that has one side so far, or of a new edge."""
         curve = self._curves[row]
-        bucket = self._open[min(start, end), max(start, end)]
         edges = self.joined.edges
-        for edge in bucket[-MOST_TRIED:]:
-            known = edges[edge]
-            is_opposite = known.vertices[0] != start
-            if start == end:
-                is_opposite = are_opposite(known.curve, curve)
-            distance = bound_distance(known.curve, curve, is_opposite, self._tolerance)
-            if distance <= self._tolerance:
-                bucket.remove(edge)
-                distance = max(known.distance, distance, side.deviation)
-                edges[edge] = replace(known, distance=distance, is_shared=True)
-                pcurve = side.pcurve
-                if pcurve is not None and is_opposite:
-                    pcurve = reverse(pcurve)
-                return EdgeUse(edge, is_opposite, pcurve)
-        bucket.append(len(edges))
+        found = self._find_edge(curve, start, end, self._tolerance)
+        if found is not None:
+            edge, is_opposite, distance = found
+            self._share(edge, max(distance, side.deviation))
+            return _turn(EdgeUse(edge, False, side.pcurve), edge, is_opposite)
+        self._open[min(start, end), max(start, end)].append(len(edges))
         edges.append(JoinedEdge(curve, (start, end), side.deviation))
         return EdgeUse(len(edges) - 1, False, side.pcurve)
+
+    def _find_edge(
+        self, curve: Curve, start: int, end: int, tolerance: float
+    ) -> tuple[int, bool, float] | None:
+        """The edge with one side along which a curve runs, whether against it, and how far away."""
+        for edge in self._open[min(start, end), max(start, end)][-MOST_TRIED:]:
+            known = self.joined.edges[edge]
+            is_opposite = self._find(known.vertices[0]) != start
+            if start == end:
+                is_opposite = are_opposite(known.curve, curve)
+            distance = bound_distance(known.curve, curve, is_opposite, tolerance)
+            if distance <= tolerance:
+                return edge, is_opposite, distance
+        return None
+
+    def _share(self, edge: int, distance: float) -> None:
+        """Note that an edge has a second side, at a distance."""
+        known = self.joined.edges[edge]
+        start, end = map(self._find, known.vertices)
+        self._open[min(start, end), max(start, end)].remove(edge)
+        largest = max(known.distance, distance)
+        self.joined.edges[edge] = replace(known, distance=largest, is_shared=True)
+
+    def join_rest(self, most: float) -> None:
+        """Join sides that are still alone, up to twice the largest gap in a loop."""
+        tolerance = min(2.0 * self._largest_gap, most)
+        edges = self.joined.edges
+        alone = [
+            number
+            for number, edge in enumerate(edges)
+            if not edge.is_shared and _measure(edge.curve) > SHORT * tolerance
+        ]
+        if tolerance <= self._tolerance or len(alone) < 2:
+            return
+        ends = [self._find(vertex) for number in alone for vertex in edges[number].vertices]
+        clusters = find_clusters(self.joined.points[ends], tolerance).tolist()
+        for vertex, cluster in zip(ends, clusters, strict=True):
+            a, b = sorted((self._find(vertex), self._find(ends[cluster])))
+            self._parents[b] = a
+        self._open = defaultdict(list)
+        replaced: dict[int, tuple[int, bool]] = {}
+        for number in alone:
+            start, end = map(self._find, edges[number].vertices)
+            found = self._find_edge(edges[number].curve, start, end, tolerance)
+            if found is None:
+                self._open[min(start, end), max(start, end)].append(number)
+            else:
+                edge, is_opposite, distance = found
+                self._share(edge, max(distance, edges[number].distance))
+                replaced[number] = edge, is_opposite
+        self._replace(replaced)
+
+    def _replace(self, replaced: Mapping[int, tuple[int, bool]]) -> None:
+        """Use edges in place of others, and vertices in place of those that are one now."""
+        edges = self.joined.edges
+        for number, known in enumerate(edges):
+            first, last = map(self._find, known.vertices)
+            edges[number] = replace(known, vertices=(first, last))
+        for loop in (loop for loops in self.joined.loops for loop in loops):
+            for position, use in enumerate(loop):
+                if use.edge in replaced:
+                    loop[position] = _turn(use, *replaced[use.edge])
+                elif use.edge < 0:
+                    loop[position] = replace(use, vertex=self._find(use.vertex))
+
+
+def _turn(use: EdgeUse, edge: int, is_opposite: bool) -> EdgeUse:
+    """The use of an edge in place of another one, which may run in the opposite direction."""
+    if not is_opposite:
+        return replace(use, edge=edge)
+    pcurve = None if use.pcurve is None else reverse(use.pcurve)
+    return EdgeUse(edge, not use.is_reversed, pcurve)
 
 
 def _measure(curve: Curve) -> float:

@@ -18,17 +18,25 @@ SAMPLES = 17
 """Points on a side."""
 
 
-def draw_polygon(surface: Surface, sides: Sequence[Side]) -> FloatArray:
-    """Points (k, 2) of parameters along a loop, without jumps at the seams of a closed surface.
+def draw_polygon(surface: Surface, sides: Sequence[Side]) -> tuple[FloatArray, float]:
+    """A polygon of parameters along a loop, without jumps at the seams of a closed surface.
 
-    The last point is the first one, or on a closed surface away from it by whole periods.
+    Returns
+    -------
+    polygon : ndarray of float64, shape (k, 2)
+        The last point is the first one, or on a closed surface away from it by whole periods.
+    gap : float
+        The largest distance of the sides from the surface that was found.
     """
     known = [_sample_corners(side.pcurve) for side in sides if side.pcurve is not None]
     if len(known) == len(sides):
-        return np.concatenate([*(points[:-1] for points in known), known[-1][-1:]])
+        polygon = np.concatenate([*(points[:-1] for points in known), known[-1][-1:]])
+        return polygon, max(side.gap for side in sides)
     points = [_sample(side.curve) for side in sides if side.curve is not None]
-    feet, _ = find_feet(surface, np.concatenate([*(each[:-1] for each in points), points[-1][-1:]]))
-    return _unwrap(feet, find_periods(surface))
+    feet, distances = find_feet(
+        surface, np.concatenate([*(each[:-1] for each in points), points[-1][-1:]])
+    )
+    return _unwrap(feet, find_periods(surface)), float(distances.max())
 
 
 def find_turned_loops(

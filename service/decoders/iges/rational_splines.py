@@ -14,6 +14,7 @@ from service.decoders.cad.splines import (
     segment_surface,
 )
 from service.decoders.iges.entities import Entity
+from service.decoders.iges.faults import OnePoint
 
 
 def read_rational_curve(entity: Entity) -> Curve:
@@ -22,6 +23,8 @@ def read_rational_curve(entity: Entity) -> Curve:
     count, degree = parameters.count(0) + 1, parameters.count(1)
     start = 6 + count + degree + 1
     points = parameters.numbers(start + count, 3 * count).reshape(count, 3)
+    if (points == points[0]).all():
+        raise OnePoint("a spline has no length")
     weights = parameters.numbers(start, count)
     curve = build_curve(
         degree,

@@ -12,15 +12,12 @@ class Report:
 
     Attributes
     ----------
-    tolerance : float
-        The largest distance up to which sides of faces were joined.
     solids, closed_shells, open_shells, faces, open_edges : int
     skipped_entities : Counter
         By the name of a type, such as "type 212".
     """
 
     def __init__(self) -> None:
-        self.tolerance = 0.0
         self.solids = 0
         self.closed_shells = 0
         self.open_shells = 0

@@ -76,6 +76,7 @@ def add_component(
     numbers = []
     for number, is_turned in zip(component.faces, component.is_turned, strict=True):
         face = faces[number]
+        builder.note_gap(face.gap)
         loops = [
             [_add_coedge(builder, joined, use) for use in loop]
             for loop in ([] if _is_whole(face, joined.loops[number]) else joined.loops[number])

@@ -44,11 +44,14 @@ class Side:
         In the parameters of the surface.
     deviation : float
         How far the curve in space may be from the true one.
+    gap : float
+        The largest distance of the curve in space from the surface that was found.
     """
 
     curve: Curve | None
     pcurve: Curve | None = None
     deviation: float = 0.0
+    gap: float = 0.0
 
     def turn(self) -> "Side":
         """The side in the other direction."""
@@ -94,12 +97,12 @@ def pair_curves(surface: Surface, curves: Sequence[Curve], pcurves: Sequence[Cur
     pole, a side without a curve of space is put in. If the curves do not fit each other, the sides
     have no curves of parameters.
     """
-    ends = np.array([find_ends(curve) for curve in curves])
-    size = float(np.ptp(ends.reshape(-1, 3), axis=0).max())
-    images = [_sample_image(surface, pcurve) for pcurve in pcurves]
-    size = max(size, *(float(np.ptp(image, axis=0).max()) for image in images), 0.0)
+    ends = np.concatenate([find_ends(curve) for curve in curves])
+    images = _sample_images(surface, pcurves)
+    sizes = np.ptp(images, axis=1).max(axis=1)
+    size = max(float(np.ptp(ends, axis=0).max()), float(sizes.max()))
     near = NEAR * size
-    is_pole = [bool(np.ptp(image, axis=0).max() <= POINT * size) for image in images]
+    is_pole = (sizes <= POINT * size).tolist()
     if len(curves) != len(pcurves) - sum(is_pole):
         is_pole = [False] * len(pcurves)
     plain = [Side(curve) for curve in curves]
@@ -112,24 +115,29 @@ def pair_curves(surface: Surface, curves: Sequence[Curve], pcurves: Sequence[Cur
             sides.append(Side(None, pcurve))
             continue
         curve = next(rest)
-        direction = _compare(curve, image, near)
-        if not direction:
+        is_opposite, gap = _compare(curve, image)
+        if gap > near:
             return plain
-        sides.append(Side(curve, pcurve if direction > 0 else reverse(pcurve)))
+        sides.append(Side(curve, reverse(pcurve) if is_opposite else pcurve, gap=gap))
     return sides
 
 
-def _sample_image(surface: Surface, pcurve: Curve) -> FloatArray:
-    """Points in space of a curve of parameters, at equal steps of its own parameter."""
-    parameters = evaluate(pcurve, np.linspace(*find_domain(pcurve), SAMPLES))
-    return evaluate_surface(surface, parameters[:, 0], parameters[:, 1])
+def _sample_images(surface: Surface, pcurves: Sequence[Curve]) -> FloatArray:
+    """Points (k, SAMPLES, 3) of curves of parameters, at equal steps of their own parameters."""
+    parameters = np.concatenate(
+        [evaluate(curve, np.linspace(*find_domain(curve), SAMPLES)) for curve in pcurves]
+    )
+    points = evaluate_surface(surface, parameters[:, 0], parameters[:, 1])
+    return points.reshape(-1, SAMPLES, 3)
 
 
-def _compare(curve: Curve, image: FloatArray, near: float) -> int:
-    """1 if a curve runs along the image of its curve of parameters, −1 against it, 0 if neither."""
+def _compare(curve: Curve, image: FloatArray) -> tuple[bool, float]:
+    """Whether a curve runs against the image of its curve of parameters; the gap at their ends.
+
+    Between the ends their parameters may differ.
+    """
     points = evaluate(curve, np.linspace(*find_domain(curve), SAMPLES))
     same, opposite = (np.linalg.norm(points - other, axis=1) for other in (image, image[::-1]))
-    nearer = same if same.sum() <= opposite.sum() else opposite
-    if not nearer[[0, -1]].max() <= near:
-        return 0
-    return 1 if nearer is same else -1
+    is_opposite = bool(opposite.sum() < same.sum())
+    nearer = opposite if is_opposite else same
+    return is_opposite, float(nearer[[0, -1]].max())

@@ -144,7 +144,9 @@ class SolidReader:
             for pointer in parameters.pointers(3, parameters.count(1))
         ]
         coedges = [[Coedge(use.edge, use.is_reversed) for use in loop] for loop in loops]
-        surface = base.cut(builder.find_outline(coedges, vertices))
+        outline = builder.find_outline(coedges, vertices)
+        surface = base.cut(outline)
+        builder.note_gap(base.find_gap(outline))
         for loop, uses in enumerate(loops):
             for position, use in enumerate(uses):
                 pcurve = self._read_pcurve(base, surface, use)

@@ -27,7 +27,7 @@ from service.decoders.iges.report import Report
 from service.decoders.iges.shells import add_component, find_components
 from service.decoders.iges.solids import FACE, SHELL, SOLID, VERTICES, SolidReader
 from service.decoders.iges.surfaces import TYPES as SURFACES
-from service.decoders.iges.tolerances import choose_tolerance, limit_tolerance
+from service.decoders.iges.tolerances import choose_tolerances, limit_tolerance
 from service.decoders.iges.transformations import combine
 from service.decoders.iges.trimmed import FACES, TrimmedFace, TrimmedReader
 
@@ -103,9 +103,8 @@ class Structure:
                 self._report.skip_face(number, str(fault))
         if not faces:
             return
-        tolerance = choose_tolerance(self._file.header.resolution, faces)
-        self._report.tolerance = max(self._report.tolerance, tolerance)
-        joined, faults = join_sides([face.loops for face in faces], tolerance)
+        tolerance, most = choose_tolerances(self._file.header.resolution, faces)
+        joined, faults = join_sides([face.loops for face in faces], tolerance, most)
         for position, reason in faults.items():
             self._report.skip_face(faces[position].number, reason)
         for component in find_components(joined, faces, faults):

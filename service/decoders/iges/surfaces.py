@@ -17,7 +17,7 @@ import numpy as np
 
 from service.bases.arrays import AnyArray, FloatArray
 from service.decoders.cad.content import Curve, Surface
-from service.decoders.cad.elementary import Elementary, Sphere, Torus
+from service.decoders.cad.elementary import Elementary, Sphere, Torus, find_gap
 from service.decoders.cad.outline import Outline
 from service.decoders.cad.splines import (
     find_domain,
@@ -79,13 +79,29 @@ class BaseSurface:
         """The surface as a spline; an elementary one is cut to the outline of its face."""
         shape, matrix = self.shape, self.matrix
         if not isinstance(shape, Surface):
-            if matrix is not None and outline:
-                back = np.linalg.inv(matrix)
-                outline = replace(
-                    outline, hull=_move(outline.hull, back), ends=_move(outline.ends, back)
-                )
-            shape = shape.cut(outline)
+            shape = shape.cut(self._move_back(outline))
         return shape if matrix is None else transform(shape, matrix)
+
+    def find_gap(self, outline: Outline) -> float:
+        """The largest distance of edges from an elementary surface; 0 for other surfaces."""
+        if isinstance(self.shape, Surface) or not outline:
+            return 0.0
+        gap = find_gap(self.shape, self._move_back(outline))
+        # A matrix that scales makes the gap longer or shorter.
+        return gap if self.matrix is None else gap * float(np.linalg.norm(self.matrix[:3, 0]))
+
+    def _move_back(self, outline: Outline) -> Outline:
+        """An outline in the coordinates of the shape."""
+        if self.matrix is None or not outline:
+            return outline
+        back = np.linalg.inv(self.matrix)
+        middles = outline.middles
+        return replace(
+            outline,
+            hull=_move(outline.hull, back),
+            ends=_move(outline.ends, back),
+            middles=None if middles is None else _move(middles, back),
+        )
 
 
 class SurfaceReader:

@@ -16,8 +16,8 @@ ROUNDING = 2.0**-40
 """The tolerance is at least this share of the largest coordinate."""
 
 
-def choose_tolerance(resolution: float, faces: Sequence[TrimmedFace]) -> float:
-    """The tolerance, in units of the file, from the resolution that the file states."""
+def choose_tolerances(resolution: float, faces: Sequence[TrimmedFace]) -> tuple[float, float]:
+    """The tolerance, in units of the file, for a resolution that the file states; and the most."""
     points = [
         find_ends(side.curve)
         for face in faces
@@ -25,7 +25,8 @@ def choose_tolerance(resolution: float, faces: Sequence[TrimmedFace]) -> float:
         for side in loop
         if side.curve is not None
     ] or [project_points(face.surface.points).reshape(-1, 3) for face in faces]
-    return limit_tolerance(resolution, np.concatenate(points))
+    every = np.concatenate(points)
+    return limit_tolerance(resolution, every), limit_tolerance(np.inf, every)
 
 
 def limit_tolerance(resolution: float, points: FloatArray) -> float:

@@ -45,6 +45,8 @@ class TrimmedFace:
     surface : Surface
     loops : tuple of tuples of Side
         Material is on their left, seen against du × dv. Without loops it is the whole surface.
+    gap : float
+        The largest distance of a side from the surface that was found.
     polygons : tuple of ndarray of float64
         Points (k, 2) of parameters along the borders of the face, closed: the outer one runs
         counter-clockwise.
@@ -54,6 +56,7 @@ class TrimmedFace:
     surface: Surface
     loops: tuple[tuple[Side, ...], ...]
     polygons: tuple[FloatArray, ...]
+    gap: float
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -163,12 +166,13 @@ def _build_face(
     has_outer = True
     loops: list[tuple[Side, ...]] = []
     polygons: list[FloatArray] = []
+    gaps = [0.0]
     for boundary in boundaries:
         if boundary is not None:
-            sides, polygon = _build_loop(base, surface, boundary)
+            sides, (polygon, gap) = _build_loop(base, surface, boundary)
         elif base.parameters is not None:
             sides = list_borders(surface)
-            polygon = draw_polygon(surface, sides)
+            polygon, gap = draw_polygon(surface, sides)
         elif base.is_bounded:
             has_outer = False
             continue
@@ -176,6 +180,7 @@ def _build_face(
             raise Unsupported("the outer boundary of an unbounded surface is not known")
         loops.append(tuple(sides))
         polygons.append(polygon)
+        gaps.append(gap)
     for loop, is_turned in enumerate(find_turned_loops(surface, polygons, has_outer)):
         if is_turned:
             loops[loop] = tuple(side.turn() for side in reversed(loops[loop]))
@@ -184,7 +189,7 @@ def _build_face(
     if matrix is not None:
         surface = transform(surface, matrix)
         loops = [tuple(side.move(matrix) for side in loop) for loop in loops]
-    return TrimmedFace(number, surface, tuple(loops), tuple(polygons))
+    return TrimmedFace(number, surface, tuple(loops), tuple(polygons), max(gaps))
 
 
 def _find_outline(loops: Sequence[Sequence[Curve]]) -> Outline:
@@ -199,8 +204,8 @@ def _find_outline(loops: Sequence[Sequence[Curve]]) -> Outline:
 
 def _build_loop(
     base: BaseSurface, surface: Surface, boundary: _Boundary
-) -> tuple[list[Side], FloatArray]:
-    """The sides of a loop, and points of parameters along it."""
+) -> tuple[list[Side], tuple[FloatArray, float]]:
+    """The sides of a loop, and its polygon of parameters with the gap (`draw_polygon`)."""
     exact: list[Curve | None] = []
     near: list[Curve] = []
     if base.parameters is not None:

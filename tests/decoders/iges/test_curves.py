@@ -27,7 +27,7 @@ def test_lines_have_the_parameters_0_to_1() -> None:
     np.testing.assert_allclose(evaluate(line, [0.25]), [[2, 2, 3]])
     with pytest.raises(Unsupported):
         read_curve(110, 1.0, 2.0, 3.0, 5.0, 2.0, 3.0, form=1)
-    with pytest.raises(InvalidGeometry):
+    with pytest.raises(Fault, match="no length"):
         read_curve(110, 1.0, 2.0, 3.0, 1.0, 2.0, 3.0)
 
 
@@ -177,6 +177,19 @@ def test_composite_curves_are_taken_apart() -> None:
     whole = writer.add(102, 3, first, point, last)
     curves = build_readers(writer).curves.read(whole)
     assert [find_ends(curve)[0].tolist() for curve in curves] == [[0, 0, 0], [1, 0, 0], [1, 1, 0]]
+
+
+def test_parts_of_composite_curves_that_are_points_are_left_out() -> None:
+    writer = Writer()
+    line = add_line(writer, (0, 0), (1, 0))
+    point = writer.add(110, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0)
+    spline = writer.add(126, 1, 1, 1, 0, 1, 0, 0, 0, 1, 1, 1, 1, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0)
+    whole = writer.add(102, 3, line, point, spline)
+    points = writer.add(102, 2, point, spline)
+    curves = build_readers(writer).curves
+    assert len(curves.read(whole)) == 1
+    with pytest.raises(Fault, match="no parts"):
+        curves.read(points)
 
 
 def test_composite_curves_in_a_circle_are_faults() -> None:

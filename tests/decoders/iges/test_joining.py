@@ -72,6 +72,23 @@ def test_sides_are_joined_within_the_resolution(gap: float, count: int) -> None:
         assert parts[0].uncertainty == 2e-4
 
 
+@pytest.mark.parametrize(("gap", "count"), [(0.0, 3), (4e-4, 2)])
+def test_sides_alone_are_joined_up_to_the_gaps_in_loops(gap: float, count: int) -> None:
+    # The resolution is finer than the gap between two sides, and in one loop.
+    writer = Writer(resolution="1.D-9")
+    add_quad(writer, [(0, 0, 0), (10, 0, 0), (10, 10, 0), (0, 10, 0)])
+    add_quad(writer, [(10, 0, 5e-4), (20, 0, 0), (20, 10, 0), (10, 10, 5e-4)])
+    plane = writer.add(108, 0.0, 0.0, 1.0, 9.0)
+    corners = [(0, 0, 9), (1, 0, 9), (1, 1, 9), (0, gap, 9)]
+    writer.add(144, plane, 1, 0, writer.add(142, 0, plane, 0, add_line(writer, *corners), 2))
+    content = read_all(writer)
+    assert len(list_parts(content)) == count
+    if gap:
+        assert content.reading.edge_gap == pytest.approx(5e-4)
+        uncertainties = [edge.uncertainty for edge in list_parts(content)[0].edges]
+        assert [each for each in uncertainties if each is not None] == [pytest.approx(5e-4)]
+
+
 def test_the_tolerance_fits_the_size_of_the_faces() -> None:
     for resolution, expected in (("1.D-12", 1e-6), ("1000.", 1e-4), ("", 1e-6)):
         writer = Writer(resolution=resolution)
