@@ -21,7 +21,8 @@ _DIRECTIVE = re.compile(
     r"|\\\\",
     re.DOTALL,
 )
-# All parts are looked up before a file is read: a child process cannot load codecs any more.
+# All codecs are looked up before a file is read: a child process cannot load them any more.
+_TWO_BYTES, _FOUR_BYTES = codecs.lookup("utf-16-be"), codecs.lookup("utf-32-be")
 _PARTS = [codecs.lookup(f"iso8859-{part}") for part in range(1, 10)]
 _LINE_ENDS = re.compile(r"[\r\n]+")
 _CONTROLS = re.compile(r"[\x00-\x1f\x7f-\x9f]+")
@@ -63,9 +64,9 @@ def _decode_directives(text: str) -> str:
         nonlocal part
         two_bytes, four_bytes, one_byte, shifted, letter, line_end = match.groups()
         if two_bytes is not None:
-            return _from_hexadecimal(two_bytes, 4, "utf-16-be")
+            return _from_hexadecimal(two_bytes, 4, _TWO_BYTES)
         if four_bytes is not None:
-            return _from_hexadecimal(four_bytes, 8, "utf-32-be")
+            return _from_hexadecimal(four_bytes, 8, _FOUR_BYTES)
         if one_byte is not None:
             return chr(int(one_byte, 16))
         if shifted is not None:
@@ -79,6 +80,6 @@ def _decode_directives(text: str) -> str:
     return _DIRECTIVE.sub(replace, text)
 
 
-def _from_hexadecimal(digits: str, group: int, encoding: str) -> str:
+def _from_hexadecimal(digits: str, group: int, codec: codecs.CodecInfo) -> str:
     whole = digits[: len(digits) - len(digits) % group]
-    return bytes.fromhex(whole).decode(encoding, "replace")
+    return codec.decode(bytes.fromhex(whole), "replace")[0]

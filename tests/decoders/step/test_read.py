@@ -1,6 +1,8 @@
 """Whole STEP files: what is read of those of Open CASCADE, the report, and the limits."""
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -225,3 +227,35 @@ def test_gaps_are_in_the_report_in_the_root_s_unit() -> None:
     reading = writer.read().reading
     assert reading.edge_gap == pytest.approx(500)
     assert reading.vertex_gap == pytest.approx(500)
+
+
+IMPORTS_NOTHING = """
+import sys
+from pathlib import Path
+
+from service.decoders.format import FileLimits
+from service.decoders.step.read import read
+
+contents = [path.read_bytes() for path in sorted(Path("tests/cad_files").glob("*.step"))]
+names = rb"PRODUCT('\\X2\\00DF\\X0\\ \\X4\\0001F600\\X0\\ \\PE\\\\S\\P','"
+contents[0] = contents[0].replace(b"PRODUCT('", names, 1)
+
+
+def refuse(event, arguments):
+    if event in ("import", "open", "socket.connect", "subprocess.Popen"):
+        raise RuntimeError(f"{event} {arguments}")
+
+
+sys.addaudithook(refuse)
+for content in contents:
+    read(content, FileLimits())
+    read(content[: len(content) // 2], FileLimits())
+"""
+
+
+def test_reading_opens_no_file_and_imports_nothing() -> None:
+    """The process that reads files may do neither."""
+    process = subprocess.run(
+        [sys.executable, "-c", IMPORTS_NOTHING], check=False, capture_output=True, text=True
+    )
+    assert process.returncode == 0, process.stderr
