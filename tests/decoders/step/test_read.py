@@ -237,8 +237,8 @@ from service.decoders.format import FileLimits
 from service.decoders.step.read import read
 
 contents = [path.read_bytes() for path in sorted(Path("tests/cad_files").glob("*.step"))]
-names = rb"PRODUCT('\\X2\\00DF\\X0\\ \\X4\\0001F600\\X0\\ \\PE\\\\S\\P','"
-contents[0] = contents[0].replace(b"PRODUCT('", names, 1)
+name = rb"ADVANCED_FACE('\\X2\\00DF\\X0\\ \\X4\\0001F600\\X0\\ \\PE\\\\S\\P"
+contents[0] = contents[0].replace(b"ADVANCED_FACE('", name, 1)
 
 
 def refuse(event, arguments):
@@ -248,7 +248,13 @@ def refuse(event, arguments):
 
 sys.addaudithook(refuse)
 for content in contents:
-    read(content, FileLimits())
+    faces = [
+        face.name
+        for definition in read(content, FileLimits()).definitions
+        for part in definition.parts
+        for face in part.faces
+    ]
+    assert content is not contents[0] or "\u00df \U0001f600 \u0430" in faces
     read(content[: len(content) // 2], FileLimits())
 """
 
