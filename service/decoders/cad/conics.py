@@ -168,13 +168,10 @@ class Hyperbola:
         half, middle = (last - first) / 2, (first + last) / 2
         if not abs(half) <= MAX_HALF_ANGLE:
             raise InvalidGeometry("a piece of a hyperbola is too long")
+        ends = self.evaluate(first), self.evaluate(last)
         weight = cosh(half)
         corner = self.frame.place(self.a * cosh(middle) / weight, self.b * sinh(middle) / weight)
-        rows = [
-            (*self.evaluate(first), 1.0),
-            (*scale(corner, weight), weight),
-            (*self.evaluate(last), 1.0),
-        ]
+        rows = [(*ends[0], 1.0), (*scale(corner, weight), weight), (*ends[1], 1.0)]
         return _finish(2, [first] * 3 + [last] * 3, rows)
 
 

@@ -161,9 +161,9 @@ def build_frame(origin: Vector, z: Vector | None = None, x: Vector | None = None
     """
     check_point(origin)
     axis = unit(z) if z is not None else (0.0, 0.0, 1.0)
-    candidates = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    candidates: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     if x is not None:
-        candidates = (unit(x), *candidates)  # type: ignore[assignment] # of any length
+        candidates = (unit(x), *candidates)
     for candidate in candidates:
         rest = _remove(candidate, axis)
         if norm(rest) > PARALLEL:

@@ -34,6 +34,7 @@ from service.decoders.cad.frames import (
 )
 from service.decoders.cad.outline import MARGIN, LocalOutline, Outline, find_range, find_wedge
 from service.decoders.cad.splines import (
+    build_curve,
     elevate,
     evaluate,
     find_domain,
@@ -200,7 +201,7 @@ def _over_unit_interval(curve: Curve) -> Curve:
     """The curve over [0, 1], its knots rounded so that nearly equal ones of two curves agree."""
     low, high = find_domain(curve)
     knots = np.round((curve.knots - low) / (high - low), 12)
-    return Curve(curve.degree, knots, curve.points)
+    return build_curve(curve.degree, knots, project_points(curve.points), curve.points[:, 3])
 
 
 def cut_basis(curve: BasisCurve, parameters: Range | None) -> Curve:

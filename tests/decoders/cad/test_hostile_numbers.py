@@ -2,6 +2,7 @@
 
 import warnings
 from collections.abc import Callable
+from functools import partial
 from math import inf, nan, pi
 
 import numpy as np
@@ -11,7 +12,15 @@ from hypothesis import strategies as st
 from service.decoders.cad import splines
 from service.decoders.cad.conics import BasisCurve, Ellipse, Hyperbola, Line, Parabola
 from service.decoders.cad.content import Curve, Surface
-from service.decoders.cad.elementary import Cone, Cylinder, Plane, Sphere, Torus, find_gap
+from service.decoders.cad.elementary import (
+    Cone,
+    Cylinder,
+    Elementary,
+    Plane,
+    Sphere,
+    Torus,
+    find_gap,
+)
 from service.decoders.cad.faults import InvalidGeometry
 from service.decoders.cad.frames import Frame, Vector, build_frame, check_point
 from service.decoders.cad.inversion import cut_between
@@ -54,6 +63,32 @@ def try_all(*steps: Callable[[], object]) -> None:
                 check_curve(made)
             elif isinstance(made, Surface):
                 check_surface(made)
+
+
+def call(
+    kind: Callable[..., object], values: tuple[object, ...], method: str, *rest: object
+) -> object:
+    """The result of a method of a new object."""
+    return getattr(kind(*values), method)(*rest)
+
+
+def try_elementary(build: Callable[[], Elementary], outline: Outline, a: float, b: float) -> None:
+    try_all(
+        lambda: build().cut(outline),
+        lambda: build().offset(b).cut(outline),
+        lambda: build().trim((a, b), (b, a)),
+        lambda: find_gap(build(), outline),
+    )
+
+
+def try_edges(
+    basis: BasisCurve, numbers: tuple[float, float], ends: tuple[Vector, Vector], is_loop: bool
+) -> None:
+    try_all(
+        lambda: cut_between(basis, *ends, is_loop=is_loop).curve,
+        lambda: cut_between(basis, *ends, same_sense=False).curve,
+        lambda: None if isinstance(basis, Curve) else basis.cut(*numbers),
+    )
 
 
 def build_outline(points: list[Vector]) -> Outline:
@@ -104,27 +139,22 @@ def test_surfaces_of_any_numbers(
     frame: Frame, a: float, b: float, points: list[Vector], vector: Vector
 ) -> None:
     outline = build_outline(points)
-    elementary = (
-        lambda: Plane(frame),
-        lambda: Cylinder(frame, a),
-        lambda: Cone(frame, a, b),
-        lambda: Sphere(frame, a),
-        lambda: Torus(frame, a, b),
-        lambda: Torus(frame, a, b, is_outer=False),
+    kinds: tuple[Callable[[], Elementary], ...] = (
+        partial(Plane, frame),
+        partial(Cylinder, frame, a),
+        partial(Cone, frame, a, b),
+        partial(Sphere, frame, a),
+        partial(Torus, frame, a, b),
+        partial(Torus, frame, a, b, is_outer=False),
     )
-    for build in elementary:
-        try_all(
-            lambda build=build: build().cut(outline),  # type: ignore[misc]
-            lambda build=build: build().offset(b).cut(outline),  # type: ignore[misc]
-            lambda build=build: build().trim((a, b), (b, a)),  # type: ignore[misc]
-            lambda build=build: find_gap(build(), outline),  # type: ignore[misc]
-        )
+    for build in kinds:
+        try_elementary(build, outline, a, b)
     for basis in build_bases(frame, a, b, vector):
         try_all(
-            lambda basis=basis: Extrusion(basis, vector).cut(outline),  # type: ignore[misc]
-            lambda basis=basis: Extrusion(basis, vector).trim((a, b), (0.0, a)),  # type: ignore[misc]
-            lambda basis=basis: Revolution(basis, frame.origin, vector).cut(outline),  # type: ignore[misc]
-            lambda basis=basis: Revolution(basis, points[0], vector).trim((a, b), (b, a)),  # type: ignore[misc]
+            partial(call, Extrusion, (basis, vector), "cut", outline),
+            partial(call, Extrusion, (basis, vector), "trim", (a, b), (0.0, a)),
+            partial(call, Revolution, (basis, frame.origin, vector), "cut", outline),
+            partial(call, Revolution, (basis, points[0], vector), "trim", (a, b), (b, a)),
         )
 
 
@@ -150,11 +180,7 @@ def test_edges_of_any_numbers(
     except InvalidGeometry:
         return
     for basis in build_bases(frame, a, b, vector):
-        try_all(
-            lambda basis=basis: cut_between(basis, *ends, is_loop=is_loop).curve,  # type: ignore[misc]
-            lambda basis=basis: cut_between(basis, *ends, same_sense=False).curve,  # type: ignore[misc]
-            lambda basis=basis: None if isinstance(basis, Curve) else basis.cut(a, b),  # type: ignore[misc]
-        )
+        try_edges(basis, numbers, ends, is_loop)
 
 
 @settings(max_examples=60)

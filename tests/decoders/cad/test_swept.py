@@ -261,6 +261,16 @@ def test_ruled_surfaces_join_equal_parameters(a: KnotVector, b: KnotVector, seed
     assert np.linalg.norm(np.cross(along, whole), axis=1) == pytest.approx(np.zeros(9), abs=1e-9)
 
 
+def test_knots_of_ruled_surfaces_that_differ_by_rounding_are_one() -> None:
+    """Between them there would be a span that later steps cannot divide by."""
+    points = [[0, 0, 0], [1, 2, 0], [2, 0, 0], [3, 1, 0], [4, 0, 0]]
+    curves = [build_curve(2, [0, 0, 0, k, k, 1, 1, 1], points) for k in (1 / 3, 1 / 3 + 1e-14)]
+    surface = rule(*curves)
+    assert surface.knots[0] == pytest.approx([0, 0, 0, 1 / 3, 1 / 3, 1, 1, 1])
+    close = build_curve(1, [0, 0, 0.5, 0.5 + 9.5e-13, 1, 1], points[:4])
+    assert np.isfinite(rule(close, curves[0]).points).all()
+
+
 def test_a_cone_as_a_revolution_is_the_cone() -> None:
     angle = atan(0.5)
     line = Line(FRAME.place(2, 0, 0), to_vector(0.5, 0, 1))
