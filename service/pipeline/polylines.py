@@ -188,6 +188,8 @@ def _cut(
         joined, seams = join(model, MeshOptions().weld_tolerance, check_patches)
         sections = cut_surface(joined, seams, planes, distance, check_pieces)
         sections = _number_coplanar_patches(joined, sections)
+    if surface.unit is not None:
+        sections = replace(sections, metres_per_unit=surface.unit)
     check_bytes(fmt.byte_bound(count_sections(sections)), fmt, limits, "/tolerance")
     checkpoint()
     return fmt.encode(sections)

@@ -1,6 +1,7 @@
 """Sections in every format; other programs read the files: an XML parser, the glTF validator."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -10,8 +11,12 @@ import pytest
 from oracles.gltf import read_glb
 from service.encoders.polylines.format import count_sections
 from service.encoders.polylines.registry import SECTION_FORMATS, SECTIONS_BY_NAME
-from service.engine.sections.values import Sections
+from service.engine.sections.values import Planes, Sections, SectionTolerance
+from service.pipeline.polylines import plan_sections
+from service.surface.bezier import BezierSurface
 from service.surface.examples.catalogue import find
+from service.surface.group import GroupSurface
+from service.surface.member import Member
 from tests.clients.gltf_validator import list_issues
 from tests.engine.sections.test_sections import cut, lower_patches
 
@@ -101,6 +106,24 @@ def test_glb_has_a_strip_for_each_polyline(teapot: Sections) -> None:
     assert {strip["mode"] for strip in strips} == {3}
     # The root, and a node for each plane.
     assert len(content.document["nodes"]) == 1 + 3
+
+
+def test_the_root_of_gltf_scales_to_metres() -> None:
+    """The local origin, too; other formats stay in model units."""
+    far = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]) + 1e5
+    group = GroupSurface((Member(BezierSurface(far)),), "z", metres_per_unit=0.001)
+    planes = Planes(np.array([[1.0, 0, 0]]), np.array([1e5 + 0.5]))
+    query = planes, SectionTolerance(None)
+    roots, texts = [], []
+    for each in (group, replace(group, metres_per_unit=None)):
+        content = plan_sections(each, query, SECTIONS_BY_NAME["glb"]).run()
+        roots.append(read_glb(content).document["nodes"][0])
+        texts.append(plan_sections(each, query, SECTIONS_BY_NAME["json"]).run())
+    scaled, plain = roots
+    assert scaled["scale"] == [0.001] * 3
+    assert scaled["rotation"] == plain["rotation"]
+    np.testing.assert_allclose(scaled["translation"], np.array(plain["translation"]) / 1000)
+    assert texts[0] == texts[1]
 
 
 def test_obj_has_a_line_element_of_equal_length_for_each_polyline(teapot: Sections) -> None:

@@ -145,6 +145,7 @@ def check_size(roots: Sequence[Instance], products: dict[int, Product], limits: 
     placed_faces = _bound(sum(product.faces for product in placed))
     counts = (
         (faces, "faces", limits.max_faces, "MAX_FACES"),
+        (len(parts), "parts", limits.max_definitions, "MAX_MEMBERS"),
         (members, "members", limits.max_members, "MAX_MEMBERS"),
         (placed_faces, "placed faces", limits.max_placed_faces, "MAX_PLACED_FACES"),
     )

@@ -102,14 +102,15 @@ def turn_and_scale(up: str, metres_per_unit: float | None) -> JsonObject:
     return transform
 
 
-def root_placement(origin: FloatArray, up: str) -> JsonObject:
-    """The fields `rotation` and `translation` of the root node.
+def root_placement(origin: FloatArray, up: str, metres_per_unit: float | None = None) -> JsonObject:
+    """The fields `rotation`, `scale` and `translation` of the root node.
 
-    The rotation turns z up to y up, which glTF requires. The translation is the local `origin`
-    (3,). A reader rotates before it translates (3.5.3), so the origin is rotated, too.
+    The rotation turns z up to y up, and the scale is that to metres, which glTF requires. The
+    translation is the local `origin` (3,). A reader rotates and scales before it translates
+    (3.5.3), so the origin is rotated and scaled, too.
     """
-    x, y, z = origin.tolist()
-    placement: JsonObject = {"rotation": Z_UP_TO_Y_UP} if up == "z" else {}
+    x, y, z = (origin * (metres_per_unit or 1.0)).tolist()
+    placement = turn_and_scale(up, metres_per_unit)
     if origin.any():
         # 0.0 - y is never -0.0.
         placement["translation"] = [x, z, 0.0 - y] if up == "z" else [x, y, z]

@@ -85,8 +85,9 @@ def build_sections(sections: Sections) -> File:
     """The glTF document of some sections, and its buffer."""
     origin, rounding = _find_origin(sections)
     buffer = BufferBuilder()
+    placement = root_placement(origin, sections.up, sections.metres_per_unit)
     children = list(range(1, len(sections.sections) + 1))
-    root = {"name": sections.name, **root_placement(origin, sections.up), "children": children}
+    root: JsonObject = {"name": sections.name, **placement, "children": children}
     nodes: list[JsonObject] = [root]
     meshes: list[JsonObject] = []
     for k, section in enumerate(sections.sections):

@@ -123,6 +123,7 @@ class Sections:
     """The sections of a surface by some planes, in the order of the planes.
 
     No point of a section is farther than `deviation_bound`, in model units, from its polylines.
+    `metres_per_unit` is the unit of the surface, None if it is not known.
     """
 
     name: str
@@ -130,6 +131,7 @@ class Sections:
     planes: Planes
     sections: tuple[Section, ...]
     deviation_bound: float
+    metres_per_unit: float | None = None
 
     @property
     def polylines(self) -> list[Polyline]:

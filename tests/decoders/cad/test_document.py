@@ -17,6 +17,11 @@ from service.decoders.cad.content import (
 )
 from service.decoders.cad.document import write_document
 from service.errors import InvalidRequest, SurfaceError, TooLarge
+from service.schemas.document import DocumentLimits
+from service.schemas.request import SurfaceRequest
+from service.schemas.validation import validate_document
+from service.storage.canonical import canonical_content, restore_surface
+from service.surface.lowered import GroupModel
 from tests.decoders.cad.content import READING, build_content, build_disc, build_plate, move
 
 RED, BLUE = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.5)
@@ -192,6 +197,9 @@ def test_too_many_faces() -> None:
     """Each face of the file counts once, however often it is placed."""
     two = (Definition("", (build_plate(), build_plate())),)
     assert refuse(two, max_faces=1).issues[0].code == "too_many_faces"
+    error = refuse(two, max_definitions=1)
+    assert (error.issues[0].code, error.issues[0].got) == ("too_many_parts", "2 parts")
+    assert "SURFACE_MAX_MEMBERS" in error.issues[0].needed
 
 
 def test_no_geometry() -> None:
@@ -244,6 +252,42 @@ def test_placements_that_flatten_bodies_are_counted() -> None:
     document = write_document(content)
     assert len(document.surface["members"]) == 2
     assert document.reading["skipped_entities"] == {"placement": 3}
+
+
+def test_documents_are_valid() -> None:
+    """Requests accept them; placements, names and colours arrive."""
+    bolt, disc = build_plate("bolt"), build_disc()
+    frame = (build_plate("left", 3), build_plate("right", 4, color=RED))
+    mirror = move(5)
+    mirror[0, 0] = -1
+    content = build_content(
+        (
+            Definition("machine", (disc,), (Placement(1), Placement(2, "pair", mirror))),
+            Definition("frame", frame),
+            Definition("bolts", (), (Placement(3, "a", move(1)), Placement(3, color=BLUE))),
+            Definition("bolt", (bolt,)),
+        )
+    )
+    for each in (content, build_content((Definition("", (disc,)),))):
+        tree = write_document(each).surface
+        surface = validate_document(SurfaceRequest, {"surface": tree}).to_surface()
+        assert surface.unit == 0.001
+        assert surface.up == "z"
+        restored = restore_surface(canonical_content(surface), DocumentLimits())
+        assert canonical_content(restored) == canonical_content(surface)
+    tree = write_document(content).surface
+    group = validate_document(SurfaceRequest, {"surface": tree}).to_surface()
+    model = group.lower()
+    assert isinstance(model, GroupModel)
+    assert [copy.name for copy in model.members] == [
+        "machine/disc", "machine/frame/left", "machine/frame/right",
+        "machine/pair/a", "machine/pair/bolt",
+    ]  # fmt: skip
+    assert [copy.color for copy in model.members] == [None, None, (*RED, 1), None, BLUE]
+    matrix = model.members[3].matrix
+    assert matrix is not None
+    assert (matrix[0, 0], matrix[0, 3]) == (-1, 4)
+    assert len(model.models) == 4
 
 
 def test_reading_is_plain() -> None:
