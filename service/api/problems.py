@@ -168,7 +168,7 @@ PROBLEMS: dict[type[SurfaceError], ProblemKind] = {
         503,
         "out_of_time",
         "The result was not ready in time: the service is busy, or the request asks for much work. "
-        "`Retry-After` says when to try again.",
+        "`Retry-After` says when to try again; a job has more time (`Prefer: respond-async`).",
     ),
     JobQuotaFull: ProblemKind(
         507, "job_quota_full", "The store has no room for another job; nothing was accepted."
