@@ -9,6 +9,9 @@ from service.errors import count_nouns
 MAX_LISTED = 20
 """The most faces, and the most kinds of entities, that are printed one by one."""
 
+SMALL_GAP = 1e-9
+"""Gaps up to the uncertainty of a file, or up to this if it states none, are not printed."""
+
 _COUNTS = ("products", "solids", "open_shells", "faces")
 
 
@@ -68,7 +71,6 @@ def _describe(reading: Mapping[str, Any]) -> Iterator[str]:
         yield f"{count_nouns(references, 'references')} to other files not followed"
     if edges := reading.get("open_edges"):
         yield f"{count_nouns(edges, 'edges')} of only one face"
-    gaps = reading.get("edge_gap") or 0.0, reading.get("vertex_gap") or 0.0
-    if any(gaps):
-        edge, vertex = gaps
+    edge, vertex = reading.get("edge_gap") or 0.0, reading.get("vertex_gap") or 0.0
+    if max(edge, vertex) > (reading.get("uncertainty") or SMALL_GAP):
         yield f"largest gaps: {edge:.3g} from edge to surface, {vertex:.3g} from vertex to edge"

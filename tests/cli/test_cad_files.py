@@ -158,6 +158,7 @@ def test_the_report_is_complete_and_short(capsys: pytest.CaptureFixture[str]) ->
         "faces": 7,
         "skipped_entities": {"GEOMETRIC_SET": 2, "TESSELLATED_SOLID": 1},
         "skipped_faces": [{"entity": f"#{k}", "reason": "no surface"} for k in range(30)],
+        "uncertainty": 0.01,
         "changed_names": 1,
         "edge_gap": 0.001,
         "vertex_gap": 0.25,
@@ -173,6 +174,8 @@ def test_the_report_is_complete_and_short(capsys: pytest.CaptureFixture[str]) ->
     )
     assert lines[1] == "30 faces are not in the surface:"
     assert lines[2] == "  #0: no surface"
+    print_reading("a.step", reading | {"uncertainty": 0.3})
+    assert "gaps" not in capsys.readouterr().err
     assert lines[22:] == [
         "  and 10 more, which `surface convert` lists",
         "not read: 2 GEOMETRIC_SET, 1 TESSELLATED_SOLID",
