@@ -7,7 +7,7 @@ import pytest
 from service.decoders.cad.conics import Ellipse
 from service.decoders.cad.content import Coedge, Part
 from service.decoders.cad.elementary import Cone, Cylinder, Elementary, Plane, Sphere, Torus
-from service.decoders.cad.frames import build_frame, scale
+from service.decoders.cad.frames import Vector, build_frame, scale
 from service.decoders.cad.inversion import cut_between
 from service.decoders.cad.outline import NO_OUTLINE
 from service.decoders.cad.parts import PartBuilder
@@ -169,3 +169,72 @@ def test_a_face_on_a_torus_that_touches_its_axis_has_edges_on_its_surface() -> N
     prepared = prepare_part(part)
     assert len(prepared.gaps) == 4  # the face is not left out
     assert prepared.gaps.max() < 1e-9
+
+
+def build_cut_ball(direction: Vector, height: float, is_upper: bool) -> Part:
+    """A ball of radius 2 that a plane cuts: the part above or below a height along a direction."""
+    builder = PartBuilder()
+    cut = build_frame((0.0, 0.0, 0.0), direction)
+    plane = cut.move(cut.place(0.0, 0.0, height))
+    ring = Ellipse(plane, sqrt(4.0 - height * height), sqrt(4.0 - height * height))
+    vertex = builder.add_vertex(0, ring.evaluate(0.3))
+    point = builder.find_point(vertex)
+    piece = cut_between(ring, point, point, is_loop=True)
+    edge = builder.add_edge(0, (vertex, vertex), piece.curve)
+    loop = [[Coedge(edge, is_reversed=not is_upper)]]
+    lid = [[Coedge(edge, is_reversed=is_upper)]]
+    ball = Sphere(build_frame((0.0, 0.0, 0.0)), 2.0).cut(builder.find_outline(loop))
+    disc = Plane(plane).cut(builder.find_outline(lid))
+    faces = [builder.add_face(ball, loop), builder.add_face(disc, lid, is_reversed=is_upper)]
+    builder.add_shell(faces, True)
+    part = builder.build()
+    assert part is not None
+    return part
+
+
+@pytest.mark.parametrize("is_upper", [True, False])
+@pytest.mark.parametrize("height", [1.5, 0.0])
+@pytest.mark.parametrize(
+    "direction",
+    [(0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (1.0, 1.0, 1.0), (0.0, 0.3, 1.0)],
+)
+def test_both_parts_of_a_cut_ball_are_closed(
+    direction: Vector, height: float, is_upper: bool
+) -> None:
+    """The loop is about a pole, across the seam, away from both, or has a pole inside."""
+    cap = pi * (2.0 - height) ** 2 * (4.0 + height) / 3
+    expected = cap if is_upper else 4 / 3 * pi * 8 - cap
+    volume, cracks = measure_part(build_cut_ball(direction, height, is_upper))
+    assert not cracks
+    assert volume == pytest.approx(expected, rel=0.02)
+
+
+@pytest.mark.parametrize("height", [0.0, 0.4])
+@pytest.mark.parametrize("is_upper", [True, False])
+def test_both_parts_of_a_torus_between_its_rings_are_closed(height: float, is_upper: bool) -> None:
+    """A plane across the axis: the torus has two loops around its axis, and the lid is a ring."""
+    major, minor = 3.0, 1.0
+    frame = build_frame((1.0, 0.0, 0.0), (0.2, 0.1, 1.0))
+    plane = frame.move(frame.place(0.0, 0.0, height))
+    half = sqrt(minor**2 - height**2)
+    builder = PartBuilder()
+    edges = []
+    for key, radius in enumerate((major + half, major - half)):
+        ring = Ellipse(plane, radius, radius)
+        vertex = builder.add_vertex(key, ring.evaluate(1.0))
+        edges.append(builder.add_edge(key, (vertex, vertex), ring.cut(1.0, 1.0 + 2 * pi)))
+    # Counter-clockwise about the axis, the material of the upper part is on the left outside.
+    sides = [[Coedge(edges[0], not is_upper)], [Coedge(edges[1], is_upper)]]
+    lid = [[Coedge(edges[0], is_upper)], [Coedge(edges[1], not is_upper)]]
+    torus = Torus(frame, major, minor).cut(builder.find_outline(sides))
+    disc = Plane(plane).cut(builder.find_outline(lid))
+    faces = [builder.add_face(torus, sides), builder.add_face(disc, lid, is_reversed=is_upper)]
+    builder.add_shell(faces, True)
+    part = builder.build()
+    assert part is not None
+    volume, cracks = measure_part(part)
+    assert not cracks
+    angle = acos(height / minor)
+    segment = minor**2 * (angle - sin(angle) * height / minor)
+    area = segment if is_upper else pi * minor**2 - segment
+    assert volume == pytest.approx(2 * pi * major * area, rel=0.02)
