@@ -12,7 +12,6 @@ ISO 10303-21, clauses 5 to 8: the exchange structure, comments, sections.
 
 import re
 from bisect import bisect_left
-from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
@@ -140,16 +139,6 @@ class Instances:
         for keyword in keywords:
             rows.update(complex_rows.get(keyword, ()))
         return sorted(rows)
-
-    def count_keywords(self) -> Counter[str]:
-        """How many instances have each keyword; parts of complex instances count too."""
-        counts: Counter[str] = Counter()
-        for code, count in enumerate(np.bincount(self._codes, minlength=len(self._keywords))):
-            counts[self._keywords[code]] += int(count)
-        for keyword, rows in self._rows_of_parts().items():
-            counts[keyword] += len(rows)
-        del counts[COMPLEX]
-        return counts
 
     def count_external(self) -> int:
         """How many entities stand for something in another file: those of a section REFERENCE."""

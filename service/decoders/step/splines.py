@@ -102,14 +102,6 @@ def read_spline_surface(entities: Entities, entity: Entity) -> Surface:
     return build_surface(degrees, knots, points, net)
 
 
-def count_points(entity: Entity, kind: str) -> int:
-    """At most this many control points has a spline: parameters that are references, or less."""
-    own, _, _ = _split(entity, kind, 5, 3) if kind == "CURVE" else _split(entity, kind, 7, 5)
-    if kind == "CURVE":
-        return len(as_list(own[1]))
-    return sum(len(as_list(row)) for row in as_list(own[2]))
-
-
 def _split(
     entity: Entity, kind: str, own_count: int, knot_count: int
 ) -> tuple[Sequence[Parameter], Sequence[Parameter] | None, Parameter | None]:
@@ -127,6 +119,8 @@ def _split(
         own: Sequence[Parameter] = parts[f"B_SPLINE_{kind}"]
         knot_data: Sequence[Parameter] | None = parts.get(knotted)
         weights = rational[0] if rational else None
+    elif len(parts) > 1:
+        raise Fault("a spline lacks its control points")
     else:
         # A simple instance: the name, and the attributes of all types in one record.
         (parameters,) = parts.values()

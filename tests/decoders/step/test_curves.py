@@ -258,6 +258,9 @@ def test_curves_that_refer_to_themselves(record: str) -> None:
         "B_SPLINE_CURVE_WITH_KNOTS('',1,(#3,#3),.U.,.F.,.F.,(2,2),(0.,1.),.UNSPECIFIED.)",
         "B_SPLINE_CURVE_WITH_KNOTS('',1,(#3,#4),.U.,.F.)",
         "BEZIER_CURVE('',1000000000,(#3,#4),.UNSPECIFIED.,.F.,.F.)",
+        "(B_SPLINE_CURVE_WITH_KNOTS((2,2),(0.,1.),.UNSPECIFIED.)RATIONAL_B_SPLINE_CURVE((1.,1.)))",
+        "(B_SPLINE_CURVE(1,(#3,#4),.U.,.F.,.F.)RATIONAL_B_SPLINE_CURVE())",
+        "(B_SPLINE_CURVE(1,(#3,#4),.U.,.F.,.F.)B_SPLINE_CURVE_WITH_KNOTS((2,2)))",
         "TRIMMED_CURVE('',#6,(),(),.T.,.PARAMETER.)",
     ],
 )
