@@ -305,7 +305,7 @@ class Settings(BaseModel):
         default=10 << 30,
         ge=0,
         le=1 << 50,
-        description="Bytes of all jobs and their results together; 0 means no limit.",
+        description="Bytes of all jobs, their files and their results together; 0 means no limit.",
     )
     job_part_timeout: float = Field(
         default=3600, gt=0, le=86400, description="Time to compute one part of a job."

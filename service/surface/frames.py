@@ -51,9 +51,10 @@ def find_depths(parents: Sequence[int | None]) -> Ints:
             depths.append(0)
             continue
         if not 0 <= parent < number:
+            code = "unknown_parent"
             message = "A parent is a member before its members, so that there are no circles."
             needed = f"0 to {number - 1}" if number else "no parent for the first member"
-            raise _refuse(number, "parent", "unknown_parent", message, (f"member {parent}", needed))
+            raise _refuse(number, "parent", code, message, (f"member {parent}", needed))
         depths.append(depths[parent] + 1)
         if depths[-1] == MAX_DEPTH:
             message = "Members are nested more deeply than this service places."
