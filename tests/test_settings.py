@@ -24,7 +24,6 @@ from service.settings.runtime import (
     collect_rarely,
     count_processors,
     half_of_memory,
-    pause_collection,
     pin_blas,
 )
 from service.settings.values import Settings
@@ -256,12 +255,6 @@ def test_freed_memory_returns_to_the_system() -> None:
     """The program frees 64 blocks of 1 MiB, with small blocks in use between them."""
     process = run_python("-c", MEASURE_TRIMMING)
     assert int(process.stdout) < 16 << 20
-
-
-def test_garbage_collection_pauses_until_the_outermost_block_ends() -> None:
-    with pause_collection(), pause_collection():
-        assert not gc.isenabled()
-    assert gc.isenabled()
 
 
 def test_garbage_is_collected_less_often_than_by_default() -> None:

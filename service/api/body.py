@@ -31,6 +31,7 @@ from service.api.record import record_of
 from service.api.services import Context, Services
 from service.decoders.format import Decoded, Decoder
 from service.encoders.format import FileFormat
+from service.interpreter import pause_collection
 from service.pipeline.calls import CALLS
 from service.pipeline.files import build_file_request, check_beside
 from service.pipeline.reading import plan_reading
@@ -38,7 +39,6 @@ from service.schemas.document import DocumentLimits, parse_document
 from service.schemas.fields import RequestModel
 from service.schemas.file_fields import document_from_query
 from service.schemas.validation import parse_request
-from service.settings.runtime import pause_collection
 from service.settings.values import file_limits
 
 INLINE_BYTES, INLINE_TEXT, INLINE_OBJECTS = 1 << 18, 1 << 14, 32
@@ -234,6 +234,7 @@ def _build_file(
     model: type[RequestModel], file: PostedFile, decoded: Decoded, limits: DocumentLimits
 ) -> RequestModel:
     """The model of a file, checked; its surface is built too."""
-    parsed = build_file_request(model, file.decoder, decoded, file.beside, limits)
-    parsed.build()
+    with pause_collection() if file.decoder.is_cad else nullcontext():
+        parsed = build_file_request(model, file.decoder, decoded, file.beside, limits)
+        parsed.build()
     return parsed

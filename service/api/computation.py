@@ -10,7 +10,7 @@ import math
 import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
-from functools import cached_property
+from functools import cached_property, partial
 from traceback import clear_frames
 from typing import Any, TypeAlias, TypeVar, cast
 
@@ -23,6 +23,7 @@ from service.api.record import Timing
 from service.api.threads import Threads, Turn
 from service.cancellation import Cancellation, Cancelled, OutOfTime, cancelled_by
 from service.errors import Busy, Issue, TooLarge
+from service.interpreter import run_in_short_turns
 from service.pipeline.cost import Cost, Work
 
 INLINE_SECONDS = 0.0075
@@ -177,7 +178,8 @@ class Computation:
                 await threads.parsing.acquire(caller)
             threads.on_wait("parse", time.perf_counter() - start)
             with self.timing.step("parse"):
-                return await self._in_thread(call, lambda: threads.parsing.release(caller))
+                parse = partial(run_in_short_turns, call)
+                return await self._in_thread(parse, lambda: threads.parsing.release(caller))
 
     async def run(self, work: Work[Result], name: str) -> Result:
         """Returns the result of `work`: short work runs on the event loop, other work in a thread.

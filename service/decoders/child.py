@@ -23,6 +23,7 @@ from service.decoders.child_program import ANSWER, OUT_OF_MEMORY
 from service.decoders.format import Decoded, Decoder, FileLimits, build_file_error
 from service.errors import InvalidRequest, Issue, MalformedBody, SurfaceError, TooLarge
 from service.framing import UNREADABLE, read_frame
+from service.interpreter import pause_collection, short_turns
 
 ANSWER_SHARE = 4
 """The answer may take a quarter of the memory of a file, and the child the rest."""
@@ -104,7 +105,8 @@ def _parse_answer(decoder: Decoder, frame: bytes, status: int | None, length: in
     has not ended by itself.
     """
     try:
-        header = read_frame(ANSWER, frame)
+        with short_turns(), pause_collection():
+            header = read_frame(ANSWER, frame)
         answer: dict[str, Any] = header[ANSWER]
         PROCESSES.report_confinement(is_confined=bool(header["is_confined"]))
         if "error" in answer:

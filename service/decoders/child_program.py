@@ -39,8 +39,8 @@ ANSWER = "answer"
 OUT_OF_MEMORY = "memory"
 """The fault of a reader that needs more memory than it has."""
 
-AHEAD = ("step",)
-"""Formats whose readers a child imports before it gets a task."""
+AHEAD = ("step", "iges")
+"""Formats whose readers a child imports before it gets a task: those without a library."""
 
 CODECS = ("latin-1", "cp1252", "utf-8-sig", "utf-16-be", "utf-16-le", "utf-32-be")
 """Encodings of texts in CAD files: a codec is a module, which cannot be imported later."""

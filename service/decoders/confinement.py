@@ -58,8 +58,9 @@ the clock. From linux/arch/x86/entry/syscalls/syscall_64.tbl and asm-generic/uni
 
 def lower_priority() -> None:
     """Lets the service and its other requests go first."""
-    with suppress(OSError, AttributeError):
+    with suppress(OSError, AttributeError):  # Windows has neither, macOS no policies
         os.nice(NICENESS)
+        os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
 
 
 def limit_resources(memory: int, seconds: float) -> None:

@@ -6,7 +6,6 @@ import math
 import os
 import platform
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 
 import numpy as np  # noqa: F401  (its BLAS must be loaded before it can be set up)
@@ -82,21 +81,6 @@ def collect_rarely() -> None:
     # Looks at generation 0 after 50,000 new objects, at 1 and 2 after 20 and 100 collections of the
     # generation before.
     gc.set_threshold(50_000, 20, 100)
-
-
-@contextmanager
-def pause_collection() -> Iterator[None]:
-    """Switches the garbage collector off in the `with` block.
-
-    For parsing a document, which makes no reference cycles.
-    """
-    was_enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was_enabled:
-            gc.enable()
 
 
 def half_of_memory(root: Path = Path("/")) -> int:

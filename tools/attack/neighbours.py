@@ -10,16 +10,20 @@ import asyncio
 import json
 import random
 import re
+import socket
 import statistics
 import sys
 import time
 from collections import Counter
-from collections.abc import Awaitable, Callable, Iterator, Sequence
+from collections.abc import Awaitable, Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
+from itertools import repeat
 from pathlib import Path
 
 from tools.attack.wire import HOST, build_get, build_post, open_connection, summarize
+from tools.cad_files.sheets import write_sheets
 from tools.processes import service_server
 
 TAKER = "127.0.0.2"
@@ -44,8 +48,12 @@ MAX_WAIT = 1.0
 SLOW_CONNECTIONS, SLOW_BYTES = 10, 50_000
 """Number of slow readers, and the bytes that each reads a second."""
 
+FILE_BYTES = 20_000_000
+"""Bytes of a file of `send_files`."""
+
 MAX_FACTOR = 2.0
-"""The most by which slow readers may change the 99th percentile of the other caller's times."""
+"""The most by which slow readers and files may change the 99th percentile of the other caller's
+times."""
 
 _TIMING = re.compile(rb"\r\nserver-timing: [^\r]*?wait;dur=([0-9.]+)", re.IGNORECASE)
 
@@ -95,10 +103,17 @@ async def send(port: int, request: bytes, source: str) -> tuple[str, bytes]:
     return summarize(received, len(received)), received[:2000]
 
 
-async def measure(ports: Sequence[int], seconds: float) -> list[list[Sample]]:
-    """Sends one light request after the other, to each service in turn; the samples of each."""
+def list_teapots() -> Iterator[bytes]:
+    """Requests for the teapot as GLB, which the event loop computes itself."""
+    return repeat(build_get("/v1/surfaces/utah-teapot/mesh.glb?resolution=8"))
+
+
+async def measure(
+    ports: Sequence[int], requests: Iterator[bytes], seconds: float
+) -> list[list[Sample]]:
+    """Sends one request after the other, to each service in turn; the samples of each."""
     samples: list[list[Sample]] = [[] for _ in ports]
-    requests, end = list_light_requests(), time.monotonic() + seconds
+    end = time.monotonic() + seconds
     while time.monotonic() < end:
         request = next(requests)
         for port, results in zip(ports, samples, strict=True):
@@ -124,6 +139,31 @@ async def send_heavy_work(port: int) -> Counter[str]:
 
     with suppress(asyncio.CancelledError):
         await asyncio.gather(*map(send_one_by_one, range(HEAVY_CONNECTIONS)))
+    return responses
+
+
+async def send_files(port: int) -> Counter[str]:
+    """Sends four STEP files of `FILE_BYTES` at once, and again, until it is cancelled."""
+    responses: Counter[str] = Counter()
+    path = "/v1/estimate?format=glb&relative_tolerance=0.1"
+    requests = [
+        build_post(path, write_sheets(FILE_BYTES, number), media_type="model/step")
+        for number in range(4)
+    ]
+
+    def send_one(request: bytes) -> str:
+        """In a thread, because to send 20 MB would delay the measured caller."""
+        with socket.create_connection((HOST, port), source_address=(TAKER, 0)) as connection:
+            connection.sendall(request)
+            received = b"".join(iter(partial(connection.recv, 1 << 16), b""))
+        return summarize(received, len(received))
+
+    async def send_again(request: bytes) -> None:
+        while True:
+            responses[await asyncio.to_thread(send_one, request)] += 1
+
+    with suppress(asyncio.CancelledError):
+        await asyncio.gather(*map(send_again, requests))
     return responses
 
 
@@ -197,13 +237,16 @@ class Neighbour:
     name: str
     take: Callable[[int], Awaitable[Counter[str]]]
     judge: Callable[[Result], list[str]]
+    list_requests: Callable[[], Iterator[bytes]] = list_light_requests
+    settings: Mapping[str, str] = field(default_factory=dict)
 
     async def run(self, port: int, quiet_port: int) -> Result:
         """Measures another caller beside this one, and at a service without other clients."""
-        await measure((port, quiet_port), 1)  # fills caches
+        requests = self.list_requests()
+        await measure((port, quiet_port), requests, 1)  # fills caches
         task = asyncio.ensure_future(self.take(port))
         await asyncio.sleep(START_SECONDS)
-        together, alone = await measure((port, quiet_port), SECONDS)
+        together, alone = await measure((port, quiet_port), requests, SECONDS)
         task.cancel()
         return Result(alone, together, await task)
 
@@ -223,6 +266,13 @@ def judge_factor(result: Result) -> list[str]:
 NEIGHBOURS = (
     Neighbour("twenty connections of heavy work from one caller", send_heavy_work, judge_wait),
     Neighbour("ten readers at 50 kB/s each", read_slowly, judge_factor),
+    Neighbour(
+        "four STEP files of 20 MB, read at once",
+        send_files,
+        judge_factor,
+        list_teapots,
+        {"SURFACE_MEMORY_BYTES": "2400000000"},
+    ),
 )
 
 
@@ -237,8 +287,8 @@ def run_neighbours(folder: Path, select: Callable[[str], bool]) -> list[str]:
         if not select(neighbour.name):
             continue
         with (
-            service_server(folder, SETTINGS, "neighbours") as service,
-            service_server(folder, SETTINGS, "quiet") as quiet_service,
+            service_server(folder, {**SETTINGS, **neighbour.settings}, "neighbours") as service,
+            service_server(folder, {**SETTINGS, **neighbour.settings}, "quiet") as quiet_service,
         ):
             result = asyncio.run(neighbour.run(service.port, quiet_service.port))
         print(f"  {neighbour.name}: {dict(result.responses)}", file=sys.stderr, flush=True)

@@ -5,10 +5,10 @@ from contextlib import AbstractContextManager
 
 import orjson
 
+from service.interpreter import pause_collection
 from service.schemas.document import DEFAULT_LIMITS, MAX_FACES
 from service.schemas.request import SurfaceRequest
 from service.schemas.validation import parse_request
-from service.settings.runtime import pause_collection
 from tools.breps import Document, build_sheet, load_solid, repeat_solid
 
 MAX_SECONDS = 2e-4

@@ -43,8 +43,8 @@ INTRODUCTION = """\
 # Licences
 
 This page lists the packages of other projects in an installation of the service with all its
-extras. The image has only the extras `cluster`, `meshopt` and `rhino`. `make licences` writes this page; a
-test compares it with the installed packages, and fails for a licence that
+extras. The image has only the extras `cluster`, `meshopt` and `rhino`. `make licences` writes this
+page; a test compares it with the installed packages, and fails for a licence that
 `tools/supply/licences.py` does not allow. The texts of the licences are beside the packages, in
 `*.dist-info`, and beside the scripts.
 
