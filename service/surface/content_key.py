@@ -2,12 +2,17 @@
 
 from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import fields, is_dataclass
+from functools import lru_cache
 from hashlib import sha256
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from service.surface.sizes import SurfaceKind
+
+
+class _Digest(Protocol):
+    def update(self, data: memoryview, /) -> None: ...
 
 
 def content_key(value: Any, omitted: tuple[str, ...] = ()) -> Hashable:
@@ -16,38 +21,49 @@ def content_key(value: Any, omitted: tuple[str, ...] = ()) -> Hashable:
     Two surfaces are compared field by field, arrays by shape, type and numbers, and mappings by
     their entries in order. The fields `omitted` of a surface are not compared.
     """
+    # One digest of the numbers of all arrays: their shapes say where each of them ends.
+    digest = sha256()
+    return _describe(value, omitted, digest), digest.digest()
+
+
+def number_equal(keys: Iterable[Hashable]) -> list[int]:
+    """For each key its number among the distinct keys, in the order of first use."""
+    number_of: dict[Hashable, int] = {}
+    return [number_of.setdefault(key, len(number_of)) for key in keys]
+
+
+def find_keys(surfaces: Iterable[SurfaceKind], omitted: tuple[str, ...]) -> list[Hashable]:
+    """The keys of surfaces without some of their fields; that of one object is computed once."""
+    key_of: dict[int, Hashable] = {}
+    keys: list[Hashable] = []
+    for surface in surfaces:
+        key = key_of.get(id(surface))
+        if key is None:
+            key = key_of[id(surface)] = content_key(surface, omitted)
+        keys.append(key)
+    return keys
+
+
+def _describe(value: Any, omitted: tuple[str, ...], digest: _Digest) -> Hashable:
+    """The content of a value without the numbers of its arrays, which are added to the digest."""
     if isinstance(value, np.ndarray):
         # Adding 0 turns −0 into 0, so that equal numbers have equal bytes.
-        content = np.ascontiguousarray(value + 0)
-        return value.shape, value.dtype.str, sha256(content.data).digest()
-    if is_dataclass(value):
-        compared = (f for f in fields(value) if f.init and f.compare)
-        names = (f.name for f in compared if f.name not in omitted)
-        return type(value), *(content_key(getattr(value, name)) for name in names)
+        content = value + 0.0 if value.dtype.kind == "f" else value
+        digest.update(np.ascontiguousarray(content).data)
+        return value.shape, value.dtype.str
     if isinstance(value, tuple):
-        return tuple(content_key(part) for part in value)
+        return tuple(_describe(part, (), digest) for part in value)
     if isinstance(value, Mapping):
-        return tuple((key, content_key(part)) for key, part in value.items())
+        return tuple((key, _describe(part, (), digest)) for key, part in value.items())
+    if is_dataclass(value):
+        kind: type = type(value)
+        names = _list_names(kind, omitted)
+        return kind, *(_describe(getattr(value, name), (), digest) for name in names)
     return value  # type: ignore[no-any-return]
 
 
-def number_distinct(
-    surfaces: Iterable[SurfaceKind], omitted: tuple[str, ...]
-) -> tuple[list[SurfaceKind], list[int]]:
-    """The distinct surfaces in the order of first use, and for each surface its number there.
-
-    The fields `omitted` of surfaces are not compared. The key of one object is computed once.
-    """
-    number_of_object: dict[int, int] = {}
-    number_of: dict[Hashable, int] = {}
-    distinct: list[SurfaceKind] = []
-    numbers = []
-    for surface in surfaces:
-        number = number_of_object.get(id(surface))
-        if number is None:
-            number = number_of.setdefault(content_key(surface, omitted), len(distinct))
-            number_of_object[id(surface)] = number
-            if number == len(distinct):
-                distinct.append(surface)
-        numbers.append(number)
-    return distinct, numbers
+@lru_cache(64)
+def _list_names(kind: type, omitted: tuple[str, ...]) -> tuple[str, ...]:
+    """The names of the fields of a class that are compared."""
+    compared = (each for each in fields(kind) if each.init and each.compare)
+    return tuple(each.name for each in compared if each.name not in omitted)

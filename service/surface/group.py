@@ -1,6 +1,6 @@
 """A group: surfaces with names, colours and placements; equal surfaces are lowered once."""
 
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -10,7 +10,7 @@ from service.bases.arrays import FloatArray
 from service.errors import InvalidRequest, Issue, pointer
 from service.surface.brep import BrepSurface
 from service.surface.checks import MAX_COORDINATE, Up, check_metres_per_unit, check_up
-from service.surface.content_key import number_distinct
+from service.surface.content_key import find_keys, number_equal
 from service.surface.frames import Frames, find_depths, multiply_frames
 from service.surface.lowered import Color, GroupModel, GroupNode, PlacedModel, SingleModel
 from service.surface.member import Member
@@ -76,9 +76,12 @@ class GroupSurface(SurfaceKind):
         self._check_members()
         parents = [member.parent for member in self.members]
         depths = find_depths(parents)
+        keys = find_keys(self._surfaces(), _MODEL_FIELDS)
         if self.has_definitions:
-            set_field("members", _unite_surfaces(self.members))
-        set_field("_distinct", number_distinct(self._surfaces(), _MODEL_FIELDS))
+            set_field("members", _unite_surfaces(self.members, keys))
+        numbers = number_equal(keys)
+        surfaces = dict(zip(reversed(numbers), reversed(self._surfaces()), strict=True))
+        set_field("_distinct", ([surfaces[number] for number in sorted(surfaces)], numbers))
         matrices = [member.matrix for member in self.members]
         # Without parents the matrix of a member is its frame.
         frames = multiply_frames(matrices, parents, depths) if depths.any() else None
@@ -305,17 +308,19 @@ def nested_issue(where: str) -> Issue:
     )
 
 
-def _unite_surfaces(members: tuple[Member, ...]) -> tuple[Member, ...]:
+def _unite_surfaces(members: tuple[Member, ...], keys: Sequence[Hashable]) -> tuple[Member, ...]:
     """The members with one object for all surfaces that differ in their names alone.
 
-    A member whose surface had another name gets this name.
+    A member whose surface had another name gets this name. `keys` are those of the surfaces,
+    without `_MODEL_FIELDS`.
     """
-    surfaces = [member.surface for member in members if member.surface is not None]
-    distinct, numbers = number_distinct(surfaces, ("name", "metres_per_unit"))
+    first_of: dict[tuple[Hashable, Up], SurfaceKind] = {}
     united: list[Member] = []
-    rest = iter(numbers)
+    rest = iter(keys)
     for member in members:
-        surface = None if member.surface is None else distinct[next(rest)]
+        surface = member.surface
+        if surface is not None:
+            surface = first_of.setdefault((next(rest), surface.up), surface)
         is_same = surface is member.surface
         united.append(
             member if is_same else replace(member, surface=surface, name=member.full_name)
