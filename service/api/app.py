@@ -41,6 +41,7 @@ from service.api.services import ComputationMiddleware, Services
 from service.api.single_flight import SingleFlight
 from service.api.static_files import StaticFiles
 from service.api.threads import Threads
+from service.decoders.child_processes import PROCESSES
 from service.jobs.limits import part_limits
 from service.settings.environment import read_environment
 from service.settings.runtime import collect_rarely, limit_plans, pin_blas, share_heap
@@ -71,6 +72,7 @@ def create_app(settings: Settings | None = None, log: Write | None = None) -> "A
     collect_rarely()
     settings = settings or read_environment()
     limit_plans(settings.memory_bytes)
+    PROCESSES.starts_ahead = True
     app = Application(
         # With `include_router`, FastAPI would search every router twice.
         routes=[route for router in _select_routers(settings) for route in router.routes],

@@ -13,15 +13,15 @@ import logging
 import signal
 import subprocess
 import traceback
-from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import astuple
 from typing import Any
 
+from service.decoders.answers import parse_decoded, parse_error
 from service.decoders.child_processes import PROCESSES, AnswerTooLong, end_process, exchange
 from service.decoders.child_program import ANSWER, OUT_OF_MEMORY
 from service.decoders.format import Decoded, Decoder, FileLimits, build_file_error
-from service.errors import InvalidRequest, Issue, MalformedBody, SurfaceError, TooLarge
+from service.errors import InvalidRequest, Issue, SurfaceError, TooLarge
 from service.framing import UNREADABLE, read_frame
 from service.interpreter import pause_collection, short_turns
 
@@ -30,14 +30,6 @@ ANSWER_SHARE = 4
 
 _END_SECONDS = 1.0
 """Seconds in which a child ends after its answer."""
-
-_ERRORS: Mapping[str, type[SurfaceError]] = {
-    each.__name__: each for each in (InvalidRequest, MalformedBody, TooLarge)
-}
-"""The errors that an answer may have."""
-
-_MAX_TEXT = 500
-"""The most characters of a text of an issue."""
 
 _log = logging.getLogger(__name__)
 
@@ -110,9 +102,9 @@ def _parse_answer(decoder: Decoder, frame: bytes, status: int | None, length: in
         answer: dict[str, Any] = header[ANSWER]
         PROCESSES.report_confinement(is_confined=bool(header["is_confined"]))
         if "error" in answer:
-            raise _ERRORS[answer["error"]](*map(_parse_issue, answer["issues"]))
+            raise parse_error(answer)
         if "tree" in answer:
-            return Decoded(dict(answer["tree"]), dict(answer["reading"]))
+            return parse_decoded(answer)
         fault = str(answer["fault"])
     except UNREADABLE:
         fault = f"the child has ended with status {status}, and without an answer"
@@ -126,11 +118,6 @@ def _parse_answer(decoder: Decoder, frame: bytes, status: int | None, length: in
 def _was_killed(status: int | None, *signals: str) -> bool:
     """Whether one of these signals has ended a process; Windows has none of them."""
     return status in [-getattr(signal, name) for name in signals if hasattr(signal, name)]
-
-
-def _parse_issue(texts: list[Any]) -> Issue:
-    code, message, pointer, got, needed = (str(text)[:_MAX_TEXT] for text in texts)
-    return Issue(code, message, pointer, got, needed)
 
 
 def _too_much_memory(memory: int) -> TooLarge:

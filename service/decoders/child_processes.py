@@ -40,17 +40,25 @@ class AnswerTooLong(Exception):
 
 
 class ChildProcesses:
-    """Processes that wait for a file each: at most one at a time, after the first file."""
+    """Starts processes, and the next one ahead.
+
+    Attributes
+    ----------
+    starts_ahead : bool
+        Whether there is a process that waits, after the first file. For a program that reads one
+        file, and ends, it would be of no use.
+    """
 
     def __init__(self) -> None:
+        self.starts_ahead = False
         self._spare: subprocess.Popen[bytes] | None = None
         self._lock = Lock()
         self._was_reported = False
 
     def take(self) -> subprocess.Popen[bytes]:
-        """A process for one file; starts the next one ahead."""
+        """A process for one file."""
         with self._lock:
-            process, self._spare = self._spare, start_process()
+            process, self._spare = self._spare, start_process() if self.starts_ahead else None
         if process is not None and process.poll() is None:
             return process
         if process is not None:

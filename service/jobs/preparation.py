@@ -11,6 +11,7 @@ import sys
 from multiprocessing.connection import wait
 from threading import Thread
 
+from service.decoders.child_processes import PROCESSES
 from service.settings.runtime import collect_rarely, limit_plans, pin_blas, share_heap
 
 
@@ -26,6 +27,7 @@ def prepare(memory: int, niceness: int) -> None:
     share_heap()
     collect_rarely()
     limit_plans(memory)
+    PROCESSES.starts_ahead = True
 
 
 def _end_with_parent() -> None:

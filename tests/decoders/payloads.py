@@ -33,7 +33,9 @@ def main() -> None:
 def _decode(content: bytes, kind: str | None, limits: FileLimits) -> Decoded:
     task = json.loads(content[:1000].rstrip())
     tree = PAYLOADS[task["do"]](task.get("with"))
-    return Decoded(tree | {"kind": kind}, {"length": len(content), "faces": limits.max_faces})
+    reading: Tree = {"format": "step", "faces": limits.max_faces, "products": len(content)}
+    given: Tree = {"type": "brep", "kind": kind} | tree
+    return Decoded(given, reading | {"skipped_faces": []} | given.pop("reading", {}))
 
 
 def _attempt(call: Callable[[], object]) -> str:
@@ -162,6 +164,11 @@ def _close_and_hang(_: object) -> Tree:
     return _hang(None)
 
 
+def _repeat(tree: Tree) -> Tree:
+    """The tree that the file itself has; `reading` in it changes the report."""
+    return tree
+
+
 PAYLOADS: dict[str, Callable[[Any], Tree]] = {
     "try everything": _try_everything,
     "describe": _describe,
@@ -175,6 +182,7 @@ PAYLOADS: dict[str, Callable[[Any], Tree]] = {
     "refuse": _refuse,
     "fail": _fail,
     "nest": _nest,
+    "repeat": _repeat,
     "write": _write_raw,
     "write much": _write_much,
     "close and hang": _close_and_hang,

@@ -21,6 +21,9 @@ from tests.decoders import payloads
 
 MEBIBYTE = 1 << 20
 
+READING = {"format": "step", "faces": 7, "products": 2000, "skipped_faces": []}
+"""The report of each file of 2000 bytes."""
+
 is_linux = pytest.mark.skipif(sys.platform != "linux", reason="only Linux refuses system calls")
 
 
@@ -43,6 +46,7 @@ DECODER = Decoder(
 def program(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Lets the children run the program of the payloads."""
     PROCESSES.close()
+    monkeypatch.setattr(PROCESSES, "starts_ahead", True)
     monkeypatch.setattr(child_processes, "PROGRAM", payloads.__name__)
     yield
     PROCESSES.close()
@@ -66,7 +70,7 @@ def test_bytes_go_in_and_arrays_come_out() -> None:
     assert decoded.tree["kind"] == "brep"
     assert decoded.tree["nothing"] is None
     np.testing.assert_array_equal(decoded.tree["array"], np.arange(1000.0))
-    assert decoded.reading == {"length": 2000, "faces": 7}
+    assert decoded.reading == READING
     assert read("answer", 500_000, 8 * MEBIBYTE).tree["array"].nbytes == 4_000_000
 
 
@@ -102,7 +106,7 @@ def test_a_child_may_use_memory_and_its_pipes_and_nothing_else(tmp_path: Path) -
     path = tmp_path / "secret"
     path.write_text("secret")
     refused = read("try everything", str(path)).tree
-    del refused["kind"]
+    del refused["kind"], refused["type"]
     assert len(refused) > 10
     errors = {"PermissionError", "ModuleNotFoundError", "RuntimeError"}
     assert {name: error for name, error in refused.items() if error not in errors} == {}
@@ -132,6 +136,19 @@ def test_an_answer_that_is_too_long_is_refused() -> None:
         ("write", '{"arrays":[],"answer":{}}\n'),
         ("write", '{"arrays":[],"answer":{"error":"OSError","issues":[]},"is_confined":1}\n'),
         ("write", '{"arrays":[],"answer":{"tree":7,"reading":{}},"is_confined":1}\n'),
+        ("repeat", {"type": 7}),
+        ("repeat", {"type": "group", "members": [7]}),
+        ("repeat", {"type": "group", "members": {}}),
+        ("repeat", {"type": "group", "members": [{"surface": {}}]}),
+        ("repeat", {"type": "group", "definitions": [{"type": []}]}),
+        ("repeat", {"reading": {"faces": -1}}),
+        ("repeat", {"reading": {"faces": True}}),
+        ("repeat", {"reading": {"secret": "text"}}),
+        ("repeat", {"reading": {"system": "x" * 501}}),
+        ("repeat", {"reading": {"edge_gap": "0"}}),
+        ("repeat", {"reading": {"units": "inch"}}),
+        ("repeat", {"reading": {"skipped_entities": {"LINE": "1"}}}),
+        ("repeat", {"reading": {"skipped_faces": [{"entity": "#1"}]}}),
         ("write", ""),
         ("close and hang", None),
     ],
@@ -191,9 +208,16 @@ def test_the_next_process_waits_and_one_that_has_died_is_replaced() -> None:
     (spare,) = _children()
     os.kill(spare, 9)
     time.sleep(0.1)
-    assert read("answer", 1).reading == {"length": 2000, "faces": 7}
+    assert read("answer", 1).reading == READING
     (other,) = _children()
     assert other != spare
+
+
+@is_linux
+def test_a_program_for_one_file_starts_no_other_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(PROCESSES, "starts_ahead", False)
+    assert read("answer", 1).reading == READING
+    assert _children() == set()
 
 
 @is_linux
