@@ -7,7 +7,7 @@ control points has the curves, too; a wedge of less than half a turn is convex, 
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, product
 from math import pi, tau
 from operator import sub
 
@@ -21,6 +21,9 @@ from service.decoders.cad.splines import project_points
 
 MARGIN = 1e-3
 """How far surfaces go on beyond the outline, as a share of its size."""
+
+LONG, RUNS = 2048, 128
+"""Edges with more control points than `LONG` are enclosed in `RUNS` boxes."""
 
 HALF_TURN = 1e-6
 """A wedge may be wider than half a turn by this angle, because of rounding."""
@@ -156,3 +159,19 @@ def find_wedge(angles: Sequence[float]) -> tuple[float, float] | None:
         return None
     margin = MARGIN * sweep
     return first - margin, first + sweep + margin
+
+
+def enclose_points(net: FloatArray) -> FloatArray:
+    """Points whose hull contains those of a net (k, 3): the net itself, unless it is long.
+
+    The first and the last point stay. Between them are the corners of boxes around runs of points,
+    so that an edge of a million points costs each face that it bounds no more than any other.
+    """
+    if len(net) <= LONG:
+        return net
+    first = np.arange(0, len(net), -(-len(net) // RUNS))
+    low, high = (extreme.reduceat(net, first, axis=0) for extreme in (np.minimum, np.maximum))
+    corners = np.stack([low, high], axis=1)
+    choice = np.array(list(product((0, 1), repeat=3)))
+    boxes = corners[:, choice, np.arange(3)].reshape(-1, 3)
+    return np.concatenate([net[:1], boxes, net[-1:]])

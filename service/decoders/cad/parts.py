@@ -13,7 +13,7 @@ from service.decoders.cad.content import Coedge, Curve, Edge, Face, Part, Shell,
 from service.decoders.cad.faults import InvalidGeometry
 from service.decoders.cad.frames import Vector, check_point, distance
 from service.decoders.cad.newton import find_middle
-from service.decoders.cad.outline import NO_OUTLINE, Outline
+from service.decoders.cad.outline import NO_OUTLINE, Outline, enclose_points
 from service.decoders.cad.splines import project_points
 
 Color = tuple[float, ...]
@@ -202,14 +202,14 @@ class PartBuilder:
         )
 
     def _find_net(self, edge: int) -> FloatArray:
-        """The control points of an edge, (k, 3)."""
+        """Points around an edge, (k, 3): mostly its control points."""
         net = self._nets.get(edge)
         if net is None:
             value = self._edges[edge]
             if value.curve is None:
                 net = np.array([self._points[vertex] for vertex in value.vertices])
             else:
-                net = project_points(value.curve.points)
+                net = enclose_points(project_points(value.curve.points))
             self._nets[edge] = net
         return net
 

@@ -10,9 +10,10 @@ from service.decoders.cad.content import Coedge, Curve, Part
 from service.decoders.cad.elementary import Plane
 from service.decoders.cad.faults import InvalidGeometry
 from service.decoders.cad.frames import Frame, Vector, build_frame
-from service.decoders.cad.outline import NO_OUTLINE, Outline
+from service.decoders.cad.outline import NO_OUTLINE, Outline, enclose_points
 from service.decoders.cad.parts import PartBuilder, reverse_loop
 from service.decoders.cad.scaling import scale_matrix, scale_part
+from service.decoders.cad.splines import build_curve
 from tests.decoders.cad.part_meshes import measure_part
 
 PCURVE = Curve(1, np.array([0.0, 0, 1, 1]), np.array([[0.0, 0, 1], [1, 0, 1]]))
@@ -209,3 +210,23 @@ def test_outlines_have_edges_in_the_direction_of_their_loops() -> None:
     assert builder.find_outline([]) is NO_OUTLINE
     assert Outline.of([]) is NO_OUTLINE
     assert not NO_OUTLINE
+
+
+def test_long_edges_are_enclosed_in_few_points() -> None:
+    t = np.linspace(0.0, 6.0, 100_001)
+    net = np.stack([np.cos(t), np.sin(t), t], axis=1)
+    few = enclose_points(net)
+    assert len(few) < 1100
+    assert (few[[0, -1]] == net[[0, -1]]).all()
+    directions = np.random.default_rng(3).normal(size=(50, 3))
+    reach = (few @ directions.T).max(axis=0), (net @ directions.T).max(axis=0)
+    assert (reach[0] >= reach[1]).all()
+    assert (reach[0] <= reach[1] + 0.1 * np.linalg.norm(directions, axis=1)).all()
+    builder = PartBuilder()
+    ends = []
+    for key, (x, y, z) in enumerate(net[[0, -1]].tolist()):
+        ends.append(builder.add_vertex(key, (x, y, z)))
+    edge = builder.add_edge("spiral", (ends[0], ends[1]), build_curve(1, [0.0, *t, 6.0], net))
+    outline = builder.find_outline([[Coedge(edge)]])
+    assert len(outline.hull) == len(few)
+    assert (outline.ends == net[[0, -1]]).all()
