@@ -25,6 +25,9 @@ DIFFERENCE = 1e-6
 CLOSED = 1e-6
 """Borders that are nearer than this share of the surface's size are equal."""
 
+WIDE = 100.0
+"""A closed surface is this many times wider than the gap between its borders; a sliver is not."""
+
 
 def find_feet(surface: Surface, points: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Parameters (k, 2) of the points of a surface near points (k, 3), and the distances."""
@@ -67,7 +70,10 @@ def find_periods(surface: Surface) -> tuple[float, float]:
     periods = []
     for axis in range(2):
         first, last = (net.take(end, axis=axis) for end in (0, -1))
-        is_closed = bool(np.abs(first - last).max() <= CLOSED * size)
+        gap = float(np.abs(first - last).max())
+        is_closed = gap <= CLOSED * size and bool(
+            np.abs(net - np.expand_dims(first, axis)).max() > max(WIDE * gap, CLOSED * size)
+        )
         periods.append(float(np.ptp(surface.knots[axis])) if is_closed else 0.0)
     return periods[0], periods[1]
 

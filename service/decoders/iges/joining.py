@@ -12,6 +12,7 @@ are joined up to twice the largest gap in a loop.
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import numpy as np
 
@@ -44,6 +45,8 @@ class JoinedEdge:
     vertices : tuple of two ints
     distance : float
         How far the curves of all its sides may be from it and from the true ones.
+    face : int
+        The face of this side; −1 if another side of this face may be joined with it, at a seam.
     is_shared : bool
         Whether it has two sides; an edge never has more.
     """
@@ -51,6 +54,7 @@ class JoinedEdge:
     curve: Curve
     vertices: tuple[int, int]
     distance: float
+    face: int
     is_shared: bool = False
 
 
@@ -82,13 +86,19 @@ class Joined:
     loops: list[list[list[EdgeUse]]]
 
 
+Loops: TypeAlias = Sequence[Sequence[Side]]
+
+
 def join_sides(
-    faces: Sequence[Sequence[Sequence[Side]]], tolerance: float, most: float
+    faces: Sequence[Loops], has_seams: Sequence[bool], tolerance: float, most: float
 ) -> tuple[Joined, dict[int, str]]:
     """The faces, given by the sides of their loops, with shared edges.
 
     Parameters
     ----------
+    has_seams : sequence of bool
+        Whether the surface of each face is closed, so that two sides of the face may be one edge.
+        Those of other faces may not, however narrow a face is.
     tolerance : float
     most : float
         The largest tolerance for sides that are still alone.
@@ -100,7 +110,7 @@ def join_sides(
     faults : dict
         The reasons for these faces, by their numbers.
     """
-    joiner = _Joiner(faces, tolerance)
+    joiner = _Joiner(faces, has_seams, tolerance)
     joiner.join_rest(most)
     return joiner.joined, joiner.faults
 
@@ -108,7 +118,7 @@ def join_sides(
 class _Joiner:
     """Joins the sides of faces, one after another."""
 
-    def __init__(self, faces: Sequence[Sequence[Sequence[Side]]], tolerance: float) -> None:
+    def __init__(self, faces: Sequence[Loops], has_seams: Sequence[bool], tolerance: float) -> None:
         self.faults: dict[int, str] = {}
         self._tolerance = tolerance
         self._curves: list[Curve] = []
@@ -126,7 +136,8 @@ class _Joiner:
         for number, (loops, own) in enumerate(zip(faces, rows, strict=True)):
             uses: list[list[EdgeUse]] = []
             if number not in self.faults:
-                uses = [self._join_loop(*pair) for pair in zip(loops, own, strict=True)]
+                face = -1 if has_seams[number] else number
+                uses = [self._join_loop(*pair, face) for pair in zip(loops, own, strict=True)]
             if not all(uses):
                 self.faults[number] = "a loop is one point"
                 uses = []
@@ -164,7 +175,7 @@ class _Joiner:
             vertex = above
         return vertex
 
-    def _join_loop(self, loop: Sequence[Side], rows: Sequence[int]) -> list[EdgeUse]:
+    def _join_loop(self, loop: Sequence[Side], rows: Sequence[int], face: int) -> list[EdgeUse]:
         """The uses of edges of a loop; none if the loop is one point."""
         uses: list[EdgeUse] = []
         first = next((row for row in rows if row >= 0), None)
@@ -179,33 +190,34 @@ class _Joiner:
             start, vertex = map(self._find, self._vertices[row])
             if start == vertex and self._sizes[row] <= SHORT * self._tolerance:
                 continue
-            uses.append(self._join_side(side, row, start, vertex))
+            uses.append(self._join_side(side, row, (start, vertex), face))
             has_edge = True
         return uses if has_edge else []
 
-    def _join_side(self, side: Side, row: int, start: int, end: int) -> EdgeUse:
+    def _join_side(self, side: Side, row: int, ends: tuple[int, int], face: int) -> EdgeUse:
         """The use of an edge that has one side so far, or of a new edge."""
-        curve = self._curves[row]
         edges = self.joined.edges
-        found = self._find_edge(curve, start, end, self._tolerance)
+        new = JoinedEdge(self._curves[row], ends, side.deviation, face)
+        found = self._find_edge(new, self._tolerance)
         if found is not None:
             edge, is_opposite, distance = found
             self._share(edge, max(distance, side.deviation))
             return _turn(EdgeUse(edge, False, side.pcurve), edge, is_opposite)
-        self._open[min(start, end), max(start, end)].append(len(edges))
-        edges.append(JoinedEdge(curve, (start, end), side.deviation))
+        self._open[min(ends), max(ends)].append(len(edges))
+        edges.append(new)
         return EdgeUse(len(edges) - 1, False, side.pcurve)
 
-    def _find_edge(
-        self, curve: Curve, start: int, end: int, tolerance: float
-    ) -> tuple[int, bool, float] | None:
-        """The edge with one side along which a curve runs, whether against it, and how far away."""
+    def _find_edge(self, new: JoinedEdge, tolerance: float) -> tuple[int, bool, float] | None:
+        """The edge with one side along a new one, whether it runs against it, and how far away."""
+        start, end = map(self._find, new.vertices)
         for edge in self._open[min(start, end), max(start, end)][-MOST_TRIED:]:
             known = self.joined.edges[edge]
+            if known.face == new.face >= 0:
+                continue
             is_opposite = self._find(known.vertices[0]) != start
             if start == end:
-                is_opposite = are_opposite(known.curve, curve)
-            distance = bound_distance(known.curve, curve, is_opposite, tolerance)
+                is_opposite = are_opposite(known.curve, new.curve)
+            distance = bound_distance(known.curve, new.curve, is_opposite, tolerance)
             if distance <= tolerance:
                 return edge, is_opposite, distance
         return None
@@ -237,9 +249,9 @@ class _Joiner:
         self._open = defaultdict(list)
         replaced: dict[int, tuple[int, bool]] = {}
         for number in alone:
-            start, end = map(self._find, edges[number].vertices)
-            found = self._find_edge(edges[number].curve, start, end, tolerance)
+            found = self._find_edge(edges[number], tolerance)
             if found is None:
+                start, end = map(self._find, edges[number].vertices)
                 self._open[min(start, end), max(start, end)].append(number)
             else:
                 edge, is_opposite, distance = found

@@ -10,6 +10,7 @@ IGES 5.3, sections 4.41 (184), 4.69 (308), 4.90 (402), 4.127 (408) and 4.132 (43
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from service.decoders.cad.faults import InvalidGeometry
 from service.decoders.cad.parts import PartBuilder
 from service.decoders.iges.entities import MAX_NESTING, Entity
 from service.decoders.iges.faults import Fault
+from service.decoders.iges.feet import find_periods
 from service.decoders.iges.groups import Groups
 from service.decoders.iges.joining import join_sides
 from service.decoders.iges.readers import Readers
@@ -104,7 +106,12 @@ class Structure:
         if not faces:
             return
         tolerance, most = choose_tolerances(self._file.header.resolution, faces)
-        joined, faults = join_sides([face.loops for face in faces], tolerance, most)
+        joined, faults = join_sides(
+            [face.loops for face in faces],
+            [any(find_periods(face.surface)) for face in faces],
+            tolerance,
+            most,
+        )
         for position, reason in faults.items():
             self._report.skip_face(faces[position].number, reason)
         for component in find_components(joined, faces, faults):
@@ -138,8 +145,9 @@ class Structure:
         lists = []
         for each in sorted(find_reached(self._file, [number])):
             if self._file.type(each) == VERTICES:
-                parameters = self._file.read(each).parameters
-                lists.append(parameters.numbers(1, 3 * parameters.count(0, 3)).reshape(-1, 3))
+                with suppress(Fault):
+                    parameters = self._file.read(each).parameters
+                    lists.append(parameters.numbers(1, 3 * parameters.count(0, 3)).reshape(-1, 3))
         return np.concatenate(lists) if lists else np.zeros((1, 3))
 
     def _add_part(self, builder: PartBuilder, groups: Groups, members: Sequence[int]) -> None:
