@@ -30,6 +30,9 @@ POINTS = frozenset({116, 132})
 SAME_POINT = 1e-9
 """An arc whose ends are this close, as a share of the radius, is a full circle."""
 
+LINE_KNOTS = np.array([0.0, 0.0, 1.0, 1.0])
+"""The knots of a line."""
+
 _POLYLINES = frozenset({1, 2, 3, 11, 12, 13, 63})
 _CLOSED = 63
 
@@ -128,7 +131,9 @@ def _read_line(entity: Entity) -> Curve:
     ends = entity.parameters.numbers(0, 6).reshape(2, 3)
     if (ends[0] == ends[1]).all():
         raise OnePoint("a line has no length")
-    return build_curve(1, [0.0, 0.0, 1.0, 1.0], ends)
+    points = np.ones((2, 4))
+    points[:, :3] = ends
+    return Curve(1, LINE_KNOTS, points)
 
 
 def _read_polyline(entity: Entity) -> Curve:

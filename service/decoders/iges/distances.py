@@ -19,6 +19,7 @@ from service.decoders.cad.splines import (
     project_points,
     reverse,
 )
+from service.decoders.iges.shapes import is_line
 
 SAMPLES = 16
 """Points on a span."""
@@ -42,6 +43,10 @@ def bound_distance(first: Curve, second: Curve, is_opposite: bool, tolerance: fl
     tolerance : float
         Curves that are further apart than this need no exact distance.
     """
+    if is_line(first) and is_line(second):
+        ends = project_points(second.points)
+        steps = project_points(first.points) - (ends[::-1] if is_opposite else ends)
+        return float(np.sqrt(np.square(steps).sum(axis=1).max()))
     if is_opposite:
         second = reverse(second)
     if _have_same_basis(first, second):

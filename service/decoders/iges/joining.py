@@ -18,9 +18,10 @@ import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.decoders.cad.content import Curve
-from service.decoders.cad.splines import find_ends, project_points, reverse
+from service.decoders.cad.splines import reverse
 from service.decoders.iges.distances import are_opposite, bound_distance
 from service.decoders.iges.points import find_clusters
+from service.decoders.iges.shapes import find_all_ends, measure_size
 from service.decoders.iges.sides import Side
 
 MOST_TRIED = 16
@@ -123,8 +124,8 @@ class _Joiner:
         self._tolerance = tolerance
         self._curves: list[Curve] = []
         rows = [[list(map(self._add_row, loop)) for loop in loops] for loops in faces]
-        self._sizes = [_measure(curve) for curve in self._curves]
-        self._ends = np.array([find_ends(curve) for curve in self._curves]).reshape(-1, 2, 3)
+        self._sizes = [measure_size(curve) for curve in self._curves]
+        self._ends = find_all_ends(self._curves) if self._curves else np.empty((0, 2, 3))
         points = self._ends.reshape(-1, 3)
         self._vertices = find_clusters(points, tolerance).reshape(-1, 2).tolist()
         self._parents: dict[int, int] = {}
@@ -237,7 +238,7 @@ class _Joiner:
         alone = [
             number
             for number, edge in enumerate(edges)
-            if not edge.is_shared and _measure(edge.curve) > SHORT * tolerance
+            if not edge.is_shared and measure_size(edge.curve) > SHORT * tolerance
         ]
         if tolerance <= self._tolerance or len(alone) < 2:
             return
@@ -279,8 +280,3 @@ def _turn(use: EdgeUse, edge: int, is_opposite: bool) -> EdgeUse:
         return replace(use, edge=edge)
     pcurve = None if use.pcurve is None else reverse(use.pcurve)
     return EdgeUse(edge, not use.is_reversed, pcurve)
-
-
-def _measure(curve: Curve) -> float:
-    """The longest side of the box around the control points of a curve."""
-    return float(np.ptp(project_points(curve.points), axis=0).max())

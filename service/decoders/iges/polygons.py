@@ -10,8 +10,9 @@ import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.decoders.cad.content import Curve, Surface
-from service.decoders.cad.splines import evaluate, find_domain, project_points
+from service.decoders.cad.splines import project_points
 from service.decoders.iges.feet import find_feet, find_periods
+from service.decoders.iges.shapes import sample
 from service.decoders.iges.sides import Side
 
 SAMPLES = 17
@@ -32,7 +33,7 @@ def draw_polygon(surface: Surface, sides: Sequence[Side]) -> tuple[FloatArray, f
     if len(known) == len(sides):
         polygon = np.concatenate([*(points[:-1] for points in known), known[-1][-1:]])
         return polygon, max(side.gap for side in sides)
-    points = [_sample(side.curve) for side in sides if side.curve is not None]
+    points = [sample(side.curve, SAMPLES) for side in sides if side.curve is not None]
     feet, distances = find_feet(
         surface, np.concatenate([*(each[:-1] for each in points), points[-1][-1:]])
     )
@@ -102,9 +103,12 @@ def close_polygons(surface: Surface, polygons: Sequence[FloatArray]) -> list[Flo
 
 
 def measure_area(polygon: FloatArray) -> float:
-    """The signed area of a closed polygon (k, 2), positive if it runs counter-clockwise."""
+    """The signed area of a polygon (k, 2), positive if it runs counter-clockwise.
+
+    The side from the last point to the first one, which are equal as a rule, adds nothing.
+    """
     x, y = (polygon - polygon[0]).T
-    return float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()) / 2
+    return float((x[:-1] * y[1:] - x[1:] * y[:-1]).sum()) / 2
 
 
 def _find_turned_rings(
@@ -140,14 +144,9 @@ def _find_turned_rings(
     ]
 
 
-def _sample(curve: Curve) -> FloatArray:
-    """Points along a curve."""
-    return evaluate(curve, np.linspace(*find_domain(curve), SAMPLES))
-
-
 def _sample_corners(curve: Curve) -> FloatArray:
     """The corners of a curve of degree 1, or points along another curve."""
-    return project_points(curve.points) if curve.degree == 1 else _sample(curve)
+    return project_points(curve.points) if curve.degree == 1 else sample(curve, SAMPLES)
 
 
 def _unwrap(points: FloatArray, periods: tuple[float, float]) -> FloatArray:

@@ -13,8 +13,7 @@ by propagation over neighbours.
 from collections import defaultdict
 from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-
-import numpy as np
+from math import dist
 
 from service.decoders.cad.content import Coedge
 from service.decoders.cad.frames import Vector
@@ -175,7 +174,7 @@ def _add_coedge(builder: PartBuilder, joined: Joined, use: EdgeUse) -> Coedge:
         points = [_point(joined, vertex) for vertex in edge.vertices]
         first, last = map(builder.add_vertex, edge.vertices, points)
         ends = find_ends(edge.curve)
-        gap = float(np.linalg.norm(ends - points, axis=1).max())
+        gap = max(map(dist, ends.tolist(), points))
         is_line = len(edge.curve.points) == 2 and first != last
         builder.note_gap(edge.distance)
         number = builder.add_edge(

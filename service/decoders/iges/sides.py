@@ -10,16 +10,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from service.bases.arrays import FloatArray
+from service.bases.arrays import Bools, FloatArray
 from service.decoders.cad.content import Curve, Surface
-from service.decoders.cad.splines import (
-    evaluate,
-    evaluate_surface,
-    find_domain,
-    find_ends,
-    reverse,
-    transform,
-)
+from service.decoders.cad.splines import evaluate_surface, reverse, transform
+from service.decoders.iges.shapes import find_all_ends, sample_all
 
 SAMPLES = 5
 """Points at which a curve in space and a curve of parameters are compared."""
@@ -68,8 +62,10 @@ class Side:
 
 def chain_curves(curves: Sequence[Curve]) -> list[Curve]:
     """Curves that follow each other; if they do not meet as they are, some are turned around."""
-    ends = np.array([find_ends(curve) for curve in curves])
-    if len(curves) < 2 or _are_chained(ends):
+    if len(curves) < 2:
+        return list(curves)
+    ends = find_all_ends(curves)
+    if _are_chained(ends):
         return list(curves)
     # The first curve ends where the second one has an end.
     away = np.linalg.norm(ends[0][:, np.newaxis] - ends[1][np.newaxis], axis=2).min(axis=1)
@@ -97,7 +93,7 @@ def pair_curves(surface: Surface, curves: Sequence[Curve], pcurves: Sequence[Cur
     pole, a side without a curve of space is put in. If the curves do not fit each other, the sides
     have no curves of parameters.
     """
-    ends = np.concatenate([find_ends(curve) for curve in curves])
+    ends = find_all_ends(curves).reshape(-1, 3)
     images = _sample_images(surface, pcurves)
     sizes = np.ptp(images, axis=1).max(axis=1)
     size = max(float(np.ptp(ends, axis=0).max()), float(sizes.max()))
@@ -108,36 +104,34 @@ def pair_curves(surface: Surface, curves: Sequence[Curve], pcurves: Sequence[Cur
     plain = [Side(curve) for curve in curves]
     if len(curves) != len(pcurves) - sum(is_pole):
         return plain
-    sides: list[Side] = []
-    rest = iter(curves)
-    for pcurve, image, pole in zip(pcurves, images, is_pole, strict=True):
-        if pole:
-            sides.append(Side(None, pcurve))
-            continue
-        curve = next(rest)
-        is_opposite, gap = _compare(curve, image)
-        if gap > near:
-            return plain
-        sides.append(Side(curve, reverse(pcurve) if is_opposite else pcurve, gap=gap))
+    rows = np.flatnonzero(~np.array(is_pole))
+    flags, gaps = _compare(sample_all(curves, SAMPLES), images[rows])
+    if gaps.max() > near:
+        return plain
+    sides = [Side(None, pcurve) for pcurve in pcurves]
+    triples = zip(rows.tolist(), curves, flags.tolist(), gaps.tolist(), strict=True)
+    for row, curve, is_opposite, gap in triples:
+        pcurve = reverse(pcurves[row]) if is_opposite else pcurves[row]
+        sides[row] = Side(curve, pcurve, gap=gap)
     return sides
 
 
 def _sample_images(surface: Surface, pcurves: Sequence[Curve]) -> FloatArray:
     """Points (k, SAMPLES, 3) of curves of parameters, at equal steps of their own parameters."""
-    parameters = np.concatenate(
-        [evaluate(curve, np.linspace(*find_domain(curve), SAMPLES)) for curve in pcurves]
-    )
-    points = evaluate_surface(surface, parameters[:, 0], parameters[:, 1])
-    return points.reshape(-1, SAMPLES, 3)
+    u, v = sample_all(pcurves, SAMPLES).reshape(-1, 2).T
+    return evaluate_surface(surface, u, v).reshape(-1, SAMPLES, 3)
 
 
-def _compare(curve: Curve, image: FloatArray) -> tuple[bool, float]:
-    """Whether a curve runs against the image of its curve of parameters; the gap at their ends.
+def _compare(points: FloatArray, images: FloatArray) -> tuple[Bools, FloatArray]:
+    """Whether curves run against the images of their curves of parameters; the gaps at their ends.
 
-    Between the ends their parameters may differ.
+    Parameters
+    ----------
+    points, images : ndarray of float64, shape (n, SAMPLES, 3)
+        Between the ends their parameters may differ.
     """
-    points = evaluate(curve, np.linspace(*find_domain(curve), SAMPLES))
-    same, opposite = (np.linalg.norm(points - other, axis=1) for other in (image, image[::-1]))
-    is_opposite = bool(opposite.sum() < same.sum())
-    nearer = opposite if is_opposite else same
-    return is_opposite, float(nearer[[0, -1]].max())
+    same = np.sqrt(np.square(points - images).sum(axis=2))
+    opposite = np.sqrt(np.square(points - images[:, ::-1]).sum(axis=2))
+    is_opposite = opposite.sum(axis=1) < same.sum(axis=1)
+    nearer = np.where(is_opposite[:, np.newaxis], opposite, same)
+    return is_opposite, nearer[:, [0, -1]].max(axis=1)

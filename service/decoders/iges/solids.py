@@ -18,9 +18,10 @@ from service.decoders.cad.content import Coedge, Curve, Surface
 from service.decoders.cad.faults import InvalidGeometry
 from service.decoders.cad.inversion import cut_between
 from service.decoders.cad.parts import PartBuilder
-from service.decoders.cad.splines import drop_z, join, project_points, transform
+from service.decoders.cad.splines import drop_z, join, transform
 from service.decoders.iges.faults import Fault, Unsupported
 from service.decoders.iges.readers import Readers
+from service.decoders.iges.shapes import measure_size
 from service.decoders.iges.sides import pair_curves
 from service.decoders.iges.surfaces import BaseSurface
 from service.decoders.iges.transformations import combine
@@ -234,7 +235,7 @@ class SolidReader:
         matrix = combine(context.matrix, self._transformations.find(entity.matrix))
         if matrix is not None:
             curves = [transform(curve, matrix) for curve in curves]
-        size = max(_measure(curve) for curve in curves)
+        size = max(measure_size(curve) for curve in curves)
         curve = join(curves, JOINT * size)
         ends = builder.find_point(first), builder.find_point(last)
         tolerance = builder.uncertainty or 0.0
@@ -249,8 +250,3 @@ class SolidReader:
         )
         self._edges[key] = edge, curve
         return edge, curve
-
-
-def _measure(curve: Curve) -> float:
-    """The longest side of the box around the control points of a curve."""
-    return float(np.ptp(project_points(curve.points), axis=0).max())

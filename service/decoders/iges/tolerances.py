@@ -5,7 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.decoders.cad.splines import find_ends, project_points
+from service.decoders.cad.splines import project_points
+from service.decoders.iges.shapes import find_all_ends
 from service.decoders.iges.trimmed import TrimmedFace
 
 LEAST, MOST = 1e-6, 1e-4
@@ -18,14 +19,17 @@ ROUNDING = 2.0**-40
 
 def choose_tolerances(resolution: float, faces: Sequence[TrimmedFace]) -> tuple[float, float]:
     """The tolerance, in units of the file, for a resolution that the file states; and the most."""
-    points = [
-        find_ends(side.curve)
+    curves = [
+        side.curve
         for face in faces
         for loop in face.loops
         for side in loop
         if side.curve is not None
-    ] or [project_points(face.surface.points).reshape(-1, 3) for face in faces]
-    every = np.concatenate(points)
+    ]
+    if curves:
+        every = find_all_ends(curves).reshape(-1, 3)
+    else:
+        every = np.concatenate([project_points(f.surface.points).reshape(-1, 3) for f in faces])
     return limit_tolerance(resolution, every), limit_tolerance(np.inf, every)
 
 

@@ -1,5 +1,7 @@
 """Faces with sides of their own become shells."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -87,6 +89,17 @@ def test_sides_alone_are_joined_up_to_the_gaps_in_loops(gap: float, count: int) 
         assert content.reading.edge_gap == pytest.approx(5e-4)
         uncertainties = [edge.uncertainty for edge in list_parts(content)[0].edges]
         assert [each for each in uncertainties if each is not None] == [pytest.approx(5e-4)]
+
+
+def test_the_sides_of_a_narrow_face_are_no_seam() -> None:
+    writer = Writer(resolution="1.D-5")
+    columns = [0.0, 1.0, 1.000001, 2.0]
+    for left, right in itertools.pairwise(columns):
+        add_quad(writer, [(left, 0, 0), (right, 0, 0), (right, 1, 0), (left, 1, 0)])
+    (part,) = list_parts(read_all(writer))
+    assert [len(face.loops[0]) for face in part.faces] == [4, 2, 4]
+    narrow = part.faces[1].loops[0]
+    assert narrow[0].edge != narrow[1].edge
 
 
 def test_the_tolerance_fits_the_size_of_the_faces() -> None:
