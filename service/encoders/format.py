@@ -180,6 +180,8 @@ class Format(FileFormat):
     has_exact_bound : bool
         Whether `byte_bound` returns the exact number of bytes if the number of faces is exact: the
         file is a head of fixed size, and a fixed number of bytes for each face.
+    repeats_meshes : bool
+        Whether the file of a scene has a mesh again for each colour of its copies.
     coarseness : callable or None
         For formats that write fewer digits than positions have: returns a bound of the distance by
         which the format moves a vertex.
@@ -197,6 +199,7 @@ class Format(FileFormat):
     encode_scene: Callable[[Scene, EncodeOptions], bytes] | None = None
     has_local_origin: bool = True
     has_exact_bound: bool = False
+    repeats_meshes: bool = False
     coarseness: Callable[[Mesh, EncodeOptions], float] | None = None
     reads: frozenset[str] = frozenset()
 

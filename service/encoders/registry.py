@@ -7,7 +7,7 @@ formats and the OpenAPI document are made from this table. `Format` explains the
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from service.encoders import json_mesh, obj, off, oogl, ply, stl
+from service.encoders import json_mesh, obj, off, oogl, ply, stl, threemf
 from service.encoders.format import COMPACT_OPTIONS, Format
 from service.encoders.gltf import scene as gltf_scene
 from service.encoders.gltf.document import encode_gltf, glb_byte_bound, gltf_byte_bound
@@ -122,6 +122,20 @@ FORMATS: tuple[Format, ...] = (
         encode=off.encode,
         byte_bound=off.byte_bound,
         carries=frozenset({"colors"}),
+    ),
+    Format(
+        name="3mf",
+        title="3MF, binary",
+        media_type="model/3mf",
+        suffix="3mf",
+        is_float32=True,
+        has_quads=False,
+        has_overlays=False,
+        encode=threemf.encode,
+        byte_bound=threemf.byte_bound,
+        encode_scene=threemf.encode_scene,
+        carries=frozenset({"colors"}),
+        repeats_meshes=True,
     ),
 )
 """All formats of meshes, in the order in which lists name them."""

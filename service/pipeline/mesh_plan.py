@@ -216,7 +216,7 @@ def _check_memory(byte_bound: int, limits: Limits) -> None:
 
 def shares_meshes(fmt: Format, encode: EncodeOptions) -> bool:
     """Whether the format stores equal surfaces of a group only once."""
-    return fmt.encode_scene is not None and not encode.exact
+    return fmt.encode_scene is not None and not fmt.repeats_meshes and not encode.exact
 
 
 def estimate_stored_size(

@@ -171,9 +171,11 @@ def test_the_bound_is_not_far_above_the_size(fmt: Format, faces: Faces) -> None:
         colors=mesh_with_channels.colors if "colors" in fmt.carries else None,
         attributes=mesh_with_channels.attributes if "attribute" in fmt.carries else (),
     )
+    # 3MF compresses its text; the bound is that of the text.
+    most = 12 if fmt.name == "3mf" else 3
     for each in (mesh, mesh_with_channels):
         for length, bound in measure_forms(fmt, to_single(each) if fmt.is_float32 else each, ()):
-            assert length <= bound <= 3 * length
+            assert length <= bound <= most * length
 
 
 @pytest.mark.parametrize("degree", [1, 3, HIGHEST_DEGREE])
