@@ -15,6 +15,7 @@ NODE    := PATH="$$PATH:$(abspath $(BIN))" node
 NPM     := PATH="$$PATH:$(abspath $(BIN))" npm --loglevel=error
 # Open CASCADE, with which `make bench-occ` compares.
 OCC     := cadquery-ocp==8.0.1.1.0
+LIB3MF  := lib3mf==2.5.0
 # Spline libraries, with which `make bench-queries` compares.
 SPLINES := splinepy==0.2.1 geomdl
 # The S3 server of `make test-s3`.
@@ -42,7 +43,7 @@ SWAGGER := service/api/static/swagger-ui
 THREE   := service/api/static/three
 
 .DEFAULT_GOAL := help
-.PHONY: help serve test check format openapi types generated bench bench-occ bench-queries test-disk test-s3 test-api test-attack fuzz test-jobs test-rolling test-upgrade lint-deploy certify judge judge-files judge-queries memory test-recipes test-libraries test-properties web picture lock image image-test sbom audit licences release-check clean
+.PHONY: help serve test check format openapi types generated bench bench-occ bench-queries test-disk test-s3 test-cad test-api test-attack fuzz test-jobs test-rolling test-upgrade lint-deploy certify judge judge-files judge-queries memory test-recipes test-libraries test-properties web picture lock image image-test sbom audit licences release-check clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-13s  %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -97,6 +98,10 @@ bench-queries: $(VENV)/.dev build/occ/.ready build/splines/.ready ## Measure que
 test-disk: $(VENV)/.dev ## Test the store on a disk that gets full: a small tmpfs, mounted as root
 	@own='unshare --map-root-user --mount'; $$own true 2>/dev/null || own=; \
 	  $$own $(BIN)/python -m pytest tests/storage/on_full_disk.py
+
+test-cad: $(VENV)/.dev build/occ/.ready build/lib3mf/.ready ## Test STEP, IGES, VTU and 3MF files in Open CASCADE, VTK and lib3mf
+	OCC_PYTHON=build/occ/bin/python LIB3MF_PYTHON=build/lib3mf/bin/python \
+	  $(BIN)/python -m pytest tests/encoders/cad/in_libraries.py
 
 test-s3: $(VENV)/.dev build/s3/.ready ## Test the store on an S3 server
 	S3_SERVER=build/s3/bin/moto_server $(BIN)/python -m pytest tests/storage/on_s3.py
@@ -225,6 +230,14 @@ build/occ/.ready: Makefile constraints.txt
 	$(PYTHON) -m venv build/occ
 	build/occ/bin/python -m pip --disable-pip-version-check --quiet install \
 	  --constraint constraints.txt $(OCC) numpy
+	touch $@
+
+# lib3mf has no wheel for Linux on ARM.
+build/lib3mf/.ready: Makefile constraints.txt
+	@echo 'Installing lib3mf into build/lib3mf …'
+	$(PYTHON) -m venv build/lib3mf
+	build/lib3mf/bin/python -m pip --disable-pip-version-check --quiet install \
+	  --constraint constraints.txt $(LIB3MF)
 	touch $@
 
 build/splines/.ready: Makefile constraints.txt
