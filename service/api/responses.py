@@ -206,9 +206,10 @@ def file_response(
         (b"server-timing", str(computation.timing).encode()),
     )
     about = (*_POST_HEADERS, *_type_headers(fmt, name), *report_headers(report))
-    counts = reading_headers(reading) | writing_headers(writing)
-    named = ((name.lower().encode(), value.encode()) for name, value in counts.items())
-    return FileResponse(content, (*about, *named, *body_headers))
+    if reading is not None or writing is not None:
+        counts = reading_headers(reading) | writing_headers(writing)
+        about += tuple((each.lower().encode(), text.encode()) for each, text in counts.items())
+    return FileResponse(content, (*about, *body_headers))
 
 
 @lru_cache(256)

@@ -165,7 +165,7 @@ def _plan_measure(request: MeasureRequest, _: Any, limits: CallLimits) -> Work[F
 def _plan_conversion(request: ConvertRequest, fmt: Any, limits: CallLimits) -> Work[File]:
     allowed = SizeLimits(limits.document.max_control_points, limits.document.max_degree)
     operations = request.to_operations()
-    surface, reading = request.to_surface(), request.file_reading
+    surface, reading = request.to_surface(), request.reading
     if isinstance(fmt, DefinitionFormat):
         file_work = plan_cad_file(surface, operations, allowed, fmt, limits.result)
         return _convert(file_work, partial(_take_written_file, surface.name))

@@ -1,7 +1,7 @@
 """Common parts of the models of requests: base classes, pairs for u and v, unions, field types."""
 
 import operator
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import reduce
 from typing import Annotated, Any, ClassVar, TypeAlias, get_args
@@ -262,7 +262,7 @@ def _ignore(_: object) -> None:
 
 
 IgnoredReading: TypeAlias = Annotated[
-    None,
+    Mapping[str, Any] | None,
     BeforeValidator(_ignore),
     WithJsonSchema({"type": "object"}),
     Field(

@@ -38,15 +38,9 @@ class SurfaceRequest(RequestModel):
     surface: SurfaceDefinition = Field(description="The surface, by its control points.")
     reading: IgnoredReading = None
 
-    @property
-    def file_reading(self) -> Mapping[str, Any] | None:
-        """The report of reading the file that has the surface; None if it was sent as JSON."""
-        reading: Mapping[str, Any] | None = self.__dict__.get("_reading")
-        return reading
-
     def keep_reading(self, reading: Mapping[str, Any] | None) -> None:
-        """Keeps the report of reading the file that has the surface, for the response."""
-        self.__dict__["_reading"] = reading
+        """Sets `reading`, which clients cannot: the report of the file that has the surface."""
+        self.__dict__["reading"] = reading
 
     def to_surface(self) -> Surface:
         """The surface as a value; the first call builds it.

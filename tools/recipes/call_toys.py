@@ -77,7 +77,7 @@ from service.schemas.crate import CrateRequest
 """,
                 ),
                 (
-                    "conversions = APIRouter(route_class=BodyRoute)\n",
+                    "points = APIRouter(route_class=BodyRoute)\n",
                     '''
 _CRATES: Json = {
     "square": {
@@ -93,7 +93,7 @@ show_responses(
 )
 
 
-@conversions.post(
+@points.post(
     "/v1/crate",
     operation_id="packSurface",
     tags=["queries"],

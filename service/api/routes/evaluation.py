@@ -139,7 +139,7 @@ async def convert_surface(body: ConvertRequest, context: ContextDep) -> Response
     settings = services.settings
     size_limits = SizeLimits(settings.max_control_points, settings.max_degree)
     operations, limits = body.to_operations(), services.limits
-    surface, reading = body.to_surface(), body.file_reading
+    surface, reading = body.to_surface(), body.reading
     if isinstance(fmt, DefinitionFormat):
         file = await computation.run(
             plan_cad_file(surface, operations, size_limits, fmt, limits), "convert"

@@ -127,7 +127,7 @@ async def create_mesh(body: MeshRequest, context: ContextDep) -> Response:
     mesh_file = await computation.run(work, "mesh")
     request.app.state.counters.count_mesh(mesh_file.report)
     content, report, name = mesh_file.content, mesh_file.report, mesh_file.name
-    return file_response(content, fmt, name, computation, report, reading=body.file_reading)
+    return file_response(content, fmt, name, computation, report, reading=body.reading)
 
 
 @estimates.post(
@@ -156,4 +156,4 @@ async def estimate_mesh(body: MeshRequest, context: ContextDep) -> Response:
     options, encode = body.mesh_options(), select_encode_options(body)
     work = plan_estimate(body.to_surface(), options, encode, services.limits, formats)
     content = await computation.run(work, "estimate")
-    return bytes_response(content, computation, HEADERS | reading_headers(body.file_reading))
+    return bytes_response(content, computation, HEADERS | reading_headers(body.reading))

@@ -195,7 +195,7 @@ async def measure_surface(body: MeasureRequest, context: ContextDep) -> Response
     for work in plan_trials(body.to_surface(), body.to_query(), services.limits):
         with suppress(BudgetEnded):
             content = await computation.run(work, "measure")
-            headers = HEADERS | reading_headers(body.file_reading)
+            headers = HEADERS | reading_headers(body.reading)
             return bytes_response(content, computation, headers)
         computation.drop_work()
     raise AssertionError("the last trial has a result or another error")

@@ -132,9 +132,9 @@ async def store_surface(body: SurfaceRequest, context: ContextDep) -> Response:
     links = {"self": url, "mesh": mesh_links(root, id)}
     headers = HEADERS | {"Location": url, "Server-Timing": str(computation.timing)}
     document = {"id": id, "links": links}
-    if body.file_reading is not None:
-        document["reading"] = body.file_reading
-        headers |= reading_headers(body.file_reading)
+    if body.reading is not None:
+        document["reading"] = body.reading
+        headers |= reading_headers(body.reading)
     return json_response(document, 201 if is_new else 200, headers)
 
 
