@@ -265,3 +265,15 @@ def test_reading_opens_no_file_and_imports_nothing() -> None:
         [sys.executable, "-c", IMPORTS_NOTHING], check=False, capture_output=True, text=True
     )
     assert process.returncode == 0, process.stderr
+
+
+@pytest.mark.parametrize("keyword", ["CONNECTED_FACE_SET", "OPEN_SHELL", "CLOSED_SHELL"])
+def test_models_of_faces(keyword: str) -> None:
+    writer = Writer()
+    sets = [writer(f"{keyword}('',({writer.square()}))") for _ in range(2)]
+    model = writer(f"FACE_BASED_SURFACE_MODEL('faces',({','.join(sets)}))")
+    content = writer.read(model)
+    (part,) = content.definitions[0].parts
+    assert part.name == "faces"
+    assert [shell.is_closed for shell in part.shells] == [keyword == "CLOSED_SHELL"] * 2
+    assert content.reading.solids == 0
