@@ -2,36 +2,29 @@
 
 References
 ----------
-IGES 5.3, sections 4.3 (100), 4.4 (102), 4.5 (104), 4.7 (106), 4.13 (110), 4.14 (112), 4.23 (126)
-and 4.25 (130).
+IGES 5.3, sections 4.4 (102) and 4.7 (106).
 """
 
 from contextlib import suppress
-from math import atan2, hypot, tau
 
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.decoders.cad.conics import Ellipse, build_polyline
+from service.decoders.cad.conics import build_polyline
 from service.decoders.cad.content import Curve
-from service.decoders.cad.frames import Frame
 from service.decoders.cad.splines import build_curve, transform
+from service.decoders.iges.arcs import read_arc, read_line
 from service.decoders.iges.budget import Budget
 from service.decoders.iges.conic_arcs import read_conic_arc
 from service.decoders.iges.entities import MAX_NESTING, Entity, IgesFile
 from service.decoders.iges.faults import Fault, OnePoint, Unsupported
+from service.decoders.iges.offset_curves import read_offset
 from service.decoders.iges.power_splines import read_power_curve
 from service.decoders.iges.rational_splines import read_rational_curve
 from service.decoders.iges.transformations import Transformations
 
 POINTS = frozenset({116, 132})
 """Types of points, which may stand between the curves of a composite curve."""
-
-SAME_POINT = 1e-9
-"""An arc whose ends are this close, as a share of the radius, is a full circle."""
-
-LINE_KNOTS = np.array([0.0, 0.0, 1.0, 1.0])
-"""The knots of a line."""
 
 _POLYLINES = frozenset({1, 2, 3, 11, 12, 13, 63})
 _CLOSED = 63
@@ -95,45 +88,18 @@ class CurveReader:
             case 106:
                 curve = _read_polyline(entity)
             case 110:
-                curve = _read_line(entity)
+                curve = read_line(entity)
             case 112:
                 curve = read_power_curve(entity)
             case 126:
                 curve = read_rational_curve(entity)
+            case 130:
+                base = self._file.read(entity.parameters.pointer(0))
+                curve = read_offset(entity, base, self._transformations.find(base.matrix))
             case kind:
                 raise Unsupported(f"a curve of type {kind} is not read")
         self._budget.spend(len(curve.points))
         return curve
-
-
-def read_arc(entity: Entity) -> Curve:
-    """A circular arc, counter-clockwise from its start to its end; its knots are angles."""
-    circle, first, last = find_circle(entity)
-    return circle.cut(first, last)
-
-
-def find_circle(entity: Entity) -> tuple[Ellipse, float, float]:
-    """The circle of an arc, and the angles at which the arc begins and ends."""
-    z, x, y, start_x, start_y, end_x, end_y = entity.parameters.numbers(0, 7).tolist()
-    radius = hypot(start_x - x, start_y - y)
-    frame = Frame((x, y, z), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-    circle = Ellipse(frame, radius, radius)
-    first = atan2(start_y - y, start_x - x) % tau
-    if hypot(end_x - start_x, end_y - start_y) <= SAME_POINT * radius:
-        return circle, first, first + tau
-    last = atan2(end_y - y, end_x - x) % tau
-    return circle, first, last if last > first else last + tau
-
-
-def _read_line(entity: Entity) -> Curve:
-    if entity.form:
-        raise Unsupported("a line without an end is not read")
-    ends = entity.parameters.numbers(0, 6).reshape(2, 3)
-    if (ends[0] == ends[1]).all():
-        raise OnePoint("a line has no length")
-    points = np.ones((2, 4))
-    points[:, :3] = ends
-    return Curve(1, LINE_KNOTS, points)
 
 
 def _read_polyline(entity: Entity) -> Curve:

@@ -163,6 +163,41 @@ def test_polynomial_splines_may_have_no_weights() -> None:
         read_curve(126, *words)
 
 
+@pytest.mark.parametrize(("normal", "side"), [(1.0, 1.0), (-1.0, -1.0)])
+def test_offset_curves_are_on_the_left_about_their_normal(normal: float, side: float) -> None:
+    writer = Writer()
+    line = writer.add(110, 0.0, 0.0, 0.0, 4.0, 0.0, 0.0)
+    move = writer.add(124, 1.0, 0.0, 0.0, 10.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+    arc = writer.add(100, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 2.0, matrix=move)
+    words = [1, 0, 2, 0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0, normal]
+    offsets = [
+        writer.add(130, line, *words, 0.25, 1.0),
+        writer.add(130, arc, *words, 0.0, pi / 2),
+        writer.add(130, arc, *words),
+    ]
+    curves = build_readers(writer).curves
+    ends = find_ends(curves.read_one(offsets[0]))
+    np.testing.assert_allclose(ends, [[1, 0.5 * side, 0], [4, 0.5 * side, 0]])
+    for number in offsets[1:]:
+        points = sample(curves.read_one(number)) - [10, 0, 0]
+        np.testing.assert_allclose(np.hypot(points[:, 0], points[:, 1]), 2 - 0.5 * side)
+        np.testing.assert_allclose(points[0], [2 - 0.5 * side, 0, 0], atol=1e-12)
+
+
+def test_other_offset_curves_are_not_read() -> None:
+    writer = Writer()
+    polyline = writer.add(106, 1, 2, 0.0, 0.0, 0.0, 1.0, 1.0, form=11)
+    arc = writer.add(100, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 2.0)
+    words = [0, 2, 0, 2.5, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
+    wrong = [
+        writer.add(130, base, flag, *words) for base, flag in ((polyline, 1), (arc, 2), (arc, 1))
+    ]
+    curves = build_readers(writer).curves
+    for number in wrong:
+        with pytest.raises(Fault):
+            curves.read(number)
+
+
 def test_counts_are_checked_before_use() -> None:
     for count, degree in ((10**9, 3), (-1, 1), (2, 10**6)):
         with pytest.raises(Fault):

@@ -5,9 +5,11 @@ import numpy as np
 from service.decoders.cad.splines import build_curve
 from service.decoders.iges.shapes import find_all_ends, is_line, measure_size, sample_all
 
-LINE = build_curve(1, [0.0, 0, 1, 1], [[1.0, 2, 3], [4, 6, 3]])
-ARC = build_curve(2, [0.0, 0, 0, 1, 1, 1], [[1.0, 0, 0], [1, 1, 0], [0, 1, 0]], [1, 0.5**0.5, 1])
-UNEVEN = build_curve(1, [0.0, 0, 1, 1], [[0.0, 0, 0], [3, 0, 0]], [1.0, 0.5])
+LINE = build_curve(1, [0.0, 0, 1, 1], [[1.0, 2.0, 3.0], [4.0, 6.0, 3.0]])
+ARC = build_curve(
+    2, [0.0, 0, 0, 1, 1, 1], [[1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]], [1, 0.5**0.5, 1]
+)
+UNEVEN = build_curve(1, [0.0, 0, 1, 1], [[0.0, 0.0, 0.0], [3.0, 0.0, 0.0]], [1.0, 0.5])
 
 
 def test_lines_have_even_parameters() -> None:
