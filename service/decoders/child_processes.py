@@ -16,6 +16,7 @@ from contextlib import suppress
 from threading import Lock
 
 from service.cancellation import checkpoint
+from service.errors import Busy
 
 if sys.platform == "linux":
     import fcntl
@@ -56,14 +57,27 @@ class ChildProcesses:
         self._was_reported = False
 
     def take(self) -> subprocess.Popen[bytes]:
-        """A process for one file."""
+        """A process for one file.
+
+        Raises
+        ------
+        Busy
+            The system can start no process now: it has too many, or too little memory.
+        """
         with self._lock:
-            process, self._spare = self._spare, start_process() if self.starts_ahead else None
-        if process is not None and process.poll() is None:
-            return process
-        if process is not None:
+            process, self._spare = self._spare, None
+        if process is not None and process.poll() is not None:  # it has died
             end_process(process)
-        return start_process()
+            process = None
+        try:
+            process = process or start_process()
+        except OSError:
+            _log.exception("No process could be started to read a file")
+            raise Busy from None
+        with self._lock, suppress(OSError):  # the next file starts its own, or is refused
+            if self.starts_ahead and self._spare is None:
+                self._spare = start_process()
+        return process
 
     def close(self) -> None:
         """Ends the process that waits."""

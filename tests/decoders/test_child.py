@@ -16,7 +16,7 @@ from service.cancellation import Cancellation, Cancelled, OutOfTime, cancelled_b
 from service.decoders import child, child_processes, child_program, confinement
 from service.decoders.child_processes import PROCESSES, start_process
 from service.decoders.format import Decoded, Decoder, FileLimits
-from service.errors import InvalidRequest, SurfaceError, TooLarge
+from service.errors import Busy, InvalidRequest, SurfaceError, TooLarge
 from tests.decoders import payloads
 
 MEBIBYTE = 1 << 20
@@ -217,6 +217,22 @@ def test_the_next_process_waits_and_one_that_has_died_is_replaced() -> None:
 def test_a_program_for_one_file_starts_no_other_process(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(PROCESSES, "starts_ahead", False)
     assert read("answer", 1).reading == READING
+    assert _children() == set()
+
+
+@is_linux
+def test_a_file_is_refused_for_now_if_no_process_can_be_started(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def fail() -> None:
+        raise BlockingIOError("Resource temporarily unavailable")
+
+    read("answer", 1)  # the next process waits
+    monkeypatch.setattr(child_processes, "start_process", fail)
+    assert read("answer", 1).reading == READING
+    with pytest.raises(Busy):
+        read("answer", 1)
+    assert "No process could be started" in caplog.text
     assert _children() == set()
 
 
