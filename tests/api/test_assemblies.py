@@ -1,4 +1,4 @@
-"""Groups with definitions over HTTP: meshes, stored ids, documents, limits, and what is refused."""
+"""Groups with definitions over HTTP: meshes, stored ids, documents, limits and refusals."""
 
 from collections.abc import Iterator
 from copy import deepcopy
