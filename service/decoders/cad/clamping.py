@@ -59,8 +59,7 @@ def clamp(knots: FloatArray, degree: int, net: FloatArray) -> tuple[FloatArray, 
         knots, net = _close_jumps(knots, net, jumps)
     if values[0] == first and values[-1] == last:
         return knots, net
-    target = raise_knots(knots, degree, degree, first, last)
-    return target, refine(knots, degree, net, target, degree)
+    return restrict(knots, degree, net, first, last)
 
 
 def _close_jumps(
@@ -77,6 +76,25 @@ def _close_jumps(
     if np.abs(net[rows] - net[rows - 1]).max() > 1e-6 * np.abs(net).max():
         raise InvalidGeometry("the weights of a spline are discontinuous")
     return np.delete(knots, rows), np.delete(net, rows, axis=0)
+
+
+def restrict(
+    knots: FloatArray, degree: int, net: FloatArray, first: float, last: float
+) -> tuple[FloatArray, FloatArray]:
+    """Clamped knots and control points (N, …) over a part [first, last] of the domain.
+
+    Control points whose p knots are all inside the part stay; only p at each end are new.
+    """
+    target = raise_knots(knots, degree, degree, first, last)
+    count = len(target) - 2 * (degree + 1)
+    if count <= 2 * degree:
+        return target, refine(knots, degree, net, target, degree)
+    begin = int(np.searchsorted(knots, first, side="right"))
+    ends = [
+        refine(knots, degree, net, window, degree)
+        for window in (target[: 2 * degree + 1], target[-2 * degree - 1 :])
+    ]
+    return target, np.concatenate([ends[0], net[begin - 1 : begin + count - degree], ends[1]])
 
 
 def refine(

@@ -5,6 +5,7 @@ between them.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 from math import tau
 
@@ -86,9 +87,7 @@ def find_parameters(curve: Curve, points: FloatArray) -> tuple[FloatArray, Float
     all samples are sampled once more, and then searched. For a point on the curve the intervals
     beside the nearest sample are enough.
     """
-    samples, sampled = _sample(curve)
-    on_curve = ON_CURVE * float(np.ptp(sampled, axis=0).max())
-    spline = SplineRows(curve.degree, curve.knots.tolist(), curve.points.tolist())
+    samples, sampled, on_curve, spline = _sample(curve)
     found = []
     for point, goal in zip(points, points.tolist(), strict=True):
         away = _lengths(sampled - point)
@@ -106,10 +105,20 @@ def find_parameters(curve: Curve, points: FloatArray) -> tuple[FloatArray, Float
     return parameters, distances
 
 
-def _sample(curve: Curve) -> tuple[FloatArray, FloatArray]:
-    """Parameters (m,) in all spans and at their ends, and the points (m, D) there.
+@lru_cache(maxsize=8)
+def _sample(curve: Curve) -> tuple[FloatArray, FloatArray, float, SplineRows]:
+    """What the search of nearest points needs to know of a curve, of which many edges may be parts.
 
-    Long curves have fewer samples in each span, which is a smaller part of them.
+    Returns
+    -------
+    samples : ndarray of float64, shape (m,)
+        Parameters in all spans and at their ends. Long curves have fewer samples in each span,
+        which is a smaller part of them.
+    sampled : ndarray of float64, shape (m, D)
+        The points there.
+    on_curve : float
+        The distance below which points are on the curve.
+    spline : SplineRows
     """
     breaks = np.unique(curve.knots)
     spans = len(breaks) - 1
@@ -119,7 +128,10 @@ def _sample(curve: Curve) -> tuple[FloatArray, FloatArray]:
     # Each sample takes p + 1 control points.
     chunk = max(1, CHUNK // len(curve.points[0]) // (curve.degree + 1))
     chunks = [evaluate(curve, samples[k : k + chunk]) for k in range(0, len(samples), chunk)]
-    return samples, np.concatenate(chunks)
+    sampled = np.concatenate(chunks)
+    on_curve = ON_CURVE * float(np.ptp(sampled, axis=0).max())
+    spline = SplineRows(curve.degree, curve.knots.tolist(), curve.points.tolist())
+    return samples, sampled, on_curve, spline
 
 
 def _divide(

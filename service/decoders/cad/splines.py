@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from service.bases.arrays import FloatArray
 from service.bases.blossoms import raise_knots
-from service.decoders.cad.clamping import clamp, refine, to_homogeneous
+from service.decoders.cad.clamping import clamp, refine, restrict, to_homogeneous
 from service.decoders.cad.content import Curve, Surface
 from service.decoders.cad.de_boor import differentiate, interpolate, interpolate_rows
 from service.decoders.cad.faults import InvalidGeometry
@@ -284,8 +284,7 @@ def _restrict(
         raise InvalidGeometry("a piece of a spline has no length")
     if ends == [low, high]:
         return knots, net
-    target = raise_knots(knots, degree, degree, *ends)
-    return target, refine(knots, degree, net, target, degree)
+    return restrict(knots, degree, net, *ends)
 
 
 def _reverse_knots(knots: FloatArray) -> FloatArray:

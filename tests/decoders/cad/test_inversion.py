@@ -2,6 +2,7 @@
 
 import tracemalloc
 from math import cos, pi, sin, tau
+from time import process_time
 
 import numpy as np
 import pytest
@@ -216,3 +217,16 @@ def test_the_middle_of_a_curve_is_on_it(vector: KnotVector, seed: int) -> None:
     middle = np.array([find_middle(curve)])
     assert find_parameters(curve, middle)[1][0] < 1e-9
     assert np.abs(middle - find_ends(curve)).max() > 1e-6
+
+
+def test_many_edges_may_be_parts_of_one_long_curve() -> None:
+    """Each of them took half a second, for samples and for knots that stay."""
+    count, degree = 4_000, 30
+    points = np.column_stack([np.arange(count), np.zeros((count, 2))])
+    curve = build_curve(degree, np.arange(count + degree + 1.0), points)
+    begin = process_time()
+    for k in range(100, 3_900, 76):
+        piece = cut_between(curve, (float(k), 0.0, 0.0), (k + 50.5, 0.0, 0.0))
+        assert piece.curve is not None
+        assert find_ends(piece.curve)[:, 0] == pytest.approx([k, k + 50.5])
+    assert process_time() - begin < 6.0  # it was half a minute

@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -94,6 +94,22 @@ def test_segments_and_their_joins(vector: KnotVector, seed: int, cuts: tuple[int
     assert splines.evaluate(joined, t) == pytest.approx(splines.evaluate(curve, t), abs=1e-10)
     with pytest.raises(InvalidGeometry, match="do not meet"):
         splines.join([pieces[0], pieces[2]], 1e-9)
+
+
+@given(
+    vector=knot_vectors(st.integers(1, 3), max_spans=25),
+    seed=SEEDS,
+    cuts=st.tuples(*[st.integers(0, 300)] * 2),
+)
+def test_segments_of_long_curves(vector: KnotVector, seed: int, cuts: tuple[int, int]) -> None:
+    curve, _, _ = make(vector, seed)
+    low, high = splines.find_domain(curve)
+    first, last = sorted(low + (high - low) * k / 300 for k in cuts)
+    assume(first < last)
+    piece = splines.segment(curve, first, last)
+    assert len(piece.points) == len(piece.knots) - piece.degree - 1
+    t = np.linspace(*splines.find_domain(piece), 60)
+    assert splines.evaluate(piece, t) == pytest.approx(splines.evaluate(curve, t), abs=1e-10)
 
 
 @given(vector=knot_vectors(), seed=SEEDS)
