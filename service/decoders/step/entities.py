@@ -22,6 +22,7 @@ from service.decoders.step.budget import Budget
 from service.decoders.step.faults import Fault
 from service.decoders.step.instances import Instances
 from service.decoders.step.records import MAX_NUMBER, Parameter, as_list, as_number, parse_record
+from service.decoders.step.supertypes import SUPERTYPES
 
 FEW_POINTS = 3
 """So few points are read one by one."""
@@ -29,80 +30,6 @@ FEW_POINTS = 3
 _POINT = re.compile(r"\s*+CARTESIAN_POINT\s*+\(\s*+'[^']*+'\s*+,\s*+\(([^()']*+)\)\s*+\)")
 _REFERENCE = re.compile(r"'[^']*+'|#([0-9]{1,18})")
 _DIRECTION = re.compile(r"\s*+DIRECTION\s*+\(\s*+'[^']*+'\s*+,\s*+\(([^()']*+)\)\s*+\)")
-
-_ITEM = ("REPRESENTATION_ITEM",)
-_LEAVES: dict[str, tuple[str, ...]] = {
-    "ADVANCED_FACE": (*_ITEM, "FACE", "FACE_SURFACE"),
-    "FACE_SURFACE": (*_ITEM, "FACE"),
-    "ORIENTED_FACE": (*_ITEM, "FACE"),
-    "SUBFACE": (*_ITEM, "FACE"),
-    "FACE_OUTER_BOUND": (*_ITEM, "FACE_BOUND"),
-    "FACE_BOUND": _ITEM,
-    "EDGE_LOOP": (*_ITEM, "LOOP", "PATH"),
-    "POLY_LOOP": (*_ITEM, "LOOP"),
-    "VERTEX_LOOP": (*_ITEM, "LOOP"),
-    "EDGE_CURVE": (*_ITEM, "EDGE"),
-    "ORIENTED_EDGE": (*_ITEM, "EDGE"),
-    "SUBEDGE": (*_ITEM, "EDGE"),
-    "VERTEX_POINT": (*_ITEM, "VERTEX"),
-    "ORIENTED_CLOSED_SHELL": (*_ITEM, "CONNECTED_FACE_SET", "CLOSED_SHELL"),
-    "ORIENTED_OPEN_SHELL": (*_ITEM, "CONNECTED_FACE_SET", "OPEN_SHELL"),
-    "CLOSED_SHELL": (*_ITEM, "CONNECTED_FACE_SET"),
-    "OPEN_SHELL": (*_ITEM, "CONNECTED_FACE_SET"),
-    "BREP_WITH_VOIDS": (*_ITEM, "MANIFOLD_SOLID_BREP"),
-    "FACETED_BREP": (*_ITEM, "MANIFOLD_SOLID_BREP"),
-    "MANIFOLD_SOLID_BREP": _ITEM,
-    "SHELL_BASED_SURFACE_MODEL": _ITEM,
-    "FACE_BASED_SURFACE_MODEL": _ITEM,
-    "SEAM_CURVE": (*_ITEM, "SURFACE_CURVE"),
-    "INTERSECTION_CURVE": (*_ITEM, "SURFACE_CURVE"),
-    "BOUNDED_SURFACE_CURVE": (*_ITEM, "SURFACE_CURVE"),
-    "SURFACE_CURVE": _ITEM,
-    "BOUNDED_PCURVE": (*_ITEM, "PCURVE"),
-    "DEFINITIONAL_REPRESENTATION": ("REPRESENTATION",),
-    "PCURVE": _ITEM,
-    "BOUNDARY_CURVE": (*_ITEM, "COMPOSITE_CURVE", "COMPOSITE_CURVE_ON_SURFACE"),
-    "OUTER_BOUNDARY_CURVE": (*_ITEM, "COMPOSITE_CURVE", "COMPOSITE_CURVE_ON_SURFACE"),
-    "COMPOSITE_CURVE_ON_SURFACE": (*_ITEM, "COMPOSITE_CURVE"),
-    "COMPOSITE_CURVE": _ITEM,
-    "TRIMMED_CURVE": _ITEM,
-    "POLYLINE": _ITEM,
-    "LINE": _ITEM,
-    "CIRCLE": (*_ITEM, "CONIC"),
-    "ELLIPSE": (*_ITEM, "CONIC"),
-    "PARABOLA": (*_ITEM, "CONIC"),
-    "HYPERBOLA": (*_ITEM, "CONIC"),
-    "CURVE_REPLICA": _ITEM,
-    "OFFSET_CURVE_3D": _ITEM,
-    "PLANE": (*_ITEM, "ELEMENTARY_SURFACE"),
-    "CYLINDRICAL_SURFACE": (*_ITEM, "ELEMENTARY_SURFACE"),
-    "CONICAL_SURFACE": (*_ITEM, "ELEMENTARY_SURFACE"),
-    "SPHERICAL_SURFACE": (*_ITEM, "ELEMENTARY_SURFACE"),
-    "DEGENERATE_TOROIDAL_SURFACE": (*_ITEM, "ELEMENTARY_SURFACE", "TOROIDAL_SURFACE"),
-    "TOROIDAL_SURFACE": (*_ITEM, "ELEMENTARY_SURFACE"),
-    "SURFACE_OF_REVOLUTION": (*_ITEM, "SWEPT_SURFACE"),
-    "SURFACE_OF_LINEAR_EXTRUSION": (*_ITEM, "SWEPT_SURFACE"),
-    "RECTANGULAR_TRIMMED_SURFACE": _ITEM,
-    "CURVE_BOUNDED_SURFACE": _ITEM,
-    "OFFSET_SURFACE": _ITEM,
-    "SURFACE_REPLICA": _ITEM,
-    "CARTESIAN_POINT": (*_ITEM, "POINT"),
-    "DIRECTION": _ITEM,
-    "VECTOR": _ITEM,
-    "AXIS1_PLACEMENT": (*_ITEM, "PLACEMENT"),
-    "AXIS2_PLACEMENT_2D": (*_ITEM, "PLACEMENT"),
-    "AXIS2_PLACEMENT_3D": (*_ITEM, "PLACEMENT"),
-    "MAPPED_ITEM": _ITEM,
-    "OVER_RIDING_STYLED_ITEM": (*_ITEM, "STYLED_ITEM"),
-    "CONTEXT_DEPENDENT_OVER_RIDING_STYLED_ITEM": (
-        *_ITEM,
-        "STYLED_ITEM",
-        "OVER_RIDING_STYLED_ITEM",
-    ),
-    "STYLED_ITEM": _ITEM,
-}
-"""Types that complex instances may have, each with its supertypes from the root on. A type stands
-before its own supertypes."""
 
 
 class Entity(NamedTuple):
@@ -160,7 +87,7 @@ class Entities:
         if len(parts) == 1:
             for keyword, parameters in parts.items():
                 return Entity(number, keyword, parameters, parts)
-        for keyword, supertypes in _LEAVES.items():
+        for keyword, supertypes in SUPERTYPES.items():
             if keyword in parts:
                 types = (*supertypes, keyword)
                 flat = [each for type_ in types for each in parts.get(type_, ())]

@@ -141,7 +141,8 @@ class SurfaceReader:
         shape, same_sense, _ = self.read(as_reference(entity.parameter(1)), level + 1)
         distance = as_number(entity.parameter(2))
         if isinstance(shape, Surface | Extrusion | Revolution):
-            raise Fault("the offset of a surface that is not elementary is not read")
+            kind = "spline" if isinstance(shape, Surface) else "swept"
+            raise Fault(f"its surface is an offset of a {kind} surface")
         return Oriented(shape.offset(distance if same_sense else -distance), same_sense)
 
     def _replicate(self, entity: Entity, level: int) -> Oriented:

@@ -165,7 +165,7 @@ def test_offsets_of_elementary_surfaces_are_exact() -> None:
 def test_other_offsets_are_named() -> None:
     writer = Writer()
     spline = writer(f"BEZIER_SURFACE('',1,1,{net(writer, 2, 2)},.UNSPECIFIED.,.F.,.F.,.F.)")
-    with pytest.raises(InvalidGeometry, match="offset of a surface that is not elementary"):
+    with pytest.raises(InvalidGeometry, match="an offset of a spline surface"):
         read(writer, writer(f"OFFSET_SURFACE('',{spline},0.5,.F.)"))
 
 
