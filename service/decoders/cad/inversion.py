@@ -107,7 +107,7 @@ def find_parameters(curve: Curve, points: FloatArray) -> tuple[FloatArray, Float
 
 @lru_cache(maxsize=8)
 def _sample(curve: Curve) -> tuple[FloatArray, FloatArray, float, SplineRows]:
-    """What the search of nearest points needs to know of a curve, of which many edges may be parts.
+    """Samples of a curve for the search of nearest points, taken once for many edges.
 
     Returns
     -------
