@@ -11,7 +11,8 @@ import platform
 import signal
 import struct
 import sys
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 if sys.platform != "win32":
@@ -51,9 +52,15 @@ _CALLS = {
     **{"futex": (202, 98), "membarrier": (324, 283), "getrandom": (318, 278)},
     **{"clock_gettime": (228, 113), "gettimeofday": (96, 169), "clock_nanosleep": (230, 115)},
     **{"getrusage": (98, 165), "times": (100, 153), "nanosleep": (35, 101)},
+    "setitimer": (38, 103),
 }
 """Numbers of the other system calls that stay allowed: to use memory and open pipes, and to read
-the clock. From linux/arch/x86/entry/syscalls/syscall_64.tbl and asm-generic/unistd.h."""
+the clock; a timer may end the process. From linux/arch/x86/entry/syscalls/syscall_64.tbl and
+asm-generic/unistd.h."""
+
+
+_limited: set[str] = set()
+"""Has "time" once the processor time of this process is limited."""
 
 
 def lower_priority() -> None:
@@ -79,6 +86,7 @@ def limit_resources(memory: int, seconds: float) -> None:
     used = resource.getrusage(resource.RUSAGE_SELF)
     cpu_seconds = math.ceil(used.ru_utime + used.ru_stime + seconds) + 1
     signal.setitimer(signal.ITIMER_PROF, seconds)
+    _limited.add("time")
     for name, limit in (
         ("RLIMIT_AS", _address_space() + memory),
         ("RLIMIT_CPU", cpu_seconds),
@@ -94,6 +102,23 @@ def limit_resources(memory: int, seconds: float) -> None:
         allowed = limit if highest == resource.RLIM_INFINITY else min(limit, highest)
         with suppress(OSError, ValueError):  # macOS refuses some
             resource.setrlimit(number, (allowed, highest if name == "RLIMIT_CPU" else allowed))
+
+
+@contextmanager
+def limit_step(seconds: float) -> Iterator[None]:
+    """Bounds the processor time of the `with` block, in a process whose time is limited.
+
+    Elsewhere, as in tests, it does nothing.
+    """
+    if sys.platform == "win32" or not _limited:
+        yield
+        return
+    left, _ = signal.setitimer(signal.ITIMER_PROF, seconds)
+    try:
+        yield
+    finally:
+        unused, _ = signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.setitimer(signal.ITIMER_PROF, max(left - (seconds - unused), 1e-3))
 
 
 def _address_space() -> int:

@@ -134,8 +134,7 @@ CAD_DECODERS: tuple[Decoder, ...] = (
         "of reading. Needs the extra `rhino`.",
         memory_factor=16,
         base_memory=96 << 20,
-        byte_seconds=1e-6,
-        base_seconds=1.0,  # in damaged files of 60 kB the library may search for a minute
+        byte_seconds=2e-5,
         fields=cad_files.FIELDS,
         is_cad=True,
         child_bytes=0,  # a library in C++ reads it

@@ -20,6 +20,7 @@ from service.decoders.cad.content import (
     SkippedFace,
 )
 from service.decoders.cad.parts import Color, PartBuilder
+from service.decoders.confinement import limit_step
 from service.decoders.format import build_malformed_error, check_entities, check_faces
 from service.decoders.rhino_breps import read_brep, read_surface
 
@@ -48,6 +49,10 @@ UNITS: dict[str, tuple[str, float]] = {
 }
 """Name and metres of each unit of length of openNURBS, except those of astronomy."""
 
+OPEN_SECONDS, OPEN_BYTE_SECONDS = 1.0, 1e-6
+"""The most processor time for the library to open a file, and for each byte of it: in damaged files
+of 60 kB it may search for a minute. To convert the parts then takes longer, 1 ms for a face."""
+
 _BREPS = {"Brep", "Extrusion", "Surface"}
 """Kinds of objects that become parts."""
 
@@ -65,7 +70,8 @@ def read(content: bytes, limits: FileLimits) -> CadContent:
     TooLarge
         It has too many objects or faces.
     """
-    file = rhino3dm.File3dm.FromByteArray(content)
+    with limit_step(OPEN_SECONDS + OPEN_BYTE_SECONDS * len(content)):
+        file = rhino3dm.File3dm.FromByteArray(content)
     if file is None:
         message, needed = "The file cannot be read as a file of Rhino.", "a .3dm file"
         raise build_malformed_error(message, "a damaged file, or another format", needed)

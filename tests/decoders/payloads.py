@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from service.decoders import child_program
+from service.decoders.confinement import limit_step
 from service.decoders.format import Decoded, Decoder, FileLimits, build_file_error
 
 Tree = dict[str, Any]
@@ -164,6 +165,16 @@ def _close_and_hang(_: object) -> Tree:
     return _hang(None)
 
 
+def _take_step(seconds: tuple[float, float]) -> Tree:
+    """Computes in a step that has the first number of seconds, for the second number."""
+    with limit_step(seconds[0]):
+        end = time.process_time() + seconds[1]
+        while time.process_time() < end:
+            pass
+    left, _ = signal.setitimer(signal.ITIMER_PROF, 1)
+    return {"left": left}
+
+
 def _repeat(tree: Tree) -> Tree:
     """The tree that the file itself has; `reading` in it changes the report."""
     return tree
@@ -183,6 +194,7 @@ PAYLOADS: dict[str, Callable[[Any], Tree]] = {
     "fail": _fail,
     "nest": _nest,
     "repeat": _repeat,
+    "step": _take_step,
     "write": _write_raw,
     "write much": _write_much,
     "close and hang": _close_and_hang,
