@@ -1,5 +1,6 @@
 """Files that a person opens in the editor, by the button as by a drop."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,18 @@ def net_file(tmp_path: Path) -> Path:
     net[..., 0], net[..., 1] = np.indices((3, 4))
     np.save(tmp_path / "sail.npy", net)
     return tmp_path / "sail.npy"
+
+
+@pytest.fixture(autouse=True)
+def _reopen_saddle(editor: Stage) -> Iterator[None]:
+    """Opens the saddle after each test: choices of other tests are not for parts."""
+    yield
+
+    def open_saddle() -> None:
+        editor.page.click("#open")
+        editor.page.click('[data-example="saddle"]')
+
+    perform(editor.page, open_saddle)
 
 
 def open_file(stage: Stage, path: Path) -> None:
