@@ -117,6 +117,8 @@ def _measure(points: FloatArray, curve: Curve, tolerance: float) -> float:
     squares = np.square(points[:, np.newaxis] - samples[np.newaxis]).sum(axis=2)
     t = parameters[squares.argmin(axis=1)]
     best = np.sqrt(squares.min(axis=1))
+    low, high = find_domain(curve)
+    is_closed = bool(np.abs(samples[0] - samples[-1]).max() <= tolerance)
     for _ in range(STEPS):
         if best.max() <= 0.01 * tolerance:
             break
@@ -125,6 +127,9 @@ def _measure(points: FloatArray, curve: Curve, tolerance: float) -> float:
         slope = (away * first).sum(axis=1)
         curvature = (away * second).sum(axis=1) + np.square(first).sum(axis=1)
         step = np.divide(slope, curvature, out=np.zeros_like(slope), where=curvature > 0)
-        t = np.clip(t - step, parameters[0], parameters[-1])
+        t = t - step
+        if is_closed:  # a point may be nearest to a point beyond the end
+            t = low + (t - low) % (high - low)
+        t = np.clip(t, low, high)
         best = np.minimum(best, np.sqrt(np.square(evaluate(curve, t) - points).sum(axis=1)))
     return float(best.max())

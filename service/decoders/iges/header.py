@@ -48,7 +48,7 @@ class Header:
     delimiters : tuple of two str
         The sign between parameters, and the sign at the end of a record.
     name : str
-        The product, as the sender calls it.
+        The product, as the sender calls it; empty if it is the name of the system.
     system : str
     schema : str
         The version of IGES.
@@ -78,10 +78,11 @@ def read_header(text: str) -> Header:
     if metres is not None and scale > 0:
         # Ratio of a length in the file to the real one.
         metres /= scale
+    name, systems = words.text(2), (words.text(4), words.text(5))
     return Header(
         delimiters,
-        name=words.text(2),
-        system=words.text(4) or words.text(5),
+        name="" if name in systems else name,
+        system=systems[0] or systems[1],
         schema="IGES " + _VERSIONS.get(int(_read_number(words, 22, _DEFAULT_VERSION)), "5.3"),
         unit=unit,
         metres_per_unit=metres,

@@ -21,6 +21,7 @@ from service.decoders.cad.content import Curve
 from service.decoders.cad.splines import reverse
 from service.decoders.iges.distances import are_opposite, bound_distance
 from service.decoders.iges.points import find_clusters
+from service.decoders.iges.rings import match_rings
 from service.decoders.iges.shapes import find_all_ends, measure_size
 from service.decoders.iges.sides import Side
 
@@ -113,6 +114,7 @@ def join_sides(
     """
     joiner = _Joiner(faces, has_seams, tolerance)
     joiner.join_rest(most)
+    joiner.join_rings()
     return joiner.joined, joiner.faults
 
 
@@ -259,6 +261,28 @@ class _Joiner:
                 self._share(edge, max(distance, edges[number].distance))
                 replaced[number] = edge, is_opposite
         self._replace(replaced)
+
+    def join_rings(self) -> None:
+        """Join closed sides that begin at different points, if one of them is alone in its loop."""
+        edges = self.joined.edges
+        loops = [loop for face in self.joined.loops for loop in face]
+        alone = {loop[0].edge for loop in loops if len(loop) == 1}
+        rings = [
+            number
+            for number, edge in enumerate(edges)
+            if not edge.is_shared and self._find(edge.vertices[0]) == self._find(edge.vertices[1])
+        ]
+        movable = [number in alone for number in rings]
+        replaced: dict[int, tuple[int, bool]] = {}
+        for match in match_rings([edges[n].curve for n in rings], movable, self._tolerance):
+            moved, kept = rings[match.moved], rings[match.kept]
+            replaced[moved] = kept, match.is_opposite
+            distance = max(edges[kept].distance, edges[moved].distance, match.distance)
+            edges[kept] = replace(edges[kept], distance=distance, is_shared=True)
+        for loop in loops:
+            if loop[0].edge in replaced:
+                # Its curve of parameters begins elsewhere.
+                loop[0] = replace(_turn(loop[0], *replaced[loop[0].edge]), pcurve=None)
 
     def _replace(self, replaced: Mapping[int, tuple[int, bool]]) -> None:
         """Use edges in place of others, and vertices in place of those that are one now."""

@@ -27,6 +27,13 @@ def test_strings_may_have_delimiters() -> None:
     assert (header.unit, header.metres_per_unit) == ("millimetre", 0.001)
 
 
+def test_the_name_of_the_system_is_no_name_of_a_product() -> None:
+    header = read_header(write_header(name="3HCAD", system="3HCAD"))
+    assert (header.name, header.system) == ("", "CAD")
+    header = read_header(write_header(name="3H1.0", system=""))
+    assert (header.name, header.system) == ("", "1.0")
+
+
 def test_delimiters_may_be_other_signs() -> None:
     text = write_header(between="1H/", end="1H$", system="3Ha/b")
     text = "1H//1H$/" + text[len("1H/,1H$,") : -1].replace(",", "/") + "$"

@@ -9,6 +9,7 @@ from service.decoders.cad.content import Curve, Edge, Part
 from service.decoders.cad.splines import build_curve, reverse
 from service.decoders.iges.distances import are_opposite, bound_distance
 from service.decoders.iges.points import find_clusters
+from tests.decoders.cad.part_meshes import measure_part
 from tests.decoders.iges.reading import assert_closed, list_parts, list_reasons, read_all
 from tests.decoders.iges.writing import Writer, add_box, add_line, add_quad
 
@@ -209,12 +210,55 @@ def test_distances_of_curves() -> None:
     assert bound_distance(first, circle(0.0), False, 1e-6) < 1e-15
     assert bound_distance(first, circle(0.0, is_clockwise=True), True, 1e-6) < 1e-15
     # With another start the control points differ.
-    assert bound_distance(first, circle(1.0), False, 1e-6) < 1e-12
+    for start in (0.5, 1.0, 4.0):
+        assert bound_distance(first, circle(start), False, 1e-6) < 1e-12
     wider = Curve(first.degree, first.knots, first.points * [1.001, 1.001, 1, 1])
     assert 1e-3 <= bound_distance(first, wider, False, 1e-2) < 1.5e-3
     assert bound_distance(first, wider, False, 1e-4) == np.inf
     line = build_curve(1, [0.0, 0, 1, 1], [[1, 0, 0], [1, 2, 0]])
     assert bound_distance(first, line, False, 1e-3) == np.inf
+
+
+@pytest.mark.parametrize("is_clockwise", [False, True])
+def test_circles_that_begin_at_different_points_are_one_edge(is_clockwise: bool) -> None:
+    # A cylinder with a seam at the angle 0, between lids whose circles begin at other angles.
+    writer = Writer()
+    back = writer.add(124, 1.0, *[0.0] * 4, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+    circles = [
+        writer.add(100, z, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, matrix=matrix)
+        for z, matrix in ((0.0, 0), (2.0, back))
+    ]
+    axis = add_line(writer, (0, 0, 0), (0, 0, 1))
+    surface = writer.add(120, axis, writer.add(110, 1.0, 0.0, 0.0, 1.0, 0.0, 2.0), 0.0, 2 * np.pi)
+    seam = [add_line(writer, (1, 0, a), (1, 0, b)) for a, b in ((0, 2), (2, 0))]
+    loop = writer.add(102, 4, circles[0], seam[0], circles[1], seam[1])
+    turn = (0, 2 * np.pi)
+    inside = add_line(writer, (0, 0), (0, turn[1]), (1, turn[1]), (1, 0), (0, 0))
+    writer.add(144, surface, 1, 0, writer.add(142, 0, surface, inside, loop, 3))
+    sign = -1.0 if is_clockwise else 1.0
+    mirror = writer.add(124, 1.0, *[0.0] * 4, sign, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+    for z, angle in ((0.0, 1.0), (2.0, 4.0)):
+        point = float(np.cos(angle)), float(np.sin(angle))
+        lid = writer.add(100, z, 0.0, 0.0, *point, *point, matrix=mirror)
+        plane = writer.add(108, 0.0, 0.0, 1.0, z)
+        writer.add(144, plane, 1, 0, writer.add(142, 0, plane, 0, lid, 2))
+    content = read_all(writer)
+    (part,) = list_parts(content)
+    assert len(part.edges) == 3
+    assert content.reading.open_edges == 0
+    assert part.shells[0].is_closed
+    volume, cracks = measure_part(part)
+    assert not cracks
+    assert volume == pytest.approx(2 * np.pi, rel=0.01)
+
+
+def test_rings_about_one_center_are_told_apart() -> None:
+    writer = Writer()
+    plane = writer.add(108, 0.0, 0.0, 1.0, 0.0)
+    for radius in (1.0, 1.001):
+        ring = writer.add(100, 0.0, 0.0, 0.0, radius, 0.0, radius, 0.0)
+        writer.add(144, plane, 1, 0, writer.add(142, 0, plane, 0, ring, 2))
+    assert len(list_parts(read_all(writer))) == 2
 
 
 def test_near_points_have_one_representative() -> None:
