@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from service.cli.files import FILE_FLAGS, SourceFile, read_field_flags
 from service.cli.flags import Command, Flag, Flags, read_values
 from service.cli.output import check_output, choose_format, output_flags, perform
+from service.cli.refusals import print_error
 from service.cli.source import (
     build_document,
     field_line,
@@ -134,14 +135,20 @@ def _choose_format(arguments: argparse.Namespace, path: str, default: str | None
 def _compute(
     path: str, document: Document, fmt: "FileFormat | None", reading: Mapping[str, Any] | None
 ) -> bytes:
-    """Computes the file of a call in this process; `reading` is the report of a CAD file."""
+    """Computes the file of a call in this process; `reading` is the report of a CAD file.
+
+    Prints on standard error if a file of definitions has a unit that the surface does not have.
+    """
     from service.pipeline.calls import CALLS, JSON
     from service.schemas.request import SurfaceRequest
 
     request, limits = parse_request(CALLS[path].model, document)
     if isinstance(request, SurfaceRequest):
         request.keep_reading(reading)
-    return bytes(CALLS[path].plan(request, fmt or JSON, limits).run().content)
+    file = CALLS[path].plan(request, fmt or JSON, limits).run()
+    if file.writing is not None and file.writing.is_unit_assumed:
+        print_error("one unit is written as 1 mm, because the surface has no `metres_per_unit`")
+    return bytes(file.content)
 
 
 def perform_document(
