@@ -36,16 +36,12 @@ from service.decoders.cad.outline import MARGIN, LocalOutline, Outline, find_ran
 from service.decoders.cad.splines import (
     build_curve,
     elevate,
-    evaluate,
     find_domain,
     insert_knots,
     project_points,
     segment,
 )
 from service.decoders.cad.turning import finish_surface, turn_points
-
-SAMPLES = 65
-"""Points of a profile by which its parts are compared."""
 
 ORIGIN: Vector = (0.0, 0.0, 0.0)
 
@@ -255,12 +251,17 @@ def _cut_ellipse(frame: Frame, curve: Ellipse, outline: Outline) -> Curve:
         curve.cut(turn + half, turn - half + tau),
     ]
     if abs(middle) > PARALLEL * reach and outline:
-        points = _to_profile(frame.locate_all(outline.on_surface))
+        distances, heights = _to_profile(frame.locate_all(outline.on_surface))
         sums = []
-        for piece in pieces:
-            local = frame.locate_all(evaluate(piece, np.linspace(*find_domain(piece), SAMPLES)))
-            away = points[:, :, np.newaxis] - _to_profile(local)[:, np.newaxis]
-            sums.append(float(np.hypot(away[0], away[1]).min(axis=1).sum()))
+        for side in (1.0, -1.0):
+            # How far points are from the ellipse, as a share of its size: no samples of a large
+            # ellipse would be near enough to tell.
+            along, up = side * distances - middle, heights - centre[2]
+            across_x, across_y = dot(x, across), dot(y, across)
+            shares = np.hypot(
+                (along * across_x + up * x[2]) / curve.a, (along * across_y + up * y[2]) / curve.b
+            )
+            sums.append(float(np.abs(shares - 1.0).sum()))
         return pieces[int(sums[1] < sums[0])]
     return pieces[0]
 

@@ -51,6 +51,10 @@ then the edge is off the surface, or the surface is folded."""
 SHORT = 1 / 16
 """Pieces below this share of the domain are short."""
 
+MOST = 512
+"""A curve ends, as it is then, when its pieces are this many more than it began with. Without this
+each cut of a curve whose feet jump could make 1024 pieces."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Done(Items):
@@ -87,6 +91,7 @@ def fit_feet(
     is_bent[straight] = False
     is_left = is_bent[pieces.curve]
     pieces, feet = pieces.take(is_left), feet[..., is_left]
+    most = MOST + np.bincount(pieces.curve, minlength=len(curves))
     while len(pieces.curve):
         checkpoint()
         points = np.einsum("ij,jkm->ikm", to_bezier(), feet)
@@ -94,6 +99,7 @@ def fit_feet(
         share = (pieces.high - pieces.low) / pieces.size
         is_done = (excess <= goal) | (share < 2.0**-DEPTH)
         is_done |= (excess > KEPT * pieces.excess) & (share < SHORT)
+        is_done |= (np.bincount(pieces.curve, minlength=len(curves)) > most)[pieces.curve]
         done.append(_Done(pieces.curve, pieces.low, pieces.high, points).take(is_done))
         left = ~is_done
         pieces = divide_pieces(work, pieces.take(left), points[..., left], excess[left])

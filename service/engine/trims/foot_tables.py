@@ -1,28 +1,19 @@
 """First guesses of foot points along curves of space: from parameter curves, or from tables.
 
-A few points of each curve, its *seeds*, are projected to the surface of its face: from the nearest
-point of a coarse table of the surface, and from the foot points of neighbouring seeds. Along closed
-axes the foot points are continued without jumps. At poles, where one parameter is free, it is that
-of the nearest seed.
+A few points of each curve, its *seeds*, are projected to the surface of its face (`foot_seeds`).
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.row_batches import count_runs, expand_runs, find_begins
+from service.bases.arrays import FloatArray, Ints
+from service.bases.row_batches import expand_runs
 from service.engine.trims.closure import AT_POLE, ClosedSurfaces
-from service.engine.trims.foot_grids import find_nearest
 from service.engine.trims.foot_passes import PoleCuts, find_pole_cuts
-from service.engine.trims.inversion import find_feet
-from service.engine.trims.pole_frames import PoleFrames
+from service.engine.trims.foot_seeds import find_seed_feet
 from service.engine.trims.splines import Splines
 from service.surface.spline_tables import find_starts
-
-FAR, MOST_FAR, STARTS = 1e5, 1024, 8
-"""Seeds that are further than `FAR` tolerances from their feet, up to `MOST_FAR` of them, look for
-nearer ones from `STARTS`² places: at sharp rims Newton's method may end on the wrong side."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -159,102 +150,3 @@ def build_table(curve: Ints, t: FloatArray, feet: FloatArray) -> FootTable:
     starts = find_starts(np.bincount(curve))
     begin, end = t[starts[:-1]], t[starts[1:] - 1]
     return FootTable(starts, t, feet, 2.0 * curve + (t - begin[curve]) / (end - begin)[curve])
-
-
-def find_seed_feet(
-    surfaces: ClosedSurfaces,
-    face: Ints,
-    points: FloatArray,
-    curve: Ints,
-    tolerance: float,
-    *,
-    is_near: Bools,
-) -> FloatArray:
-    """Foot points (m, 2) of seeds (m, 3) of curves (m,), without a parameter curve as a guess.
-
-    Distances that differ by less than `tolerance` are equal: then the neighbour's foot is taken.
-    `is_near` (m,) tells the seeds of curves that pass near a pole.
-    """
-    feet, distance = find_feet(surfaces, face, points, find_nearest(surfaces, face, points))
-    for axis, end in ((0, 0), (0, 1), (1, 0), (1, 1)) if is_near.any() else ():
-        rows = (is_near & surfaces.is_pole[face, axis, end]).nonzero()[0]
-        if len(rows):
-            guess = PoleFrames.of(surfaces, face[rows], axis, end).guess(points[rows])
-            other, apart = find_feet(surfaces, face[rows], points[rows], guess)
-            is_nearer = apart < distance[rows]
-            feet[rows[is_nearer]], distance[rows[is_nearer]] = other[is_nearer], apart[is_nearer]
-    far = (distance > FAR * tolerance).nonzero()[0][:MOST_FAR]
-    if len(far):
-        other, apart = _find_from_everywhere(surfaces, face[far], points[far])
-        is_nearer = apart < distance[far] - tolerance
-        feet[far[is_nearer]], distance[far[is_nearer]] = other[is_nearer], apart[is_nearer]
-    # From the feet of the seeds before and after, where these give nearer points.
-    inner = np.flatnonzero(curve[1:] == curve[:-1])
-    for to, source in ((inner + 1, inner), (inner, inner + 1)):
-        other, apart = find_feet(surfaces, face[to], points[to], feet[source])
-        is_nearer = apart < distance[to] - tolerance
-        feet[to[is_nearer]], distance[to[is_nearer]] = other[is_nearer], apart[is_nearer]
-    poles = surfaces.find_poles(face, points, AT_POLE * tolerance)
-    feet = _set_poles(surfaces, face, feet, curve, poles)
-    return continue_feet(surfaces, face, feet, curve)
-
-
-def _find_from_everywhere(
-    surfaces: ClosedSurfaces, face: Ints, points: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """The nearest of the feet (m, 2) found from `STARTS`² places of each surface; and how near."""
-    share = (np.arange(STARTS) + 0.5) / STARTS
-    grid = np.stack(np.meshgrid(share, share, indexing="ij"), axis=-1).reshape(-1, 2)
-    count, every = len(grid), np.arange(len(face))
-    guess = surfaces.low[face][:, np.newaxis] + surfaces.period[face][:, np.newaxis] * grid
-    run = np.repeat(every, count)
-    feet, distance = find_feet(surfaces, face[run], points[run], guess.reshape(-1, 2))
-    least = distance.reshape(-1, count).argmin(axis=1)
-    chosen = every * count + least
-    return feet[chosen], distance[chosen]
-
-
-def continue_feet(
-    surfaces: ClosedSurfaces, face: Ints, feet: FloatArray, curve: Ints
-) -> FloatArray:
-    """Feet (m, 2), moved by periods, so that none is more than half a period from that before."""
-    if not surfaces.is_closed[face].any():
-        return feet
-    period = surfaces.period[face]
-    turns = np.zeros_like(feet)
-    turns[1:] = np.rint((feet[:-1] - feet[1:]) / period[1:])
-    turns *= surfaces.is_closed[face]
-    begins = find_begins(curve)
-    turns[begins] = 0.0
-    total = np.cumsum(turns, axis=0)
-    runs = count_runs(begins, len(curve))
-    total -= np.repeat(total[begins], runs, axis=0)
-    continued: FloatArray = feet + total * period
-    return continued
-
-
-def _set_poles(
-    surfaces: ClosedSurfaces, face: Ints, feet: FloatArray, curve: Ints, pole: tuple[Ints, Ints]
-) -> FloatArray:
-    """Feet, with those at poles on their sides, at the free parameter of the nearest other seed."""
-    axis, end = pole
-    at_pole: Bools = axis >= 0
-    rows = at_pole.nonzero()[0]
-    if not len(rows):
-        return feet
-    number = np.arange(len(face))
-    before = np.maximum.accumulate(np.where(at_pole, -1, number))
-    after = np.minimum.accumulate(np.where(at_pole, len(face), number)[::-1])[::-1]
-    previous, following = before[rows], np.minimum(after[rows], len(face) - 1)
-    has_previous = (previous >= 0) & (curve[previous] == curve[rows])
-    has_following = (curve[following] == curve[rows]) & ~at_pole[following]
-    near = np.where(
-        has_previous & ~(has_following & (following - rows < rows - previous)), previous, following
-    )
-    feet = feet.copy()
-    is_known = has_previous | has_following
-    feet[rows[is_known]] = feet[near[is_known]]
-    side = np.where(end[rows] == 0, surfaces.low[face[rows], axis[rows]], 0.0)
-    side += np.where(end[rows] == 1, surfaces.surfaces.high[face[rows], axis[rows]], 0.0)
-    feet[rows, axis[rows]] = side
-    return feet

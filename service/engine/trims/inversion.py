@@ -14,6 +14,7 @@ Piegl and Tiller, The NURBS Book, 2nd ed., section 6.1.
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
+from service.cancellation import checkpoint
 from service.engine.trims.closure import ClosedSurfaces
 from service.engine.vectors import dot, length
 
@@ -26,6 +27,9 @@ as the unit of rounding."""
 
 FAST_STEP, FASTER = 2.0**-16, 2.0**-7
 """So is a step of at most `FAST_STEP` that is at most `FASTER` times as long as the one before."""
+
+BATCH = 1 << 15
+"""The most points whose feet are looked for at once."""
 
 NOISE = 2.0**-44
 """Distances that differ by less than this share of the coordinates are equal."""
@@ -49,14 +53,26 @@ def find_feet(
         The nearest of the points that were tried.
     distance : ndarray of float64, shape (m,)
     """
+    noise = NOISE * float(np.abs(points).max(initial=0.0))
+    if len(face) <= BATCH:
+        return _find_batch(surfaces, face, points, guess, noise)
+    rows = [slice(first, first + BATCH) for first in range(0, len(face), BATCH)]
+    found = [_find_batch(surfaces, face[k], points[k], guess[k], noise) for k in rows]
+    return np.concatenate([feet for feet, _ in found]), np.concatenate([far for _, far in found])
+
+
+def _find_batch(
+    surfaces: ClosedSurfaces, face: Ints, points: FloatArray, guess: FloatArray, noise: float
+) -> tuple[FloatArray, FloatArray]:
+    """Feet and distances of all points at once; distances within `noise` of another are equal."""
     low, high = _find_limits(surfaces, face)
     current = np.minimum(np.maximum(guess, low), high)
     best, least = current.copy(), np.full(len(face), np.inf)
     active = np.arange(len(face))
     inverse = 1.0 / surfaces.period.take(face, axis=0)  # (m, 2)
     before = np.zeros(len(face))
-    noise = NOISE * float(np.abs(points).max(initial=0.0))
     for step in range(STEPS + 1):
+        checkpoint()
         partials = surfaces.evaluate_partials(face[active], current)
         rest = points.take(active, axis=0) - partials[0]
         distance, known = length(rest, -1), least[active]

@@ -2,6 +2,9 @@
 
 Near a pole P, where v = 0, S(u, v) ≈ P + v D(u) with D(u) = S_v(u, 0). D runs around an ellipse, or
 nearly. In the metric in which the ellipse is a circle, u is about the angle around the pole.
+
+At a cusp, such as the point where a torus touches its axis, D has one direction only. There the
+chords from P to the middle of the surface take its place: they run around the axis.
 """
 
 from dataclasses import dataclass
@@ -10,10 +13,13 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.engine.trims.closure import ClosedSurfaces
-from service.engine.vectors import dot
+from service.engine.vectors import dot, length
 
 RAYS = 64
 """Directions around a pole."""
+
+CUSP = 1e-6
+"""A pole is a cusp if its rays, added, are shorter by at most this share than their lengths."""
 
 FLAT = 1e-8
 """The square of the least ratio of the axes of an ellipse of directions."""
@@ -32,7 +38,7 @@ class PoleFrames:
     angles : ndarray of float64, shape (n, RAYS)
         Values of the other parameter.
     rays : ndarray of float64, shape (n, RAYS, 3)
-        ± S_v at these: into the surface.
+        ± S_v at these: into the surface. At a cusp, chords of the surface.
     """
 
     axis: int
@@ -53,11 +59,19 @@ class PoleFrames:
         parameters = np.empty((len(used), RAYS, 2))
         parameters[..., axis], parameters[..., 1 - axis] = side[:, np.newaxis], angles
         # Not wrapped: the greatest parameter of a side is no other place.
-        partials = surfaces.surfaces.evaluate_partials(
-            np.repeat(used, RAYS), parameters.reshape(-1, 2)
-        )
+        run = np.repeat(used, RAYS)
+        partials = surfaces.surfaces.evaluate_partials(run, parameters.reshape(-1, 2))
         rays = partials[1 + axis].reshape(-1, RAYS, 3) * (-1.0 if end else 1.0)
         points = surfaces.pole_points[used, axis, end]
+        cusps = _find_cusps(rays)
+        if len(cusps):
+            half = surfaces.period[used[cusps], axis][:, np.newaxis] / 2
+            parameters[cusps, :, axis] += -half if end else half
+            middles = surfaces.surfaces.evaluate(
+                np.repeat(used[cusps], RAYS), parameters[cusps].reshape(-1, 2)
+            )
+            chords = middles.reshape(-1, RAYS, 3) - points[cusps, np.newaxis]
+            rays[cusps] = chords / half[..., np.newaxis]
         return cls(axis, end, points[row], side[row], angles[row], rays[row])
 
     def find_metrics(self) -> FloatArray:
@@ -84,3 +98,10 @@ class PoleFrames:
         found[:, self.axis] = self.sides + along[every, nearest] * (-1.0 if self.end else 1.0)
         found[:, 1 - self.axis] = self.angles[every, nearest]
         return found
+
+
+def _find_cusps(rays: FloatArray) -> Ints:
+    """The poles whose rays (n, RAYS, 3) all have one direction."""
+    total = length(rays.sum(axis=1), -1)
+    cusps: Ints = (total > (1.0 - CUSP) * length(rays, -1).sum(axis=1)).nonzero()[0]
+    return cusps

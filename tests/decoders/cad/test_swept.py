@@ -280,3 +280,22 @@ def test_a_cone_as_a_revolution_is_the_cone() -> None:
     u, v = (np.linspace(knots[0], knots[-1], 11) for knots in surface.knots)
     x, y, z = FRAME.locate_all(evaluate_surface(surface, np.repeat(u, 11), np.tile(v, 11)))
     assert np.hypot(x, y) == pytest.approx(2 + z * tan(angle))
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_face_beside_the_axis_is_on_its_side_of_a_large_circle(side: float) -> None:
+    """A circle of the radius 232 crosses the axis beside a face that is 1.3 wide."""
+    radius, middle, height = 232.14, 18.04, -231.4
+    circle = Ellipse(build_frame(FRAME.place(middle, 0, height), FRAME.y, FRAME.x), radius, radius)
+    # Of both circles that this makes in a plane, one has each face.
+    rings = []
+    for distance in (0.375, 1.65):
+        up = height + sqrt(radius**2 - (side * distance - middle) ** 2)
+        rings.append(Ellipse(FRAME.move(FRAME.place(0, 0, up)), distance, distance))
+    surface = Revolution(circle, ORIGIN, Z).cut(Outline.of([ring.cut_whole() for ring in rings]))
+    low, high = surface.knots[1][[0, -1]]
+    v = np.concatenate([low + np.linspace(1e-3, 8e-3, 8), high - np.linspace(1e-3, 8e-3, 8)])
+    x, y, z = FRAME.locate_all(evaluate_surface(surface, np.full(16, 1.0), v))
+    distances = np.hypot(x, y)
+    expected = height + np.sqrt(radius**2 - (side * distances - middle) ** 2)
+    assert (np.abs(z - expected) < 1e-9).sum() == 8  # the end at the other crossing is elsewhere

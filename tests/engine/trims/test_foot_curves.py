@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
+from service.engine.trims import foot_curves, inversion
 from service.engine.trims.closure import ClosedSurfaces, find_closure
 from service.engine.trims.foot_curves import fit_feet, project_to_planes
 from service.engine.trims.foot_tables import make_guesses
@@ -130,3 +131,27 @@ def test_a_curve_around_a_closed_surface_is_continued(turn: float) -> None:
     zeros = np.zeros(2, np.intp)
     begin, end = pcurve.evaluate(zeros, np.array([0.0, 1.0]))
     assert end[0] - begin[0] == pytest.approx(48, abs=0.05)
+
+
+def test_a_curve_ends_when_it_has_too_many_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its pieces are as they are then, and join."""
+    surfaces, curve = build_wave(0), build_edge(0)
+    full = fit(surfaces, curve)
+    monkeypatch.setattr(foot_curves, "MOST", 2)
+    few = fit(surfaces, curve)
+    assert full.span_count[0] > few.span_count[0]
+    assert few.span_count[0] == 4
+    t = np.linspace(0, 1, 25)
+    zeros = np.zeros(len(t), np.intp)
+    assert np.abs(few.evaluate(zeros, t) - full.evaluate(zeros, t)).max() < 1e-2
+
+
+def test_many_feet_are_found_in_batches(monkeypatch: pytest.MonkeyPatch) -> None:
+    surfaces = build_wave(1)
+    points = np.random.default_rng(2).random((50, 3)) * [8.0, 6.0, 0.3]
+    zeros, guess = np.zeros(50, np.intp), np.tile([2.0, 1.5], (50, 1))
+    all_feet, all_distances = find_feet(surfaces, zeros, points, guess)
+    monkeypatch.setattr(inversion, "BATCH", 16)
+    feet, distances = find_feet(surfaces, zeros, points, guess)
+    assert (feet == all_feet).all()
+    assert (distances == all_distances).all()

@@ -1,19 +1,20 @@
 """Curves that pass near a pole of a sphere: the angle of their feet turns by π in a short way."""
 
 from dataclasses import replace
+from math import pi
 
 import numpy as np
 import pytest
 
 from oracles.solids import read_solid
 from service.bases.arrays import FloatArray
-from service.engine.trims.closure import find_closure
+from service.engine.trims.closure import ClosedSurfaces, find_closure
 from service.engine.trims.foot_curves import fit_feet
 from service.engine.trims.foot_passes import find_pole_cuts
 from service.engine.trims.foot_tables import make_guesses
 from service.engine.trims.splines import Splines
 from service.engine.trims.surfaces import FaceSurfaces
-from service.surface.spline_tables import CurveTable
+from service.surface.spline_tables import CurveTable, SurfaceTable
 from tests.engine.brep.solid_documents import lower
 from tests.engine.trims.test_gaps import build_curve
 
@@ -133,3 +134,46 @@ def test_curves_through_or_far_from_poles_are_not_cut() -> None:
     for beside in (0.0, 0.3):
         curve = build_circle(0.5 + beside, 0.5, 0.7)
         assert not len(find_pole_cuts(surfaces, ZERO, curve, 1e-6).t)
+
+
+def build_horn_torus(radius: float) -> ClosedSurfaces:
+    """A torus that touches its axis in the origin, v = ±2 there; u runs around the axis."""
+    ring = np.array([(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0)])
+    half = np.where(np.arange(9) % 2, WEIGHT, 1.0)
+    across = radius * (1.0 - ring[:, 0])
+    net = np.empty((9, 9, 3))
+    net[..., :2] = ring[:, np.newaxis] * across[:, np.newaxis]
+    net[..., 2] = -radius * ring[:, 1]
+    knots = np.array([0.0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4])
+    table = SurfaceTable(
+        np.array([[2, 2]]),
+        np.array([[9, 9]]),
+        net.reshape(-1, 3),
+        np.outer(half, half).ravel(),
+        np.array([True]),
+        np.concatenate([knots, knots - 2.0]),
+    )
+    return find_closure(FaceSurfaces.of(table), 1e-9)
+
+
+@pytest.mark.parametrize("height", [0.16, 0.1, 1e-3])
+def test_circles_around_a_cusp_are_not_cut(height: float) -> None:
+    """All directions are one at the point where a torus touches its axis."""
+    radius = 0.16
+    surfaces = build_horn_torus(radius)
+    assert surfaces.is_pole[0, 1].all()
+    assert surfaces.is_closed[0].tolist() == [True, False]
+    table = build_circle_table(0.0, pi / 2, 0.0)
+    reach = radius - np.sqrt(radius**2 - height**2)
+    points = (table.points - CENTER) / RADIUS * reach + [0.0, 0.0, height]
+    curve = Splines.of(replace(table, points=points))
+    assert not len(find_pole_cuts(surfaces, ZERO, curve, 1e-7).t)
+    nothing = build_curve(2, [[0, 0], [1, 1]])
+    guesses = make_guesses(surfaces, ZERO, curve, (nothing, np.array([-1])), 1e-9)
+    pcurve = fit_feet(surfaces, ZERO, curve, guesses, 1e-9)
+    t = np.linspace(0, 4, 501)
+    zeros = np.zeros(len(t), np.intp)
+    feet = pcurve.evaluate(zeros, t)
+    apart = surfaces.evaluate(zeros, feet) - curve.evaluate(zeros, t)
+    assert np.linalg.norm(apart, axis=1).max() < 2e-9
+    assert abs(feet[-1, 0] - feet[0, 0]) == pytest.approx(4.0)
