@@ -19,7 +19,7 @@ from typing import Any
 
 from service.decoders.answers import parse_decoded, parse_error
 from service.decoders.child_processes import PROCESSES, AnswerTooLong, end_process, exchange
-from service.decoders.child_program import ANSWER, OUT_OF_MEMORY
+from service.decoders.child_program import ANSWER, LENGTH_BYTES, OUT_OF_MEMORY
 from service.decoders.format import Decoded, Decoder, FileLimits, build_file_error
 from service.errors import InvalidRequest, Issue, SurfaceError, TooLarge
 from service.framing import UNREADABLE, read_frame
@@ -79,7 +79,7 @@ def _read_in_child(
     }
     process = PROCESSES.take()
     try:
-        frame = exchange(process, json.dumps(task).encode() + b"\n", content, max_answer)
+        answer = exchange(process, json.dumps(task).encode() + b"\n", content, max_answer)
         with suppress(subprocess.TimeoutExpired):
             process.wait(_END_SECONDS)
         status = process.poll()
@@ -87,10 +87,10 @@ def _read_in_child(
         raise _too_much_memory(memory) from None
     finally:
         end_process(process)
-    return _parse_answer(decoder, frame, status, len(content))
+    return _parse_answer(decoder, answer, status, len(content))
 
 
-def _parse_answer(decoder: Decoder, frame: bytes, status: int | None, length: int) -> Decoded:
+def _parse_answer(decoder: Decoder, content: bytes, status: int | None, length: int) -> Decoded:
     """The content of a file of this length from the answer of a child.
 
     `status` is that of the child's end: minus the number of a signal that has killed it; None if it
@@ -98,7 +98,7 @@ def _parse_answer(decoder: Decoder, frame: bytes, status: int | None, length: in
     """
     try:
         with short_turns(), pause_collection():
-            header = read_frame(ANSWER, frame)
+            header = _read_frames(content)
         answer: dict[str, Any] = header[ANSWER]
         PROCESSES.report_confinement(is_confined=bool(header["is_confined"]))
         if "error" in answer:
@@ -113,6 +113,27 @@ def _parse_answer(decoder: Decoder, frame: bytes, status: int | None, length: in
     if _was_killed(status, "SIGPROF", "SIGXCPU"):
         raise _too_slow()
     raise _fault(decoder, fault)
+
+
+def _read_frames(content: bytes) -> dict[str, Any]:
+    """The header of the last frame, with the definitions from the frames before it in its tree.
+
+    Raises
+    ------
+    Any of `UNREADABLE`
+    """
+    frames, start = list[bytes](), 0
+    while start < len(content):
+        begin = start + LENGTH_BYTES
+        start = begin + int.from_bytes(content[start:begin], "little")
+        frames.append(content[begin:start])
+    *definitions, last = frames
+    header = read_frame(ANSWER, last)
+    if definitions:
+        header[ANSWER]["tree"]["definitions"] = [
+            read_frame(ANSWER, frame)[ANSWER] for frame in definitions
+        ]
+    return header
 
 
 def _was_killed(status: int | None, *signals: str) -> bool:

@@ -5,10 +5,11 @@ gives up what it does not need (`service.decoders.confinement`), and only then d
 from its standard input. The answer goes to its standard output:
 
     task   = one line of JSON, and the bytes of the file
-    answer = a frame (`service.framing`)
+    answer = frames (`service.framing`), each after its length in 8 bytes, little-endian
 
-The member `answer` of the frame has `tree` and `reading`; or `error`, the class of an error, and
-its `issues`; or `fault`, the end of a traceback, if the reader has failed.
+The member `answer` of the last frame has `tree` and `reading`; or `error`, the class of an error,
+and its `issues`; or `fault`, the end of a traceback, if the reader has failed. The frames before it
+have the definitions of a group, one each: so the service never parses a long text at once.
 """
 
 import codecs
@@ -17,11 +18,10 @@ import json
 import os
 import sys
 import traceback
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import astuple
 from io import FileIO
-from itertools import chain
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy.linalg
 import numpy.ma
@@ -33,8 +33,14 @@ from service.decoders.registry import BY_NAME
 from service.errors import SurfaceError
 from service.framing import Block, mark_nulls, write_blocks
 
+Frame: TypeAlias = list[Block]
+"""The blocks of a frame."""
+
 ANSWER = "answer"
 """The name of the tree in the frame of an answer."""
+
+LENGTH_BYTES = 8
+"""Bytes of the length of a frame."""
 
 OUT_OF_MEMORY = "memory"
 """The fault of a reader that needs more memory than it has."""
@@ -72,21 +78,22 @@ def main() -> None:
     confinement.limit_resources(task["memory"], task["seconds"])
     is_confined = confinement.refuse_system_calls()
     # While there is memory:
-    out_of_memory = b"".join(_frame({"fault": OUT_OF_MEMORY}, is_confined))
+    out_of_memory = _frame({"fault": OUT_OF_MEMORY}, is_confined)
     try:
         content = _read_content(task_file, task["length"])
-        for block in _answer(task, content, is_confined):
-            _write(block)
+        for frame in _answer(task, content, is_confined):
+            _write(frame)
     except MemoryError:
         _write(out_of_memory)
     os._exit(0)
 
 
-def _write(block: Block) -> None:
-    """Writes a block to standard output."""
-    view = memoryview(block)
-    while view:
-        view = view[os.write(1, view) :]
+def _write(frame: Frame) -> None:
+    """Writes the length of a frame and its blocks to standard output."""
+    for block in (sum(map(len, frame)).to_bytes(LENGTH_BYTES, "little"), *frame):
+        view = memoryview(block)
+        while view:
+            view = view[os.write(1, view) :]
 
 
 def _allocate_buffers() -> None:
@@ -116,26 +123,26 @@ def _read_content(file: FileIO, length: int) -> bytes:
     return bytes(content)
 
 
-def _answer(task: dict[str, Any], content: bytes, is_confined: bool) -> Iterable[Block]:
-    """The blocks of a frame with the content of the file, or with an error."""
+def _answer(task: dict[str, Any], content: bytes, is_confined: bool) -> Iterator[Frame]:
+    """The frames of an answer with the content of the file, or with an error."""
     try:
         decoder, limits = BY_NAME[task["decoder"]], FileLimits(*task["limits"])
         decoded = decoder.decode(content, task["kind"], limits)
-        answer = {"tree": decoded.tree, "reading": decoded.reading}
-        del decoded
-        blocks = _frame(answer, is_confined)
-        return chain([next(blocks)], blocks)
+        tree = dict(decoded.tree)
+        for definition in tree.pop("definitions", ()):
+            yield _frame(definition, is_confined)
+        yield _frame({"tree": tree, "reading": decoded.reading}, is_confined)
     except SurfaceError as error:
         issues = [list(astuple(issue)) for issue in error.issues]
-        return _frame({"error": type(error).__name__, "issues": issues}, is_confined)
+        yield _frame({"error": type(error).__name__, "issues": issues}, is_confined)
     except MemoryError:
         raise
     except Exception:
-        return _frame({"fault": traceback.format_exc()[-MAX_FAULT:]}, is_confined)
+        yield _frame({"fault": traceback.format_exc()[-MAX_FAULT:]}, is_confined)
 
 
-def _frame(answer: dict[str, Any], is_confined: bool) -> Iterator[Block]:
-    return write_blocks(ANSWER, mark_nulls(answer), is_confined=int(is_confined))
+def _frame(answer: dict[str, Any], is_confined: bool) -> Frame:
+    return [*write_blocks(ANSWER, mark_nulls(answer), is_confined=int(is_confined))]
 
 
 if __name__ == "__main__":

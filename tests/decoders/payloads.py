@@ -146,8 +146,11 @@ def _nest(depth: int) -> Tree:
 
 
 def _write_raw(text: str) -> Tree:
-    """An answer that is not that of the program."""
-    os.write(1, text.encode())
+    """An answer that is not that of the program: frames with their lengths, or other bytes."""
+    for line in text.encode().splitlines(keepends=True):
+        if line.startswith(b"{"):
+            os.write(1, len(line).to_bytes(8, "little"))
+        os.write(1, line)
     os._exit(0)
 
 
