@@ -39,7 +39,7 @@ PART = "plate_no_pcurves_ap214.step"
 """The file of the first example."""
 
 CHANNELS = {"colors", "uvs", "attributes"}
-MEMBER_FIELDS = {"name", "color", "matrix"}
+MEMBER_FIELDS = {"name", "color", "matrix", "parent"}
 """Fields of a member of a group."""
 
 KNOT_NAMES = {"clamped", "uniform", "periodic"}
