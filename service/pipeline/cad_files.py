@@ -21,6 +21,9 @@ NET_MEMORY = 6_000
 NET_SECONDS, BYTE_SECONDS = 3e-4, 3e-8
 """Measured: the time for each net or face with its edges, and for each byte of the file."""
 
+NET_BYTES = 1_000
+"""The fewest bytes of a net with its edges in a file."""
+
 POINTS_IN_NET = 4
 """The fewest control points of a net."""
 
@@ -66,13 +69,16 @@ def plan_cad_file(
         allowed, cost = limit_conversion(surface, operations, allowed, limits)
         size = surface.size()
         points = min(allowed.control_points, conversion_points(size, operations))
-        size = replace(size, net_points=points, nets=size.faces + points // POINTS_IN_NET)
+        nets = size.faces + points // POINTS_IN_NET
+        size = replace(size, net_points=points, nets=nets)
     else:
-        _check_kind(surface.size(), fmt)
-        size = surface.stored_size()
-        cost = Cost(lowering_memory(check_surface(size, limits)), 2e-3)
+        # Members in other colours, and stretched ones, are written again: allow for each of them.
+        size = surface.size()
+        _check_kind(size, fmt)
+        stored = check_surface(surface.stored_size(), limits)
+        cost, nets = Cost(lowering_memory(stored), 2e-3), stored.nets
     file_bytes = min(fmt.estimate(size), limits.max_bytes)
-    nets = min(size.nets, file_bytes // 100)
+    nets = min(nets, file_bytes // NET_BYTES)
     memory = cost.memory + with_scratch(file_bytes + NET_MEMORY * nets)
     seconds = cost.seconds + NET_SECONDS * nets + BYTE_SECONDS * file_bytes
 
