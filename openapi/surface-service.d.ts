@@ -2257,12 +2257,14 @@ export interface components {
                 ply?: number;
                 /** @description Bytes as off. */
                 off?: number;
+                /** @description Bytes as 3mf. */
+                "3mf"?: number;
             };
             /**
              * Exact Bytes
              * @description The formats whose number of bytes is exact.
              */
-            exact_bytes: ("glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off")[];
+            exact_bytes: ("glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off" | "3mf")[];
             /**
              * Memory
              * @description The most memory that the work takes, in bytes, by format. The service refuses a request that
@@ -2286,6 +2288,8 @@ export interface components {
                 ply?: number;
                 /** @description Bytes of memory for the mesh as off. */
                 off?: number;
+                /** @description Bytes of memory for the mesh as 3mf. */
+                "3mf"?: number;
             };
             /**
              * Accepted
@@ -4745,6 +4749,12 @@ export interface components {
              * @description References to other files; none of them was opened.
              */
             unfollowed_references: number;
+            /**
+             * Open Edges
+             * @description Edges of only one face, where faces do not share edges in the file (IGES): the borders of
+             *     open shells, and borders that agree only in part.
+             */
+            open_edges: number;
         };
         /**
          * Refusal
@@ -4755,7 +4765,7 @@ export interface components {
              * Formats
              * @description The formats that would be refused.
              */
-            formats: ("glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off")[];
+            formats: ("glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off" | "3mf")[];
             /**
              * Code
              * @description The code of the error that `POST /v1/mesh` would return.
@@ -5281,6 +5291,8 @@ export interface components {
                 ply: string;
                 /** @description OFF. */
                 off: string;
+                /** @description 3MF, binary. */
+                "3mf": string;
             };
         };
         /**
@@ -5352,6 +5364,8 @@ export interface components {
                 ply: string;
                 /** @description OFF. */
                 off: string;
+                /** @description 3MF, binary. */
+                "3mf": string;
             };
         };
         /**
@@ -6024,7 +6038,7 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description The result was not ready in time: the service is busy, or the request asks for much work. `Retry-After` says when to try again. */
+        /** @description The result was not ready in time: the service is busy, or the request asks for much work. `Retry-After` says when to try again; a job has more time (`Prefer: respond-async`). */
         OutOfTime: {
             headers: {
                 /**
@@ -6054,7 +6068,7 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description The result was not ready in time: the service is busy, or the request asks for much work. `Retry-After` says when to try again. The store does not work at the moment. The service has logged the error. */
+        /** @description The result was not ready in time: the service is busy, or the request asks for much work. `Retry-After` says when to try again; a job has more time (`Prefer: respond-async`). The store does not work at the moment. The service has logged the error. */
         Unavailable: {
             headers: {
                 /**
@@ -6301,7 +6315,7 @@ export interface operations {
         parameters: {
             query?: {
                 /** @description Format of the response; takes precedence over `Accept`. */
-                format?: "glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off";
+                format?: "glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off" | "3mf";
                 /** @description With a file: The kind of surface: `bezier` or `bspline` for one net, `patches` for many. */
                 type?: "bezier" | "bspline" | "patches";
                 /** @description With a file: Degree of a `bspline`: one number, or one for u and one for v. */
@@ -6440,6 +6454,7 @@ export interface operations {
                     "model/obj": string;
                     "model/x-ply": Blob;
                     "model/x-off": string;
+                    "model/3mf": Blob;
                 };
             };
             /** @description With `Prefer: respond-async`: the state of the job, a `Job`. */
@@ -6490,7 +6505,7 @@ export interface operations {
         parameters: {
             query?: {
                 /** @description The format to estimate for; without it, all formats. */
-                format?: "glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off";
+                format?: "glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off" | "3mf";
                 /** @description With a file: The kind of surface: `bezier` or `bspline` for one net, `patches` for many. */
                 type?: "bezier" | "bspline" | "patches";
                 /** @description With a file: Degree of a `bspline`: one number, or one for u and one for v. */
@@ -7498,7 +7513,7 @@ export interface operations {
                 /** @description Id of a surface: the name of a built-in one, or the id of a stored one. */
                 id: ("utah-teapot" | "utah-teapot-original" | "bourke-1111" | "bourke-1111-colors" | "tveit" | "saddle" | "heated-panel" | "cylinder" | "cone" | "sphere" | "torus" | "monkey-saddle" | "octahedral-sphere" | "rounded-box" | "trefoil-tube" | "ribbon" | "hair" | "tea-service" | "bspline-hills" | "nurbs-goblet" | "bspline-ring" | "swept-wing" | "ship-hull" | "plate-with-holes" | "pipe-tee" | "gear" | "impeller" | "screw-thread" | "crossed-holes") | string;
                 /** @description Suffix of the response's format; `Accept` is not read. */
-                suffix: "glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off";
+                suffix: "glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off" | "3mf";
             };
             cookie?: never;
         };
@@ -7578,6 +7593,7 @@ export interface operations {
                     "model/obj": string;
                     "model/x-ply": Blob;
                     "model/x-off": string;
+                    "model/3mf": Blob;
                 };
             };
             /** @description The client has the mesh already: `If-None-Match` lists its tag in a coding that the client accepts. */
@@ -8106,6 +8122,7 @@ export interface operations {
                     "model/obj": string;
                     "model/x-ply": Blob;
                     "model/x-off": string;
+                    "model/3mf": Blob;
                     "image/svg+xml": string;
                 };
             };
