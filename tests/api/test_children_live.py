@@ -8,7 +8,6 @@ import socket
 import sys
 import time
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -20,6 +19,7 @@ from service.decoders import child_processes
 from service.decoders.child_processes import PROCESSES
 from service.settings.values import Settings
 from tests.decoders import payloads
+from tests.decoders.children import list_children
 from tools.live import run_service
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="limits of memory are Linux's")
@@ -57,16 +57,11 @@ def service(monkeypatch: pytest.MonkeyPatch, settings: dict[str, Any]) -> Iterat
     with run_service(values, record) as url:
         yield Service(url, apps[0].state.services.threads)
     PROCESSES.close()
-    assert _count_children() == 0
+    assert list_children() == set()
 
 
 def _file(do: str, argument: object = None) -> bytes:
     return json.dumps({"do": do, "with": argument}).encode().ljust(70_000)
-
-
-def _count_children() -> int:
-    tasks = Path("/proc/self/task").iterdir()
-    return sum(len((task / "children").read_text().split()) for task in tasks)
 
 
 def _wait_until(is_so: Callable[[], bool]) -> None:
@@ -110,10 +105,10 @@ def test_a_child_ends_when_its_client_leaves(service: Service) -> None:
     head += f"Content-Length: {len(body)}\r\n\r\n"
     with socket.create_connection((str(parts.hostname), int(parts.port or 0))) as connection:
         connection.sendall(head.encode() + body)
-        _wait_until(lambda: _count_children() == 2)  # one reads, one waits for the next file
+        _wait_until(lambda: len(list_children()) == 2)  # one reads, one waits for the next file
     threads = service.threads
     _wait_until(lambda: threads.used_bytes == threads.busy_count == 0)
-    assert _count_children() == 1
+    assert len(list_children()) == 1
 
 
 @pytest.mark.parametrize("settings", [{"compute_limit": 1}])

@@ -18,6 +18,7 @@ from service.decoders.child_processes import PROCESSES, start_process
 from service.decoders.format import Decoded, Decoder, FileLimits
 from service.errors import Busy, InvalidRequest, SurfaceError, TooLarge
 from tests.decoders import payloads
+from tests.decoders.children import list_children
 
 MEBIBYTE = 1 << 20
 
@@ -175,13 +176,6 @@ def test_a_fault_of_the_reader_is_logged(caplog: pytest.LogCaptureFixture) -> No
     assert "LookupError: a fault of the reader" in caplog.text
 
 
-def _children() -> set[int]:
-    """The child processes of this process, and dead ones whose end it has not read."""
-    folder = Path("/proc/self/task")
-    texts = [(task / "children").read_text() for task in folder.iterdir()]
-    return {int(number) for text in texts for number in text.split()}
-
-
 @is_linux
 @pytest.mark.parametrize("do", ["hang", "compute"])
 def test_a_child_ends_at_the_deadline(do: str) -> None:
@@ -191,7 +185,7 @@ def test_a_child_ends_at_the_deadline(do: str) -> None:
         read(do)
     assert 0.5 <= time.monotonic() - before < 5
     PROCESSES.close()
-    assert _children() == set()
+    assert list_children() == set()
 
 
 @is_linux
@@ -202,17 +196,17 @@ def test_a_child_ends_when_the_client_leaves() -> None:
     with cancelled_by(cancellation), pytest.raises(Cancelled):
         read("hang")
     PROCESSES.close()
-    assert _children() == set()
+    assert list_children() == set()
 
 
 @is_linux
 def test_the_next_process_waits_and_one_that_has_died_is_replaced() -> None:
     read("answer", 1)
-    (spare,) = _children()
+    (spare,) = list_children()
     os.kill(spare, 9)
     time.sleep(0.1)
     assert read("answer", 1).reading == READING
-    (other,) = _children()
+    (other,) = list_children()
     assert other != spare
 
 
@@ -220,7 +214,7 @@ def test_the_next_process_waits_and_one_that_has_died_is_replaced() -> None:
 def test_a_program_for_one_file_starts_no_other_process(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(PROCESSES, "starts_ahead", False)
     assert read("answer", 1).reading == READING
-    assert _children() == set()
+    assert list_children() == set()
 
 
 @is_linux
@@ -236,7 +230,7 @@ def test_a_file_is_refused_for_now_if_no_process_can_be_started(
     with pytest.raises(Busy):
         read("answer", 1)
     assert "No process could be started" in caplog.text
-    assert _children() == set()
+    assert list_children() == set()
 
 
 @is_linux
@@ -252,7 +246,7 @@ def test_many_threads_read_at_once() -> None:
     for thread in threads:
         thread.join()
     assert sorted(results) == sorted(10 * n for n in range(4) for _ in range(3))
-    assert len(_children()) == 1
+    assert len(list_children()) == 1
 
 
 @is_linux
