@@ -229,7 +229,9 @@ class _Joiner:
         """Note that an edge has a second side, at a distance."""
         known = self.joined.edges[edge]
         start, end = map(self._find, known.vertices)
-        self._open[min(start, end), max(start, end)].remove(edge)
+        bucket = self._open[min(start, end), max(start, end)]
+        tried = bucket[-MOST_TRIED:]
+        del bucket[tried.index(edge) - len(tried)]
         largest = max(known.distance, distance)
         self.joined.edges[edge] = replace(known, distance=largest, is_shared=True)
 

@@ -55,7 +55,7 @@ def read(content: bytes, limits: FileLimits) -> CadContent:
     is_surface = [file.type(number) in SURFACES for number in roots]
     check_faces(sum(is_surface), limits)
     report = Report()
-    structure = Structure(Readers.of(file, limits.max_control_points), report)
+    structure = Structure(Readers.of(file, limits), report)
     root = structure.read_level(header.name, roots)
     _count_skipped(file, report, owned, structure.used)
     return CadContent(

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from service.decoders.format import FileLimits
 from service.decoders.iges.attributes import Attributes
 from service.decoders.iges.budget import Budget
 from service.decoders.iges.curves import CurveReader
@@ -19,12 +20,13 @@ class Readers:
     curves: CurveReader
     surfaces: SurfaceReader
     attributes: Attributes
+    budget: Budget
 
     @classmethod
-    def of(cls, file: IgesFile, max_control_points: int) -> "Readers":
-        """The readers of a file, of which no more control points are read."""
+    def of(cls, file: IgesFile, limits: FileLimits) -> "Readers":
+        """The readers of a file, which read no more than the limits allow."""
         transformations = Transformations(file)
-        budget = Budget(max_control_points, len(file.directory))
+        budget = Budget(limits, len(file.directory))
         curves = CurveReader(file, transformations, budget)
         surfaces = SurfaceReader(file, transformations, curves, budget)
-        return cls(file, transformations, curves, surfaces, Attributes(file))
+        return cls(file, transformations, curves, surfaces, Attributes(file), budget)

@@ -50,12 +50,13 @@ def match_rings(
     waiting: dict[int, list[int]] = defaultdict(list)
     matches = []
     for number, cluster in enumerate(clusters):
-        for other in waiting[cluster][-MOST_TRIED:]:
+        tried = waiting[cluster][-MOST_TRIED:]
+        for place, other in enumerate(tried):
             if not (is_movable[number] or is_movable[other]):
                 continue
             distance = bound_distance(curves[other], curves[number], False, tolerance)
             if distance <= tolerance:
-                waiting[cluster].remove(other)
+                del waiting[cluster][place - len(tried)]
                 pair = (number, other) if is_movable[number] else (other, number)
                 is_opposite = _find_area(points[other]) @ _find_area(points[number]) < 0
                 matches.append(Match(*pair, bool(is_opposite), distance))

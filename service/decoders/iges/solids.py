@@ -62,6 +62,7 @@ class SolidReader:
     def __init__(self, readers: Readers, skip_face: Callable[[int, str], None]) -> None:
         """`skip_face` gets the number of each face that is left out, and the reason."""
         self._file = readers.file
+        self._budget = readers.budget
         self._transformations = readers.transformations
         self._curves = readers.curves
         self._surfaces = readers.surfaces
@@ -133,6 +134,7 @@ class SolidReader:
     def _add_face(
         self, builder: PartBuilder, number: int, is_turned: bool, context: _Context
     ) -> int:
+        self._budget.add_face()
         entity = self._file.read(number, FACE)
         if entity.matrix:
             raise Unsupported("a face of a shell with a matrix of its own is not read")

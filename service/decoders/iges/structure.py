@@ -64,8 +64,7 @@ class Structure:
         """The number of a definition with all that is in these entities."""
         groups = Groups(name, self._readers, ROOT_TYPES, members)
         self.used.update(groups.owners)
-        for number in groups.hidden:
-            self._skip_hidden(number)
+        self._skip_hidden(groups.hidden)
         self._join_faces(groups)
         for number in groups.owners:
             kind = self._file.type(number)
@@ -76,21 +75,36 @@ class Structure:
                     groups.add_placement(number, placement)
         return groups.compose(self.definitions)
 
-    def _skip_hidden(self, number: int) -> None:
-        """Report an entity that is not to be shown, and the faces of which it consists."""
-        self._report.skipped_entities[f"type {self._file.type(number)} (blanked)"] += 1
-        self._skip_faces(number, "it is blanked: not to be shown")
+    def _skip_hidden(self, numbers: Sequence[int]) -> None:
+        """Report entities that are not to be shown, and the faces of which they consist."""
+        for number in numbers:
+            self._report.skipped_entities[f"type {self._file.type(number)} (blanked)"] += 1
+        self._skip_faces(numbers, "it is blanked: not to be shown")
 
-    def _skip_faces(self, number: int, reason: str) -> None:
-        """Report all faces of which an entity consists; without faces, a solid or a surface."""
-        self.used.add(number)
-        reached = find_reached(self._file, [number])
-        kinds = {each: self._file.type(each) for each in reached}
-        faces = [each for each, kind in kinds.items() if kind in FACES or kind == FACE]
-        if not faces and (kinds[number] in SOLIDS or kinds[number] in SURFACES):
-            faces = [number]
-        for each in faces:
-            self._report.skip_face(each, reason)
+    def _skip_faces(self, numbers: Sequence[int], reason: str) -> bool:
+        """Report all faces of which entities consist; returns whether there are any."""
+        self.used.update(numbers)
+        faces = [number for number in numbers if self._file.type(number) in SURFACES]
+        with suppress(Fault):
+            reached = {each: self._file.type(each) for each in self._find_reached(numbers)}
+            faces += [each for each, kind in reached.items() if kind in FACES or kind == FACE]
+        for number in faces:
+            self._report.skip_face(number, reason)
+        return bool(faces)
+
+    def _find_reached(self, numbers: Sequence[int]) -> set[int]:
+        """The entities of which some entities consist, these included.
+
+        Raises
+        ------
+        Fault
+            Too many entities consist of the same ones.
+        """
+        budget = self._readers.budget
+        budget.visit()
+        reached = find_reached(self._file, numbers)
+        budget.visit(len(reached))
+        return reached
 
     def _join_faces(self, groups: Groups) -> None:
         """Read trimmed faces, join them, and add a part for each set of connected faces."""
@@ -128,7 +142,12 @@ class Structure:
             self._add_part(builder, groups, members)
 
     def _read_solid(self, number: int, groups: Groups) -> None:
-        tolerance = limit_tolerance(self._file.header.resolution, self._list_vertices(number))
+        try:
+            vertices = self._list_vertices(number)
+        except Fault as fault:
+            self._report.skip_face(number, str(fault))
+            return
+        tolerance = limit_tolerance(self._file.header.resolution, vertices)
         attributes = self._readers.attributes
         builder = PartBuilder(
             attributes.find_name(number), tolerance, attributes.find_color(number)
@@ -136,14 +155,15 @@ class Structure:
         try:
             self._solids.read(number, builder)
         except (Fault, InvalidGeometry) as fault:
-            self._skip_faces(number, str(fault))
+            if not self._skip_faces([number], str(fault)):
+                self._report.skip_face(number, str(fault))
         self._report.solids += self._file.type(number) == SOLID
         self._add_part(builder, groups, [number])
 
     def _list_vertices(self, number: int) -> FloatArray:
         """The vertices of a solid, (k, 3)."""
         lists = []
-        for each in sorted(find_reached(self._file, [number])):
+        for each in sorted(self._find_reached([number])):
             if self._file.type(each) == VERTICES:
                 with suppress(Fault):
                     parameters = self._file.read(each).parameters

@@ -73,6 +73,7 @@ class TrimmedReader:
 
     def __init__(self, readers: Readers) -> None:
         self._file = readers.file
+        self._budget = readers.budget
         self._transformations = readers.transformations
         self._curves = readers.curves
         self._surfaces = readers.surfaces
@@ -85,6 +86,7 @@ class TrimmedReader:
         Fault, InvalidGeometry
             The surface or a loop is damaged, or of a kind that is not read.
         """
+        self._budget.add_face()
         entity = self._file.read(number)
         parameters = entity.parameters
         matrix = self._transformations.find(entity.matrix)

@@ -15,7 +15,7 @@ from tests.decoders.iges.writing import Writer
 
 
 def build_readers(writer: Writer) -> Readers:
-    return Readers.of(writer.file(), 100_000)
+    return Readers.of(writer.file(), FileLimits(max_control_points=100_000))
 
 
 def sample(curve: Curve, count: int = 9) -> FloatArray:

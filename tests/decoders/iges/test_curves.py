@@ -8,6 +8,7 @@ import pytest
 from service.decoders.cad.content import Curve
 from service.decoders.cad.faults import InvalidGeometry
 from service.decoders.cad.splines import evaluate, find_domain, find_ends
+from service.decoders.format import FileLimits
 from service.decoders.iges.faults import Fault, Unsupported
 from service.decoders.iges.readers import Readers
 from service.errors import InvalidRequest
@@ -246,7 +247,7 @@ def test_curves_that_double_again_and_again_are_faults() -> None:
 def test_a_curve_that_is_read_again_and_again_is_charged_each_time() -> None:
     writer = Writer()
     number = writer.add(106, 1, 500, 0.0, *map(float, range(1000)), form=11)
-    readers = Readers.of(writer.file(), 1200)
+    readers = Readers.of(writer.file(), FileLimits(max_control_points=1200))
     assert len(readers.curves.read_one(number).points) == 500
     readers.curves.read_one(number)
     with pytest.raises(InvalidRequest) as info:

@@ -252,7 +252,7 @@ def test_circles_that_begin_at_different_points_are_one_edge(is_clockwise: bool)
     assert volume == pytest.approx(2 * np.pi, rel=0.01)
 
 
-def test_rings_about_one_center_are_told_apart() -> None:
+def test_rings_about_one_center_are_different_edges() -> None:
     writer = Writer()
     plane = writer.add(108, 0.0, 0.0, 1.0, 0.0)
     for radius in (1.0, 1.001):

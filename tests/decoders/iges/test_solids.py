@@ -8,6 +8,7 @@ import pytest
 from service.decoders.cad.content import Part
 from service.decoders.format import FileLimits
 from service.decoders.iges.read import read
+from service.errors import SurfaceError
 from tests.decoders.iges.reading import assert_closed, list_parts, list_reasons, read_all
 from tests.decoders.iges.writing import Writer, add_line
 
@@ -143,6 +144,28 @@ def test_a_face_that_is_listed_again_and_again_is_read_once() -> None:
     faces = [parameters.word(position) for position in range(1, 9)] * 50
     writer.add(514, 200, *faces, form=1)
     assert [len(part.faces) for part in list_parts(read_all(writer))] == [4, 4]
+
+
+def test_solids_with_the_same_shell_again_and_again_are_refused() -> None:
+    writer = Writer()
+    shell = add_tetrahedron(writer)
+    for _ in range(30):
+        writer.add(186, shell, 1, 0)
+    assert len(list_parts(read_all(writer))) == 30
+    with pytest.raises(SurfaceError) as info:
+        read_all(writer, max_faces=100)
+    assert info.value.issues[0].code == "too_many_faces"
+
+
+def test_hidden_groups_of_the_same_faces_cost_no_square_of_their_number() -> None:
+    writer = Writer()
+    shell = add_tetrahedron(writer)
+    deep = writer.add(186, shell, 1, 0)
+    for _ in range(300):
+        deep = writer.add(402, 1, deep, form=7, status="01000000")
+    content = read_all(writer)
+    assert not list_parts(content)
+    assert len(list_reasons(content)) >= 4
 
 
 def test_solids_without_a_shell_are_listed() -> None:
