@@ -54,5 +54,6 @@ class Reading(ResponseModel):
     unfollowed_references: Count
     """References to other files; none of them was opened."""
     open_edges: Count
-    """Edges of only one face, where faces do not share edges in the file (IGES): the borders of
-    open shells, and borders that agree only in part."""
+    """Edges of only one face. Where faces do not share edges in the file (IGES): the borders of
+    open shells, and borders that agree only in part; else in shells that the file calls closed,
+    which are then read as open."""

@@ -216,8 +216,8 @@ class Reading:
     unfollowed_references : int
         References to other files, none of which was opened.
     open_edges : int
-        Edges of only one face, in files whose faces do not share edges: where borders of faces do
-        not agree as a whole.
+        Edges of only one face: in files whose faces do not share edges, where borders of faces do
+        not agree as a whole; else in shells that the file calls closed, which are then open.
     """
 
     format: str

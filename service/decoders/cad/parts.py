@@ -4,6 +4,7 @@ A reader names vertices and edges by keys, such as the numbers of entities; each
 vertex or edge. Edges and vertices that faces left out have used stay away from the part.
 """
 
+from collections import Counter
 from collections.abc import Hashable, Iterable, Sequence
 
 import numpy as np
@@ -26,6 +27,8 @@ class PartBuilder:
     ----------
     edge_gap, vertex_gap : float
         The largest distance from an edge to its surface, and from a vertex to its edge, so far.
+    open_edges : int
+        Edges with an odd number of coedges in shells that were said to be closed, so far.
     """
 
     def __init__(
@@ -36,6 +39,7 @@ class PartBuilder:
         self.color = color
         self.edge_gap = 0.0
         self.vertex_gap = 0.0
+        self.open_edges = 0
         self._points: list[Vector] = []
         self._vertices: dict[Hashable, int] = {}
         self._edges: list[Edge] = []
@@ -174,10 +178,19 @@ class PartBuilder:
         return len(self._faces) - 1
 
     def add_shell(self, faces: Iterable[int], is_closed: bool) -> None:
-        """Add a shell of faces; without faces nothing is added."""
+        """Add a shell of faces; without faces nothing is added.
+
+        A shell that is said to be closed is open if some of its edges have an odd number of
+        coedges, which `open_edges` counts.
+        """
         numbers = tuple(faces)
-        if numbers:
-            self._shells.append(Shell(numbers, is_closed))
+        if not numbers:
+            return
+        if is_closed:
+            count = self._count_borders(numbers)
+            self.open_edges += count
+            is_closed = not count
+        self._shells.append(Shell(numbers, is_closed))
 
     def note_gap(self, gap: float) -> None:
         """Record the distance of an edge from a surface."""
@@ -200,6 +213,12 @@ class PartBuilder:
             self.uncertainty,
             self.color,
         )
+
+    def _count_borders(self, faces: Iterable[int]) -> int:
+        """The number of edges that faces use an odd number of times; poles are none."""
+        loops = [loop for face in faces for loop in self._faces[face].loops]
+        uses = Counter(coedge.edge for loop in loops for coedge in loop)
+        return sum(count % 2 for edge, count in uses.items() if not self._edges[edge].is_degenerate)
 
     def _find_net(self, edge: int) -> FloatArray:
         """Points around an edge, (k, 3): mostly its control points."""

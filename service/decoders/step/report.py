@@ -54,4 +54,5 @@ def write_report(
         edge_gap=gaps.edge,
         vertex_gap=gaps.vertex,
         unfollowed_references=references,
+        open_edges=assembler.parts.open_edges,
     )

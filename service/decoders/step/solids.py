@@ -52,6 +52,7 @@ class PartReader:
         self._parts: dict[tuple[int, Units], Part | None] = {}
         self._solids: set[int] = set()
         self.gaps = Gaps()
+        self.open_edges = 0
 
     def read(self, number: int, units: Units, metres: float | None) -> Part | None:
         """The part of a solid, a surface model or a shell; None if none of its faces can be read.
@@ -116,6 +117,7 @@ class PartReader:
         factor = units.factor(metres)
         self.gaps.edge = max(self.gaps.edge, factor * builder.edge_gap)
         self.gaps.vertex = max(self.gaps.vertex, factor * builder.vertex_gap)
+        self.open_edges += builder.open_edges
         return None if part is None else scale_part(part, factor)
 
 
