@@ -7,8 +7,11 @@ from math import dist
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.brep.seams import find_seams
+from service.engine.trims.border_tree import BorderTree
 from service.engine.trims.closure import ClosedSurfaces
 from service.engine.trims.gaps import ENOUGH, bound_gaps
+from service.engine.trims.inside import Regions
 from service.engine.trims.places import SIZE, Places
 from service.engine.trims.spline_shapes import find_kinks
 from service.engine.trims.splines import Splines
@@ -79,6 +82,9 @@ class PreparedBrep:
         restricted to the boxes of the parameter curves.
     known_gaps : ndarray of float64, shape (C,), or None
         Gaps that are proved already; NaN where not.
+    periods : ndarray of float64, shape (F, 2), or None
+        The lengths of the closed axes of the surfaces, in parameters; 0 for others. None if no
+        surface is closed.
     left_out_gap : float
         The largest gap of the faces that are left out because their loops cross, touch or are
         reversed.
@@ -110,6 +116,7 @@ class PreparedBrep:
     skipped_faces: tuple[SkippedFace, ...]
     box: FloatArray
     known_gaps: FloatArray | None = None
+    periods: FloatArray | None = None
     left_out_gap: float = 0.0
 
     @cached_property
@@ -133,6 +140,31 @@ class PreparedBrep:
         coedge, pcurve_t = find_kinks(self.pcurves, extent)
         kinked = np.concatenate([edge_of[curve], self.coedge_edges[coedge]])
         return kinked, np.concatenate([t, pcurve_t])
+
+    @cached_property
+    def is_border(self) -> Bools:
+        """Whether a coedge is a border of its face on the surface, (C,): no seam and no pole."""
+        face, edge = self.coedge_faces, self.coedge_edges
+        periods = self._periods[face] * (SIZE / self.places.extent[face])
+        is_seam = find_seams(self.pcurves, edge, face, self.coedge_reversed, periods)
+        is_border: Bools = ~(is_seam | self.is_degenerate[edge])
+        return is_border
+
+    @cached_property
+    def regions(self) -> Regions:
+        """The regions of all faces, for questions whether parameters are inside."""
+        return Regions.of(
+            self.places,
+            BorderTree.of(self.pcurves, self.coedge_reversed, self.loop_counts),
+            loop_faces=self.loop_faces,
+            is_border=self.is_border,
+            periods=self._periods,
+        )
+
+    @property
+    def _periods(self) -> FloatArray:
+        """The lengths (F, 2) of closed axes, in parameters; 0 for others."""
+        return np.zeros((len(self.surfaces), 2)) if self.periods is None else self.periods
 
     @cached_property
     def gaps(self) -> FloatArray:

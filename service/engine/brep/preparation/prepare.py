@@ -8,7 +8,7 @@ from math import dist
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, Ints
+from service.bases.arrays import Ints
 from service.bases.row_batches import find_begins
 from service.engine.brep.borders.settling import check_loops
 from service.engine.brep.preparation.input_checks import (
@@ -27,7 +27,7 @@ from service.engine.brep.preparation.regions import make_regions
 from service.engine.brep.preparation.topology import Topology
 from service.engine.brep.prepared import PreparedBrep
 from service.engine.trims.boxes import find_part_box
-from service.engine.trims.closure import find_closure
+from service.engine.trims.closure import ClosedSurfaces, find_closure
 from service.engine.trims.places import SIZE, Places
 from service.engine.trims.spline_shapes import find_face_boxes
 from service.engine.trims.splines import Splines
@@ -72,9 +72,7 @@ def prepare(model: BrepModel) -> PreparedBrep:
     topology, unbounded = make_regions(closed, topology, bare, tolerance)
     skipped += refuse_or_skip(model, word_unbounded(model, unbounded))
     topology = topology.drop_faces(_list_faces(skipped))
-    low, high = find_face_boxes(topology.pcurves, topology.coedge_faces, len(surfaces))
-    surfaces = unroll(closed, low, high)
-    prepared = _finish(model, surfaces, topology, skipped, (low, high))
+    prepared = _finish(model, closed, topology, skipped)
     loop_faults = check_loops(prepared)
     if not len(loop_faults.loops):
         return prepared
@@ -87,8 +85,7 @@ def prepare(model: BrepModel) -> PreparedBrep:
     crossed += refuse_or_skip(model, [fault for fault in worded if not is_gap[fault.face]])
     left_out = _list_faces(crossed)
     topology = topology.drop_faces(left_out)
-    boxes = find_face_boxes(topology.pcurves, topology.coedge_faces, len(surfaces))
-    prepared = _finish(model, surfaces, topology, skipped + crossed, boxes)
+    prepared = _finish(model, closed, topology, skipped + crossed)
     return replace(prepared, left_out_gap=float(gaps[left_out].max(initial=0.0)))
 
 
@@ -154,15 +151,14 @@ def _begin(model: BrepModel, curves: Splines, found: ParameterCurves) -> Topolog
 
 def _finish(
     model: BrepModel,
-    surfaces: FaceSurfaces,
+    closed: ClosedSurfaces,
     topology: Topology,
     skipped: tuple[SkippedFace, ...],
-    boxes: tuple[FloatArray, FloatArray],
 ) -> PreparedBrep:
-    """Places over the boxes of the parameter curves of faces, (F, 2) each, and these in places."""
+    """Places over the boxes of the parameter curves of faces, and these in places."""
     face = topology.coedge_faces
-    low, high = boxes
-    surfaces = surfaces.move_planes(low, high)
+    low, high = find_face_boxes(topology.pcurves, face, len(closed.surfaces))
+    surfaces = unroll(closed, low, high).move_planes(low, high)
     places = Places.of(surfaces, low, high)
     pcurves = topology.pcurves.map_points(places.origin[face], SIZE / places.extent[face])
     points = [nets.points.transpose(2, 0, 1).reshape(-1, 3) for nets in topology.curves.groups]
@@ -198,4 +194,5 @@ def _finish(
         skipped_faces=tuple(sorted(model.skipped + skipped, key=lambda each: each.face)),
         box=box,
         known_gaps=topology.gaps,
+        periods=closed.period * closed.is_closed,
     )
