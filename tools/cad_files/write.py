@@ -41,6 +41,16 @@ UNITS = {"MM": 1e-3, "INCH": 0.0254, "M": 1.0, "CM": 0.01, "FT": 0.3048}
 STYLES = (("AP214IS", "MM", 1), ("AP203", "INCH", 0), ("AP242DIS", "M", 1))
 """Schema, unit, and whether there are parameter curves: each shape is written in each style."""
 
+DISPUTED = {
+    "offset_face": "an offset of a spline surface is not read, and is reported",
+    "extruded_hyperbola_faces.igs": "Open CASCADE writes coordinates that are no numbers",
+    "extruded_hyperbola_solid.igs": "Open CASCADE writes coordinates that are no numbers",
+    "extruded_parabola_faces.igs": "Open CASCADE writes a parabola that misses its own ends",
+    "extruded_parabola_solid.igs": "Open CASCADE writes a parabola that misses its own ends",
+    "hollow_faces.igs": "faces alone do not say that a shell is a void: it is a solid of its own",
+}
+"""Files, by their beginning, whose reading may differ from the shape, with the reason."""
+
 COLORS = {"plate": (0.2, 0.4, 0.8), "bolt": (0.9, 0.1, 0.1), "gear": (0.1, 0.7, 0.3)}
 
 
@@ -105,7 +115,7 @@ def write_assembly(path: Path, schema: str, unit: str, levels: int) -> dict[str,
     name(shapes.AddComponent(assembly, labels["plate"], place(0, 0, 0)), "plate:1")
     for number, (x, y) in enumerate(((8, 8), (32, 8), (8, 22), (32, 22)), 1):
         name(shapes.AddComponent(assembly, labels["bolt"], place(x, y, -7)), f"bolt:{number}")
-    instances = 5
+    instances = 5 if levels else 6  # without levels, the gear is beside the assembly
     for level in range(levels):
         upper = name(shapes.NewShape(), f"Größe {level}")
         shapes.AddComponent(upper, assembly, place(0, 0, 0))
@@ -150,7 +160,11 @@ def main(folder: str) -> None:
     """Write all files and `expected.jsonl`."""
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
-    lines = [json.dumps({"file": name, **held}) for name, held in write_all(target)]
+    lines = []
+    for name, held in write_all(target):
+        reasons = [reason for start, reason in DISPUTED.items() if name.startswith(start)]
+        disputed = {"disputed": reasons[0]} if reasons else {}
+        lines.append(json.dumps({"file": name, **held, **disputed}))
     (target / "expected.jsonl").write_text("\n".join(lines) + "\n")
     print(len(lines), "files")
 

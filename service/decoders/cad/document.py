@@ -138,7 +138,9 @@ def _write_group(
     def find_definition(part: Part, product: Product) -> int:
         number = numbers.setdefault(id(part), len(definitions))
         if number == len(definitions):
-            name = names.clean(part.name) or product.name
+            # The name of the product is in no other place if its instances have names.
+            own = names.clean(part.name)
+            name = product.name or own if product.is_part else own or product.name
             definitions.append(write_brep(part, name, content.up, names))
         return number
 

@@ -116,12 +116,24 @@ def find_instances(
             instances.append(
                 Instance(
                     placement.definition,
-                    names.clean(placement.name) or products[placement.definition].name,
+                    _name_instance(placement.name, products[placement.definition], names),
                     placement.matrix if is_moved else None,
                     None if placement.color is None else write_color(placement.color),
                 )
             )
     return tuple(instances), len(used) - len(instances)
+
+
+def _name_instance(name: str, product: Product, names: NameCleaner) -> str:
+    """The name of an instance: its own, or that of its product.
+
+    What is more than one part has no definition, which would keep the name of the product, so its
+    instances have both names: `plate with bolts (2)`.
+    """
+    own = names.clean(name)
+    if product.is_part or not product.name or product.name in own:
+        return own or product.name
+    return names.clean(f"{product.name} ({own})") if own else product.name
 
 
 def _check_matrices(matrices: FloatArray) -> Iterator[tuple[bool, bool]]:

@@ -98,7 +98,10 @@ def test_color_of_the_only_part(instance: Color, own: Color, expected: object) -
 
 
 def test_assembly_is_a_group_in_the_order_of_its_tree() -> None:
-    """Equal parts are one definition; products with several bodies are members without any."""
+    """Equal parts are one definition; products with several bodies are members without any.
+
+    The name of a product is kept: of one part as that of its definition, else in its instances.
+    """
     bolt = build_plate("bolt body")
     frame = (build_plate("left", 3), build_plate("right", 4, color=RED))
     content = build_content(
@@ -111,7 +114,7 @@ def test_assembly_is_a_group_in_the_order_of_its_tree() -> None:
     )
     tree = write_document(content).surface
     assert (tree["type"], tree["up"], tree["name"]) == ("group", "z", "machine")
-    assert [each["name"] for each in tree["definitions"]] == ["left", "right", "bolt body"]
+    assert [each["name"] for each in tree["definitions"]] == ["left", "right", "bolt"]
     assert all(each["up"] == "z" for each in tree["definitions"])
     assert not any("metres_per_unit" in each for each in tree["definitions"])
     rows = [
@@ -123,7 +126,7 @@ def test_assembly_is_a_group_in_the_order_of_its_tree() -> None:
         ("frame", None, 0, None),
         ("left", 0, 1, None),
         ("right", 1, 1, [1, 0, 0]),
-        ("pair", None, 0, None),
+        ("bolts (pair)", None, 0, None),
         ("a", 2, 4, None),
         ("bolt", 2, 4, None),
     ]
@@ -281,7 +284,7 @@ def test_documents_are_valid() -> None:
     assert isinstance(model, GroupModel)
     assert [copy.name for copy in model.members] == [
         "machine/disc", "machine/frame/left", "machine/frame/right",
-        "machine/pair/a", "machine/pair/bolt",
+        "machine/bolts (pair)/a", "machine/bolts (pair)/bolt",
     ]  # fmt: skip
     assert [copy.color for copy in model.members] == [None, None, (*RED, 1), None, BLUE]
     matrix = model.members[3].matrix
