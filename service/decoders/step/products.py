@@ -16,6 +16,9 @@ from service.decoders.step.records import as_reference, as_text
 from service.decoders.step.tally import Tally
 
 OCCURRENCE = "NEXT_ASSEMBLY_USAGE_OCCURRENCE"
+_NAMELESS = "=>["
+"""The beginning of what Open CASCADE writes as the name of an occurrence that has none."""
+
 _DEFINITION_LENGTH = 4  # id, description, formation, frame of reference
 
 
@@ -135,6 +138,8 @@ class _ProductReader:
             raise Fault("an occurrence is not one of a product")
         designator = attributes[5] if len(attributes) > 5 else "$"
         name = as_text(attributes[1]) or as_text(designator)
+        if name.startswith(_NAMELESS):
+            name = ""
         return Occurrence(entity.number, parent, child, name)
 
     def _find_described(self, number: int) -> int | None:

@@ -136,6 +136,14 @@ def test_related_representations_are_of_one_product() -> None:
     assert len(content.definitions[0].parts) == 1
 
 
+def test_what_open_cascade_writes_for_no_name_is_none() -> None:
+    writer = Writer()
+    top, bolt = assembly(writer, "top"), solid(writer, "bolt")
+    writer.occurrence(top, bolt, (writer.frame(), writer.frame((1, 0, 0))), "=>[0:1:1:4]")
+    (placement,) = writer.read().definitions[0].placements
+    assert not placement.name
+
+
 def test_occurrences_without_a_placement() -> None:
     writer = Writer()
     top, part = assembly(writer, "top"), solid(writer, "part")
