@@ -140,7 +140,7 @@ def test_commands_in_sentences_work_without_a_server(
     (tmp_path / "net.json").write_text('{"control_net": [[[0,0,0],[0,1,1]],[[1,0,1],[1,1,0]]]}')
     copy(FOLDER / PART, tmp_path / "part.step")
     commands = re.findall(r"`(surface (?:mesh|points|convert) [^`]+)`", TEXT)
-    assert len(commands) == 7
+    assert len(commands) == 8
     for command in commands:
         assert main(shlex.split(command)[1:]) == 0, command
     assert b"positions" in capsysbinary.readouterr().out

@@ -111,7 +111,7 @@ POINTS = Query(
         flag(
             "--barycentric", "a place on a triangle", "R,S,T", type=parse_numbers, action="append"
         ),
-        flag("--patch", "index of the patch, if there are several", "K", type=parse_number),
+        flag("--patch", "index of the patch or face, if there are several", "K", type=parse_number),
         flag("--derivatives", "0, 1 (default) or 2", "N", type=parse_number),
     ),
     _merge_places,

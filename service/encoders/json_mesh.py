@@ -109,8 +109,11 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
 
 
 def points_bound(count: int, order: int) -> int:
-    """The most bytes of the JSON of a query of `count` points, with derivatives of this order."""
-    widths = [width for names in COLUMNS[: order + 1] for _, width in names]
+    """The most bytes of the JSON of a query of `count` points, with derivatives of this order.
+
+    A brep has the column `inside`, too.
+    """
+    widths = [0] + [width for names in COLUMNS[: order + 1] for _, width in names]
     # Columns of the width 0 are booleans.
     row_bytes = sum(width * (FLOAT64_CHARS + 1) + 2 if width else len("false,") for width in widths)
     # Each column has its name and the brackets of its list.

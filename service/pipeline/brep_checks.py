@@ -39,10 +39,15 @@ def check_preparation(size: SurfaceSize, limits: Limits) -> None:
                 "more time",
             )
         )
+    check_edges(size, limits)
+
+
+def check_edges(size: SurfaceSize, limits: Limits) -> None:
+    """Refuse breps that take too much work to be prepared (`TooLarge`: `too_costly`)."""
     if size.faces:
         limits.check_effort(
             estimate_preparation(size) // EFFORT_FACTOR,
-            "A brep with this number of edges takes too much work before it can be meshed.",
+            "A brep with this number of edges takes too much work before anything else.",
             "/surface",
             "a part with fewer edges",
         )

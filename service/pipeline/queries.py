@@ -1,14 +1,24 @@
 """Queries whose answers are JSON: points at parameters, closest points, and hits of rays."""
 
+from dataclasses import replace
 from functools import partial
 
+import numpy as np
+
+from service.bases.arrays import AnyArray, FloatArray, Ints
 from service.encoders.json_mesh import points_bound
 from service.encoders.text import FLOAT64_CHARS, json_document
+from service.engine.brep.inside import find_inside
+from service.engine.brep.preparation.prepare import prepare
 from service.engine.closest.project import ProjectQuery, project_on_curve, project_on_surface
 from service.engine.points.evaluate import estimate_effort, evaluate_points
-from service.engine.points.places import PointsQuery, locate
+from service.engine.points.places import PointsQuery, locate, locate_numbered
 from service.engine.rays.intersect import RayQuery, intersect_rays
+from service.engine.trims.inside import INSIDE, OUTSIDE, UNDECIDED
+from service.engine.trims.surfaces import FaceSurfaces
+from service.errors import InvalidRequest
 from service.measuring import Measured
+from service.pipeline.brep_checks import check_edges
 from service.pipeline.checks import check_surface, number_patches, require_patches
 from service.pipeline.cost import Work
 from service.pipeline.limits import DEFAULT_LIMITS, Limits, check_items
@@ -20,6 +30,7 @@ from service.pipeline.query_costs import (
     rays_cost,
     searched_nets,
 )
+from service.surface.brep_model import BrepModel
 from service.surface.curve import BezierCurve, BsplineCurve, Curve
 from service.surface.sizes import SurfaceKind
 
@@ -47,7 +58,9 @@ def plan_points(
     where, count = f"/{query.field}", len(query.places)
     check_items("too_many_points", count, limits.max_points, where)
     limits.check_bytes(points_bound(count, query.order), where)
-    cost = points_cost(check_surface(surface.stored_size(), limits), count, query.order)
+    size = check_surface(surface.stored_size(), limits)
+    check_edges(size, limits)
+    cost = points_cost(size, count, query.order)
     limits.check_memory(cost.memory, "The response", where, "fewer points at once")
     return Work(cost, partial(_evaluate, surface, query, limits))
 
@@ -58,12 +71,19 @@ def _evaluate(surface: SurfaceKind, query: PointsQuery, limits: Limits) -> bytes
     Raises
     ------
     InvalidRequest
-        A place is outside the domain, or its patch does not exist; `not_parametric`.
+        A place is outside the domain, or its patch does not exist; `not_parametric`; a face of a
+        brep is invalid.
     TooLarge
         The patches of these places have too high degrees.
     """
-    model = require_patches(surface.lower())
-    places = locate(model, query)
+    lowered = surface.lower()
+    if isinstance(lowered, BrepModel):
+        surfaces = FaceSurfaces.of(lowered.surfaces)
+        model = replace(surfaces.model, domains=surfaces.list_domains())
+        places, faces = locate_numbered(model, query)
+    else:
+        model = require_patches(lowered)
+        places, faces = locate(model, query), None
     limits.check_effort(
         estimate_effort(model, places, query.order),
         "Patches of so high a degree take long where they are degenerate.",
@@ -71,8 +91,25 @@ def _evaluate(surface: SurfaceKind, query: PointsQuery, limits: Limits) -> bytes
         "fewer points on fewer patches at once",
     )
     with Measured("points"):
-        columns = evaluate_points(model, places, query.order)
+        columns = dict(evaluate_points(model, places, query.order))
+        if isinstance(lowered, BrepModel) and faces is not None:
+            inside = _find_inside(lowered, faces, query.places, columns["positions"])
+            return json_document(columns | {"inside": inside})
     return json_document(columns)
+
+
+def _find_inside(
+    model: BrepModel, faces: Ints, parameters: FloatArray, positions: AnyArray
+) -> list[bool | None]:
+    """Whether points are inside the trims of their faces; None where this is not decided."""
+    try:
+        prepared = prepare(model)
+    except InvalidRequest as error:
+        raise error.within("/surface") from None
+    points = np.asarray(positions, dtype=np.float64)
+    inside = find_inside(prepared, faces, parameters, points)
+    answers = {INSIDE: True, OUTSIDE: False, UNDECIDED: None}
+    return [answers[each] for each in inside.tolist()]
 
 
 def plan_project(

@@ -8,11 +8,18 @@ from typing import NamedTuple
 
 from service.encoders.json_mesh import points_bound
 from service.engine.measures.integrals import CHUNK, NODES
+from service.pipeline.brep_cost import prepared_bytes
 from service.pipeline.cost import MIN_SCRATCH_BYTES, Cost, lowering_memory, with_scratch
 from service.surface.sizes import SurfaceSize
 
 ITEM_BYTES = 400
 """Bytes of memory for each item of a query: a place, a point or a ray."""
+
+INSIDE_BYTES = 64 << 20
+"""Bytes of the arrays of pairs (point, piece of a border) while trims are honoured."""
+
+PREPARING_SECONDS, INSIDE_SECONDS = 1e-3, 1e-5
+"""Time to prepare a face, and to find whether a point is inside the trims of its face."""
 
 SIGN_BYTES = 64 << 20
 """Bytes of the array of pairs (point, cell) while signs are computed."""
@@ -41,6 +48,9 @@ def points_cost(size: SurfaceSize, count: int, order: int) -> Cost:
     degree = max(size.degree)
     seconds = 5e-4 + 4e-6 * size.patches + 2e-9 * size.peak_bytes
     seconds += count * (order + 1) * 1e-5 * max(1, degree / 4) ** 3
+    if size.faces:
+        memory += prepared_bytes(size) + INSIDE_BYTES
+        seconds += PREPARING_SECONDS * size.faces + INSIDE_SECONDS * count
     return Cost(memory, seconds, file_bytes)
 
 

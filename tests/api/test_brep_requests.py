@@ -17,8 +17,6 @@ TRIMMED = "POST /v1/convert with the operation `untrim`"
 RAYS = {"origins": [[0, 0, 5]], "directions": [[0, 0, -1]]}
 PLANES = {"points": [[1, 1, 0]], "normals": [[1, 0, 0]]}
 QUESTIONS: list[tuple[str, dict[str, Any]]] = [
-    ("points", {"uv": [[0.5, 0.5]]}),
-    ("points", {"uv": [[0.5, 0.5]], "patch": 0}),
     ("project", {"points": [[0, 0, 1]]}),
     ("project", {"points": [[0, 0, 1]], "sign": True}),
     ("intersect", {"rays": RAYS}),
@@ -50,9 +48,16 @@ def test_questions_refuse_breps_and_say_what_to_send(
     assert response.status_code == 422
     error = response.json()["errors"][0]
     assert (error["code"], error["pointer"]) == ("not_parametric", "/surface")
-    if surface is PLATE or path != "points":  # a group as a whole has no parameters
-        assert error["got"] == "a brep"
-        assert TRIMMED in error["needed"]
+    assert error["got"] == "a brep"
+    assert TRIMMED in error["needed"]
+
+
+@pytest.mark.parametrize("fields", [{}, {"patch": 0}])
+def test_points_of_groups_with_breps_are_refused(client: Client, fields: dict[str, Any]) -> None:
+    response = client.post("/v1/points", {"surface": GROUP, "uv": [[0.5, 0.5]]} | fields)
+    assert response.status_code == 422
+    error = response.json()["errors"][0]
+    assert (error["code"], error["pointer"]) == ("not_parametric", "/surface")
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from service.encoders.json_mesh import points_bound
 from service.engine.points.evaluate import COLUMNS
 from service.settings.values import Settings
 from service.surface.batches import TensorPatches
+from service.surface.brep_model import BrepModel
 from service.surface.examples.catalogue import EXAMPLES, find
 from service.surface.lowered import PatchModel
 from tools.client import Client, start_client
@@ -111,6 +112,13 @@ def test_responses_with_the_longest_numbers_are_within_byte_bound(client: Client
 def test_examples_have_points_unless_they_have_no_parameters(client: Client, name: str) -> None:
     document = client.get(f"/v1/surfaces/{name}").json()
     model = find(name).surface().lower()
+    if isinstance(model, BrepModel):
+        u, v = np.split(model.surfaces.knots, model.surfaces.knot_starts[1:])[:2]
+        p, q = model.surfaces.degrees[0].tolist()
+        low = [float(u[p]), float(v[q])]
+        result = client.post("/v1/points", {**document, "uv": [low], "patch": 0}).json()
+        assert len(result["positions"]) == len(result["inside"]) == 1
+        return
     if not isinstance(model, PatchModel):
         response = client.post("/v1/points", {**document, "uv": [[0, 0]]})
         assert response.status_code == 422

@@ -33,6 +33,13 @@ def test_points_of_an_example_at_parameters_from_flags(
     assert result == json.loads(plan_points(find("saddle").surface(), query).run())
 
 
+def test_points_of_a_face_of_a_cad_file(capsysbinary: pytest.CaptureFixture[bytes]) -> None:
+    file = str(Path(__file__).parents[1] / "cad_files" / "faceted_cm.step")
+    flags = ("--patch", "0", "--uv", "0.5,0.5", "--uv", "0.5,0", "--derivatives", "0")
+    result = run_points(file, *flags, capsysbinary=capsysbinary)
+    assert result == {"positions": [[0.5, 0.5, 0], [0, 0.5, 0]], "inside": [True, None]}
+
+
 def test_flags_replace_fields_of_the_file(
     tmp_path: Path, capsysbinary: pytest.CaptureFixture[bytes]
 ) -> None:

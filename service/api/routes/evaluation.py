@@ -98,8 +98,10 @@ async def query_points(body: PointsRequest, context: ContextDep) -> Response:
     """Evaluates the surface at the given parameters, in float64, and returns columns.
 
     Row k of each column belongs to row k of `uv` or `barycentric`. Partial derivatives are with
-    respect to the surface's own parameters; at a knot they are the limits from the right. Tubes,
-    ribbons and groups have no parameters (`not_parametric`).
+    respect to the surface's own parameters; at a knot they are the limits from the right. The
+    parameters on a brep are those of the surface of a face, which `patch` names, and `inside` says
+    whether the point is inside the trims of this face. Tubes, ribbons and groups have no parameters
+    (`not_parametric`).
     """
     services, computation, *_ = context
     work = plan_points(body.to_surface(), body.to_query(), services.limits)

@@ -60,15 +60,9 @@ class PointsQuery:
 
 
 def locate(model: PatchModel, query: PointsQuery) -> ParameterPoints:
-    """Find the patch and the local parameters of each place of a query.
+    """Find the patch and the local parameters of each place of a query; see `locate_numbered`.
 
-    A knot belongs to the patch that begins there, and the end of the domain to the last patch.
-    Barycentric coordinates are divided by their sum.
-
-    Raises
-    ------
-    InvalidRequest
-        `outside_domain`, or an error of the patch numbers, with a pointer into the request.
+    A surface that has one domain has no patch numbers.
     """
     if model.domain is not None and query.patch is not None:
         raise InvalidRequest(
@@ -80,16 +74,31 @@ def locate(model: PatchModel, query: PointsQuery) -> ParameterPoints:
                 "none for this kind of surface",
             )
         )
+    return locate_numbered(model, query)[0]
+
+
+def locate_numbered(model: PatchModel, query: PointsQuery) -> tuple[ParameterPoints, Ints]:
+    """Find the patch, the local parameters and the number in the request of each place of a query.
+
+    A knot belongs to the patch that begins there, and the end of the domain to the last patch.
+    Barycentric coordinates are divided by their sum.
+
+    Raises
+    ------
+    InvalidRequest
+        `outside_domain`, or an error of the patch numbers, with a pointer into the request.
+    """
     request_numbers = _find_patch_numbers(len(model.domains) or model.patch_count, query)
     patch = _find_first_patches(model)[request_numbers]
     _check_coordinates(model, patch, query)
     if query.field == "barycentric":
         local = _normalize_sums(query.places)[:, 1:]
-        return ParameterPoints(patch, local, np.ones(local.shape))
+        return ParameterPoints(patch, local, np.ones(local.shape)), request_numbers
     if not model.domains:
         unit = np.array([0.0, 1.0])
         _check_inside(query.places, (unit, unit))
-        return ParameterPoints(patch, query.places, np.ones(query.places.shape))
+        widths = np.ones(query.places.shape)
+        return ParameterPoints(patch, query.places, widths), request_numbers
     local, widths = np.empty(query.places.shape), np.empty(query.places.shape)
     for number in np.unique(request_numbers).tolist():
         rows, domain = np.flatnonzero(request_numbers == number), model.domains[number]
@@ -98,7 +107,7 @@ def locate(model: PatchModel, query: PointsQuery) -> ParameterPoints:
         (k, u, wu), (m, v, wv) = (_find_spans(uv[:, i], knots[i]) for i in range(2))
         patch[rows] += k * (len(domain.v) - 1) + m
         local[rows], widths[rows] = np.stack([u, v], axis=1), np.stack([wu, wv], axis=1)
-    return ParameterPoints(patch, local, widths)
+    return ParameterPoints(patch, local, widths), request_numbers
 
 
 def _find_first_patches(model: PatchModel) -> Ints:

@@ -74,6 +74,28 @@ class BorderTree:
         return cls(pcurves, _build_levels(pieces, counts), pieces, counts)
 
 
+def group_runs(counts: Ints) -> tuple[Ints, Ints, Ints]:
+    """Runs of rows in groups of at most `BRANCHES` consecutive rows of one run.
+
+    Parameters
+    ----------
+    counts : ndarray of int, shape (n,)
+        How many rows each run has.
+
+    Returns
+    -------
+    first, below : ndarray of int, shape (g,)
+        The first row of each group, and how many rows it has.
+    counts : ndarray of int, shape (n,)
+        How many groups each run has.
+    """
+    starts = find_starts(counts)
+    groups = -(-counts // BRANCHES)
+    run, number = expand_runs(groups)
+    first = starts[run] + number * BRANCHES
+    return first, np.minimum(first + BRANCHES, starts[run + 1]) - first, groups
+
+
 def _build_levels(pieces: BorderPieces, counts: Ints) -> tuple[TreeLevel, ...]:
     """The levels of a tree over pieces, from the root down, which has one node for each loop.
 
@@ -82,11 +104,7 @@ def _build_levels(pieces: BorderPieces, counts: Ints) -> tuple[TreeLevel, ...]:
     levels: list[TreeLevel] = []
     begins, ends, boxes = pieces.begins[1], pieces.ends[1], pieces.boxes
     while len(counts) and (not levels or int(counts.max()) > 1):
-        starts = find_starts(counts)
-        counts = -(-counts // BRANCHES)
-        loop, number = expand_runs(counts)
-        first = starts[loop] + number * BRANCHES
-        below = np.minimum(first + BRANCHES, starts[loop + 1]) - first
+        first, below, counts = group_runs(counts)
         low = np.minimum.reduceat(boxes[:2], first, axis=1)
         high = np.maximum.reduceat(boxes[2:], first, axis=1)
         begins, ends = begins[first], ends[first + below - 1]

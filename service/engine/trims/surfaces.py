@@ -18,7 +18,7 @@ from service.engine.nets.patch_nets import PatchNets
 from service.engine.trims.lowering import lower_surfaces, move_plane_corners
 from service.engine.trims.spans import Breaks, find_breaks, list_spans
 from service.surface.batches import Patches, TensorPatches
-from service.surface.lowered import Part, PatchModel
+from service.surface.lowered import Domain, Part, PatchModel
 from service.surface.spline_tables import SurfaceTable
 
 BEND = 1e-12
@@ -79,6 +79,15 @@ class FaceSurfaces:
 
     def __len__(self) -> int:
         return len(self.is_planar)
+
+    def list_domains(self) -> tuple[Domain, ...]:
+        """The domain of each surface, with the numbers of its patches."""
+        knots = np.split(self.breaks.values, self.breaks.first[1:])
+        first = self.faces.first.tolist()
+        return tuple(
+            Domain(u, v, number)
+            for u, v, number in zip(knots[::2], knots[1::2], first, strict=True)
+        )
 
     @property
     def low(self) -> FloatArray:
