@@ -164,7 +164,7 @@ def test_blocks_are_products_and_instances_have_matrices(tmp_path: Path) -> None
     assert tree["type"] == "group"
     assert len(tree["definitions"]) == 2
     assert [member.get("name") for member in tree["members"]] == [
-        "pair (first)", "cube", "left", "right", "alone",
+        "first", "pair", "cube", "left", "right", "alone",
     ]  # fmt: skip
 
 

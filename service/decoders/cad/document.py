@@ -3,7 +3,8 @@
 One solid that is not placed becomes a `brep`. All else becomes a `group`: every part is one of its
 `definitions`, and the instances are its members, in the order of the tree. A product with several
 parts, or with instances of other products, is a member without a surface, and what it has are
-members below it.
+members below it. An instance of such a product that has a name of its own is a member above that of
+its product, so that both names stay. A product of one part gives its name to the definition.
 
 A colour of an instance replaces those of the parts of its product; colours of faces stay.
 """
@@ -19,6 +20,7 @@ from service.decoders.cad.products import (
     Product,
     check_size,
     count_products,
+    find_depth,
     find_instances,
 )
 from service.decoders.format import Tree
@@ -58,6 +60,7 @@ def write_document(content: CadContent, limits: FileLimits | None = None) -> Cad
     skipped += more_skipped
     if not roots:
         raise _no_geometry(content.reading)
+    find_depth(roots, products)
     check_size(roots, products, limits)
     if len(roots) == 1 and roots[0].matrix is None and products[roots[0].product].is_part:
         tree = _write_single(roots[0], products[roots[0].product], content, names)
@@ -138,9 +141,8 @@ def _write_group(
     def find_definition(part: Part, product: Product) -> int:
         number = numbers.setdefault(id(part), len(definitions))
         if number == len(definitions):
-            # The name of the product is in no other place if its instances have names.
-            own = names.clean(part.name)
-            name = product.name or own if product.is_part else own or product.name
+            name = product.name if product.is_part else ""
+            name = name or names.clean(part.name) or product.name
             definitions.append(write_brep(part, name, content.up, names))
         return number
 
@@ -159,6 +161,8 @@ def _write_group(
             add_member(instance.name, parent, definition=number, color=color, matrix=matrix)
             continue
         own = add_member(instance.name, parent, color=instance.color, matrix=matrix)
+        if instance.is_above_product:
+            own = add_member(product.name, own)
         for part in product.parts:
             number = find_definition(part, product)
             # Without a colour of its own, the member has that of the instance above it.

@@ -5,7 +5,7 @@ faces are counted before any member is made: 40 levels of two instances each are
 file of 40 kB.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,12 +26,17 @@ this; other placements flatten bodies, and the service refuses them."""
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Instance:
-    """A placement of a product that has faces; all values are as in the document."""
+    """A placement of a product that has faces; all values are as in the document.
+
+    If its name is another than that of its product, and the product has a member, that is one
+    below it: so both names stay (`is_above_product`).
+    """
 
     product: int
     name: str
     matrix: FloatArray | None
     color: list[float] | None
+    is_above_product: bool
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -82,18 +87,34 @@ def count_products(content: CadContent, names: NameCleaner) -> tuple[dict[int, P
         skipped += count
         parts = tuple(part for part in definition.parts if part.faces)
         inside = [products[instance.product] for instance in instances]
-        members = len(parts) + sum(product.members for product in inside)
+        above = [instance.is_above_product for instance in instances]
+        members = len(parts) + sum(above) + sum(product.members for product in inside)
         faces = sum(len(part.faces) for part in parts) + sum(product.faces for product in inside)
-        depth = max((product.depth for product in inside), default=0)
+        depth = find_depth(instances, products)
         if instances or len(parts) > 1:  # a member of its own, above those of its parts
             members, depth = members + 1, max(1, depth)
-        if depth == MAX_DEPTH:
+        if depth >= MAX_DEPTH:
             raise _too_deep()
         name = names.clean(definition.name)
         products[number] = Product(
             name, parts, instances, _bound(members), _bound(faces), depth + 1
         )
     return products, skipped
+
+
+def find_depth(instances: Sequence[Instance], products: Mapping[int, Product]) -> int:
+    """The levels of members of these instances.
+
+    Raises
+    ------
+    InvalidRequest
+        `too_deep`.
+    """
+    depths = [products[each.product].depth + each.is_above_product for each in instances]
+    depth = max(depths, default=0)
+    if depth > MAX_DEPTH:
+        raise _too_deep()
+    return depth
 
 
 def _too_deep() -> InvalidRequest:
@@ -113,27 +134,17 @@ def find_instances(
     for placement in used:
         is_valid, is_moved = (True, False) if placement.matrix is None else next(checks)
         if is_valid:
+            product, name = products[placement.definition], names.clean(placement.name)
             instances.append(
                 Instance(
                     placement.definition,
-                    _name_instance(placement.name, products[placement.definition], names),
+                    name or product.name,
                     placement.matrix if is_moved else None,
                     None if placement.color is None else write_color(placement.color),
+                    not product.is_part and name != "" and product.name not in ("", name),
                 )
             )
     return tuple(instances), len(used) - len(instances)
-
-
-def _name_instance(name: str, product: Product, names: NameCleaner) -> str:
-    """The name of an instance: its own, or that of its product.
-
-    What is more than one part has no definition, which would keep the name of the product, so its
-    instances have both names: `plate with bolts (2)`.
-    """
-    own = names.clean(name)
-    if product.is_part or not product.name or product.name in own:
-        return own or product.name
-    return names.clean(f"{product.name} ({own})") if own else product.name
 
 
 def _check_matrices(matrices: FloatArray) -> Iterator[tuple[bool, bool]]:
@@ -153,7 +164,8 @@ def check_size(roots: Sequence[Instance], products: dict[int, Product], limits: 
     parts = {id(part): part for product in products.values() for part in product.parts}
     faces = sum(len(part.faces) for part in parts.values())
     placed = [products[root.product] for root in roots]
-    members = _bound(sum(product.members for product in placed))
+    above = sum(root.is_above_product for root in roots)
+    members = _bound(above + sum(product.members for product in placed))
     placed_faces = _bound(sum(product.faces for product in placed))
     counts = (
         (faces, "faces", limits.max_faces, "MAX_FACES"),

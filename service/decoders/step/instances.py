@@ -17,7 +17,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from service.bases.arrays import AnyArray, Bools, Ints
-from service.decoders.format import FileLimits, build_file_error, check_entities
+from service.decoders.format import (
+    FileLimits,
+    build_file_error,
+    build_malformed_error,
+    check_entities,
+)
 
 BEGIN = "ISO-10303-21"
 """The word with which a file begins."""
@@ -67,13 +72,15 @@ class Instances:
 
         Raises
         ------
+        MalformedBody
+            `malformed_body`: this is no STEP file.
         InvalidRequest
-            `malformed_file`: this is no STEP file, or it has no instance.
+            `malformed_file`: it has no instance.
         TooLarge
             `too_many_entities`.
         """
         if BEGIN.encode() not in content[:BEGIN_WITHIN]:
-            raise build_file_error(
+            raise build_malformed_error(
                 "The file is not a STEP file.", "another first line", f"the word {BEGIN}"
             )
         if b"/*" in content:

@@ -8,6 +8,7 @@ ISO 10303-44: next_assembly_usage_occurrence;
 ISO 10303-47 and AP203, AP214, AP242: context_dependent_shape_representation.
 """
 
+import re
 from dataclasses import dataclass, field
 
 from service.decoders.step.entities import Entities, Entity
@@ -18,6 +19,9 @@ from service.decoders.step.tally import Tally
 OCCURRENCE = "NEXT_ASSEMBLY_USAGE_OCCURRENCE"
 _NAMELESS = "=>["
 """The beginning of what Open CASCADE writes as the name of an occurrence that has none."""
+
+_MADE_NAME = re.compile(r"Open CASCADE STEP translator [\d. ]+")
+"""What Open CASCADE writes as the name of a product that has none."""
 
 _DEFINITION_LENGTH = 4  # id, description, formation, frame of reference
 
@@ -168,7 +172,10 @@ class _ProductReader:
         return True
 
     def _read_name(self, definition: Entity) -> str:
-        """The name of the product that is defined, or else its id."""
+        """The name of the product that is defined, or else its id.
+
+        A name that Open CASCADE has made, since the product had none, is none.
+        """
         try:
             parameters = next(
                 each for each in definition.parts.values() if len(each) >= _DEFINITION_LENGTH
@@ -177,6 +184,8 @@ class _ProductReader:
             parameters = next(each for each in formation.parts.values() if len(each) >= 3)
             product = self._entities.read(as_reference(parameters[2]))
             parameters = product.parts["PRODUCT"]
-            return as_text(parameters[1]) or as_text(parameters[0])
+            name, identifier = as_text(parameters[1]), as_text(parameters[0])
+            is_made = not name or _MADE_NAME.fullmatch(name)
+            return (identifier or name) if is_made else name
         except (Fault, IndexError, KeyError, StopIteration):
             return ""

@@ -13,7 +13,7 @@ ISO 10303-214, Core data for automotive mechanical design processes; ISO 10303-4
 configuration (4.3, next assembly usage occurrence); ISO 10303-46, Visual presentation.
 """
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -207,7 +207,11 @@ class _Writer:
         return write_axes(self.records, matrix[:3, 3], matrix[:3, 2], matrix[:3, 0])
 
     def _write_tree(self, own: Sequence["_Product"]) -> None:
-        """The products of all nodes with nodes below them, and of the root."""
+        """The products of all nodes with nodes below them, and of the root.
+
+        A node with one such node below it, not moved, is an instance of its product: both names
+        stay. A node that is all of the file is its root.
+        """
         instances = self.assembly.instances
         below: list[list[int]] = [[] for _ in range(len(instances) + 1)]
         for number, instance in enumerate(instances):
@@ -215,6 +219,7 @@ class _Writer:
         made: dict[tuple[object, ...], int] = {}
         products = list(own)
         chosen = [-1] * len(instances)
+        named: set[int] = set()  # nodes that give their name to a product
         # Nodes come after the nodes above them, so backwards all nodes below come first.
         for number in range(len(instances) - 1, -1, -1):
             instance = instances[number]
@@ -222,6 +227,10 @@ class _Writer:
                 chosen[number] = instance.definition
                 continue
             children = [(chosen[k], instances[k].name, instances[k].matrix) for k in below[number]]
+            if instance.definition is None and self._is_whole(below[number], named):
+                chosen[number] = chosen[below[number][0]]
+                continue
+            named.add(number)
             if instance.definition is not None:
                 children.insert(0, (instance.definition, instance.name, None))
             key = (
@@ -235,8 +244,15 @@ class _Writer:
                 made[key] = len(products)
                 products.append(self._write_assembly(instance.name, children, products))
             chosen[number] = made[key]
+        if self._is_whole(below[-1], named) and instances[0].name == self.assembly.name:
+            return
         children = [(chosen[k], instances[k].name, instances[k].matrix) for k in below[-1]]
         self._write_assembly(self.assembly.name, children, products)
+
+    def _is_whole(self, nodes: Sequence[int], named: Container[int]) -> bool:
+        """Whether these are one node, which is not moved and gives its name to its product."""
+        instances = self.assembly.instances
+        return len(nodes) == 1 and nodes[0] in named and instances[nodes[0]].matrix is None
 
     def _write_assembly(
         self, name: str, children: Sequence["_Child"], products: Sequence["_Product"]

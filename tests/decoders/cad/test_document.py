@@ -100,7 +100,7 @@ def test_color_of_the_only_part(instance: Color, own: Color, expected: object) -
 def test_assembly_is_a_group_in_the_order_of_its_tree() -> None:
     """Equal parts are one definition; products with several bodies are members without any.
 
-    The name of a product is kept: of one part as that of its definition, else in its instances.
+    Names of instances and of products both stay.
     """
     bolt = build_plate("bolt body")
     frame = (build_plate("left", 3), build_plate("right", 4, color=RED))
@@ -126,12 +126,13 @@ def test_assembly_is_a_group_in_the_order_of_its_tree() -> None:
         ("frame", None, 0, None),
         ("left", 0, 1, None),
         ("right", 1, 1, [1, 0, 0]),
-        ("bolts (pair)", None, 0, None),
-        ("a", 2, 4, None),
-        ("bolt", 2, 4, None),
+        ("pair", None, 0, None),
+        ("bolts", None, 4, None),
+        ("a", 2, 5, None),
+        ("bolt", 2, 5, None),
     ]
     matrices = [each["matrix"][0, 3] if "matrix" in each else 0 for each in tree["members"]]
-    assert matrices == [0, 0, 0, 0, 5, 1, 2]
+    assert matrices == [0, 0, 0, 0, 5, 0, 1, 2]
 
 
 def test_color_of_an_instance_replaces_those_of_its_parts() -> None:
@@ -221,6 +222,29 @@ def test_depth(levels: int) -> None:
         assert refuse(definitions).issues[0].code == "too_deep"
 
 
+@pytest.mark.parametrize("name", ["", "product 0", "root"])
+def test_names_of_instances_are_levels(name: str) -> None:
+    """Members whose instances and products have two names count twice, those of the root too."""
+    chain = tuple(
+        Definition(f"product {k}", (build_plate(),), (Placement(k + 1, f"instance {k}"),))
+        for k in range(50)
+    )
+    content = build_content((*chain, Definition("last", (build_plate(),))), Placement(0, name))
+    if name == "root":
+        with pytest.raises(InvalidRequest) as caught:
+            write_document(content)
+        assert caught.value.issues[0].code == "too_deep"
+        return
+    # Each product has a member of its own, one of its plate, and one of its instance.
+    members = write_document(content, FileLimits(max_members=150)).surface["members"]
+    assert len(members) == 150
+    with pytest.raises(TooLarge):
+        write_document(content, FileLimits(max_members=149))
+    names = [each["name"] for each in members]
+    assert names[:5] == ["product 0", "plate", "instance 0", "product 1", "plate"]
+    assert names[-1] == "instance 49"
+
+
 def test_circle_is_refused() -> None:
     """Readers leave circles out; one that does not must not hang."""
     circle = Definition("", (), (Placement(1),)), Definition("", (), (Placement(0),))
@@ -284,7 +308,7 @@ def test_documents_are_valid() -> None:
     assert isinstance(model, GroupModel)
     assert [copy.name for copy in model.members] == [
         "machine/disc", "machine/frame/left", "machine/frame/right",
-        "machine/bolts (pair)/a", "machine/bolts (pair)/bolt",
+        "machine/pair/bolts/a", "machine/pair/bolts/bolt",
     ]  # fmt: skip
     assert [copy.color for copy in model.members] == [None, None, (*RED, 1), None, BLUE]
     matrix = model.members[3].matrix

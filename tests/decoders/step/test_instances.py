@@ -6,7 +6,7 @@ import pytest
 
 from service.decoders.format import FileLimits
 from service.decoders.step.instances import Instances
-from service.errors import InvalidRequest, TooLarge
+from service.errors import InvalidRequest, MalformedBody, TooLarge
 from tests.decoders.step.written import wrap
 
 LIMITS = FileLimits()
@@ -110,8 +110,16 @@ def test_too_many_entities() -> None:
     )
 
 
-@pytest.mark.parametrize("content", [b"", b"solid\n", b"ISO-10303-21;\nHEADER;\n", wrap("")])
+@pytest.mark.parametrize("content", [b"", b"solid\n"])
 def test_no_step_file(content: bytes) -> None:
+    """The same error as of other formats whose files have another beginning."""
+    with pytest.raises(MalformedBody) as error:
+        Instances(content, LIMITS)
+    assert error.value.issues[0].code == "malformed_body"
+
+
+@pytest.mark.parametrize("content", [b"ISO-10303-21;\nHEADER;\n", wrap("")])
+def test_no_instances(content: bytes) -> None:
     with pytest.raises(InvalidRequest) as error:
         Instances(content, LIMITS)
     assert error.value.issues[0].code == "malformed_file"

@@ -242,11 +242,18 @@ def test_solids_beside_the_products_are_counted() -> None:
     assert content.reading.skipped_entities == {"FACETED_BREP": 1}
 
 
-@pytest.mark.parametrize("name", ["", "Gr\\X\\F6\\X\\DFe"])
-def test_names_of_products(name: str) -> None:
+MADE = "Open CASCADE STEP translator 8.0 3.1"
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [("", "id of "), ("Gr\\X\\F6\\X\\DFe", "Größe"), (MADE, f"id of {MADE}")],
+)
+def test_names_of_products(name: str, expected: str) -> None:
+    """The id stands in for a missing name, and for one that Open CASCADE has made."""
     writer = Writer()
     solid(writer, name)
-    assert writer.read().definitions[0].name == ("Größe" if name else "id of ")
+    assert writer.read().definitions[0].name == expected
 
 
 def test_a_circle_of_products_is_cut() -> None:

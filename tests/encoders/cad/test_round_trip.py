@@ -1,5 +1,6 @@
 """STEP and IGES that the service writes, read by the service: the same parts come back."""
 
+import re
 from itertools import pairwise
 from typing import Any
 
@@ -104,3 +105,42 @@ def test_step_keeps_instances_names_colours_and_units() -> None:
         (body, *_) = each.definitions
         assert read_brep(body).palette.tolist() == [[1, 1, 0, 1]]
         assert body.name == BOLT
+
+
+def test_step_keeps_names_of_assemblies() -> None:
+    """An instance of an assembly and its product have two names; nothing grows from file to file.
+
+    The root is a member that is not placed, below which all else is.
+    """
+    members = [
+        {"name": "machine"},
+        {"name": "lower", "parent": 0},
+        {"name": "frame", "parent": 1},
+        {"name": "bolt 1", "parent": 2, "definition": 0},
+        {"name": "bolt 2", "parent": 2, "definition": 0, "matrix": place(30)},
+        {"name": "upper", "parent": 0, "matrix": place(60, 0.7)},
+        {"name": "frame", "parent": 5},
+        {"name": "bolt 1", "parent": 6, "definition": 0},
+        {"name": "bolt 2", "parent": 6, "definition": 0, "matrix": place(30)},
+        {"name": "lonely", "parent": 0},
+        {"name": "inner", "parent": 9},
+        {"name": "innermost", "parent": 10},
+        {"name": "bolt 3", "parent": 11, "definition": 0, "matrix": place(90)},
+    ]
+    tree = {"type": "group", "up": "z", "name": "machine", "metres_per_unit": 0.001}
+    before = read_surface(tree | {"definitions": [read_solid("bolt")], "members": members})
+    file = DEFINITIONS_BY_NAME["step"].encode(before.lower(), before.unit, allow_any)
+    content = bytes(file.content)
+    for name in (b"frame", b"machine"):  # one product, of the two instances and of the root
+        assert len(re.findall(rb"=PRODUCT\('[^']*','%b'" % name, content)) == 1
+    after = send(before, "step")
+    again = send(after, "step")
+    for each in (after, again):
+        assert isinstance(each, GroupSurface)
+        assert sorted(copy.name for copy in each.lower().members) == [
+            "machine/lonely/inner/innermost/bolt 3",
+            "machine/lower/frame/bolt 1",
+            "machine/lower/frame/bolt 2",
+            "machine/upper/frame/bolt 1",
+            "machine/upper/frame/bolt 2",
+        ]
