@@ -112,7 +112,7 @@ def test_too_many_entities() -> None:
 
 @pytest.mark.parametrize("content", [b"", b"solid\n"])
 def test_no_step_file(content: bytes) -> None:
-    """The same error as of other formats whose files have another beginning."""
+    """Such files have the error that those of other formats have."""
     with pytest.raises(MalformedBody) as error:
         Instances(content, LIMITS)
     assert error.value.issues[0].code == "malformed_body"
