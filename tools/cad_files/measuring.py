@@ -13,7 +13,7 @@ from OCP.GProp import GProp_GProps
 from OCP.TopAbs import TopAbs_FACE, TopAbs_SHELL, TopAbs_SOLID
 from OCP.TopExp import TopExp_Explorer
 
-ACCURACY = 1e-9
+ACCURACY = 1e-10
 """Of integrals. Without it, those over splines are wrong by up to 1 %."""
 
 
@@ -28,9 +28,12 @@ def find(shape: Any, kind: Any) -> list[Any]:
 
 
 def volume(shape: Any) -> float:
-    """The volume of a solid."""
+    """The volume of a solid, by the rule of Gauss and Kronrod.
+
+    The library's other rule is wrong by up to 2e-7 over rational splines, whatever it is asked for.
+    """
     properties = GProp_GProps()
-    BRepGProp.VolumeProperties_s(shape, properties, ACCURACY, False, False)
+    BRepGProp.VolumePropertiesGK_s(shape, properties, ACCURACY, False, True, False, False, False)
     return float(properties.Mass())
 
 

@@ -17,6 +17,8 @@ from oracles.solids import INVALID, MEASURES, read_solid
 from service.bases.affine_combination import to_homogeneous
 from service.bases.bernstein import bernstein
 from service.bases.triangle_basis import triangle_bernstein
+from service.decoders.format import DEFAULT_FILE_LIMITS
+from service.decoders.registry import DECODERS
 from service.encoders.cad.registry import DEFINITIONS_BY_NAME
 from service.encoders.registry import BY_NAME
 from service.engine.accuracy import Accuracy
@@ -31,6 +33,10 @@ from tests.encoders.cad.test_vtu import PATCHES
 from tools.cad_files.cells import PLACES
 
 Contents = dict[str, dict[str, Any]]
+
+FILES = Path(__file__).parents[2] / "cad_files"
+
+READERS = {decoder.name: decoder for decoder in DECODERS}
 
 ROUGH = {"ellip": 2e-4, "pipe": 3e-4, "revolve": 2e-4}
 """Solids whose faces Open CASCADE integrates less exactly."""
@@ -105,6 +111,26 @@ def test_solids_are_valid_and_have_their_volumes(files: Any, name: str) -> None:
     if fmt == "step":
         assert found["solids"] == 1
         assert volume == pytest.approx(expected["volume"], rel=accuracy)
+
+
+def test_files_that_come_back_have_the_volumes_of_the_originals(tmp_path: Path) -> None:
+    """STEP, as a document, and STEP again: cylinders, cones, spheres and tori become splines.
+
+    Open CASCADE opens `mirrored_scaled` with the inverse of its scale.
+    """
+    originals = [p for p in sorted(FILES.glob("*.step")) if p.stem != "mirrored_scaled"]
+    copies = []
+    for path in originals:
+        decoded = READERS["step"].decode(path.read_bytes(), None, DEFAULT_FILE_LIMITS)
+        copies.append(write(tmp_path, path.stem, read_surface(decoded.tree), "step"))
+    before, after = (
+        run("open_cascade", "OCC_PYTHON", originals),
+        run("open_cascade", "OCC_PYTHON", copies),
+    )
+    for name, held in before.items():
+        assert after[name]["is_valid"]
+        assert after[name]["faces"] == held["faces"]
+        assert sorted(after[name]["volumes"]) == pytest.approx(sorted(held["volumes"]), rel=1e-9)
 
 
 @pytest.mark.parametrize("name", WRITTEN)
