@@ -6,12 +6,14 @@ at most a proved gap. A point that is nearer to an edge than this is neither ins
 Proof in docs/proofs.md: "Inside a trimmed region".
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import expand_runs, row_slices
+from service.cancellation import checkpoint
 from service.engine.brep.prepared import PreparedBrep
 from service.engine.trims.border_tree import group_runs
 from service.engine.trims.inside import UNDECIDED
@@ -28,8 +30,14 @@ NEAR = 1 / 4
 MOST_HALVINGS = 64
 """A piece that was halved this often is shorter than rounding."""
 
-CHUNK = 1 << 14
-"""Points that are tested together: it limits memory."""
+ROUNDS, MOST_PIECES = 5, 1 << 14
+"""Edges are halved this often before points are tested, up to this number of pieces."""
+
+CHUNK, PAIRS = 1 << 14, 1 << 16
+"""Points, and pairs of a point and a box, that are tested together: it limits memory."""
+
+NUMBERS = 1 << 20
+"""Numbers of the matrices by which pieces that are tested together are halved."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -111,7 +119,12 @@ def find_near_edges(prepared: PreparedBrep, face: Ints, points: FloatArray) -> B
     parts = prepared.curves.cut(curve[coedge], low, high)
     owner = coedge[parts.source]
     pieces = _Pieces.of(prepared.curves, parts, prepared.gaps[owner] + ROUNDING * size)
-    counts = np.bincount(prepared.coedge_faces[owner], minlength=len(prepared.surfaces))
+    owner_faces = prepared.coedge_faces[owner]
+    for _ in range(ROUNDS):
+        if 2 * len(owner_faces) > min(len(face), MOST_PIECES):
+            break
+        pieces, owner_faces = pieces.halve(prepared.curves), owner_faces.repeat(2)
+    counts = np.bincount(owner_faces, minlength=len(prepared.surfaces))
     levels: list[tuple[FloatArray, Ints, Ints]] = []
     boxes = pieces.boxes
     while not levels or int(counts.max()) > 1:
@@ -124,12 +137,39 @@ def find_near_edges(prepared: PreparedBrep, face: Ints, points: FloatArray) -> B
         near = points[rows].T
         row, number = expand_runs(counts[face[rows]])
         node = root[face[rows]][row] + number
-        for boxes, first, below in levels:
-            touches = _touch(boxes[:, node], near[:, row])
+        is_near[rows] = _descend(prepared.curves, levels, pieces, near, (row, node))
+    return is_near
+
+
+def _descend(
+    curves: Splines,
+    levels: Sequence[tuple[FloatArray, Ints, Ints]],
+    pieces: _Pieces,
+    points: FloatArray,
+    pairs: tuple[Ints, Ints],
+) -> Bools:
+    """Whether points (3, m) are near pieces, from pairs of a point and a node of the first level.
+
+    A level has the boxes of its nodes, their first nodes or pieces below, and the numbers of these.
+    """
+    is_near = np.zeros(points.shape[1], bool)
+    lists = [(0, *pairs)]
+    while lists:
+        checkpoint()
+        depth, row, node = lists.pop()
+        most = min(PAIRS, curves.count_restricted(NUMBERS)) if depth == len(levels) else PAIRS
+        if len(row) > most:
+            parts = range(0, len(row), most)
+            lists += [(depth, row[k : k + most], node[k : k + most]) for k in parts]
+        elif depth == len(levels):
+            left = ~is_near[row]
+            is_near |= _test_pieces(curves, pieces.take(node[left]), row[left], points)
+        else:
+            boxes, first, below = levels[depth]
+            touches = _touch(boxes[:, node], points[:, row]) & ~is_near[row]
             row, node = row[touches], node[touches]
             above, node = expand_runs(below[node], first[node])
-            row = row[above]
-        is_near[rows] = _test_pieces(prepared.curves, pieces.take(node), row, near)
+            lists.append((depth + 1, row[above], node))
     return is_near
 
 

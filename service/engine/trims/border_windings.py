@@ -13,11 +13,19 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import expand_runs
+from service.cancellation import checkpoint
 from service.engine.trims.border_pieces import JOIN, BorderPieces
 from service.engine.trims.border_tree import BorderTree
 
 MOST_HALVINGS = 64
 """A piece that was halved this often is shorter than rounding."""
+
+
+PAIRS = 1 << 16
+"""Pairs of a place and a node, or a piece, that are tested together: it limits memory."""
+
+NUMBERS = 1 << 20
+"""Numbers of the matrices by which pieces that are tested together are halved."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -58,10 +66,27 @@ def find_windings(
         Pairs of a place and a loop.
     """
     total = np.zeros(places.shape[1])
+    near_rows, near_coedges = [row[:0]], [row[:0]]
     tests = halves = 0
-    node = loop
-    for level in tree.levels:
+    most_pieces = min(PAIRS, tree.pcurves.count_restricted(NUMBERS))
+    lists = [(0, row, loop)]
+    while lists:
+        checkpoint()
+        depth, row, node = lists.pop()
+        most = most_pieces if depth == len(tree.levels) else PAIRS
+        if len(row) > most:
+            parts = range(0, len(row), most)
+            lists += [(depth, row[k : k + most], node[k : k + most]) for k in parts]
+            continue
         tests += len(row)
+        if depth == len(tree.levels):
+            found = _wind_about_pieces(tree, tree.pieces.take(node), places, margin, row)
+            total += found.numbers
+            near_rows.append(found.rows)
+            near_coedges.append(found.coedges)
+            halves += found.halves
+            continue
+        level = tree.levels[depth]
         box = level.boxes.take(node, axis=1)
         is_near = _touch(box, places, margin, row)
         far = (~is_near).nonzero()[0]
@@ -70,13 +95,20 @@ def find_windings(
         total += np.bincount(row[far], steps, minlength=len(total))
         row, node = row[is_near], node[is_near]
         above, node = expand_runs(level.counts[node], level.first[node])
-        row = row[above]
-    tests += len(row)
-    pieces = tree.pieces.take(node)
+        lists.append((depth + 1, row[above], node))
+    rows, coedges = np.concatenate(near_rows), np.concatenate(near_coedges)
+    return Windings(total.astype(np.intp), rows, coedges, tests, halves)
+
+
+def _wind_about_pieces(
+    tree: BorderTree, pieces: BorderPieces, places: FloatArray, margin: FloatArray, row: Ints
+) -> Windings:
+    """The sums of how often pieces, each of a place `row` (k,), cross the rays from places."""
+    total = np.zeros(places.shape[1])
     near_rows, near_coedges = [], []
+    halves = 0
     for halving in range(MOST_HALVINGS + 1):
-        near = places.take(row, axis=1)
-        steps, is_near = _wind_about_pieces(pieces, near, margin[row])
+        steps, is_near = _cross_rays(pieces, places.take(row, axis=1), margin[row])
         total += np.bincount(row, steps, minlength=len(total))
         row, pieces = row[is_near], pieces.take(is_near)
         is_last = (pieces.spans == JOIN) | pieces.find_flat(margin[row])
@@ -88,13 +120,8 @@ def find_windings(
             break
         halves += len(row)
         pieces = pieces.halve(tree.pcurves)
-    return Windings(
-        total.astype(np.intp),
-        np.concatenate(near_rows),
-        np.concatenate(near_coedges),
-        tests,
-        halves,
-    )
+    rows, coedges = np.concatenate(near_rows), np.concatenate(near_coedges)
+    return Windings(total.astype(np.intp), rows, coedges, 0, halves)
 
 
 def _touch(boxes: FloatArray, places: FloatArray, margin: FloatArray, row: Ints) -> Bools:
@@ -118,7 +145,7 @@ def _wind_outside_box(
     return np.where(x < boxes[0], crossings, 0.0)
 
 
-def _wind_about_pieces(
+def _cross_rays(
     pieces: BorderPieces, places: FloatArray, margin: FloatArray
 ) -> tuple[FloatArray, Bools]:
     """How often pieces (k,) cross the rays from places (2, k), 0 where this is not decided.

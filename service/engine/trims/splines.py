@@ -230,6 +230,14 @@ class Splines:
             blossoms = build_blossoms(nets.degree, ends[:, rows])
             yield rows, blossoms @ nets.nets.take(column[rows], axis=0)
 
+    def count_restricted(self, numbers: int) -> int:
+        """How many intervals `restrict` takes with matrices of this many numbers; at least 1.
+
+        There is a matrix for each interval, of degree + 1 rows and columns.
+        """
+        degree = max((nets.degree for nets in self.groups), default=0)
+        return max(1, numbers // (degree + 1) ** 2)
+
     def _locate(self, curve: Ints, t: FloatArray) -> tuple[Ints, FloatArray, FloatArray]:
         """Columns of nets (m,), local parameters (m,) from 0 to 1, and lengths of spans (m,)."""
         at = self.first_break.take(curve)

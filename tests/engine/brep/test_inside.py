@@ -9,6 +9,7 @@ from hypothesis import given
 
 from oracles.solids import read_solid
 from service.bases.arrays import FloatArray
+from service.engine.brep import inside
 from service.engine.brep.inside import find_inside, find_near_edges
 from service.engine.brep.preparation.prepare import prepare
 from service.engine.brep.prepared import PreparedBrep
@@ -95,6 +96,16 @@ def test_distances_agree_with_samples_of_edges(name: str, seed: int) -> None:
             assert (apart.min(axis=1) <= 1.26 * reach + steps).any()
         else:
             assert (apart.min(axis=1) > reach).all()
+
+
+def test_answers_do_not_depend_on_batches(monkeypatch: pytest.MonkeyPatch) -> None:
+    prepared = prepare(lower(build_apart(0.5)))
+    uv = np.random.default_rng(2).random((200, 2)) * [1, 0.2]
+    expected = ask(prepared, uv)
+    assert {INSIDE, UNDECIDED} == set(expected)
+    monkeypatch.setattr(inside, "PAIRS", 3)
+    monkeypatch.setattr(inside, "CHUNK", 11)
+    assert ask(prepared, uv) == expected
 
 
 _PREPARED: dict[str, PreparedBrep] = {}

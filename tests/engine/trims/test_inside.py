@@ -1,5 +1,6 @@
 """Places in regions of loops, against winding numbers in rational arithmetic."""
 
+import tracemalloc
 from itertools import pairwise
 from math import tau
 from typing import Any
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 from oracles.regions import build_region
 from service.bases.arrays import FloatArray
 from service.engine.brep.preparation.prepare import prepare
-from service.engine.trims import border_tree, inside
+from service.engine.trims import border_tree, border_windings, inside
 from service.engine.trims.inside import INSIDE, OUTSIDE, UNDECIDED, Regions
 from service.engine.trims.places import SIZE
 from tests.engine.brep.solid_documents import lower
@@ -194,7 +195,31 @@ def test_answers_do_not_depend_on_the_tree(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr(border_tree, "WIDTH", np.inf)
     monkeypatch.setattr(border_tree, "BRANCHES", 2)
     monkeypatch.setattr(inside, "CHUNK", 7)
+    monkeypatch.setattr(border_windings, "PAIRS", 3)
     assert ask(read_regions(document), points) == expected
+
+
+def test_many_boxes_about_one_point_take_little_memory() -> None:
+    """Two nested spirals of long sides: half of their boxes contain a point of one quadrant."""
+    turns = 300
+    angle = np.arange(4 * turns + 1) * tau / 4 + 0.4
+    way = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    radius = np.linspace(0.2, 0.49, len(angle))[:, np.newaxis]
+    out, back = 0.5 + radius * way, 0.5 + (radius - 1e-4) * way
+    corners = np.concatenate([out, back[::-1], out[:1]])
+    regions = read_regions(make_face(make_polygon(corners)))
+    points = 0.5 + np.random.default_rng(1).uniform(-0.13, 0.13, (20_000, 2))
+    face = np.zeros(len(points), np.intp)
+    tracemalloc.start()
+    try:
+        answers = regions.find_inside(face, points)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert answers.tests > 100 * len(points)
+    assert peak < 40e6
+    is_center = np.hypot(*(points - 0.5).T) < 0.13
+    assert (answers.inside[is_center] == OUTSIDE).all()
 
 
 def test_no_points_have_no_answers() -> None:
