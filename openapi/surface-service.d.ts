@@ -65,8 +65,10 @@ export interface paths {
          * @description Evaluates the surface at the given parameters, in float64, and returns columns.
          *
          *     Row k of each column belongs to row k of `uv` or `barycentric`. Partial derivatives are with
-         *     respect to the surface's own parameters; at a knot they are the limits from the right. Tubes,
-         *     ribbons and groups have no parameters (`not_parametric`).
+         *     respect to the surface's own parameters; at a knot they are the limits from the right. The
+         *     parameters on a brep are those of the surface of a face, which `patch` names, and `inside` says
+         *     whether the point is inside the trims of this face. Tubes, ribbons and groups have no parameters
+         *     (`not_parametric`).
          */
         post: operations["queryPoints"];
         delete?: never;
@@ -4364,6 +4366,14 @@ export interface components {
                 number | null,
                 number | null
             ][];
+            /**
+             * Inside
+             * @description For a brep: whether the point is inside the trims of its face. Proved, rounding included.
+             *     Null where this is not decided: on a border of the face, nearer to an edge than the proved gap
+             *     between this edge and the surface, and on a face that was left out. Seams and poles are no
+             *     borders.
+             */
+            inside?: (boolean | null)[];
         };
         /**
          * PointsRequest
@@ -4423,7 +4433,7 @@ export interface components {
             ][];
             /**
              * Patch
-             * @description For `patches` and `multipatch` with more than one patch or surface: the number of the patch or surface on which the points are, from 0 in the order of the request. One number for all points, or a list with one number for each point. Required for these surfaces, and only for these.
+             * @description For `patches`, `multipatch` and `brep` with more than one patch, surface or face: the number of the patch, surface or face on which the points are, from 0 in the order of the request. One number for all points, or a list with one number for each point. Required for these surfaces, and only for these; a `brep` of one face may have it, too.
              * @example 0
              */
             patch?: number | number[];
@@ -4751,8 +4761,9 @@ export interface components {
             unfollowed_references: number;
             /**
              * Open Edges
-             * @description Edges of only one face, where faces do not share edges in the file (IGES): the borders of
-             *     open shells, and borders that agree only in part.
+             * @description Edges of only one face. Where faces do not share edges in the file (IGES): the borders of
+             *     open shells, and borders that agree only in part; else in shells that the file calls closed,
+             *     which are then read as open.
              */
             open_edges: number;
         };

@@ -42,6 +42,7 @@ class PartBuilder:
         self.open_edges = 0
         self._points: list[Vector] = []
         self._vertices: dict[Hashable, int] = {}
+        self._at_point: dict[Vector, int] = {}
         self._edges: list[Edge] = []
         self._edge_numbers: dict[Hashable, int] = {}
         self._nets: dict[int, FloatArray] = {}
@@ -65,8 +66,10 @@ class PartBuilder:
         number = self._vertices.get(key)
         if number is None:
             check_point(point)
-            number = self._vertices[key] = len(self._points)
-            self._points.append(point)
+            # Loops of some files end at one of two vertices that are the very same point.
+            number = self._vertices[key] = self._at_point.setdefault(point, len(self._points))
+            if number == len(self._points):
+                self._points.append(point)
         return number
 
     def find_point(self, vertex: int) -> Vector:

@@ -108,7 +108,7 @@ def test_scaled_parts_have_scaled_meshes() -> None:
 def test_a_key_makes_one_vertex() -> None:
     builder = PartBuilder()
     assert builder.add_vertex(5, (1.0, 0.0, 0.0)) == 0
-    assert builder.add_vertex(7, (1.0, 0.0, 0.0)) == 1
+    assert builder.add_vertex(7, (0.0, 1.0, 0.0)) == 1
     assert builder.add_vertex(5, (2.0, 0.0, 0.0)) == 0
     assert builder.find_point(0) == (1.0, 0.0, 0.0)
     assert builder.find_edge(9) is None
@@ -230,3 +230,11 @@ def test_long_edges_are_enclosed_in_few_points() -> None:
     outline = builder.find_outline([[Coedge(edge)]])
     assert len(outline.hull) == len(few)
     assert (outline.ends == net[[0, -1]]).all()
+
+
+def test_two_vertices_at_one_point_are_one() -> None:
+    """Loops of some files end at one of them and go on from the other."""
+    builder = PartBuilder()
+    numbers = [builder.add_vertex(key, (1.0, 2.0, 3.0)) for key in ("a", "b", "a")]
+    assert numbers == [0, 0, 0]
+    assert builder.add_vertex("c", (1.0, 2.0, 4.0)) == 1
