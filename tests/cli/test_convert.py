@@ -157,20 +157,20 @@ def test_operations_come_before_the_file(tmp_path: Path, net: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("output", "unit", "is_told"),
+    ("output", "unit", "is_named"),
     [("part.step", None, True), ("part.igs", None, True), ("part.step", 0.0254, False),
      ("part.vtu", None, False), ("part.json", None, False)],
 )  # fmt: skip
-def test_an_assumed_unit_is_told(
+def test_the_command_names_an_assumed_unit(
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
     output: str,
     unit: float | None,
-    is_told: bool,
+    is_named: bool,
 ) -> None:
     group: dict[str, Any] = {"type": "group", "members": [{"surface": SURFACE}]}
     group |= {} if unit is None else {"metres_per_unit": unit}
     file = tmp_path / "group.json"
     file.write_text(json.dumps(group), encoding="utf-8")
     assert main(["convert", str(file), "-o", str(tmp_path / output)]) == 0
-    assert ("one unit is written as 1 mm" in capsys.readouterr().err) == is_told
+    assert ("one unit is written as 1 mm" in capsys.readouterr().err) == is_named

@@ -35,7 +35,7 @@ FILES = {"panel_pcurves": 3.0, "panel_edges": 6.0}
 ROUNDS = 5
 RELATIVE = 1e-3
 DIAGONAL = (120.0**2 + 90.0**2 + 8.0**2) ** 0.5
-"""Of the part, in millimetres."""
+"""The diagonal of the part, in millimetres."""
 
 
 def convert(source: Path, target: Path) -> list[float]:
@@ -52,7 +52,7 @@ def convert(source: Path, target: Path) -> list[float]:
 
 
 def ask(worker: "subprocess.Popen[str]", *words: object) -> list[float]:
-    """What the worker answers to a line; it prints messages of its library, too."""
+    """The numbers that the worker answers to a line; it prints messages of its library, too."""
     stdin, stdout = worker.stdin, worker.stdout
     assert stdin is not None
     assert stdout is not None

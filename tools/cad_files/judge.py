@@ -47,7 +47,7 @@ Result: TypeAlias = dict[str, Any]
 
 
 def judge(path: Path) -> Result:
-    """What was read from a file, and how its parts are meshed."""
+    """The content of a file as it was read, and the meshes of its parts."""
     content = path.read_bytes()
     decoder = BY_SUFFIX[path.suffix.lower().removeprefix(".")]
     start = time.perf_counter()
@@ -162,7 +162,7 @@ def mesh_part(tree: Mapping[str, Any], unit: float) -> Result:
 
 
 def judge_apart(path: Path) -> Result:
-    """The same in a forked process."""
+    """The result of `judge`, called in a forked process."""
     source, target = os.pipe()
     process = os.fork()
     if process == 0:
@@ -185,7 +185,7 @@ def judge_apart(path: Path) -> Result:
 
 
 def find_faults(result: Result, truth: Mapping[str, Any]) -> Iterable[str]:
-    """What is wrong with a result, in words."""
+    """The faults of a result, in words."""
     if "fault" in result:
         yield "fault: " + " ".join(result["fault"])
         return
@@ -209,7 +209,7 @@ def find_faults(result: Result, truth: Mapping[str, Any]) -> Iterable[str]:
 
 
 def find_structural_faults(result: Result, truth: Mapping[str, Any]) -> Iterable[str]:
-    """What is wrong with units, instances, names, colours and placements, in words."""
+    """The faults of units, instances, names, colours and placements, in words."""
     unit = truth.get("metres_per_unit")
     if unit is not None and abs(result["metres_per_unit"] - unit) > 1e-12 * unit:
         yield f"unit: {result['metres_per_unit']} m, not {unit} m"

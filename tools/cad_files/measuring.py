@@ -1,4 +1,4 @@
-"""What Open CASCADE says of a shape: counts, volumes and areas.
+"""Counts, volumes and areas of a shape by Open CASCADE.
 
 Only a Python in which cadquery-ocp is installed can import this module.
 """
@@ -14,7 +14,7 @@ from OCP.TopAbs import TopAbs_FACE, TopAbs_SHELL, TopAbs_SOLID
 from OCP.TopExp import TopExp_Explorer
 
 ACCURACY = 1e-10
-"""Of integrals. Without it, those over splines are wrong by up to 1 %."""
+"""The accuracy of integrals. Without it, those over splines are wrong by up to 1 %."""
 
 
 def find(shape: Any, kind: Any) -> list[Any]:

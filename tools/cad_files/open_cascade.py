@@ -31,7 +31,7 @@ SECONDS = 120
 
 
 def read(path: str) -> dict[str, Any]:
-    """What a STEP or IGES file holds."""
+    """The content of a STEP or IGES file, as counts and measures."""
     document = TDocStd_Document(TCollection_ExtendedString("BinXCAF"))
     XCAFApp_Application.GetApplication_s().InitDocument(document)
     is_iges = path.lower().endswith((".igs", ".iges"))
@@ -54,7 +54,7 @@ def read(path: str) -> dict[str, Any]:
 
 
 def read_apart(path: str) -> dict[str, Any]:
-    """The same in a forked process, which may crash."""
+    """The result of `read`, called in a forked process, which may crash."""
     source, target = os.pipe()
     process = os.fork()
     if process == 0:

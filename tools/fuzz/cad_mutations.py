@@ -17,7 +17,7 @@ EXTREMES = (
     b"0", b"-1", b"1", b"2", b"31", b"1000", b"999999999", b"1E308", b"-1E308", b"1E999", b"1E-320",
     b"NAN", b"INF", b"18446744073709551616", b"1E12", b"0.", b"1E-17", b"*", b"$", b"()", b"''",
 )  # fmt: skip
-"""What stands in place of a number."""
+"""Texts that stand in place of a number."""
 
 
 def _pick(pattern: re.Pattern[bytes], content: bytes, rng: Random) -> re.Match[bytes] | None:

@@ -18,7 +18,7 @@ from service.decoders.step.tally import Tally
 
 OCCURRENCE = "NEXT_ASSEMBLY_USAGE_OCCURRENCE"
 _NAMELESS = "=>["
-"""The beginning of what Open CASCADE writes as the name of an occurrence that has none."""
+"""The beginning of the name that Open CASCADE writes for an occurrence without one."""
 
 _MADE_NAME = re.compile(r"Open CASCADE STEP translator [\d. ]+")
 """What Open CASCADE writes as the name of a product that has none."""

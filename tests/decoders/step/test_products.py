@@ -136,7 +136,7 @@ def test_related_representations_are_of_one_product() -> None:
     assert len(content.definitions[0].parts) == 1
 
 
-def test_what_open_cascade_writes_for_no_name_is_none() -> None:
+def test_instances_without_a_name_of_open_cascade_have_none() -> None:
     writer = Writer()
     top, bolt = assembly(writer, "top"), solid(writer, "bolt")
     writer.occurrence(top, bolt, (writer.frame(), writer.frame((1, 0, 0))), "=>[0:1:1:4]")

@@ -43,7 +43,7 @@ ROUGH = {"ellip": 2e-4, "pipe": 3e-4, "revolve": 2e-4}
 
 
 def run(program: str, python: str, files: list[Path]) -> Contents:
-    """What a program says of each file, by the stem of its name."""
+    """The line of a program for each file, by the stem of its name."""
     command = [os.environ[python], "-m", f"tools.cad_files.{program}", *map(str, files)]
     result = subprocess.run(command, capture_output=True, text=True, check=True)
     lines = [line for line in result.stdout.splitlines() if line.startswith('{"file"')]
