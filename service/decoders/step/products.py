@@ -21,7 +21,7 @@ _NAMELESS = "=>["
 """The beginning of the name that Open CASCADE writes for an occurrence without one."""
 
 _MADE_NAME = re.compile(r"Open CASCADE STEP translator [\d. ]+")
-"""What Open CASCADE writes as the name of a product that has none."""
+"""The name that Open CASCADE writes for a product without one."""
 
 _DEFINITION_LENGTH = 4  # id, description, formation, frame of reference
 
