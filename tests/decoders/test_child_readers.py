@@ -113,12 +113,12 @@ def test_an_error_in_a_child_is_that_in_this_process(
 
 
 def test_many_faces_in_few_bytes_fit_into_the_memory_of_a_child() -> None:
-    """16,000 faces in 170 bytes each: files of other systems have ten times as many."""
+    """8,000 faces in 170 bytes each: files of other systems have ten times as many."""
     writer = Writer()
-    for number in range(4000):
+    for number in range(2000):
         writer.tetrahedron(number + 1.0)
     content = wrap(writer.data)
-    assert len(content) < 170 * 16_000
+    assert len(content) < 170 * 8_000
     decoded = read_apart(BY_NAME["step"], content)
     assert decoded.reading is not None
-    assert decoded.reading["faces"] == 16_000
+    assert decoded.reading["faces"] == 8_000

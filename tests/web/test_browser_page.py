@@ -197,6 +197,8 @@ def test_the_table_lists_the_headers_that_scripts_may_read(server: str) -> None:
         "RateLimit",
         "RateLimit-Policy",
         "Surface-Gap-Bound",
+        "Surface-Reading",
+        "Surface-Writing",
     }
     assert all(name in headers for name in set(EXPOSED) - rare_headers)
 

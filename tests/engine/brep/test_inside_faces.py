@@ -18,7 +18,7 @@ from tests.engine.brep.preparation.test_regions import draw_hole, draw_wave
 from tests.engine.brep.solid_documents import lower, strip_seams
 from tests.engine.trims.tables import seeds
 
-FACES, POINTS = 12, 100
+FACES, POINTS = 5, 60
 """The most faces of a solid that are tested, and points on each of them."""
 
 
