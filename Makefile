@@ -87,7 +87,7 @@ bench-occ: $(VENV)/.dev build/occ/.ready ## Measure meshes by tolerance, meshes 
 	$(BIN)/python -m tools.benchmarks.cad_files build/occ/bin/python
 
 # Each file is read, meshed and compared with the same solids of Open CASCADE.
-judge-files: $(VENV)/.dev build/occ/.ready ## Judge the readers of CAD files: 214 files that Open CASCADE writes, some three minutes
+judge-files: $(VENV)/.dev build/occ/.ready ## Judge the readers of CAD files: 216 files that Open CASCADE writes, some three minutes
 	build/occ/bin/python -m tools.cad_files.write build/cad_files > /dev/null
 	$(BIN)/python -m tools.cad_files.judge build/cad_files/expected.jsonl build/cad_files/*.step build/cad_files/*.igs 2> build/cad_files/results.jsonl
 

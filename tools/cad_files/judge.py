@@ -12,8 +12,6 @@ and the exit code is 1 if anything differs that is not `disputed` in TRUTH.
 """
 
 import json
-import os
-import signal
 import sys
 import time
 import traceback
@@ -33,6 +31,7 @@ from service.engine.options import MeshOptions
 from service.errors import SurfaceError
 from service.schemas.brep import BrepDefinition
 from tools.building import build
+from tools.cad_files.apart import call_apart
 
 SECONDS = 600
 """The longest time for a file."""
@@ -46,7 +45,15 @@ SLACK = 1e-6
 Result: TypeAlias = dict[str, Any]
 
 
-def judge(path: Path) -> Result:
+def judge(name: str) -> Result:
+    """The content of a file as it was read, and the meshes of its parts; or why it is refused."""
+    try:
+        return read_and_mesh(Path(name))
+    except SurfaceError as error:
+        return {"refused": [f"{i.code} {i.message} {i.got}" for i in error.issues[:3]]}
+
+
+def read_and_mesh(path: Path) -> Result:
     """The content of a file as it was read, and the meshes of its parts."""
     content = path.read_bytes()
     decoder = BY_SUFFIX[path.suffix.lower().removeprefix(".")]
@@ -161,33 +168,10 @@ def mesh_part(tree: Mapping[str, Any], unit: float) -> Result:
     return result
 
 
-def judge_apart(path: Path) -> Result:
-    """The result of `judge`, called in a forked process."""
-    source, target = os.pipe()
-    process = os.fork()
-    if process == 0:
-        os.close(source)
-        signal.alarm(SECONDS)
-        try:
-            result = judge(path)
-        except SurfaceError as error:
-            result = {"refused": [f"{i.code} {i.message} {i.got}" for i in error.issues[:3]]}
-        except Exception:  # any fault of the reader is a result
-            result = {"fault": traceback.format_exc().splitlines()[-4:]}
-        with os.fdopen(target, "w") as stream:
-            json.dump(result, stream)
-        os._exit(0)
-    os.close(target)
-    with os.fdopen(source) as stream:
-        text = stream.read()
-    status = os.waitpid(process, 0)[1]
-    return json.loads(text) if text else {"fault": [f"ended with status {status}"]}
-
-
 def find_faults(result: Result, truth: Mapping[str, Any]) -> Iterable[str]:
     """The faults of a result, in words."""
     if "fault" in result:
-        yield "fault: " + " ".join(result["fault"])
+        yield f"fault: {result['fault']}"
         return
     if "refused" in result:
         if truth.get("faces", 0):
@@ -238,7 +222,7 @@ def main(truth_path: str, *paths: str) -> int:
         truths = {Path(line["file"]).name: line for line in map(json.loads, stream)}
     counts: Counter[str] = Counter()
     for path in map(Path, paths):
-        result = judge_apart(path)
+        result = call_apart(judge, str(path), SECONDS)
         truth = truths.get(path.name, {})
         faults = list(find_faults(result, truth))
         disputed = truth.get("disputed", "")

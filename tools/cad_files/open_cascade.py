@@ -3,14 +3,12 @@
     python -m tools.cad_files.open_cascade FILE …
 
 Each file is read in a process of its own, with a limit of time, because damaged files let Open
-CASCADE crash or hang; then the line has an `error`. Lengths are in millimetres.
+CASCADE crash or hang; then the line has a `fault`. Lengths are in millimetres.
 
 Only a Python in which cadquery-ocp is installed can run this program.
 """
 
 import json
-import os
-import signal
 import sys
 from typing import Any
 
@@ -24,6 +22,7 @@ from OCP.TDocStd import TDocStd_Document
 from OCP.XCAFApp import XCAFApp_Application
 from OCP.XCAFDoc import XCAFDoc_DocumentTool
 
+from tools.cad_files.apart import call_apart
 from tools.cad_files.measuring import measure
 
 SECONDS = 120
@@ -39,7 +38,7 @@ def read(path: str) -> dict[str, Any]:
         IGESControl_Controller.Init_s()
     reader = IGESCAFControl_Reader() if is_iges else STEPCAFControl_Reader()
     if reader.ReadFile(path) != IFSelect_RetDone or not reader.Transfer(document):
-        return {"error": "not read"}
+        return {"fault": "not read"}
     shapes = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
     free = Sequence_TDF_Label()
     shapes.GetFreeShapes(free)
@@ -53,29 +52,6 @@ def read(path: str) -> dict[str, Any]:
     return {**measure(shapes.GetOneShape()), "units": units}
 
 
-def read_apart(path: str) -> dict[str, Any]:
-    """The result of `read`, called in a forked process, which may crash."""
-    source, target = os.pipe()
-    process = os.fork()
-    if process == 0:
-        silence = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(silence, 1)
-        os.dup2(silence, 2)
-        signal.alarm(SECONDS)
-        try:
-            result = read(path)
-        except Exception as error:  # any error of the library is a result
-            result = {"error": type(error).__name__}
-        with os.fdopen(target, "w") as stream:
-            json.dump(result, stream)
-        os._exit(0)
-    os.close(target)
-    with os.fdopen(source) as stream:
-        text = stream.read()
-    status = os.waitpid(process, 0)[1]
-    return json.loads(text) if text else {"error": f"ended with status {status}"}
-
-
 if __name__ == "__main__":
     for each in sys.argv[1:]:
-        print(json.dumps({"file": each, **read_apart(each)}), flush=True)
+        print(json.dumps({"file": each, **call_apart(read, each, SECONDS)}), flush=True)
