@@ -37,7 +37,8 @@ from service.schemas.kinds import KINDS
 from service.schemas.options import MeshOptionFields
 from service.schemas.surfaces import SurfaceDefinition
 from service.settings.environment import describe_values, variable
-from service.settings.values import Settings, result_limits
+from service.settings.limits import result_limits
+from service.settings.values import Settings
 from service.surface.examples.catalogue import find
 from service.surface.sizes import SurfaceKind
 from tools.contract import CONTRACT, add_names, list_metrics

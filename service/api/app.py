@@ -44,8 +44,9 @@ from service.api.threads import Threads
 from service.decoders.child_processes import PROCESSES
 from service.jobs.limits import part_limits
 from service.settings.environment import read_environment
+from service.settings.limits import document_limits, result_limits
 from service.settings.runtime import collect_rarely, limit_plans, pin_blas, share_heap
-from service.settings.values import Settings, document_limits, result_limits
+from service.settings.values import Settings
 from service.storage.address import open_store
 
 CLOSING_SECONDS = 5.0

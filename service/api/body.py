@@ -39,7 +39,7 @@ from service.schemas.document import DocumentLimits, parse_document
 from service.schemas.fields import RequestModel
 from service.schemas.file_fields import document_from_query
 from service.schemas.validation import parse_request
-from service.settings.values import file_limits
+from service.settings.limits import file_limits
 
 INLINE_BYTES, INLINE_TEXT, INLINE_OBJECTS = 1 << 18, 1 << 14, 32
 """Sizes up to which the event loop parses a body itself, within some 5 ms: bytes of JSON and binary

@@ -291,8 +291,8 @@ def command_limits() -> "CallLimits":
     """
     from service.pipeline.calls import CallLimits
     from service.settings.environment import command_settings
+    from service.settings.limits import document_limits, file_limits, result_limits
     from service.settings.runtime import pin_blas
-    from service.settings.values import document_limits, file_limits, result_limits
 
     pin_blas()
     settings = command_settings()

@@ -84,7 +84,7 @@ class SourceFile:
         from service.decoders import refused
         from service.decoders.child import read_file
         from service.settings.environment import read_environment
-        from service.settings.values import file_limits
+        from service.settings.limits import file_limits
 
         decoder = self.decoder
         if not decoder.is_available():

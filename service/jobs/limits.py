@@ -3,7 +3,8 @@
 from dataclasses import replace
 
 from service.pipeline.calls import CallLimits
-from service.settings.values import Settings, document_limits, file_limits, result_limits
+from service.settings.limits import document_limits, file_limits, result_limits
+from service.settings.values import Settings
 
 
 def part_limits(settings: Settings) -> CallLimits:

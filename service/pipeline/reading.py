@@ -4,7 +4,6 @@ from functools import partial
 
 from service.decoders.child import read_file
 from service.decoders.format import Decoded, Decoder, FileLimits
-from service.errors import Issue, TooLarge
 from service.pipeline.cost import Cost, Work
 from service.pipeline.limits import Limits
 
@@ -26,15 +25,8 @@ def plan_reading(
     """
     length = len(content)
     memory = decoder.memory(length)
-    if memory > limits.max_memory:
-        raise TooLarge(
-            Issue(
-                "too_much_memory",
-                "To read a file of this length takes more memory than one request may take.",
-                got=f"at most {memory} bytes",
-                needed=f"at most {limits.max_memory} bytes (11/16 of SURFACE_MEMORY_BYTES)",
-            )
-        )
+    instead = "a shorter file, or more memory (SURFACE_MEMORY_BYTES)"
+    limits.check_memory(memory, "To read a file of this length", "", instead)
     start = START_SECONDS if decoder.is_read_in_child(length) else 0.0
     cost = Cost(memory, start + BYTE_SECONDS * length)
     return Work(cost, partial(read_file, decoder, content, kind, file_limits))

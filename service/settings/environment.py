@@ -17,7 +17,8 @@ from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from service.errors import InvalidSettings
 from service.settings.listening import PREFIX
-from service.settings.values import PARSE_BYTES, Settings
+from service.settings.types import PARSE_BYTES
+from service.settings.values import Settings
 
 ALL_MEMORY = 1 << 45
 """A limit of memory that has no effect: more bytes than any machine has."""

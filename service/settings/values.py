@@ -3,58 +3,21 @@
 `make generated` writes the table in `docs/settings.md` from these fields.
 """
 
-from typing import Annotated, Literal, TypeAlias
+from typing import Literal
 
-from pydantic import (
-    BaseModel,
-    BeforeValidator,
-    ByteSize,
-    ConfigDict,
-    Field,
-    SecretStr,
-    TypeAdapter,
-)
-from pydantic_settings import NoDecode
+from pydantic import BaseModel, ConfigDict, Field
 
 from service.decoders.format import FileLimits
-from service.pipeline.brep_cost import FACE_SECONDS
 from service.pipeline.limits import Limits
-from service.schemas.document import (
-    DEFAULT_LIMITS,
-    MAX_BYTES,
-    MEMBERS_FACTOR,
-    PARSED_DEPTH,
-    DocumentLimits,
-)
+from service.schemas.document import DEFAULT_LIMITS, MAX_BYTES, MEMBERS_FACTOR, PARSED_DEPTH
 from service.settings.listening import HOST, PORT
 from service.settings.runtime import MIN_MEMORY, count_processors, half_of_memory
+from service.settings.types import Bytes, Secrets, Texts
 from service.surface.checks import MAX_DEGREE
-
-REQUEST_SHARE = 11 / 16
-"""The part of the memory that one request may work in, beside its body. All bodies have 4/16, and
-the event loop has 1/16 (`service.api.threads`)."""
-
 
 JOB_PROCESS_MEMORY = 256 << 20
 """Bytes of the memory of requests for each job process: half of the memory of a
 container of 512 MiB, which has room for one (some 100 MB, beside its batch)."""
-
-
-def _split_list(value: object) -> object:
-    """The items of a comma-separated list; a value that is not a string is returned unchanged."""
-    if not isinstance(value, str):
-        return value
-    return tuple(item.strip() for item in value.split(",") if item.strip())
-
-
-PARSE_BYTES = BeforeValidator(TypeAdapter(ByteSize).validate_python)
-"""Parses a number of bytes with a unit, such as `64MiB`; it marks the settings that are bytes.
-
-With `ByteSize` itself as the type, pydantic would not check the range of the setting."""
-
-Bytes: TypeAlias = Annotated[int, PARSE_BYTES]
-Texts: TypeAlias = Annotated[tuple[str, ...], NoDecode, BeforeValidator(_split_list)]
-Secrets: TypeAlias = Annotated[tuple[SecretStr, ...], NoDecode, BeforeValidator(_split_list)]
 
 
 class Settings(BaseModel):
@@ -395,40 +358,3 @@ class Settings(BaseModel):
         """The setting `job_processes`; if it is 0, the number that processors and memory allow."""
         fitting = min(count_processors(), self.memory_bytes // JOB_PROCESS_MEMORY)
         return self.job_processes or max(1, fitting)
-
-
-def document_limits(settings: Settings) -> DocumentLimits:
-    """The limits of a request's document."""
-    return DocumentLimits(
-        settings.max_control_points,
-        settings.max_degree,
-        settings.max_json_depth,
-        settings.max_json_values,
-        settings.max_faces,
-        settings.max_members,
-    )
-
-
-def file_limits(settings: Settings) -> FileLimits:
-    """The limits of what a file may hold."""
-    return FileLimits(
-        settings.max_control_points,
-        settings.max_file_entities,
-        settings.max_faces,
-        settings.max_placed_faces,
-        settings.max_members,
-        settings.max_members * MEMBERS_FACTOR,
-    )
-
-
-def result_limits(settings: Settings) -> Limits:
-    """The limits of results: vertices, points, patches, bytes, memory, and faces by time."""
-    return Limits(
-        settings.max_vertices,
-        settings.max_response_bytes,
-        settings.max_points,
-        max_patches=settings.max_patches,
-        max_memory=int(settings.memory_bytes * REQUEST_SHARE),
-        max_mesh_faces=int(settings.request_timeout / FACE_SECONDS),
-        max_placed_faces=settings.max_placed_faces,
-    )

@@ -44,7 +44,7 @@ _SHARED = (
 """The fields that a brep and its model have in common."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, slots=True)
 class BrepSurface(BrepColumns, SurfaceKind):
     """One solid (its outer shell, then its voids) or open shells; V vertices, E edges, F faces.
 

@@ -6,7 +6,7 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.surface.spline_tables import CurveTable, SurfaceTable
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, slots=True)
 class BrepColumns:
     """V vertices, E edges, F faces with L loops of C coedges, and H shells.
 

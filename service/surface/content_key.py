@@ -59,7 +59,8 @@ def _describe(value: Any, omitted: tuple[str, ...], digest: _Digest) -> Hashable
         kind: type = type(value)
         names = _list_names(kind, omitted)
         return kind, *(_describe(getattr(value, name), (), digest) for name in names)
-    return value  # type: ignore[no-any-return]
+    plain: Hashable = value
+    return plain
 
 
 @lru_cache(64)

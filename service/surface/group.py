@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from service.bases.arrays import FloatArray
+from service.bases.arrays import Bools, FloatArray
 from service.errors import InvalidRequest, Issue, pointer
 from service.surface.brep import BrepSurface
 from service.surface.checks import MAX_COORDINATE, Up, check_metres_per_unit, check_up
@@ -139,8 +139,7 @@ class GroupSurface(SurfaceKind):
                 raise InvalidRequest(nested_issue(""))  # never reached: `_check_members`
             models.append(model)
         paths, colors = self._inherit()
-        matrices = self._placements
-        is_moved = (matrices != np.eye(4)).any(axis=(1, 2)).tolist()
+        matrices, is_moved = self._placements, self._find_moved().tolist()
         members = []
         for place, (_, number) in enumerate(self._placed()):
             frames = self._frames
@@ -215,16 +214,25 @@ class GroupSurface(SurfaceKind):
         matrices.flags.writeable = False
         return matrices
 
+    def _find_moved(self) -> Bools:
+        """Whether the placement of each surface is not the identity, (N,)."""
+        is_moved: Bools = (self._placements != np.eye(4)).any(axis=(1, 2))
+        return is_moved
+
     def _check_boxes(self) -> None:
         """Refuse members with coordinates that float32 cannot store."""
         surfaces, numbers = self._distinct
         lows, highs = (np.array(ends) for ends in zip(*(s.bounds() for s in surfaces), strict=True))
-        placed_lows, placed_highs = place_boxes(lows[numbers], highs[numbers], self._placements)
-        largest = np.maximum(-placed_lows, placed_highs).max(axis=1)
-        for place, (_, number) in enumerate(self._placed()):
-            if largest[place] > MAX_COORDINATE:
-                where = pointer(("members", number, "matrix"))
-                check_box((placed_lows[place], placed_highs[place]), where, "points placed")
+        # The other boxes were checked with their surfaces.
+        moved = np.flatnonzero(self._find_moved())
+        rows = np.array(numbers, np.intp)[moved]
+        lows, highs = place_boxes(lows[rows], highs[rows], self._placements[moved])
+        is_outside = (np.maximum(-lows, highs) > MAX_COORDINATE).any(axis=1)
+        if is_outside.any():
+            row = int(is_outside.argmax())
+            _, number = list(self._placed())[moved[row]]
+            where = pointer(("members", number, "matrix"))
+            check_box((lows[row], highs[row]), where, "points placed")
 
     def _inherit(self) -> tuple[list[str], list[Color | None]]:
         """The path of each member, and its colour or that of the nearest member above it."""

@@ -1,7 +1,8 @@
 """Limits of the parts of jobs follow from the settings of requests and of jobs."""
 
 from service.jobs.limits import part_limits
-from service.settings.values import Settings, document_limits, result_limits
+from service.settings.limits import document_limits, result_limits
+from service.settings.values import Settings
 
 
 def test_a_part_may_take_more_time_and_less_memory_than_a_request() -> None:

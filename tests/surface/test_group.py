@@ -8,6 +8,7 @@ from service.errors import InvalidRequest
 from service.schemas.request import SurfaceRequest
 from service.schemas.validation import validate_document
 from service.surface.bezier import BezierSurface
+from service.surface.checks import MAX_COORDINATE
 from service.surface.content_key import content_key
 from service.surface.examples.catalogue import find
 from service.surface.group import MAX_MEMBERS, GroupSurface
@@ -210,3 +211,16 @@ def test_units_are_checked() -> None:
         with pytest.raises(InvalidRequest) as caught:
             GroupSurface((Member(SAIL),), metres_per_unit=metres)
         assert caught.value.issues[0].pointer == "/metres_per_unit"
+
+
+def test_coordinates_are_checked_after_placements() -> None:
+    """As large as float32 allows; and a surface that is not placed anew is never refused."""
+    low = -3.210089783317097e38  # the rounded half of its box is too large
+    net = np.array([[[low, 0, 0], [low, 1, 0]], [[MAX_COORDINATE, 0, 0], [MAX_COORDINATE, 1, 0]]])
+    largest = BezierSurface(net)
+    low_corner, _ = GroupSurface((Member(SAIL), Member(largest))).lower().bounds
+    assert low_corner[0] == low
+    with pytest.raises(InvalidRequest) as caught:
+        GroupSurface((Member(), Member(SAIL), Member(largest, matrix=build_shift(1e30))))
+    issue = caught.value.issues[0]
+    assert (issue.code, issue.pointer) == ("coordinate_too_large", "/members/2/matrix")
