@@ -32,7 +32,7 @@ from service.engine.scenes.colors import tint
 from service.engine.scenes.placing import reverse_faces
 from service.engine.scenes.scene import Scene
 from service.surface.lowered import Color, PlacedModel
-from service.surface.placement import is_mirroring, turn_upright
+from service.surface.placement import is_identity, is_mirroring, turn_upright
 
 MILLIMETRE = 0.001
 """Metres in the unit of the file, and in the unit of models that have none."""
@@ -268,7 +268,7 @@ def _write_color(color: Bytes) -> str:
 
 def _write_transform(matrix: FloatArray) -> str:
     """The attribute of a placement: the columns of the matrix, without its last row."""
-    if np.array_equal(matrix, np.eye(4)):
+    if is_identity(matrix):
         return ""
     numbers = (matrix[:3].T + 0.0).ravel().tolist()
     return f' transform="{" ".join(map(repr, numbers))}"'

@@ -4,8 +4,10 @@ A part of a thousand faces has thousands of curves. One object for each of them 
 the time of reading; a table has one array for each property of all of them.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
 
@@ -112,6 +114,28 @@ def empty_curves(dimension: int) -> CurveTable:
     none, no_numbers = np.empty(0, np.intp), np.empty(0)
     no_points = np.empty((0, dimension))
     return CurveTable(none, none, no_points, no_numbers, np.empty(0, bool), no_numbers)
+
+
+SingleCurve: TypeAlias = tuple[int, FloatArray, FloatArray, FloatArray | None]
+"""Degree, knots, control points, and weights if the curve is rational."""
+
+
+def stack_curves(curves: Sequence[SingleCurve], dimension: int) -> CurveTable:
+    """Curves of this dimension as a table."""
+    if not curves:
+        return empty_curves(dimension)
+    degrees, knots, points, weights = zip(*curves, strict=True)
+    filled = [
+        np.ones(len(net)) if own is None else own for net, own in zip(points, weights, strict=True)
+    ]
+    return CurveTable(
+        np.array(degrees, np.intp),
+        np.array([len(each) for each in points], np.intp),
+        np.concatenate(points),
+        np.concatenate(filled),
+        np.array([each is not None for each in weights]),
+        np.concatenate(knots),
+    )
 
 
 @dataclass(frozen=True, eq=False)

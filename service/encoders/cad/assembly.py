@@ -25,6 +25,7 @@ from service.errors import InvalidRequest, Issue
 from service.surface.brep_model import BrepModel
 from service.surface.curve_model import SweepModel
 from service.surface.lowered import Color, GroupModel, GroupNode, Model, SingleModel
+from service.surface.placement import is_identity
 
 RIGID = 1e-13
 """A matrix that differs from a rotation by at most this is one: rounding errors are about 1e-16."""
@@ -108,6 +109,13 @@ class Assembly:
     instances: tuple[Instance, ...]
     metres_per_unit: float = MILLIMETRE
     is_unit_assumed: bool = True
+
+    def list_below(self) -> list[list[int]]:
+        """For each instance the numbers of those right below it, and at last those of the root."""
+        below: list[list[int]] = [[] for _ in range(len(self.instances) + 1)]
+        for number, instance in enumerate(self.instances):
+            below[instance.parent].append(number)  # the parent −1 is the last list
+        return below
 
     def report(self) -> WritingReport:
         """The report on a file of this assembly."""
@@ -209,7 +217,7 @@ def split_rigid(matrix: FloatArray | None) -> tuple[FloatArray | None, FloatArra
         rotation, stretch = -rotation, -stretch
     rigid = matrix.copy()
     rigid[:3, :3] = rotation
-    return (None if np.array_equal(rigid, np.eye(4)) else rigid), stretch
+    return (None if is_identity(rigid) else rigid), stretch
 
 
 def _round(stretch: FloatArray) -> FloatArray:

@@ -20,7 +20,9 @@ from service.encoders.cad.bounds import bound_iges
 from service.encoders.cad.format import Allow, WrittenFile
 from service.encoders.cad.iges_faces import DEFINITION, DEPENDENT, FaceWriter
 from service.encoders.cad.iges_records import (
+    GLOBAL_WIDTH,
     Entities,
+    cut_tokens,
     list_numbers,
     write_reals,
     write_section,
@@ -47,8 +49,9 @@ def encode(model: Model, metres_per_unit: float | None, allow: Allow) -> Written
     writer = _Writer(assembly, entities)
     writer.write()
     directory, parameters = entities.finish()
-    start = write_section("", "S")
-    head = write_section(_write_globals(assembly, writer.scale), "G")
+    start = write_section([""], "S")
+    parameters_of_file = _list_globals(assembly, writer.scale)
+    head = write_section(cut_tokens(parameters_of_file, GLOBAL_WIDTH), "G")
     counts = f"S{len(start):7d}G{len(head):7d}D{2 * entities.count:7d}P{entities.records:7d}"
     first, last = "".join(start + head), f"{counts:<72}T{1:7d}\n"
     content = pack((first.encode(), *directory, *parameters, last.encode()))
@@ -56,8 +59,8 @@ def encode(model: Model, metres_per_unit: float | None, allow: Allow) -> Written
     return WrittenFile(content, replace(assembly.report(), metres_per_unit=metres))
 
 
-def _write_globals(assembly: Assembly, scale: float) -> str:
-    """The global section: precisions, the unit, the time, the uncertainty."""
+def _list_globals(assembly: Assembly, scale: float) -> list[str]:
+    """The parameters of the global section: precisions, the unit, the time, the uncertainty."""
     number, name = UNITS[find_unit(assembly.metres_per_unit)]
     title = write_string(assembly.name) or "7Hsurface"
     system = write_string("Surface Service")
@@ -65,10 +68,12 @@ def _write_globals(assembly: Assembly, scale: float) -> str:
     uncertainty = max((body.uncertainty for body in bodies), default=1e-9)
     largest = max((float(np.abs(np.stack(body.bounds)).max()) for body in bodies), default=0.0)
     numbers = write_reals(scale * np.array([uncertainty, largest]))
-    return (
-        f"1H,,1H;,{title},{title},{system},{system},32,38,6,308,15,{title},1.0,{number},"
-        f"{len(name)}H{name},1,0.0,{TIME},{numbers},,,11,0,{TIME},;"
-    )
+    precisions = ("32", "38", "6", "308", "15")
+    unit = (str(number), f"{len(name)}H{name}")
+    return [
+        *("1H,", "1H;", title, title, system, system, *precisions, title, "1.0", *unit),
+        *("1", "0.0", TIME, *numbers.split(","), "", "", "11", "0", TIME, ""),
+    ]
 
 
 def find_unit(metres: float) -> float:
@@ -116,11 +121,7 @@ class _Writer:
 
     def _write_tree(self, subfigures: Sequence[tuple[int, int]]) -> None:
         """The instances, a subfigure for each node with nodes below it."""
-        instances = self.assembly.instances
-        below: list[list[int]] = [[] for _ in instances]
-        for number, instance in enumerate(instances):
-            if instance.parent >= 0:
-                below[instance.parent].append(number)
+        instances, below = self.assembly.instances, self.assembly.list_below()
         figures = [(0, 0)] * len(instances)
         # Nodes come after the nodes above them, so backwards all nodes below come first.
         for number in range(len(instances) - 1, -1, -1):
@@ -134,9 +135,8 @@ class _Writer:
                 parts.insert(0, self._place(subfigures[instance.definition][0], own, is_root=False))
             depth = 1 + max((figures[k][1] for k in below[number]), default=0)
             figures[number] = self._add_subfigure(instance.name, parts, depth), depth
-        for (figure, _), instance in zip(figures, instances, strict=True):
-            if instance.parent < 0:
-                self._place(figure, instance, is_root=True)
+        for number in below[-1]:
+            self._place(figures[number][0], instances[number], is_root=True)
 
     def _place(self, figure: int, instance: Instance, *, is_root: bool) -> int:
         """An instance of a subfigure."""

@@ -6,31 +6,23 @@ IGES 5.3 (US PRO/IPO-100-1996): 2.2.2 (constants: reals, and strings as `5Htable
 continue on the next record), 2.2.4 (sections of records of 80 columns).
 """
 
-import re
 from collections.abc import Iterable, Sequence
 from unicodedata import normalize
 
 from service.bases.arrays import FloatArray
 from service.cancellation import checkpoint
-from service.encoders.text import json_array
+from service.encoders.cad.reals import list_reals
 
-WIDTH = 64
-"""The columns of a record that parameters may have."""
-
-RECORD = 81
-"""Bytes of a record, with its line feed."""
+WIDTH, GLOBAL_WIDTH = 64, 72
+"""The columns of a record that parameters of entities, and those of the file, may have."""
 
 LINES = 1 << 14
 """How many records are kept as single texts before they are joined."""
 
-_EXPONENT = re.compile(r"(?<![\d.])(\d+)e", re.ASCII)
-
 
 def write_reals(numbers: FloatArray) -> str:
     """The numbers of an array of any shape, separated by commas."""
-    text = json_array(numbers.reshape(-1))[1:-1].decode()
-    # A whole number gets a point before its exponent, which a D marks: double precision.
-    return _EXPONENT.sub(r"\1.e", text).replace("e", "D") if "e" in text else text
+    return list_reals(numbers.reshape(-1), "D")  # D marks double precision
 
 
 def write_string(text: str) -> str:
@@ -51,18 +43,18 @@ def cut_records(text: str) -> list[str]:
     return pieces
 
 
-def cut_tokens(tokens: Sequence[str]) -> list[str]:
-    """Parameters, with strings among them, in pieces of at most `WIDTH` columns.
+def cut_tokens(tokens: Sequence[str], width: int = WIDTH) -> list[str]:
+    """Parameters, with strings among them, in pieces of at most `width` columns.
 
     Numbers are not cut; strings are continued in the first column of the next record.
     """
     pieces = [""]
     for number, token in enumerate(tokens, start=1):
         rest = token + (";" if number == len(tokens) else ",")
-        if "H" not in rest and len(pieces[-1]) + len(rest) > WIDTH:
+        if "H" not in rest and len(pieces[-1]) + len(rest) > width:
             pieces.append("")
         while rest:
-            room = WIDTH - len(pieces[-1])
+            room = width - len(pieces[-1])
             pieces[-1] += rest[:room]
             rest = rest[room:]
             if rest:
@@ -138,9 +130,8 @@ class Entities:
         self._directory.clear()
 
 
-def write_section(text: str, letter: str, width: int = 72) -> list[str]:
+def write_section(pieces: Iterable[str], letter: str) -> list[str]:
     """The records of the start or the global section."""
-    pieces = [text[k : k + width] for k in range(0, max(len(text), 1), width)]
     return [f"{piece:<72}{letter}{k:7d}\n" for k, piece in enumerate(pieces, start=1)]
 
 

@@ -165,16 +165,14 @@ class _Writer:
             )
         return self._contexts[uncertainty]
 
-    def _write_definition(self, definition: Definition) -> "_Product":
+    def _write_definition(self, definition: Definition) -> _Product:
         """The product of a definition, with the shape of its bodies."""
         items: list[BodyItem] = []
         uncertainty = 0.0
         for body in definition.transformed_bodies():
             context = self.parameter_context
-            item = write_body(self.records, body, context, definition.color, self._style)
-            if item is not None:
-                items.append(item)
-                uncertainty = max(uncertainty, body.uncertainty)
+            items.append(write_body(self.records, body, context, definition.color, self._style))
+            uncertainty = max(uncertainty, body.uncertainty)
         kind = "MANIFOLD_SURFACE_SHAPE_REPRESENTATION"
         if all(item.is_solid for item in items):
             kind = "ADVANCED_BREP_SHAPE_REPRESENTATION"
@@ -186,7 +184,7 @@ class _Writer:
 
     def _write_product(
         self, name: str, kind: str, items: Sequence[int], uncertainty: float
-    ) -> "_Product":
+    ) -> _Product:
         """A product whose representation has some items."""
         add, text = self.records.add, write_string(name)
         self._product_count += 1
@@ -206,16 +204,13 @@ class _Writer:
         matrix = np.eye(4) if matrix is None else matrix
         return write_axes(self.records, matrix[:3, 3], matrix[:3, 2], matrix[:3, 0])
 
-    def _write_tree(self, own: Sequence["_Product"]) -> None:
+    def _write_tree(self, own: Sequence[_Product]) -> None:
         """The products of all nodes with nodes below them, and of the root.
 
         A node with one such node below it, not moved, is an instance of its product: both names
         stay. A node that is all of the file is its root.
         """
-        instances = self.assembly.instances
-        below: list[list[int]] = [[] for _ in range(len(instances) + 1)]
-        for number, instance in enumerate(instances):
-            below[instance.parent].append(number)  # the last list is that of the root, −1
+        instances, below = self.assembly.instances, self.assembly.list_below()
         made: dict[tuple[object, ...], int] = {}
         products = list(own)
         chosen = [-1] * len(instances)
@@ -255,8 +250,8 @@ class _Writer:
         return len(nodes) == 1 and nodes[0] in named and instances[nodes[0]].matrix is None
 
     def _write_assembly(
-        self, name: str, children: Sequence["_Child"], products: Sequence["_Product"]
-    ) -> "_Product":
+        self, name: str, children: Sequence[_Child], products: Sequence[_Product]
+    ) -> _Product:
         """A product that consists of placed products."""
         placements = [self._write_placement(matrix) for _, _, matrix in children]
         uncertainty = min(self._contexts, default=0.0)

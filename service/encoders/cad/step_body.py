@@ -52,8 +52,8 @@ def write_body(
     parameter_context: int,
     color: Color | None,
     style: StyleItem,
-) -> BodyItem | None:
-    """A solid, or a model of shells; None if the body has no faces.
+) -> BodyItem:
+    """A solid, or a model of shells, of a body that has faces.
 
     Parameters
     ----------
@@ -64,8 +64,6 @@ def write_body(
     style : callable
         Gives an item a colour.
     """
-    if not len(body.shell_faces):
-        return None
     is_plane = find_planes(body.surfaces)
     surfaces = write_surfaces(records, body.surfaces, is_plane)
     edges = _write_edges(records, body, surfaces, is_plane, parameter_context)

@@ -12,6 +12,7 @@ from collections.abc import Iterable, Sequence
 
 from service.bases.arrays import FloatArray
 from service.cancellation import checkpoint
+from service.encoders.cad.reals import list_reals, mark_exponents
 from service.encoders.text import json_array, row_chunks
 
 LINES = 1 << 14
@@ -20,26 +21,18 @@ LINES = 1 << 14
 SHORT_NET = 16
 """A net with up to this many control points is written on one line."""
 
-_EXPONENT = re.compile(r"(?<![\d.])(\d+)e", re.ASCII)
 _PLAIN = re.compile(r"[ -&(-\[\]-~]*", re.ASCII)
 """Texts that a string contains as they are: printable ASCII without quotes and backslashes."""
 
 
 def write_real(number: float) -> str:
     """A real: with the fewest digits that read back as the same number."""
-    text = repr(number)
-    return _fix_exponents(text) if "e" in text else text
-
-
-def _fix_exponents(text: str) -> str:
-    """Write 1e-07 as 1.E-07; orjson and Python write integers without a point before exponents."""
-    return _EXPONENT.sub(r"\1.e", text).replace("e", "E")
+    return mark_exponents(repr(number), "E")
 
 
 def write_reals(numbers: FloatArray) -> str:
     """A list of reals in brackets, from an array (n,)."""
-    text = json_array(numbers)[1:-1].decode()
-    return f"({_fix_exponents(text) if 'e' in text else text})"
+    return f"({list_reals(numbers, 'E')})"
 
 
 def write_string(text: str) -> str:
@@ -93,8 +86,8 @@ class Records:
         """Add a cartesian point for each row of points (n, d); returns the number of the first."""
         first = self.count + 1
         for chunk in row_chunks(points):
-            text = json_array(points[chunk])[2:-2].decode()
-            texts = (_fix_exponents(text) if "e" in text else text).split("],[")
+            text = mark_exponents(json_array(points[chunk])[2:-2].decode(), "E")
+            texts = text.split("],[")
             number = self.count
             self.count += len(texts)
             lines = [

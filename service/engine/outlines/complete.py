@@ -17,7 +17,13 @@ from service.engine.trims.closure import find_closure
 from service.engine.trims.splines import Splines
 from service.engine.trims.surfaces import FaceSurfaces
 from service.surface.brep_model import BrepModel
-from service.surface.spline_tables import CurveTable, empty_curves, find_starts
+from service.surface.spline_tables import (
+    CurveTable,
+    SingleCurve,
+    empty_curves,
+    find_starts,
+    stack_curves,
+)
 
 CLOSED = 1e-7
 """Sides of a surface that are nearer than this share of the diagonal are one curve, or a pole."""
@@ -135,8 +141,7 @@ def _append(table: CurveTable, splines: Splines) -> CurveTable:
 
 def to_table(splines: Splines) -> CurveTable:
     """Curves as columns; each break has the multiplicity of the degree."""
-    degrees, counts, points, weights, knots = [], [], [], [], []
-    is_rational = []
+    curves: list[SingleCurve] = []
     for curve in range(len(splines)):
         nets = splines.groups[splines.group[curve]]
         degree, spans = nets.degree, splines.span_count.item(curve)
@@ -144,23 +149,12 @@ def to_table(splines: Splines) -> CurveTable:
         own = nets.nets[first : first + spans]
         # The last control point of a span is the first one of the next.
         net = np.concatenate([own[:, :-1].reshape(-1, own.shape[2]), own[-1, -1:]])
-        w = net[:, splines.dimension] if nets.is_rational else np.ones(len(net))
+        points = net[:, : splines.dimension]
+        weights = net[:, splines.dimension] if nets.is_rational else None
         begin = splines.first_break.item(curve)
         repeats = np.full(spans + 1, degree)
         repeats[[0, -1]] = degree + 1
-        degrees.append(degree)
-        counts.append(len(net))
-        points.append(net[:, : splines.dimension] / w[:, np.newaxis])
-        weights.append(w)
-        is_rational.append(nets.is_rational)
-        knots.append(np.repeat(splines.breaks[begin : begin + spans + 1], repeats))
-    if not degrees:
-        return empty_curves(splines.dimension)
-    return CurveTable(
-        np.array(degrees, np.intp),
-        np.array(counts, np.intp),
-        np.concatenate(points),
-        np.concatenate(weights),
-        np.array(is_rational),
-        np.concatenate(knots),
-    )
+        knots = np.repeat(splines.breaks[begin : begin + spans + 1], repeats)
+        points = points if weights is None else points / weights[:, np.newaxis]
+        curves.append((degree, knots, points, weights))
+    return stack_curves(curves, splines.dimension)

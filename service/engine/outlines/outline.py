@@ -4,9 +4,7 @@ Borders that are equal become one edge. Each closed shell is a brep of its own, 
 point outwards; all open shells are one brep.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 
@@ -21,7 +19,7 @@ from service.engine.outlines.runs import IS_AGAINST, Runs, find_runs
 from service.engine.outlines.shells import OutlineShells, find_shells
 from service.surface.brep_model import BrepModel
 from service.surface.lowered import PatchModel
-from service.surface.spline_tables import CurveTable, empty_curves
+from service.surface.spline_tables import SingleCurve, stack_curves
 
 UNCERTAINTY_SHARE = 1e-9
 """The uncertainty of an outline, as a share of the model's diagonal: more than rounding adds."""
@@ -31,10 +29,6 @@ EVEN = 1e-14
 
 CHECKED_EDGES = 1 << 12
 """How many edges are made between two checks whether the request is cancelled."""
-
-
-_Curve: TypeAlias = tuple[int, FloatArray, FloatArray, FloatArray | None]
-"""Degree, knots, control points and weights."""
 
 
 def outline(model: PatchModel) -> tuple[BrepModel, ...]:
@@ -124,7 +118,7 @@ def _build(found: _Found, group: Ints) -> BrepModel:
         edge_curves=edge_curves,
         edge_uncertainties=np.full(len(owners), uncertainty),
         is_degenerate=is_pole,
-        curves=_join_curves(curves, 3),
+        curves=stack_curves(curves, 3),
         surfaces=faces.table().select(chosen),
         face_names=tuple(found.names[face] for face in chosen.tolist()),
         palette=np.empty((0, 4)),
@@ -135,7 +129,7 @@ def _build(found: _Found, group: Ints) -> BrepModel:
         coedge_edges=edge,
         coedge_reversed=is_reversed,
         coedge_pcurves=np.arange(count),
-        pcurves=_join_curves(pcurves, 2),
+        pcurves=stack_curves(pcurves, 2),
         shell_counts=np.bincount(in_shells, minlength=1)[group],
         shell_faces=np.argsort(in_shells, kind="stable"),
         is_closed=shells.is_closed[group],
@@ -143,7 +137,7 @@ def _build(found: _Found, group: Ints) -> BrepModel:
     )
 
 
-def _take_border(faces: OutlineFaces, runs: Runs, row: int) -> _Curve:
+def _take_border(faces: OutlineFaces, runs: Runs, row: int) -> SingleCurve:
     """The border of a face along a run, in the direction of the increasing parameter."""
     if row % CHECKED_EDGES == 0:
         checkpoint()
@@ -164,7 +158,9 @@ def _take_line(spline: Spline, side: int) -> tuple[FloatArray, FloatArray | None
     return spline.points[index], None if spline.weights is None else spline.weights[index]
 
 
-def _draw_line(faces: OutlineFaces, runs: Runs, row: int, owner: int, is_turned: bool) -> _Curve:
+def _draw_line(
+    faces: OutlineFaces, runs: Runs, row: int, owner: int, is_turned: bool
+) -> SingleCurve:
     """The parameter curve of a run: along its side, at the parameters of the owner of the edge.
 
     `is_turned` says whether the edge runs against the increasing parameter of the side.
@@ -186,19 +182,3 @@ def _draw_line(faces: OutlineFaces, runs: Runs, row: int, owner: int, is_turned:
     points[:, axis] = values
     points[:, 1 - axis] = across[-1] if side in (1, 2) else across[0]
     return 1, np.concatenate([t[:1], t, t[-1:]]), points, None
-
-
-def _join_curves(curves: Sequence[_Curve], dimension: int) -> CurveTable:
-    """Curves as columns."""
-    if not curves:
-        return empty_curves(dimension)
-    points = [curve[2] for curve in curves]
-    weights = [np.ones(len(c[2])) if c[3] is None else c[3] for c in curves]
-    return CurveTable(
-        np.array([curve[0] for curve in curves], np.intp),
-        np.array([len(each) for each in points], np.intp),
-        np.concatenate(points),
-        np.concatenate(weights),
-        np.array([curve[3] is not None for curve in curves]),
-        np.concatenate([curve[1] for curve in curves]),
-    )

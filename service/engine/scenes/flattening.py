@@ -201,8 +201,10 @@ def _repeat_faces(flat: _Copies, faces: Sequence[IndexArray], starts: Ints) -> I
         if not len(each):
             continue
         is_mirrored = flat.placements.is_mirrored[copies]
-        for form, chosen in ((each, copies[~is_mirrored]), (None, copies[is_mirrored])):
-            corners = reverse_faces(each) if form is None else form
+        for turned, chosen in ((False, copies[~is_mirrored]), (True, copies[is_mirrored])):
+            if not len(chosen):
+                continue
+            corners = reverse_faces(each) if turned else each
             for batch in batch_copies(len(chosen), len(each)):
                 numbers = chosen[batch]
                 first = flat.vertices[numbers].astype(np.uint32)

@@ -48,8 +48,8 @@ def report_copies(meshes: Sequence[Mesh], copies: Sequence[PlacedModel]) -> Mesh
     """
     placements = stack_placements(copies)
     stretches, errors = find_spreads(meshes, copies, placements)
-    low, high = _find_bounds(meshes, copies, placements)
     numbers = list_copies(copies, len(meshes))
+    low, high = _find_bounds(meshes, numbers, placements)
     used = [(mesh.report, rows) for mesh, rows in zip(meshes, numbers, strict=True) if len(rows)]
     first = meshes[copies[0].model].report
     sums = {name: sum(getattr(report, name) * len(rows) for report, rows in used) for name in _SUMS}
@@ -74,12 +74,12 @@ def report_copies(meshes: Sequence[Mesh], copies: Sequence[PlacedModel]) -> Mesh
 
 
 def _find_bounds(
-    meshes: Sequence[Mesh], copies: Sequence[PlacedModel], placements: Placements
+    meshes: Sequence[Mesh], numbers: Sequence[Ints], placements: Placements
 ) -> tuple[list[float], list[float]]:
     """Least and greatest coordinates of all copies."""
     lows: list[FloatArray] = []
     highs: list[FloatArray] = []
-    for mesh, rows in zip(meshes, list_copies(copies, len(meshes)), strict=True):
+    for mesh, rows in zip(meshes, numbers, strict=True):
         moved = rows[placements.is_moved[rows]]
         if len(moved) < len(rows):
             lows.append(np.array([mesh.report.bounds_min]))

@@ -34,7 +34,7 @@ def read(content: bytes) -> tuple[list[str], dict[int, Entity]]:
     assert [last[8 * k : 8 * k + 8] for k in range(4)] == [
         f"{name}{len(sections[name]):7d}" for name in "SGDP"
     ]
-    globals_ = split("".join(line[:72] for line in sections["G"]))
+    globals_ = split("".join(line[:72] for line in sections["G"]), 72)
     entities = {}
     taken: Counter[int] = Counter()
     directory, parameters = sections["D"], sections["P"]
@@ -45,7 +45,7 @@ def read(content: bytes) -> tuple[list[str], dict[int, Entity]]:
         own = parameters[begin : begin + count]
         taken.update(range(begin, begin + count))
         assert all(int(line[64:72]) == k + 1 for line in own)
-        kind, *values = split("".join(line[:64] for line in own))
+        kind, *values = split("".join(line[:64] for line in own), 64)
         assert kind.strip() == first[0].strip() == second[0].strip()
         entities[k + 1] = Entity(
             int(kind), int(second[4]), values, int(second[2]), int(first[6]), first[8]
@@ -54,8 +54,11 @@ def read(content: bytes) -> tuple[list[str], dict[int, Entity]]:
     return globals_, entities
 
 
-def split(text: str) -> list[str]:
-    """The parameters of a text that ends with a semicolon; strings without their lengths."""
+def split(text: str, width: int) -> list[str]:
+    """The parameters of a text that ends with a semicolon; strings without their lengths.
+
+    Asserts that every number is on one record of this width, with the delimiter after it.
+    """
     values = []
     place = 0
     while True:
@@ -70,6 +73,7 @@ def split(text: str) -> list[str]:
             while text[end] not in ",;":
                 end += 1
             values.append(text[place:end].strip())
+            assert (end - len(text[place:end].lstrip())) // width == end // width
         if text[end] == ";":
             assert not text[end + 1 :].strip()
             return values

@@ -157,7 +157,7 @@ def test_equal_members_are_instances_of_one_product() -> None:
 def test_mirrored_members_are_one_mirrored_body_placed_by_rotations() -> None:
     """Three mirrors: bodies differ by rotations only, so that one mirrored body is enough."""
     bolt = read_solid("bolt")
-    mirrors = [np.diag([s, 1.0, 1.0, 1.0]).tolist() for s in (-1.0,)]
+    mirrors = [np.diag([-1.0, 1.0, 1.0, 1.0]).tolist()]
     mirrors.append((np.array(place(9, 0.3)) @ np.diag([1.0, -1.0, 1.0, 1.0])).tolist())
     mirrors.append((np.array(place(3, 1.3)) @ np.diag([1.0, 1.0, -1.0, 1.0])).tolist())
     group = make_group(
@@ -338,10 +338,9 @@ def test_planes_and_lines_are_written_as_such() -> None:
     kinds = Counter(record.kind for record in records.values())
     assert (kinds["PLANE"], kinds["LINE"], kinds["PCURVE"]) == (6, 12, 0)
     for plane in find_records(records, "PLANE"):
-        _, point, axis, along = records[plane.values[1].number].values
+        _, _, axis, along = records[plane.values[1].number].values
         z, x = (np.array(records[each.number].values[1]) for each in (axis, along))
         assert abs(z @ x) < 1e-15
-        del point
 
 
 def test_parameter_curves_have_the_parameters_of_their_edges() -> None:
