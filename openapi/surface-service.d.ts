@@ -8134,6 +8134,9 @@ export interface operations {
                     "model/x-ply": Blob;
                     "model/x-off": string;
                     "model/3mf": Blob;
+                    "model/step": string;
+                    "model/iges": string;
+                    "model/x-vtu": Blob;
                     "image/svg+xml": string;
                 };
             };

@@ -22,10 +22,10 @@ from service.decoders.format import Decoder
 from service.encoders.format import FileFormat
 from service.errors import InvalidRequest, Issue, StoreFailed, SurfaceError, UnknownSurface
 from service.jobs.checks import CheckedPart, check_part
-from service.jobs.keys import FILE_ID
 from service.jobs.parts import stored_surface
 from service.pipeline.calls import CallLimits
 from service.pipeline.cost import Cost, Work
+from service.schemas.jobs import FILE_ID
 from service.surface.kinds import Surface
 
 PREFERENCE = "respond-async"

@@ -16,6 +16,7 @@ from service.encoders.cad.format import WritingReport
 from service.encoders.format import Content, FileFormat, SplitContent
 from service.engine.mesh.mesh import MeshReport
 from service.jobs.results import Result
+from service.pipeline.cad_files import count_writing
 from service.pipeline.files import count_reading
 
 CHUNK = 1 << 19
@@ -176,13 +177,7 @@ def reading_headers(reading: Mapping[str, Any] | None) -> dict[str, str]:
 
 def writing_headers(report: WritingReport | None) -> dict[str, str]:
     """The header with the counts of a file of definitions, which has no place for a report."""
-    if report is None:
-        return {}
-    values = f"faces={report.faces}; definitions={report.definitions}"
-    values += f"; instances={report.instances}"
-    if report.metres_per_unit is not None:
-        values += f"; metres_per_unit={report.metres_per_unit!r}"
-    return {WRITING_HEADER: values + "; unit=assumed" if report.is_unit_assumed else values}
+    return {} if report is None else {WRITING_HEADER: count_writing(report)}
 
 
 def file_response(

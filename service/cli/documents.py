@@ -30,6 +30,9 @@ Request = TypeVar("Request", bound="BaseModel")
 Document = dict[str, Any]
 
 
+READING_HEADER, WRITING_HEADER = "Surface-Reading", "Surface-Writing"
+"""Headers with the counts of a CAD file that a service has read, and of one that it has written."""
+
 _WITH_REPORT = ("/v1/convert", "/v1/surfaces")
 """Calls whose JSON has the whole report of reading a file; others have a header with counts."""
 
@@ -137,7 +140,7 @@ def _compute(
 ) -> bytes:
     """Computes the file of a call in this process; `reading` is the report of a CAD file.
 
-    Prints on standard error if a file of definitions has a unit that the surface does not have.
+    Says if a file of definitions has a unit that the surface does not have.
     """
     from service.pipeline.calls import CALLS, JSON
     from service.schemas.request import SurfaceRequest
@@ -147,8 +150,12 @@ def _compute(
         request.keep_reading(reading)
     file = CALLS[path].plan(request, fmt or JSON, limits).run()
     if file.writing is not None and file.writing.is_unit_assumed:
-        print_error("one unit is written as 1 mm, because the surface has no `metres_per_unit`")
+        _print_assumed_unit()
     return bytes(file.content)
+
+
+def _print_assumed_unit() -> None:
+    print_error("one unit is written as 1 mm, because the surface has no `metres_per_unit`")
 
 
 def perform_document(
@@ -222,7 +229,7 @@ def post_file(
     query: Mapping[str, str],
     fmt: "FileFormat | None" = None,
 ) -> bytes:
-    """The response to a file; prints what the service has read in it.
+    """The response to a file; prints what the service has read in it, and an assumed unit.
 
     Raises the errors of `service.remote.calls.post`.
     """
@@ -230,7 +237,7 @@ def post_file(
 
     from service.remote.calls import post
 
-    headers: list[str] = []
+    seen: list[Mapping[str, str]] = []
     content = post(
         url,
         path,
@@ -238,13 +245,22 @@ def post_file(
         fmt,
         {**source.fields, **query},
         media_type=source.decoder.media_type,
-        on_reading=headers.append,
+        on_headers=seen.append,
     )
-    if headers and path in _WITH_REPORT and (fmt is None or fmt.name == "json"):
+    (headers,) = seen
+    counts = headers.get(READING_HEADER)
+    if counts and path in _WITH_REPORT and (fmt is None or fmt.name == "json"):
         source.print_reading(orjson.loads(content).get("reading"))
-    elif headers:
-        source.print_counts(headers[-1])
+    elif counts:
+        source.print_counts(counts)
+    _note_writing(headers)
     return content
+
+
+def _note_writing(headers: Mapping[str, str]) -> None:
+    """Says if the service has written a unit that the surface does not have."""
+    if "unit=assumed" in headers.get(WRITING_HEADER, "").split("; "):
+        _print_assumed_unit()
 
 
 def _query_texts(values: Mapping[str, Any]) -> dict[str, str]:
@@ -262,7 +278,7 @@ def _post(
 ) -> bytes:
     from service.remote.calls import post
 
-    return post(url, path, document, fmt, query)
+    return post(url, path, document, fmt, query, on_headers=_note_writing)
 
 
 def parse_request(

@@ -15,17 +15,14 @@
 Ids are SHA-256 in hexadecimal; names that a client chose are in no key.
 """
 
-import re
 from hashlib import sha256
 
+from service.schemas.jobs import FILE_ID
 from service.storage.keys import is_id
 
 PARTS, JOBS, INTAKE, CALLERS = "parts", "jobs", "intake", "callers"
 OWNERS, INSTANCES, FILES = "owners", "instances", "files"
 """Prefixes of the keys."""
-
-FILE_ID = re.compile(r"[0-9a-f]{64}\.[0-9a-z]{1,16}", re.ASCII)
-"""The id of a file: the SHA-256 of its bytes, and the name of the format that its sender said."""
 
 
 def part_key(id: str) -> str:

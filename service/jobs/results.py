@@ -14,6 +14,7 @@ import orjson
 
 from service.encoders.format import FileFormat
 from service.errors import DamagedObject, Issue, SurfaceError
+from service.pipeline.cad_files import count_writing
 from service.pipeline.calls import File
 from service.pipeline.files import count_reading
 
@@ -37,6 +38,8 @@ class Result:
         Of the report of a mesh; None for other files.
     reading : str or None
         Counts of the report of reading the part's file (`count_reading`); None without a file.
+    writing : str or None
+        Counts of the report of writing a file of definitions (`count_writing`); None for others.
     """
 
     media_type: str
@@ -49,6 +52,7 @@ class Result:
     deviation_bound: float | None = None
     gap_bound: float | None = None
     reading: str | None = None
+    writing: str | None = None
 
 
 def describe_file(file: File, content: bytes, fmt: FileFormat) -> Result:
@@ -56,8 +60,9 @@ def describe_file(file: File, content: bytes, fmt: FileFormat) -> Result:
     digest = sha256(content).hexdigest()
     about = (fmt.media_type, fmt.suffix, file.name, len(content), digest)
     reading = None if file.reading is None else count_reading(file.reading)
+    writing = None if file.writing is None else count_writing(file.writing)
     if (report := file.report) is None:
-        return Result(*about, reading=reading)
+        return Result(*about, reading=reading, writing=writing)
     return Result(
         *about,
         report.vertices,
@@ -65,6 +70,7 @@ def describe_file(file: File, content: bytes, fmt: FileFormat) -> Result:
         report.deviation_bound,
         report.gap_bound,
         reading,
+        writing,
     )
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from service.encoders.cad.format import DefinitionFormat, WrittenFile
+from service.encoders.cad.format import DefinitionFormat, WritingReport, WrittenFile
 from service.errors import InvalidRequest, Issue
 from service.pipeline.checks import check_surface
 from service.pipeline.cost import Cost, Work, conversion_points, lowering_memory, with_scratch
@@ -99,6 +99,15 @@ def plan_cad_file(
             raise error.within("/surface") from None
 
     return Work(Cost(memory, seconds), run)
+
+
+def count_writing(report: WritingReport) -> str:
+    """Counts and the unit of a report of writing, as a dictionary of RFC 8941."""
+    values = f"faces={report.faces}; definitions={report.definitions}"
+    values += f"; instances={report.instances}"
+    if report.metres_per_unit is not None:
+        values += f"; metres_per_unit={report.metres_per_unit!r}"
+    return f"{values}; unit=assumed" if report.is_unit_assumed else values
 
 
 def _check_kind(size: SurfaceSize, fmt: DefinitionFormat) -> None:

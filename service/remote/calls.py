@@ -44,7 +44,7 @@ def post(
     query: Mapping[str, str] = MappingProxyType({}),
     *,
     media_type: str = "application/json",
-    on_reading: Callable[[str], None] = lambda _: None,
+    on_headers: Callable[[Mapping[str, str]], None] = lambda _: None,
 ) -> bytes:
     """The response to a document or a file that is posted to a path of the service at `url`.
 
@@ -58,8 +58,8 @@ def post(
         Further parameters of the URL.
     media_type : str
         That of the body.
-    on_reading : callable
-        Called with the header that has the counts of faces that were read in a CAD file.
+    on_headers : callable
+        Called with the headers of the result, whose names may be asked for in any case.
 
     Raises
     ------
@@ -76,8 +76,7 @@ def post(
         send = partial(connection.send, "POST", path, params=params, content=content)
         ask_job = partial(send, headers=headers | PREFER)
         content = _compute(connection, partial(send, headers=headers), ask_job, expected_type)
-        if connection.reading:
-            on_reading(connection.reading)
+        on_headers(connection.headers)
         return content
 
 

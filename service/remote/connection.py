@@ -25,9 +25,6 @@ KEY = "SURFACE_KEY"
 """The environment variable with the caller's API key, for services that need one."""
 
 
-READING_HEADER = "Surface-Reading"
-"""The header of `Connection.reading`."""
-
 _ABSENT = frozenset({"not_found", "method_not_allowed"})
 """Codes of a service that does not have a call. Every surface service has all calls that the
 commands use except those that its settings switch on, so usually another server responded."""
@@ -40,14 +37,14 @@ class Connection:
     ----------
     url : str
     client : httpx.Client
-    reading : str
-        The header of the last response with the counts of faces of a CAD file; or empty.
+    headers : httpx.Headers
+        Those of the last response that was as expected.
     """
 
     def __init__(self, url: str, client: httpx.Client) -> None:
         self.url = url
         self.client = client
-        self.reading = ""
+        self.headers = httpx.Headers()
 
     def send(
         self, method: str, path: str, *, timeout: float = TIMEOUT, **request: Any
@@ -98,7 +95,7 @@ class Connection:
         """
         media_type = response.headers.get("content-type", "").partition(";")[0]
         if response.is_success and media_type == expected_type.partition(";")[0]:
-            self.reading = response.headers.get(READING_HEADER, "")
+            self.headers = response.headers
             return response.content
         problem = find_problem(response)
         if problem.get("code") in _ABSENT and absent:

@@ -1,5 +1,6 @@
 """Waits for a job of one part at a service, shows its progress, and fetches its result."""
 
+import re
 import sys
 import time
 from collections.abc import Iterator
@@ -21,6 +22,9 @@ restart of the service take at most."""
 
 EVENT_TIMEOUT = 60.0
 """Seconds without an event, or a comment between events, after which the connection is lost."""
+
+_PART = re.compile(r"^/parts/0(/body|/file|/path)?(?![^/])")
+"""The pointer to the only part of a job, or to what the part has of the call."""
 
 State: TypeAlias = dict[str, Any]
 """The document of a job's state."""
@@ -60,10 +64,7 @@ def fetch_result(connection: Connection, state: State, expected_type: str) -> by
     problem = orjson.loads(listed)["results"][0]["problem"]
     for error in problem["errors"]:
         # The pointer is that of the job, whose only part has the body, or the file, of the call.
-        pointer = error["pointer"].removeprefix("/parts/0")
-        for prefix in ("/body", "/file", "/path"):
-            pointer = pointer.removeprefix(prefix)
-        error["pointer"] = pointer
+        error["pointer"] = _PART.sub("", error["pointer"])
     raise connection.failure(problem["status"], problem)
 
 

@@ -1,9 +1,11 @@
 """The JSON language of jobs: a list of parts, each of which is a request of its own."""
 
-from typing import Annotated, Any, Self
+import re
+from typing import Annotated, Any, Self, TypeAlias
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
 
+from service.errors import Issue
 from service.schemas.accuracy import MAX_COUNT
 from service.schemas.fields import (
     Name,
@@ -17,6 +19,26 @@ from service.schemas.validation import to_invalid
 
 MAX_PATH = 8000
 """The most characters of the path and the query of a part (RFC 9110, section 4.1)."""
+
+FILE_ID = re.compile(r"[0-9a-f]{64}\.[0-9a-z]{1,16}", re.ASCII)
+"""The id of a file: the SHA-256 of its bytes, and the name of the format that its sender said."""
+
+FILE_ID_PATTERN = f"^{FILE_ID.pattern}$"
+"""The pattern of `FILE_ID` as JSON Schema has it."""
+
+
+def _check_file_id(id: str) -> str:
+    if FILE_ID.fullmatch(id) is None:
+        message, needed = "This is not the id of a file.", "an id from a response of POST /v1/files"
+        raise to_invalid(Issue("wrong_value", message, got="another string", needed=needed))
+    return id
+
+
+FileId: TypeAlias = Annotated[
+    str,
+    AfterValidator(_check_file_id),
+    WithJsonSchema({"type": "string", "pattern": FILE_ID_PATTERN}),
+]
 
 
 class PartDefinition(StrictModel):
@@ -38,12 +60,10 @@ class PartDefinition(StrictModel):
         "The JSON body of a POST.",
         {"surface": {"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]}},
     )
-    file: Annotated[str | None, Omittable(), Field(pattern=r"^[0-9a-f]{64}\.[0-9a-z]{1,16}$")] = (
-        optional(
-            "The id of a file that `POST /v1/files` has stored: the body of the POST, in "
-            "place of a JSON body.",
-            f"{'0' * 64}.step",
-        )
+    file: Annotated[FileId | None, Omittable()] = optional(
+        "The id of a file that `POST /v1/files` has stored: the body of the POST, in place of a "
+        "JSON body.",
+        f"{'0' * 64}.step",
     )
 
     @model_validator(mode="after")

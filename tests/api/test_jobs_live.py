@@ -99,11 +99,15 @@ def test_the_commands_of_the_page_work(service: httpx.Client, tmp_path: Path) ->
 def test_parts_with_a_file_have_the_results_of_the_call(service: httpx.Client) -> None:
     headers = {"Content-Type": STEP}
     file = service.post("/v1/files", content=OPEN_TETRAHEDRON, headers=headers).json()["id"]
-    paths = ["/v1/mesh?format=glb&tolerance=0.1&name=tip", "/v1/convert?invalid_faces=refuse"]
+    paths = [
+        "/v1/mesh?format=glb&tolerance=0.1&name=tip",
+        "/v1/convert?invalid_faces=refuse",
+        "/v1/convert?format=step",
+    ]
     parts = [{"path": path, "file": file} for path in (*paths, "/v1/measure")]
     job = service.post("/v1/jobs", json={"parts": parts}).json()
     state = follow(service, job)
-    assert (state["state"], state["parts"]["succeeded"]) == ("failed", 2)
+    assert (state["state"], state["parts"]["succeeded"]) == ("failed", 3)
     listed = service.get(job["links"]["results"]).json()["results"]
     for path, each in zip(paths, listed, strict=False):
         response = service.post(path, content=OPEN_TETRAHEDRON, headers=headers)
@@ -111,9 +115,12 @@ def test_parts_with_a_file_have_the_results_of_the_call(service: httpx.Client) -
         assert result.content == response.content
         assert result.headers["surface-reading"] == "faces=3; skipped=1"
         assert response.headers["surface-reading"] == "faces=3; skipped=1"
+        written = response.headers.get("surface-writing")
+        assert result.headers.get("surface-writing") == written
+        assert (written is not None) == path.endswith("step")
     problem = service.post("/v1/measure", content=OPEN_TETRAHEDRON, headers=headers).json()
-    assert listed[2]["problem"]["code"] == problem["code"]
-    assert listed[2]["problem"]["errors"][0]["pointer"].startswith("/parts/2/file")
+    assert listed[3]["problem"]["code"] == problem["code"]
+    assert listed[3]["problem"]["errors"][0]["pointer"].startswith("/parts/3/file")
 
 
 def test_a_file_that_is_preferred_later_becomes_a_job(service: httpx.Client) -> None:

@@ -12,6 +12,7 @@ from service.pipeline.documents import plan_conversion
 from service.surface.convert.nets import SizeLimits
 from service.surface.convert.operations import Elevate, Reverse, Split, Transpose
 from service.surface.examples.catalogue import find
+from tools.hostile.files import build_net, save_array
 
 SURFACE = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]], "name": "sail"}
 
@@ -174,3 +175,16 @@ def test_the_command_names_an_assumed_unit(
     file.write_text(json.dumps(group), encoding="utf-8")
     assert main(["convert", str(file), "-o", str(tmp_path / output)]) == 0
     assert ("one unit is written as 1 mm" in capsys.readouterr().err) == is_named
+
+
+@pytest.mark.parametrize(("output", "notes"), [("part.step", 1), ("part.vtu", 0), ("part.json", 0)])
+def test_a_unit_that_a_service_assumes_is_named_too(
+    server: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], output: str, notes: int
+) -> None:
+    """Neither the JSON nor the file has a unit."""
+    (tmp_path / "net.json").write_text(json.dumps({"surface": SURFACE}), encoding="utf-8")
+    (tmp_path / "net.npy").write_bytes(save_array(build_net()))
+    for source in ("net.json", "net.npy"):
+        command = ["convert", str(tmp_path / source), "--url", server]
+        assert main([*command, "-o", str(tmp_path / output)]) == 0
+        assert capsys.readouterr().err.count("one unit is written as 1 mm") == notes

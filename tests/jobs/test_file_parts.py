@@ -18,11 +18,12 @@ from service.jobs.batch import BatchResult, Task, read_result, run_batch
 from service.jobs.checks import CheckedPart, check_part
 from service.jobs.file_parts import file_part_id, read_file_part
 from service.jobs.files import JobFiles
-from service.jobs.keys import FILE_ID, file_key, part_key
+from service.jobs.keys import file_key, part_key
 from service.jobs.results import read_object
 from service.jobs.sources import SourceFiles
 from service.jobs.usage import JobUsage
 from service.pipeline.calls import CALLS, CallLimits
+from service.schemas.jobs import FILE_ID
 from service.settings.values import Settings
 from service.storage.address import open_store
 from service.storage.backends import Bucket, Entry
@@ -148,6 +149,16 @@ def test_parts_are_refused_before_their_file_is_read(
         check(path, id)
     issue = caught.value.issues[0]
     assert (issue.code, issue.pointer) == (code, pointer)
+
+
+@pytest.mark.parametrize("id", ["", "x", ID[:64], f"{ID}\n", ID.upper(), "part.step"])
+def test_other_strings_than_ids_of_files_are_refused(id: str) -> None:
+    with pytest.raises(InvalidRequest) as caught:
+        check(PATH, id)
+    issue = caught.value.issues[0]
+    assert (issue.code, issue.pointer) == ("wrong_value", "/file")
+    assert issue.message == "This is not the id of a file."
+    assert "POST /v1/files" in issue.needed
 
 
 def test_a_part_has_a_body_or_a_file() -> None:

@@ -7,6 +7,7 @@ from pydantic import Field
 
 from service.api.models.meshes import Count, Missing, ResponseModel
 from service.api.models.surfaces import Problem
+from service.schemas.jobs import FILE_ID_PATTERN
 
 State: TypeAlias = Literal["queued", "running", "succeeded", "failed", "cancelled"]
 Time: TypeAlias = Annotated[datetime, Field(examples=["2026-11-29T14:40:20.125Z"])]
@@ -78,7 +79,7 @@ class JobList(ResponseModel):
 class JobFile(ResponseModel):
     """A file for parts of jobs."""
 
-    id: Annotated[str, Field(pattern=r"^[0-9a-f]{64}\.[0-9a-z]{1,16}$")]
+    id: Annotated[str, Field(pattern=FILE_ID_PATTERN)]
     """For the `file` of parts: the hash of its bytes, and the name of its format."""
     bytes: Count
     """Its bytes."""

@@ -13,6 +13,7 @@ from service.api.job_documents import describe_result, describe_state, job_url
 from service.api.lines import MEDIA_TYPE
 from service.api.openapi.parameters import Json, json_body, parameter
 from service.api.openapi.responses import EXAMPLE_RESPONSES, TIMED, error, file_schema, header
+from service.encoders.cad.registry import CONVERSION_FORMATS
 from service.encoders.polylines.registry import CURVE_FORMATS, SECTION_FORMATS
 from service.encoders.registry import FORMATS
 from service.engine.mesh.mesh import ENGINE
@@ -204,7 +205,8 @@ RESULT_HEADERS: Json = {
         is_required=False,
     ),
 }
-_FILES = {f.media_type: f for f in (*FORMATS, *CURVE_FORMATS, *SECTION_FORMATS)}
+_FORMATS = (*FORMATS, *CONVERSION_FORMATS, *CURVE_FORMATS, *SECTION_FORMATS)
+_FILES = {fmt.media_type: fmt for fmt in _FORMATS}
 RESULT_CONTENT: Json = {name: {"schema": file_schema(f)} for name, f in _FILES.items()}
 
 

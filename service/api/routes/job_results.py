@@ -14,6 +14,7 @@ from service.api.openapi.responses import error
 from service.api.record import record_of
 from service.api.responses import (
     READING_HEADER,
+    WRITING_HEADER,
     FileResponse,
     disposition,
     json_response,
@@ -125,8 +126,9 @@ def _result_headers(file: Result, name: str) -> RawHeaders:
         (b"x-content-type-options", b"nosniff"),
         *report_headers(file),
     ]
-    if file.reading is not None:
-        headers.append((READING_HEADER.lower().encode(), file.reading.encode()))
+    for header, counts in ((READING_HEADER, file.reading), (WRITING_HEADER, file.writing)):
+        if counts is not None:
+            headers.append((header.lower().encode(), counts.encode()))
     if file.media_type != "application/json":
         file_name = disposition("attachment", name or file.name, file.suffix)
         headers.append((b"content-disposition", file_name.encode()))
