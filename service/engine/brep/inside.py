@@ -25,7 +25,7 @@ ROUNDING = 2.0**-42
 """Share of the largest coordinate that is added to gaps."""
 
 NEAR = 1 / 4
-"""A piece of an edge that is shorter than this share of the gap is near to a point, or far."""
+"""A piece of an edge whose box is smaller than this share of the gap is not halved."""
 
 MOST_HALVINGS = 64
 """A piece that was halved this often is shorter than rounding."""
@@ -179,12 +179,13 @@ def _test_pieces(curves: Splines, pieces: _Pieces, row: Ints, points: FloatArray
     for halving in range(MOST_HALVINGS + 1):
         touches = _touch(pieces.boxes, points[:, row]) & ~is_near[row]
         row, pieces = row[touches], pieces.take(touches)
-        apart = pieces.ends.reshape(2, 3, -1) - points[:, row]
+        apart = length(pieces.ends.reshape(2, 3, -1) - points[:, row]).min(axis=0)
         sides = pieces.boxes[3:] - pieces.boxes[:3] - 2 * pieces.reaches
-        is_met = (length(apart) <= pieces.reaches).any(axis=0)
-        is_small = (length(sides) <= NEAR * pieces.reaches) | (halving == MOST_HALVINGS)
-        is_near[row[is_met | is_small]] = True
-        left = ~is_near[row]
+        # All of a small piece is nearly at its ends.
+        is_small = length(sides) <= NEAR * pieces.reaches
+        is_met = apart <= np.where(is_small, 1 + NEAR, 1.0) * pieces.reaches
+        is_near[row[is_met | (halving == MOST_HALVINGS)]] = True
+        left = ~(is_small | is_near[row])
         row, pieces = row[left].repeat(2), pieces.take(left)
         if not len(row):
             break

@@ -21,6 +21,10 @@ MARGIN = 2.0**-7
 RELATIVE_MARGIN = 2.0**-49
 """And by this share of the largest parameter of the face."""
 
+SEAM_MARGINS = 8.0
+"""A point at a seam or a pole is inside if no border is within this many margins: the seam itself
+is within 4."""
+
 CHUNK = 1 << 14
 """Places that are tested together, with all their periods: it limits memory."""
 
@@ -122,16 +126,23 @@ class Regions:
             own = face[rows][point]
             copies = parameters[rows][point] + turns * self.periods[own]
             found = self.find_windings(own, copies)
-            inside[rows] = self._answer(face[rows], point, found)
-            tests, halves, begin = tests + found.tests, halves + found.halves, end
+            at_seam = np.unique(found.rows[~self.is_border[found.coedges]])
+            near = self.find_windings(own[at_seam], copies[at_seam], SEAM_MARGINS)
+            at_border = at_seam[near.rows[self.is_border[near.coedges]]]
+            inside[rows] = self._answer(face[rows], point, found, at_border)
+            tests, halves = tests + found.tests + near.tests, halves + found.halves + near.halves
+            begin = end
         return Answers(inside, tests, halves)
 
-    def find_windings(self, face: Ints, parameters: FloatArray) -> Windings:
-        """The winding numbers of the loops of faces (m,) about parameters (m, 2)."""
+    def find_windings(self, face: Ints, parameters: FloatArray, margins: float = 1.0) -> Windings:
+        """The winding numbers of the loops of faces (m,) about parameters (m, 2).
+
+        Coedges are listed on which a point is up to a number of margins.
+        """
         first = self.first_loop[face]
         row, loop = expand_runs(self.first_loop[face + 1] - first, first)
         places = np.ascontiguousarray(self.places.to_places(face, parameters).T)
-        return find_windings(self.tree, places, self.margins[face], row, loop)
+        return find_windings(self.tree, places, margins * self.margins[face], row, loop)
 
     def _count_copies(self, face: Ints, parameters: FloatArray) -> tuple[FloatArray, Ints]:
         """The least number of periods (m, 2) after which points are in the boxes of loops.
@@ -149,15 +160,17 @@ class Regions:
         count = np.where(is_empty, 0.0, np.maximum(last - first + 1.0, 0.0))
         return first, count.astype(np.intp)
 
-    def _answer(self, face: Ints, point: Ints, found: Windings) -> Ints:
+    def _answer(self, face: Ints, point: Ints, found: Windings, near_border: Ints) -> Ints:
         """Answers for points on faces (m,), from winding numbers about copies of them.
 
         A copy of a point that is at a border is undecided, and one that is at a seam or a pole
-        alone has material beside it. Another copy may be inside for certain.
+        alone has material beside it. Another copy may be inside for certain. `near_border` are
+        copies at seams that have a border near.
         """
         at_border, at_seam = np.zeros((2, len(point)), bool)
         is_border = self.is_border[found.coedges]
         at_border[found.rows[is_border]] = True
+        at_border[near_border] = True
         at_seam[found.rows[~is_border]] = True
         inside = np.full(len(face), OUTSIDE)
         inside[point[at_seam & ~at_border]] = INSIDE

@@ -56,6 +56,17 @@ def test_points_nearer_to_an_edge_than_its_gap_are_undecided(gap: float) -> None
     assert set(ask(prepared, np.stack([u, np.full(13, 0.5)], axis=1))) == {INSIDE}
 
 
+def test_gaps_are_distances_in_all_directions() -> None:
+    """Boxes about edges reach further along their diagonals than gaps do."""
+    prepared = prepare(lower(build_apart(0.5)))
+    bound = float(prepared.gaps.max())
+    way = np.array([0.0, 1.0, 1.0]) / np.sqrt(2.0)
+    points = np.array([5.0, 0.5, 0.0]) + bound * np.outer([0.99, 1.01, 1.24, 1.26, 1.4], way)
+    is_near = find_near_edges(prepared, np.zeros(len(points), np.intp), points)
+    assert is_near[0]
+    assert not is_near[3:].any()
+
+
 def test_edges_on_their_surface_take_nothing_away() -> None:
     prepared = prepare(lower(deepcopy(PLATE)))
     angle = np.linspace(0, 6, 50)

@@ -12,6 +12,7 @@ from service.bases.arrays import FloatArray
 from service.engine.brep.preparation.prepare import prepare
 from service.engine.brep.prepared import PreparedBrep
 from service.engine.trims.inside import INSIDE, OUTSIDE, UNDECIDED
+from service.engine.trims.places import SIZE
 from service.engine.trims.surfaces import FaceSurfaces
 from tests.engine.brep.closed_faces import KINDS, LONG, WIDE, Loop, build_face
 from tests.engine.brep.preparation.test_regions import draw_hole, draw_wave
@@ -150,3 +151,14 @@ def test_private_seams_are_inside_and_borders_are_not() -> None:
     for share in np.linspace(0, 1, 7):
         points = [[share * WIDE, v] for v in (0.2, 0.3, 0.4, 1.4, 1.5, 1.6)]
         assert ask(prepared, points) == [0, -1, 1, 1, -1, 0]
+
+
+def test_a_point_beyond_a_border_is_not_inside_because_a_seam_is_near() -> None:
+    """The seam ends at a border: the point is within the margin of the seam, but not of this."""
+    low: Loop = [(0, 0.3), (WIDE, 0.3)]
+    high: Loop = [(WIDE, 1.5), (0.75 * WIDE, 1.0), (0.5 * WIDE, 1.2), (0.25 * WIDE, 1.9), (0, 1.5)]
+    prepared = prepare(build_face("tube", [low, high]))
+    unit = prepared.places.extent[0] / SIZE * prepared.regions.margins[0]
+    for share, expected in ((0.9, UNDECIDED), (2.0, OUTSIDE)):
+        assert ask(prepared, [WIDE - share * unit[0], 1.5 + share * unit[1]]) == [expected]
+    assert ask(prepared, [[WIDE - 0.9 * unit[0], 1.4], [WIDE, 1.4]]) == [INSIDE, INSIDE]
