@@ -9,7 +9,7 @@ from hypothesis import given
 
 from oracles.solids import read_solid
 from service.bases.arrays import FloatArray
-from service.engine.brep import inside
+from service.engine.brep import edge_tree
 from service.engine.brep.inside import find_inside, find_near_edges
 from service.engine.brep.preparation.prepare import prepare
 from service.engine.brep.prepared import PreparedBrep
@@ -114,8 +114,8 @@ def test_answers_do_not_depend_on_batches(monkeypatch: pytest.MonkeyPatch) -> No
     uv = np.random.default_rng(2).random((200, 2)) * [1, 0.2]
     expected = ask(prepared, uv)
     assert {INSIDE, UNDECIDED} == set(expected)
-    monkeypatch.setattr(inside, "PAIRS", 3)
-    monkeypatch.setattr(inside, "CHUNK", 11)
+    monkeypatch.setattr(edge_tree, "PAIRS", 3)
+    monkeypatch.setattr(edge_tree, "CHUNK", 11)
     assert ask(prepared, uv) == expected
 
 
