@@ -67,8 +67,9 @@ export interface paths {
          *     Row k of each column belongs to row k of `uv` or `barycentric`. Partial derivatives are with
          *     respect to the surface's own parameters; at a knot they are the limits from the right. The
          *     parameters on a brep are those of the surface of a face, which `patch` names, and `inside` says
-         *     whether the point is inside the trims of this face. Tubes, ribbons and groups have no parameters
-         *     (`not_parametric`).
+         *     whether the point is inside the trims of this face. In a group, `patch` counts the faces and
+         *     Bézier patches of all members; points, derivatives and curvatures are those of the placed
+         *     surfaces. Tubes and ribbons have no patches (`not_parametric`).
          */
         post: operations["queryPoints"];
         delete?: never;
@@ -4368,7 +4369,8 @@ export interface components {
             ][];
             /**
              * Inside
-             * @description For a brep: whether the point is inside the trims of its face. Proved, rounding included.
+             * @description For a brep, or a group with one: whether the point is inside the trims of its face; points of
+             *     untrimmed patches are. Proved, rounding included.
              *     Null where this is not decided: on a border of the face, nearer to an edge than the proved gap
              *     between this edge and the surface, and on a face that was left out. Seams and poles are no
              *     borders.
@@ -4433,7 +4435,7 @@ export interface components {
             ][];
             /**
              * Patch
-             * @description For `patches`, `multipatch` and `brep` with more than one patch, surface or face: the number of the patch, surface or face on which the points are, from 0 in the order of the request. One number for all points, or a list with one number for each point. Required for these surfaces, and only for these; a `brep` of one face may have it, too.
+             * @description For `patches`, `multipatch`, `brep` and `group` with more than one patch, surface or face: the number of the patch, surface or face on which the points are, from 0 in the order of the request. In a group, the faces of a brep and the Bézier patches of other members follow those of the member before. One number for all points, or a list with one number for each point. Required for these surfaces, and only for these; a `brep` or a `group` of one face or patch may have it, too.
              * @example 0
              */
             patch?: number | number[];

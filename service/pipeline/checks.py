@@ -13,6 +13,7 @@ from service.encoders.libraries import list_compressions
 from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.mesh.mesh import CURVATURE_NAMES
 from service.engine.models import NOT_PATCHES, find_largest_coordinate, to_patches
+from service.engine.numbering import number_patches
 from service.engine.options import MeshOptions
 from service.engine.sweeps import sweep
 from service.errors import InvalidRequest, Issue, UnsupportedByFormat
@@ -22,14 +23,6 @@ from service.surface.checks import MAX_COORDINATE
 from service.surface.curve_model import SweepModel
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sizes import SurfaceSize
-
-NOT_PARAMETRIC = Issue(
-    "not_parametric",
-    "A group has no parameters; each of its surfaces has its own.",
-    "/surface",
-    "a group",
-    "one of its members",
-)
 
 
 def check_surface(size: SurfaceSize, limits: Limits) -> SurfaceSize:
@@ -256,19 +249,9 @@ def _check_names(model: PatchModel) -> None:
 
 
 def require_patches(model: Model) -> PatchModel:
-    """The patches of a surface that can be evaluated at parameters.
-
-    Refuses groups, tubes and ribbons (`InvalidRequest`: `not_parametric`).
-    """
-    if isinstance(model, GroupModel):
-        raise InvalidRequest(NOT_PARAMETRIC)
-    return require_all_patches(model)
-
-
-def require_all_patches(model: Model) -> PatchModel:
     """All patches of a model, in its coordinates; the patches of a group become one model.
 
-    Refuses tubes and ribbons (`InvalidRequest`: `not_parametric`).
+    Refuses tubes, ribbons and breps (`InvalidRequest`: `not_parametric`).
     """
     try:
         return to_patches(model)
@@ -276,18 +259,16 @@ def require_all_patches(model: Model) -> PatchModel:
         raise error.within("/surface") from None
 
 
-def number_patches(model: Model) -> PatchModel:
-    """All patches of a model, as `require_all_patches`, with their numbers in the request."""
-    patches = require_all_patches(model)
-    if not isinstance(model, GroupModel):
-        return patches
-    request_numbers, first = [], 0
-    for member in model.members:
-        submodel = model.models[member.model]
-        assert isinstance(submodel, PatchModel)  # `require_all_patches` refuses tubes and ribbons
-        numbers = submodel.request_numbers
-        request_numbers.append(
-            first + (np.arange(submodel.patch_count) if numbers is None else numbers)
-        )
-        first += submodel.patch_count
-    return replace(patches, request_numbers=np.concatenate(request_numbers))
+def require_numbered_patches(model: Model) -> PatchModel:
+    """All patches of a model, as `require_patches`, with their numbers in the request."""
+    try:
+        return number_patches(model)
+    except InvalidRequest as error:
+        raise error.within("/surface") from None
+
+
+def require_no_sweeps(model: Model) -> None:
+    """Refuses tubes and ribbons, also in groups (`InvalidRequest`: `not_parametric`)."""
+    models = model.models if isinstance(model, GroupModel) else (model,)
+    if any(isinstance(each, SweepModel) for each in models):
+        raise InvalidRequest(replace(NOT_PATCHES, pointer="/surface"))

@@ -7,8 +7,7 @@ from typing import Any
 
 from service.encoders.text import json_bound, json_document
 from service.engine.models import NOT_PATCHES
-from service.errors import InvalidRequest
-from service.pipeline.checks import NOT_PARAMETRIC
+from service.errors import InvalidRequest, Issue
 from service.pipeline.cost import (
     Cost,
     Work,
@@ -24,6 +23,14 @@ from service.surface.convert.operations import Operation, Select, Untrim
 from service.surface.convert.table import convert
 from service.surface.group import GroupSurface
 from service.surface.kinds import Surface
+
+NOT_PARAMETRIC = Issue(
+    "not_parametric",
+    "A group has no parameters; each of its surfaces has its own.",
+    "/surface",
+    "a group",
+    "one of its members",
+)
 
 
 def plan_conversion(

@@ -15,7 +15,7 @@ from service.engine.options import MeshOptions
 from service.engine.quantize import quantize
 from service.engine.scenes.scene import Scene, move_to_zero
 from service.pipeline.adaptive import build_within_budget, check_content, prepare_meshes
-from service.pipeline.checks import require_all_patches
+from service.pipeline.checks import require_patches
 from service.pipeline.cost import Work
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.pipeline.mesh_plan import PLAIN, MeshPlan, build_plan
@@ -63,7 +63,7 @@ def make_file(plan: MeshPlan, surface: SurfaceKind) -> MeshFile:
     model, options = keep_storable_channels(surface.lower(), plan.options, fmt)
     plan.check(model, options)
     if plan.encode.exact and fmt.encode_exact is not None:
-        patches = require_all_patches(model)
+        patches = require_patches(model)
         content: Content = fmt.encode_exact(patches, draw_lines(patches, options))
         return MeshFile(content, None, surface.name)
     if accuracy is not None and accuracy.is_budgeted:

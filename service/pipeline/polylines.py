@@ -21,7 +21,7 @@ from service.engine.sections.section import cut_surface
 from service.engine.sections.values import Planes, Sections, SectionTolerance
 from service.errors import Issue, TooLarge, count_nouns
 from service.measuring import Measured
-from service.pipeline.checks import check_bytes, check_surface, number_patches
+from service.pipeline.checks import check_bytes, check_surface, require_numbered_patches
 from service.pipeline.cost import MAX_SCRATCH_BYTES, MEMORY_SHARE, POINT_BYTES, Work, curve_cost
 from service.pipeline.limits import DEFAULT_LIMITS, Limits, check_count, check_items
 from service.pipeline.query_costs import piece_memory, searched_nets, sections_cost
@@ -182,7 +182,7 @@ def _cut(
                 )
             )
 
-    model = number_patches(surface.lower())
+    model = require_numbered_patches(surface.lower())
     with Measured("intersect"):
         distance = tolerance.to_model_units(model, is_float32=fmt.is_float32)
         joined, seams = join(model, MeshOptions().weld_tolerance, check_patches)

@@ -1,25 +1,31 @@
 """Queries whose answers are JSON: points at parameters, closest points, and hits of rays."""
 
-from dataclasses import replace
 from functools import partial
 
-import numpy as np
-
-from service.bases.arrays import AnyArray, FloatArray, Ints
 from service.encoders.json_mesh import points_bound
 from service.encoders.text import FLOAT64_CHARS, json_document
-from service.engine.brep.inside import find_inside
 from service.engine.brep.preparation.prepare import prepare
+from service.engine.brep.prepared import PreparedBrep
 from service.engine.closest.project import ProjectQuery, project_on_curve, project_on_surface
+from service.engine.parts.points import (
+    PartPoints,
+    evaluate_on_part,
+    find_inside_trims,
+    locate_on_part,
+)
 from service.engine.points.evaluate import estimate_effort, evaluate_points
-from service.engine.points.places import PointsQuery, locate, locate_numbered
+from service.engine.points.places import PointsQuery, locate
 from service.engine.rays.intersect import RayQuery, intersect_rays
 from service.engine.trims.inside import INSIDE, OUTSIDE, UNDECIDED
-from service.engine.trims.surfaces import FaceSurfaces
 from service.errors import InvalidRequest
 from service.measuring import Measured
 from service.pipeline.brep_checks import check_edges
-from service.pipeline.checks import check_surface, number_patches, require_patches
+from service.pipeline.checks import (
+    check_surface,
+    require_no_sweeps,
+    require_numbered_patches,
+    require_patches,
+)
 from service.pipeline.cost import Work
 from service.pipeline.limits import DEFAULT_LIMITS, Limits, check_items
 from service.pipeline.query_costs import (
@@ -32,6 +38,7 @@ from service.pipeline.query_costs import (
 )
 from service.surface.brep_model import BrepModel
 from service.surface.curve import BezierCurve, BsplineCurve, Curve
+from service.surface.lowered import GroupModel
 from service.surface.sizes import SurfaceKind
 
 MAX_ITEMS = 100_000
@@ -77,39 +84,40 @@ def _evaluate(surface: SurfaceKind, query: PointsQuery, limits: Limits) -> bytes
         The patches of these places have too high degrees.
     """
     lowered = surface.lower()
-    if isinstance(lowered, BrepModel):
-        surfaces = FaceSurfaces.of(lowered.surfaces)
-        model = replace(surfaces.model, domains=surfaces.list_domains())
-        places, faces = locate_numbered(model, query)
-    else:
-        model = require_patches(lowered)
-        places, faces = locate(model, query), None
-    limits.check_effort(
-        estimate_effort(model, places, query.order),
-        "Patches of so high a degree take long where they are degenerate.",
-        f"/{query.field}",
-        "fewer points on fewer patches at once",
-    )
+    message = "Patches of so high a degree take long where they are degenerate."
+
+    def check_effort(effort: int) -> None:
+        instead = "fewer points on fewer patches at once"
+        limits.check_effort(effort, message, f"/{query.field}", instead)
+
+    if isinstance(lowered, GroupModel | BrepModel):
+        require_no_sweeps(lowered)
+        points = locate_on_part(lowered, query)
+        with Measured("points"):
+            columns = evaluate_on_part(points, query.order, check_effort)
+            return json_document(columns | _find_inside(lowered, points))
+    model = require_patches(lowered)
+    places = locate(model, query)
+    check_effort(estimate_effort(model, places, query.order))
     with Measured("points"):
-        columns = dict(evaluate_points(model, places, query.order))
-        if isinstance(lowered, BrepModel) and faces is not None:
-            inside = _find_inside(lowered, faces, query.places, columns["positions"])
-            return json_document(columns | {"inside": inside})
-    return json_document(columns)
+        return json_document(evaluate_points(model, places, query.order))
 
 
-def _find_inside(
-    model: BrepModel, faces: Ints, parameters: FloatArray, positions: AnyArray
-) -> list[bool | None]:
-    """Whether points are inside the trims of their faces; None where this is not decided."""
-    try:
-        prepared = prepare(model)
-    except InvalidRequest as error:
-        raise error.within("/surface") from None
-    points = np.asarray(positions, dtype=np.float64)
-    inside = find_inside(prepared, faces, parameters, points)
+def _find_inside(model: GroupModel | BrepModel, points: PartPoints) -> dict[str, list[bool | None]]:
+    """The column `inside`, None where this is not decided; no column if there are no breps."""
+
+    def prepare_model(number: int, brep: BrepModel) -> PreparedBrep:
+        try:
+            return prepare(brep)
+        except InvalidRequest as error:
+            where = model.locate(number) if isinstance(model, GroupModel) else ""
+            raise error.within(f"/surface{where}") from None
+
+    inside = find_inside_trims(points, prepare_model)
+    if inside is None:
+        return {}
     answers = {INSIDE: True, OUTSIDE: False, UNDECIDED: None}
-    return [answers[each] for each in inside.tolist()]
+    return {"inside": [answers[each] for each in inside.tolist()]}
 
 
 def plan_project(
@@ -148,7 +156,7 @@ def _project(shape: SurfaceKind | Curve, query: ProjectQuery) -> bytes:
     if isinstance(shape, BezierCurve | BsplineCurve):
         with Measured("project"):
             return json_document(project_on_curve(shape.lower(), query))
-    model = number_patches(shape.lower())
+    model = require_numbered_patches(shape.lower())
     with Measured("project"):
         return json_document(project_on_surface(model, query))
 
@@ -187,6 +195,6 @@ def _intersect(surface: SurfaceKind, query: RayQuery, max_hits: int) -> bytes:
     TooLarge
         `too_many_hits`.
     """
-    model = number_patches(surface.lower())
+    model = require_numbered_patches(surface.lower())
     with Measured("intersect"):
         return json_document(intersect_rays(model, query, max_hits))

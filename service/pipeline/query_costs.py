@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from service.encoders.json_mesh import points_bound
 from service.engine.measures.integrals import CHUNK, NODES
+from service.engine.parts.points import CHUNK as PLACED_NUMBERS
 from service.pipeline.brep_cost import prepared_bytes
 from service.pipeline.cost import MIN_SCRATCH_BYTES, Cost, lowering_memory, with_scratch
 from service.surface.sizes import SurfaceSize
@@ -17,6 +18,9 @@ ITEM_BYTES = 400
 
 INSIDE_BYTES = 64 << 20
 """Bytes of the arrays of pairs (point, piece of a border) while trims are honoured."""
+
+PLACED_BYTES = 40
+"""Bytes for each number of the nets that are placed together."""
 
 PREPARING_SECONDS, INSIDE_SECONDS = 1e-3, 1e-5
 """Time to prepare a face, and to find whether a point is inside the trims of its face."""
@@ -46,6 +50,9 @@ def points_cost(size: SurfaceSize, count: int, order: int) -> Cost:
     file_bytes = points_bound(count, order)
     memory = with_scratch(lowering_memory(size) + ITEM_BYTES * count + 2 * file_bytes)
     degree = max(size.degree)
+    if size.faces or size.members > 1:
+        net = 3 * (size.degree[0] + 1) * (size.degree[1] + 1)
+        memory += PLACED_BYTES * min(PLACED_NUMBERS + net, count * net)
     seconds = 5e-4 + 4e-6 * size.patches + 2e-9 * size.peak_bytes
     seconds += count * (order + 1) * 1e-5 * max(1, degree / 4) ** 3
     if size.faces:

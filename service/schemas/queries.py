@@ -84,10 +84,12 @@ class PointsRequest(SurfaceRequest):
         [[0.5, 0.25, 0.25], [1, 0, 0]],
     )
     patch: PatchChoice = optional(
-        "For `patches`, `multipatch` and `brep` with more than one patch, surface or face: the "
-        "number of the patch, surface or face on which the points are, from 0 in the order of the "
-        "request. One number for all points, or a list with one number for each point. Required "
-        "for these surfaces, and only for these; a `brep` of one face may have it, too.",
+        "For `patches`, `multipatch`, `brep` and `group` with more than one patch, surface or "
+        "face: the number of the patch, surface or face on which the points are, from 0 in the "
+        "order of the request. In a group, the faces of a brep and the Bézier patches of other "
+        "members follow those of the member before. One number for all points, or a list with one "
+        "number for each point. Required for these surfaces, and only for these; a `brep` or a "
+        "`group` of one face or patch may have it, too.",
         0,
     )
     derivatives: Annotated[int, Field(ge=0, le=2)] = Field(

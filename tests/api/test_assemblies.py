@@ -76,11 +76,10 @@ def test_an_estimate_counts_copies(client: Client) -> None:
     assert len(content) <= estimate["bytes"]["glb"]
 
 
-@pytest.mark.parametrize("path", ["points", "measure", "project", "intersect"])
+@pytest.mark.parametrize("path", ["measure", "project", "intersect"])
 def test_questions_that_need_whole_surfaces_refuse_breps(client: Client, path: str) -> None:
     """As they refuse a brep alone."""
     fields: dict[str, dict[str, Any]] = {
-        "points": {"uv": [[0.5, 0.5]]},
         "measure": {},
         "project": {"points": [[0, 0, 0]]},
         "intersect": {"rays": {"origins": [[0, 0, 0]], "directions": [[0, 0, 1]]}},

@@ -52,14 +52,6 @@ def test_questions_refuse_breps_and_say_what_to_send(
     assert TRIMMED in error["needed"]
 
 
-@pytest.mark.parametrize("fields", [{}, {"patch": 0}])
-def test_points_of_groups_with_breps_are_refused(client: Client, fields: dict[str, Any]) -> None:
-    response = client.post("/v1/points", {"surface": GROUP, "uv": [[0.5, 0.5]]} | fields)
-    assert response.status_code == 422
-    error = response.json()["errors"][0]
-    assert (error["code"], error["pointer"]) == ("not_parametric", "/surface")
-
-
 @pytest.mark.parametrize(
     "operation",
     [

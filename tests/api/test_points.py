@@ -13,7 +13,7 @@ from service.settings.values import Settings
 from service.surface.batches import TensorPatches
 from service.surface.brep_model import BrepModel
 from service.surface.examples.catalogue import EXAMPLES, find
-from service.surface.lowered import PatchModel
+from service.surface.lowered import GroupModel, PatchModel
 from tools.client import Client, start_client
 
 NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]
@@ -118,6 +118,10 @@ def test_examples_have_points_unless_they_have_no_parameters(client: Client, nam
         low = [float(u[p]), float(v[q])]
         result = client.post("/v1/points", {**document, "uv": [low], "patch": 0}).json()
         assert len(result["positions"]) == len(result["inside"]) == 1
+        return
+    if isinstance(model, GroupModel):
+        result = client.post("/v1/points", {**document, "uv": [[0, 0]], "patch": 0}).json()
+        assert len(result["positions"]) == 1
         return
     if not isinstance(model, PatchModel):
         response = client.post("/v1/points", {**document, "uv": [[0, 0]]})

@@ -51,7 +51,8 @@ class Points(ResponseModel):
     """Principal curvatures [k1, k2], k1 ≥ k2; null where they are infinite, as at the apex of a
     cone, or have no limit."""
     inside: list[bool | None] | Missing = None
-    """For a brep: whether the point is inside the trims of its face. Proved, rounding included.
+    """For a brep, or a group with one: whether the point is inside the trims of its face; points of
+    untrimmed patches are. Proved, rounding included.
     Null where this is not decided: on a border of the face, nearer to an edge than the proved gap
     between this edge and the surface, and on a face that was left out. Seams and poles are no
     borders."""

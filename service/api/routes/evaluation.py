@@ -100,8 +100,9 @@ async def query_points(body: PointsRequest, context: ContextDep) -> Response:
     Row k of each column belongs to row k of `uv` or `barycentric`. Partial derivatives are with
     respect to the surface's own parameters; at a knot they are the limits from the right. The
     parameters on a brep are those of the surface of a face, which `patch` names, and `inside` says
-    whether the point is inside the trims of this face. Tubes, ribbons and groups have no parameters
-    (`not_parametric`).
+    whether the point is inside the trims of this face. In a group, `patch` counts the faces and
+    Bézier patches of all members; points, derivatives and curvatures are those of the placed
+    surfaces. Tubes and ribbons have no patches (`not_parametric`).
     """
     services, computation, *_ = context
     work = plan_points(body.to_surface(), body.to_query(), services.limits)

@@ -1,6 +1,5 @@
 """Positions, partials, normals and curvatures at single points of a model, as columns."""
 
-from collections.abc import Mapping
 from typing import TypeAlias
 
 import numpy as np
@@ -14,7 +13,7 @@ from service.surface.batches import Patches, TensorPatches
 from service.surface.lowered import PatchModel
 
 Column: TypeAlias = FloatArray | Bools
-Columns: TypeAlias = Mapping[str, Column]
+Columns: TypeAlias = dict[str, Column]
 
 COLUMNS: tuple[tuple[tuple[str, int], ...], ...] = (
     (("positions", 3),),

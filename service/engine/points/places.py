@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, Ints
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.connectivity.incidence import triangular_patches
 from service.errors import MAX_ISSUES, InvalidRequest, Issue, format_number, pointer
-from service.surface.batches import TrianglePatches
 from service.surface.lowered import PatchModel
 
 SAME_SUM = 1e-9
@@ -60,9 +60,17 @@ class PointsQuery:
 
 
 def locate(model: PatchModel, query: PointsQuery) -> ParameterPoints:
-    """Find the patch and the local parameters of each place of a query; see `locate_numbered`.
+    """Find the patch and the local parameters of each place of a query.
 
-    A surface that has one domain has no patch numbers.
+    A knot belongs to the patch that begins there, and the end of the domain to the last patch.
+    Barycentric coordinates are divided by their sum. A surface that has one domain has no patch
+    numbers.
+
+    Raises
+    ------
+    InvalidRequest
+        `unexpected_patch`, `outside_domain`, or an error of the patch numbers, with a pointer into
+        the request.
     """
     if model.domain is not None and query.patch is not None:
         raise InvalidRequest(
@@ -74,40 +82,25 @@ def locate(model: PatchModel, query: PointsQuery) -> ParameterPoints:
                 "none for this kind of surface",
             )
         )
-    return locate_numbered(model, query)[0]
-
-
-def locate_numbered(model: PatchModel, query: PointsQuery) -> tuple[ParameterPoints, Ints]:
-    """Find the patch, the local parameters and the number in the request of each place of a query.
-
-    A knot belongs to the patch that begins there, and the end of the domain to the last patch.
-    Barycentric coordinates are divided by their sum.
-
-    Raises
-    ------
-    InvalidRequest
-        `outside_domain`, or an error of the patch numbers, with a pointer into the request.
-    """
-    request_numbers = _find_patch_numbers(len(model.domains) or model.patch_count, query)
+    request_numbers = find_patch_numbers(len(model.domains) or model.patch_count, query)
     patch = _find_first_patches(model)[request_numbers]
-    _check_coordinates(model, patch, query)
+    check_coordinates(triangular_patches(model.batches)[patch], query)
     if query.field == "barycentric":
-        local = _normalize_sums(query.places)[:, 1:]
-        return ParameterPoints(patch, local, np.ones(local.shape)), request_numbers
+        local = normalize_sums(query.places)[:, 1:]
+        return ParameterPoints(patch, local, np.ones(local.shape))
     if not model.domains:
-        unit = np.array([0.0, 1.0])
-        _check_inside(query.places, (unit, unit))
-        widths = np.ones(query.places.shape)
-        return ParameterPoints(patch, query.places, widths), request_numbers
+        check_inside(query.places, np.zeros(2), np.ones(2))
+        return ParameterPoints(patch, query.places, np.ones(query.places.shape))
     local, widths = np.empty(query.places.shape), np.empty(query.places.shape)
     for number in np.unique(request_numbers).tolist():
         rows, domain = np.flatnonzero(request_numbers == number), model.domains[number]
         knots, uv = (domain.u, domain.v), query.places[rows]
-        _check_inside(uv, knots, rows)
+        low, high = (np.array([axis_knots[end] for axis_knots in knots]) for end in (0, -1))
+        check_inside(uv, low, high, rows)
         (k, u, wu), (m, v, wv) = (_find_spans(uv[:, i], knots[i]) for i in range(2))
         patch[rows] += k * (len(domain.v) - 1) + m
         local[rows], widths[rows] = np.stack([u, v], axis=1), np.stack([wu, wv], axis=1)
-    return ParameterPoints(patch, local, widths), request_numbers
+    return ParameterPoints(patch, local, widths)
 
 
 def _find_first_patches(model: PatchModel) -> Ints:
@@ -122,7 +115,7 @@ def _find_first_patches(model: PatchModel) -> Ints:
     return patches
 
 
-def _normalize_sums(places: FloatArray) -> FloatArray:
+def normalize_sums(places: FloatArray) -> FloatArray:
     """Barycentric coordinates (m, 3) divided by their sum; refuses invalid coordinates."""
     total = places.sum(axis=1)
     is_inside = (places >= 0).all(axis=1) & (np.abs(total - 1) <= SAME_SUM)
@@ -143,12 +136,12 @@ def _normalize_sums(places: FloatArray) -> FloatArray:
     return normalized
 
 
-def _check_coordinates(model: PatchModel, patch: Ints, query: PointsQuery) -> None:
-    """Refuses barycentric coordinates on tensor patches, and (u, v) on triangles."""
-    is_triangle = np.concatenate(
-        [np.full(batch.count, isinstance(batch, TrianglePatches)) for batch in model.batches]
-    )
-    refused_rows = np.flatnonzero(is_triangle[patch] != (query.field == "barycentric"))
+def check_coordinates(is_triangle: Bools, query: PointsQuery) -> None:
+    """Refuses barycentric coordinates on tensor patches, and (u, v) on triangles.
+
+    `is_triangle` (m,) says for each place whether its patch is a triangle.
+    """
+    refused_rows = np.flatnonzero(is_triangle != (query.field == "barycentric"))
     if len(refused_rows):
         raise InvalidRequest(
             Issue(
@@ -168,32 +161,32 @@ def _find_spans(t: FloatArray, knots: FloatArray) -> tuple[Ints, FloatArray, Flo
     return span, (t - knots[span]) / widths, widths
 
 
-def _check_inside(
-    uv: FloatArray, knots: tuple[FloatArray, FloatArray], rows: Ints | None = None
+def check_inside(
+    uv: FloatArray, low: FloatArray, high: FloatArray, rows: Ints | None = None
 ) -> None:
-    """Refuses (u, v) outside of the knots.
+    """Refuses (u, v) (m, 2) outside of domains with these ends: (2,) or (m, 2) each.
 
     `rows` has for each row of `uv` its number in the request; None if both are the same.
     """
-    low, high = (np.array([axis_knots[end] for axis_knots in knots]) for end in (0, -1))
     # Each index is a pair: the row, and 0 for u or 1 for v.
     outside = np.argwhere(~((uv >= low) & (uv <= high)))[:MAX_ISSUES]
     if len(outside):
+        lows, highs = np.broadcast_to(low, uv.shape), np.broadcast_to(high, uv.shape)
         raise InvalidRequest(
             *(
                 Issue(
                     "outside_domain",
                     "The parameter lies outside the surface.",
-                    "/uv" + pointer((index[0] if rows is None else int(rows[index[0]]), index[1])),
-                    format_number(uv[tuple(index)]),
-                    f"{format_number(low[index[1]])} to {format_number(high[index[1]])}",
+                    "/uv" + pointer((row if rows is None else int(rows[row]), axis)),
+                    format_number(uv[row, axis]),
+                    f"{format_number(lows[row, axis])} to {format_number(highs[row, axis])}",
                 )
-                for index in outside.tolist()
+                for row, axis in outside.tolist()
             )
         )
 
 
-def _find_patch_numbers(number_count: int, query: PointsQuery) -> Ints:
+def find_patch_numbers(number_count: int, query: PointsQuery) -> Ints:
     """For each place, the number of its surface or patch, which is below `number_count`."""
     count, patch = len(query.places), query.patch
     if patch is None:

@@ -69,6 +69,20 @@ def place_points(
     return positions if matrix is None else _multiply(positions, matrix[:3, :3]) + matrix[:3, 3]
 
 
+def place_nets(points: FloatArray, matrices: FloatArray) -> FloatArray:
+    """Nets of control points (K, …, 3), each after its own placement (K, 4, 4).
+
+    The bits are those of `place_points`.
+    """
+    rows = matrices.reshape(len(points), *(1,) * (points.ndim - 2), 4, 4)
+    x, y, z = points[..., 0], points[..., 1], points[..., 2]
+    coordinates = [
+        rows[..., i, 0] * x + rows[..., i, 1] * y + rows[..., i, 2] * z + rows[..., i, 3]
+        for i in range(3)
+    ]
+    return np.stack(coordinates, axis=-1)
+
+
 def place_normals(normals: RealArray, matrix: FloatArray | None) -> FloatArray:
     """Unit normals (N, 3) of a surface after a placement, in the direction L⁻ᵀ n.
 

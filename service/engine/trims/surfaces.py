@@ -146,7 +146,7 @@ class FaceSurfaces:
 
         Parameters are clamped to the domain, but those of planes, which have no ends.
         """
-        patch, local, _ = self._locate(face, parameters)
+        patch, local, _ = self.locate(face, parameters)
         return self.nets.evaluate_points(patch, *local)
 
     def evaluate_partials(self, face: Ints, parameters: FloatArray, order: int = 1) -> FloatArray:
@@ -154,9 +154,9 @@ class FaceSurfaces:
 
         Partials are with respect to the parameters of the surface.
         """
-        return evaluate_patches(self.nets, *self._locate(face, parameters), order)
+        return evaluate_patches(self.nets, *self.locate(face, parameters), order)
 
-    def _locate(self, face: Ints, parameters: FloatArray) -> tuple[Ints, FloatArray, FloatArray]:
+    def locate(self, face: Ints, parameters: FloatArray) -> tuple[Ints, FloatArray, FloatArray]:
         """Patches (m,), their own parameters (2, m), and widths of spans (2, m)."""
         m = len(face)
         domain = np.concatenate([2 * face, 2 * face + 1])
