@@ -138,7 +138,7 @@ def plan_project(
         pieces = shape.lower()  # takes no time: the curve was lowered when it was created
         nets = SearchedNets(pieces.count, (pieces.degree, 0), pieces.points.nbytes)
     else:
-        nets = searched_nets(check_surface(shape.stored_size(), limits))
+        nets = searched_nets(check_surface(shape.size(), limits))
     cost = project_cost(nets, count, file_bytes, sign=query.sign)
     instead = "a smaller surface, fewer points at once"
     limits.check_memory(cost.memory, "The response", where, instead)
@@ -175,7 +175,7 @@ def plan_intersect(
     check_items("too_many_rays", count, min(MAX_ITEMS, limits.max_points), "/rays")
     if not query.only_first:
         max_hits = min(max(HITS_PER_RAY * count, MIN_HITS), limits.max_bytes // HIT_JSON_BYTES)
-    size = check_surface(surface.stored_size(), limits)
+    size = check_surface(surface.size(), limits)
     # The response has the number of hits of each ray.
     file_bytes = 1000 + count * 16 + max_hits * HIT_JSON_BYTES
     cost = rays_cost(searched_nets(size), count, max_hits, file_bytes)

@@ -72,9 +72,11 @@ class SearchedNets(NamedTuple):
 def searched_nets(size: SurfaceSize) -> SearchedNets:
     """The nets of a surface, at most: a triangular patch may become three nets.
 
-    They are counted as if all patches were triangular.
+    They are counted as if all patches were triangular. `size` counts each member of a group: all
+    members are placed.
     """
-    return SearchedNets(3 * size.patches, size.degree, size.peak_bytes)
+    placed = size.surface_bytes if size.members > 1 else 0
+    return SearchedNets(3 * size.patches, size.degree, size.peak_bytes + placed)
 
 
 def project_cost(nets: SearchedNets, count: int, file_bytes: int, *, sign: bool) -> Cost:

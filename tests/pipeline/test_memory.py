@@ -10,16 +10,20 @@ import pytest
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.accuracy import Accuracy
+from service.engine.closest.project import ProjectQuery
 from service.engine.connectivity.connect import connect
 from service.engine.measures.values import BudgetEnded, MeasureQuery
 from service.engine.options import MeshOptions
 from service.engine.plans.layout import Layout
+from service.engine.points.places import PointsQuery
+from service.engine.rays.intersect import RayQuery
 from service.errors import TooLarge
 from service.pipeline.cost import MEMORY_SHARE, Work, lowering_memory
 from service.pipeline.documents import plan_definition
 from service.pipeline.limits import Limits
 from service.pipeline.measure import plan_measure, plan_trials
 from service.pipeline.mesh import plan_mesh
+from service.pipeline.queries import plan_intersect, plan_points, plan_project
 from service.storage.canonical import plan_content
 from service.surface.bezier import BezierSurface, TriangleSurface
 from service.surface.bspline import BsplineSurface
@@ -123,6 +127,24 @@ def test_a_trial_that_ends_with_a_result_has_the_result_of_the_whole_budget(name
     # The saddle, one patch, is measured in the first trial, which takes little memory.
     if name == "saddle":
         assert plan.cost.memory < 16e6
+
+
+def test_questions_to_many_copies_use_no_more_memory_than_predicted() -> None:
+    """Closest points and rays place every copy; points place only the patches that are asked."""
+    rng = np.random.default_rng(0)
+    x, y = np.meshgrid(np.linspace(0, 1, 8), np.linspace(0, 1, 8), indexing="ij")
+    patch = BezierSurface(np.stack([x, y, x * y], axis=-1))
+    matrices = np.tile(np.eye(4), (500, 1, 1))
+    matrices[:, :3, 3] = 30 * rng.normal(size=(500, 3))
+    group = GroupSurface(tuple(Member(patch, matrix=matrix) for matrix in matrices))
+    ends = rng.normal(size=(2, 1, 3))
+    places = PointsQuery(rng.random((400, 2)), rng.integers(0, 500, 400), 0)
+    for plan in (
+        plan_project(group, ProjectQuery(ends[0])),
+        plan_intersect(group, RayQuery(*ends)),
+        plan_points(group, places),
+    ):
+        assert measure_memory(plan.run) <= plan.cost.memory < 20e6
 
 
 def test_documents_of_copies_use_no_more_memory_than_predicted() -> None:
