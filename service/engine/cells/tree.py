@@ -6,6 +6,9 @@ which it is longer; or along both directions, if neither length is twice the oth
 about square on the surface, also at poles. All cells that one step of a query needs are halved
 together. The data of a cell depend only on its net and its rectangle, not on the order in which
 cells are halved.
+
+Nets may have trims. Then cells outside of these are left out, and the tree knows which cells a
+border may cut.
 """
 
 from collections.abc import Callable
@@ -15,6 +18,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.cells import models as model_rows
+from service.engine.cells.cell_trims import OUTSIDE, UNDECIDED, CellTrims
 from service.engine.cells.cells import NetCells
 from service.engine.cells.models import cell_models
 from service.engine.nets.query_nets import UNIT_CORNERS, QueryNets
@@ -114,8 +118,9 @@ class CellTree:
     ----------
     nets : QueryNets
     limits : WorkLimits
+    trims : CellTrims or None
     first : ndarray of int
-        The cells at which queries begin; together they cover all nets.
+        The cells at which queries begin; together they cover all nets within their trims.
     count : int
         The number of cells.
     roots : int
@@ -131,14 +136,22 @@ class CellTree:
         The rectangle [u₀, u₁] × [v₀, v₁] of each cell, in the parameters of its net.
     net : ndarray of int, shape (N,)
         Number of the net of each cell.
+    is_cut : ndarray of bool, shape (N,)
+        Whether a border may cut each cell; false without trims.
     errors : ndarray of float64, shape (nets,)
-        Bound of the rounding error of a point that is computed from each net.
+        Bound of the error of a point that is computed from each net.
     point_sides : ndarray of bool, shape (4, nets)
         Whether each of the sides u = 0, u = 1, v = 0, v = 1 of a net is one point.
     """
 
-    def __init__(self, nets: QueryNets, limits: WorkLimits, table: Table = FULL) -> None:
-        self.nets, self.limits, self._table = nets, limits, table
+    def __init__(
+        self,
+        nets: QueryNets,
+        limits: WorkLimits,
+        table: Table = FULL,
+        trims: CellTrims | None = None,
+    ) -> None:
+        self.nets, self.limits, self._table, self.trims = nets, limits, table, trims
         projected = [project(group.nets, -1) for group in nets.groups]
         points = np.concatenate([rows.reshape(-1, 3) for rows in projected])
         self.box = points.min(axis=0), points.max(axis=0)
@@ -151,10 +164,12 @@ class CellTree:
             [UNIT * self.largest * (sum(g.degree) + 2) for g in nets.groups],
             [len(g.patches) for g in nets.groups],
         ) * np.where(is_triangle, 20, 8)
+        if nets.errors is not None:
+            self.errors += nets.errors
         self.point_sides = np.hstack([self._find_point_sides(points) for points in projected])
         self.count = self.additions = 0
         self.models, self.rectangle = np.empty((table.row_count, 0)), np.empty((4, 0))
-        self.net = np.empty(0, np.intp)
+        self.net, self.is_cut = np.empty(0, np.intp), np.empty(0, bool)
         # The group of the net of each cell, its column in the space of the group, and its halvings.
         self._group, self._column, self._depth = self.net, self.net, self.net
         # The children are the cells from `_first_child` on; −1 for cells that were not halved.
@@ -165,10 +180,14 @@ class CellTree:
             numbers = np.arange(group.first, group.first + len(group.patches))
             rectangle = np.repeat([[0.0], [1.0], [0.0], [1.0]], len(numbers), axis=1)
             self._spaces.append(NetSpace(whole[..., :0]))
-            self._append(number, NetCells(rectangle, whole), numbers, np.zeros_like(numbers))
+            is_cut, kept = self._find_cut(numbers, rectangle, np.ones(len(numbers), bool))
+            cells = NetCells(rectangle, whole)
+            if not kept.all():
+                cells, numbers, is_cut = cells.take(kept), numbers[kept], is_cut[kept]
+            self._append(number, cells, numbers, np.zeros_like(numbers), is_cut)
         self.roots = self.count
         self.first = np.arange(self.count)
-        self._root_counts = [len(g.patches) for g in nets.groups]
+        self._root_counts = [space.count for space in self._spaces]
 
     @property
     def nbytes(self) -> int:
@@ -269,11 +288,32 @@ class CellTree:
         self._first_child[parents] = self.count + np.cumsum(counts) - counts
         parent = parents.repeat(counts)
         # 2 children are 1 halving, 4 children are 2.
-        depth = self._depth[parent] + self._child_count[parent] // 2
-        self._append(group, children, self.net[parent], depth)
+        net, depth = self.net[parent], self._depth[parent] + self._child_count[parent] // 2
         self.additions += sum(self.nets.groups[group].degree) * children.nets.size
+        rectangle = np.asarray(children.rectangle, np.float64)
+        is_cut, kept = self._find_cut(net, rectangle, self.is_cut[parent])
+        if not kept.all():
+            children, net, depth, is_cut = children.take(kept), net[kept], depth[kept], is_cut[kept]
+            counts = np.bincount(
+                np.arange(len(parents)).repeat(counts)[kept], minlength=len(parents)
+            )
+            self._child_count[parents] = counts
+            self._first_child[parents] = self.count + np.cumsum(counts) - counts
+        self._append(group, children, net, depth, is_cut)
 
-    def _append(self, group: int, cells: NetCells, net: Ints, depth: Ints) -> None:
+    def _find_cut(self, net: Ints, rectangle: FloatArray, may_be_cut: Bools) -> tuple[Bools, Bools]:
+        """Which rectangles (4, m) of nets (m,) a border may cut, and which are not outside.
+
+        Only rectangles where `may_be_cut` are classified; others are inside.
+        """
+        is_cut, kept = np.zeros(len(net), bool), np.ones(len(net), bool)
+        if self.trims is not None and may_be_cut.any():
+            rows = may_be_cut.nonzero()[0]
+            answers = self.trims.classify(net[rows], rectangle[:, rows])
+            is_cut[rows], kept[rows] = answers == UNDECIDED, answers != OUTSIDE
+        return is_cut, kept
+
+    def _append(self, group: int, cells: NetCells, net: Ints, depth: Ints, is_cut: Bools) -> None:
         """Add cells of a group, and compute their models."""
         begin, end = self.count, self.count + len(cells)
         if end > len(self.net):
@@ -281,6 +321,9 @@ class CellTree:
         run = slice(begin, end)
         halvings = depth + self._earlier_halvings[net]
         self.models[:, run] = self._table.models(cells.nets, halvings, self.largest)
+        if self.nets.errors is not None:
+            self.models[model_rows.RADIUS : model_rows.ERROR + 1, run] += self.nets.errors[net]
+        self.is_cut[run] = is_cut
         self.rectangle[:, run], self.net[run] = cells.rectangle, net
         self._group[run], self._depth[run], self._first_child[run] = group, depth, -1
         self._column[run] = self._spaces[group].append(cells.nets)
@@ -292,6 +335,7 @@ class CellTree:
             "models",
             "rectangle",
             "net",
+            "is_cut",
             "_group",
             "_column",
             "_depth",

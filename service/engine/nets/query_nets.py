@@ -29,6 +29,7 @@ from service.bases.arrays import FloatArray, Ints
 from service.engine.nets.nets import Nets, build_tensor_nets, group_nets, split_by_group
 from service.surface.batches import Patches, TrianglePatches
 from service.surface.curve_model import CurvePieces, to_space
+from service.surface.placement import Box, join_boxes
 
 _A, _B, _C = np.eye(3)
 _CENTROID = (_A + _B + _C) / 3
@@ -96,6 +97,9 @@ class QueryNets:
         For each net, the parameters (u, v) of its patch at (a, b) = (0, 0), (1, 0), (0, 1), (1, 1).
     diagonal : float
         Diagonal of the box of all control points, in model units.
+    errors : ndarray of float64, shape (N,), or None
+        How far each net may be from its surface or curve, in the coordinates of the nets; None if
+        all are exact.
     """
 
     groups: tuple[Nets, ...]
@@ -104,6 +108,7 @@ class QueryNets:
     patch: Ints
     corners: FloatArray
     diagonal: float
+    errors: FloatArray | None = None
 
     def split(self, net: Ints) -> Iterator[tuple[Nets, Ints]]:
         """The groups that have some of the nets (m,), each with their indices in `net`."""
@@ -148,10 +153,12 @@ grows with the fifth power of the degree. At higher degrees, a triangle is one n
 is a point."""
 
 
-def surface_nets(batches: Sequence[Patches]) -> QueryNets:
-    """The nets of batches of patches; each group has one degree, with or without weights."""
-    low = np.min([batch.bounds[0] for batch in batches], axis=0)
-    high = np.max([batch.bounds[1] for batch in batches], axis=0)
+def surface_nets(batches: Sequence[Patches], box: Box | None = None) -> QueryNets:
+    """The nets of batches of patches; each group has one degree, with or without weights.
+
+    Their frame is that of a box, or of the box about all control points.
+    """
+    low, high = join_boxes(batch.bounds for batch in batches) if box is None else box
     origin, scale, diagonal = frame(low, high)
     parts: list[tuple[Ints, FloatArray]] = []
     corners_by_shape: dict[tuple[int, ...], list[FloatArray]] = {}

@@ -1,0 +1,1 @@
+"""Whole parts, ready for questions: trimmed faces, edges, and untrimmed patches, as nets."""

@@ -88,10 +88,10 @@ def find_windings(
             continue
         level = tree.levels[depth]
         box = level.boxes.take(node, axis=1)
-        is_near = _touch(box, places, margin, row)
+        is_near = touch_boxes(box, places, margin, row)
         far = (~is_near).nonzero()[0]
         ends = level.begins.take(node[far]), level.ends.take(node[far])
-        steps = _wind_outside_box(box[:, far], *ends, places.take(row[far], axis=1))
+        steps = wind_outside_box(box[:, far], *ends, places.take(row[far], axis=1))
         total += np.bincount(row[far], steps, minlength=len(total))
         row, node = row[is_near], node[is_near]
         above, node = expand_runs(level.counts[node], level.first[node])
@@ -108,7 +108,7 @@ def _wind_about_pieces(
     near_rows, near_coedges = [], []
     halves = 0
     for halving in range(MOST_HALVINGS + 1):
-        steps, is_near = _cross_rays(pieces, places.take(row, axis=1), margin[row])
+        steps, is_near = cross_rays(pieces, places.take(row, axis=1), margin[row])
         total += np.bincount(row, steps, minlength=len(total))
         row, pieces = row[is_near], pieces.take(is_near)
         is_last = (pieces.spans == JOIN) | pieces.find_flat(margin[row])
@@ -124,7 +124,7 @@ def _wind_about_pieces(
     return Windings(total.astype(np.intp), rows, coedges, 0, halves)
 
 
-def _touch(boxes: FloatArray, places: FloatArray, margin: FloatArray, row: Ints) -> Bools:
+def touch_boxes(boxes: FloatArray, places: FloatArray, margin: FloatArray, row: Ints) -> Bools:
     """Whether boxes (4, k), with margins, contain the places of rows (k,)."""
     (x, y), more = places.take(row, axis=1), margin.take(row)
     touches: Bools = (boxes[0] - more <= x) & (x <= boxes[2] + more)
@@ -132,7 +132,7 @@ def _touch(boxes: FloatArray, places: FloatArray, margin: FloatArray, row: Ints)
     return touches
 
 
-def _wind_outside_box(
+def wind_outside_box(
     boxes: FloatArray, begins: FloatArray, ends: FloatArray, places: FloatArray
 ) -> FloatArray:
     """How often runs cross the rays from places (2, k) towards greater x; places are outside.
@@ -145,16 +145,16 @@ def _wind_outside_box(
     return np.where(x < boxes[0], crossings, 0.0)
 
 
-def _cross_rays(
+def cross_rays(
     pieces: BorderPieces, places: FloatArray, margin: FloatArray
 ) -> tuple[FloatArray, Bools]:
     """How often pieces (k,) cross the rays from places (2, k), 0 where this is not decided.
 
     The second result is where it is not decided: where a place is in the box and in the strip.
     """
-    is_near = _touch(pieces.boxes, places, margin, np.arange(len(margin)))
+    is_near = touch_boxes(pieces.boxes, places, margin, np.arange(len(margin)))
     begins, ends = pieces.begins[1], pieces.ends[1]
-    steps = np.where(is_near, 0.0, _wind_outside_box(pieces.boxes, begins, ends, places))
+    steps = np.where(is_near, 0.0, wind_outside_box(pieces.boxes, begins, ends, places))
     rows = is_near.nonzero()[0]
     (x, y), along = places[:, rows] - pieces.begins[:, rows], pieces.along[:, rows]
     across = along[0] * y - along[1] * x

@@ -10,10 +10,13 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import expand_runs
 from service.cancellation import checkpoint
+from service.engine.cells.cell_trims import INSIDE, OUTSIDE, UNDECIDED
 from service.engine.trims.border_tree import BorderTree
 from service.engine.trims.border_windings import Windings, find_windings
-from service.engine.trims.places import SIZE, Places
+from service.engine.trims.places import SIZE, PlaceFrames
 from service.surface.spline_tables import find_starts
+
+__all__ = ["INSIDE", "OUTSIDE", "UNDECIDED", "Answers", "Regions"]
 
 MARGIN = 2.0**-7
 """Convex sets are made larger by this number of units on all sides, for rounding."""
@@ -27,9 +30,6 @@ is within 4."""
 
 CHUNK = 1 << 14
 """Places that are tested together, with all their periods: it limits memory."""
-
-INSIDE, OUTSIDE, UNDECIDED = 1, 0, -1
-"""Answers to the question whether a point is in a region."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -57,7 +57,7 @@ class Regions:
 
     Attributes
     ----------
-    places : Places
+    places : PlaceFrames
     tree : BorderTree
         The loops of all faces, face after face.
     first_loop : ndarray of int, shape (F + 1,)
@@ -72,7 +72,7 @@ class Regions:
         The box of the loops of each face with its margin, in parameters.
     """
 
-    places: Places
+    places: PlaceFrames
     tree: BorderTree
     first_loop: Ints
     is_border: Bools
@@ -84,7 +84,7 @@ class Regions:
     @classmethod
     def of(
         cls,
-        places: Places,
+        places: PlaceFrames,
         tree: BorderTree,
         *,
         loop_faces: Ints,

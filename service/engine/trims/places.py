@@ -36,14 +36,36 @@ they are below 2^48."""
 
 
 @dataclass(frozen=True, eq=False)
-class Places:
+class PlaceFrames:
+    """The frames of the places of F faces: which parameters places stand for.
+
+    Attributes
+    ----------
+    origin, extent : ndarray of float64, shape (F, 2)
+        Place x stands for the parameter origin + x / SIZE · extent.
+    """
+
+    origin: FloatArray
+    extent: FloatArray
+
+    def to_places(self, face: Ints, parameters: FloatArray) -> FloatArray:
+        """Places (m, 2), not rounded, of parameters (m, 2)."""
+        places: FloatArray = (parameters - self.origin[face]) * (SIZE / self.extent)[face]
+        return places
+
+    def to_parameters(self, face: Ints, places: FloatArray | Ints) -> FloatArray:
+        """Parameters (m, 2) of places (m, 2)."""
+        parameters: FloatArray = self.origin[face] + places * (self.extent / SIZE)[face]
+        return parameters
+
+
+@dataclass(frozen=True, eq=False)
+class Places(PlaceFrames):
     """Places of F faces, and the knots of their surfaces among them.
 
     Attributes
     ----------
     surfaces : FaceSurfaces
-    origin, extent : ndarray of float64, shape (F, 2)
-        Place x stands for the parameter origin + x / SIZE · extent.
     faces : Faces
         The spans that the box touches: span (k, l) is patch `first[f] + k stride[f] + l`.
     first_knot : ndarray of int, shape (2, F)
@@ -55,8 +77,6 @@ class Places:
     """
 
     surfaces: FaceSurfaces
-    origin: FloatArray
-    extent: FloatArray
     faces: Faces
     first_knot: Ints
     knots: Ints
@@ -90,7 +110,8 @@ class Places:
         stride = surfaces.faces.stride
         patch = surfaces.faces.first + skipped[:, 0] * stride + skipped[:, 1]
         first_knot = np.ascontiguousarray(find_starts(count + 1)[:-1].reshape(-1, 2).T)
-        return cls(surfaces, first, extent, Faces(patch, stride, spans), first_knot, whole[rows])
+        faces = Faces(patch, stride, spans)
+        return cls(first, extent, surfaces, faces, first_knot, whole[rows])
 
     @property
     def first(self) -> Ints:
@@ -101,16 +122,6 @@ class Places:
     def stride(self) -> Ints:
         """The step (F,) from a patch to the next one along u."""
         return self.faces.stride
-
-    def to_places(self, face: Ints, parameters: FloatArray) -> FloatArray:
-        """Places (m, 2), not rounded, of parameters (m, 2)."""
-        places: FloatArray = (parameters - self.origin[face]) * (SIZE / self.extent)[face]
-        return places
-
-    def to_parameters(self, face: Ints, places: FloatArray | Ints) -> FloatArray:
-        """Parameters (m, 2) of places (m, 2)."""
-        parameters: FloatArray = self.origin[face] + places * (self.extent / SIZE)[face]
-        return parameters
 
     def find_spans(
         self, face: Ints, axis: int, low: FloatArray | Ints, high: FloatArray | Ints
