@@ -64,7 +64,8 @@ class TubeDefinition(StrictModel):
     From ring to ring the tube turns about the curve as little as possible. A closed curve gives a
     closed tube. `resolution` is the number of divisions of each Bézier piece of the curve. Corners
     up to 90° are mitred, and sharper corners are rounded. Where radius × curvature exceeds 1, the
-    tube intersects itself.
+    tube intersects itself; where it is 1, the inside of the bend is one vertex. A control point
+    that is repeated adds no faces.
     """
 
     type: Literal["tube"] = Field(description="The kind of surface.")
@@ -94,7 +95,8 @@ class RibbonDefinition(StrictModel):
 
     The line across the ribbon is at right angles to the curve and to the direction that the ribbon
     faces. `resolution` is the number of divisions of each Bézier piece of the curve. Corners up to
-    90° are mitred, and sharper corners are rounded.
+    90° are mitred, and sharper corners are rounded. Where the line turns round at a corner, no
+    faces join its two directions.
     """
 
     type: Literal["ribbon"] = Field(description="The kind of surface.")

@@ -1,13 +1,13 @@
 """Lowered curves, which are Bézier pieces, and lowered sweeps: a profile that follows a curve."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import dist
 from typing import TypeAlias
 
 import numpy as np
 
-from service.bases.arrays import FloatArray
+from service.bases.arrays import Bools, FloatArray
 from service.errors import InvalidRequest, Issue
 from service.surface.checks import Up
 from service.surface.placement import Box, find_box
@@ -81,6 +81,21 @@ class CurvePieces:
     def closed(self) -> bool:
         """Whether the last point of the curve equals the first."""
         return bool((self.points[0, 0] == self.points[-1, -1]).all())
+
+    @cached_property
+    def is_single(self) -> Bools:
+        """Whether each piece is a single point, (S,), as where control points repeat."""
+        is_single: Bools = (self.points == self.points[:, :1]).all(axis=(1, 2))
+        return is_single
+
+    def drop_single(self) -> "CurvePieces":
+        """The curve without pieces that are single points; its domain then is a shorter one."""
+        if not self.is_single.any():
+            return self
+        kept = ~self.is_single
+        weights = None if self.weights is None else self.weights[kept]
+        breaks = self.breaks[: int(kept.sum()) + 1]
+        return replace(self, points=self.points[kept], weights=weights, breaks=breaks)
 
     @cached_property
     def bounds(self) -> Box:

@@ -56,7 +56,7 @@ def join_faces(
     # A patch folds if two of its sides are one edge, and may fold if it has only one division. Then
     # faces may have two vertices at one position.
     if welding is not None and layout.may_fold:
-        triangles, quads, counts = _drop_slivers(triangles, quads, counts, welding.welds)
+        triangles, quads, counts = drop_slivers(triangles, quads, counts, welding.welds)
     return triangles, quads, _count_before(counts)
 
 
@@ -65,7 +65,7 @@ def _count_before(counts: Ints) -> Ints:
     return np.concatenate([np.zeros((2, 1), dtype=np.intp), counts.cumsum(axis=1)], axis=1)
 
 
-def _drop_slivers(
+def drop_slivers(
     triangles: IndexArray, quads: IndexArray, counts: Ints, welds: Ints
 ) -> tuple[IndexArray, IndexArray, Ints]:
     """Drops faces with two vertices at one position.
@@ -76,8 +76,8 @@ def _drop_slivers(
     diagonal of the cell between them is a point, too. With one division, a side that returns to its
     beginning is a point, and a patch that closes is a line.
 
-    `counts` (2, P) are the numbers of triangles and quads of each patch, `welds` (V,) is the first
-    vertex at the position of each vertex. Returns the new triangles, quads and counts.
+    `counts` (2, P) are the numbers of triangles and quads of each patch, `welds` (V,) is one vertex
+    at the position of each vertex. Returns the new triangles, quads and counts.
     """
     total = counts.shape[1]
     patch_of_triangle, patch_of_quad = (np.repeat(np.arange(total), n) for n in counts)

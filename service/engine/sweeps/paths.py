@@ -88,7 +88,8 @@ def build_path(
 ) -> Paths:
     """The frames of one curve at R divisions of every piece, with mitred or rounded corners.
 
-    By default, a curve that ends at its first point is closed; `closed` overrides this.
+    By default, a curve that ends at its first point is closed; `closed` overrides this. A piece
+    that is a single point has all its frames there.
     """
     closed = pieces.closed if closed is None else closed
     samples = CurveSamples.uniform(pieces.count, divisions)
@@ -122,7 +123,7 @@ def build_path(
         is_before_corner, _speeds(pieces, samples_before)[sample], _speeds(pieces, samples)[sample]
     )
     return Paths(
-        points=to_space(evaluate_positions(pieces, samples))[np.newaxis, sample],
+        points=_evaluate_points(pieces, samples)[np.newaxis, sample],
         tangents=directions[np.newaxis],
         fractions=(lengths / lengths[-1])[np.newaxis, sample],
         closed=closed,
@@ -179,6 +180,14 @@ def _move_joints_to_ends(samples: CurveSamples) -> CurveSamples:
     """The samples, with joints of two pieces at t = 1 of the first, not at t = 0 of the second."""
     is_joint = (samples.t == 0.0) & (samples.piece > 0)
     return CurveSamples(samples.piece - is_joint, np.where(is_joint, 1.0, samples.t))
+
+
+def _evaluate_points(pieces: CurvePieces, samples: CurveSamples) -> FloatArray:
+    """Points (N, 3) of the curve; a piece that is a single point has exactly this point."""
+    points = to_space(evaluate_positions(pieces, samples))
+    is_single = pieces.is_single[samples.piece]
+    points[is_single] = to_space(pieces.points[samples.piece[is_single], 0])
+    return points
 
 
 def _directions(

@@ -21,7 +21,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, Ints
+from service.bases.arrays import Bools, FloatArray, Ints
 from service.cancellation import checkpoint
 from service.engine.options import Faces
 from service.engine.sweeps.frames import compute_frames, fill_gaps
@@ -32,6 +32,22 @@ from service.engine.vectors import cross, dot, length, normalize
 MIN_SINE = 1e-9
 """If the sine of the angle between the curve and the direction `facing` is at most this, the
 crossbar is not defined."""
+
+EQUAL_OFFSETS = 2.0**-40
+"""Offsets from one point of the curve count as equal if they differ by at most this part of their
+lengths."""
+
+ROUNDING = 2.0**-46
+"""Steps of at most this part of the coordinates, 64 units in the last place, may be rounding. They
+count as rounding if they are also short (`SHORT_STEP`)."""
+
+SHORT_STEP = 2.0**-20
+"""A step is short if it is at most this part of the longest step between the same two frames, or at
+a corner of the profile's size."""
+
+MAX_SHARE = 1.25
+"""If the point of the curve moves further than the steps of two columns of offsets, times this
+number, no sample repeats (`_find_narrow_bands`)."""
 
 
 def build_tubes(
@@ -62,7 +78,8 @@ def build_tubes(
     tangents = paths.tangents[:, :, None]
     ring = _build_ring(normals, cross(normals, paths.tangents, -1), sides)
     checkpoint()
-    positions = paths.points[:, :, None] + radius[:, None, None] * _move_to_planes(ring, paths)
+    offsets = radius[:, None, None] * _move_to_planes(ring, paths)
+    positions = paths.points[:, :, None] + offsets
     ring_normals = ring
     if slopes is not None and slopes.any():
         ring_normals = ring - slopes[:, :, None, None] * tangents
@@ -76,6 +93,7 @@ def build_tubes(
         uvs=uvs,
         has_faces=~paths.is_mitred[1:],
         is_point=radius == 0,
+        is_repeated=_find_repeats(paths, offsets),
         equal_row=_find_equal_rows(paths),
         is_ring=True,
     )
@@ -112,16 +130,17 @@ def build_ribbons(
     crossbar = _find_crossbars(paths, directions)
     normals = cross(paths.tangents, crossbar, -1)
     across = np.array([-0.5, 0.5])
-    ends = (width[:, None] * across)[:, :, None] * _move_to_planes(crossbar[:, :, None], paths)
-    positions = paths.points[:, :, None] + ends
+    offsets = (width[:, None] * across)[:, :, None] * _move_to_planes(crossbar[:, :, None], paths)
+    positions = paths.points[:, :, None] + offsets
     uvs = np.empty((*positions.shape[:3], 2))
     uvs[..., 0], uvs[..., 1] = paths.fractions[:, :, None], across + 0.5
     rows = Rows(
         positions=positions,
         normals=np.broadcast_to(normals[:, :, None], positions.shape),
         uvs=uvs,
-        has_faces=~paths.is_mitred[1:],
+        has_faces=~(paths.is_mitred[1:] | _find_reversals(paths, offsets)),
         is_point=width == 0,
+        is_repeated=_find_repeats(paths, offsets),
         equal_row=_find_equal_rows(paths),
         is_ring=False,
     )
@@ -163,6 +182,67 @@ def _move_to_planes(vectors: FloatArray, paths: Paths) -> FloatArray:
     return moved
 
 
+def _find_repeats(paths: Paths, offsets: FloatArray) -> Bools:
+    """Whether samples have the position of the sample of the frame before: (K, m−1, columns).
+
+    At a rounded corner they do so if they are on the axis about which the frames turn: then their
+    offsets from the point of the curve, shape (K, m, columns, 3), are equal up to rounding.
+    Elsewhere they do so where the radius of a tube is the radius of the curve's bend, and the
+    surface itself is singular: the step to the next sample is rounding, and short beside other
+    steps between the two frames.
+    """
+    repeats = np.zeros((len(offsets), offsets.shape[1] - 1, offsets.shape[2]), dtype=bool)
+    bands = _find_narrow_bands(paths, offsets)
+    if not len(bands):
+        return repeats
+    before, after = offsets[:, bands], offsets[:, bands + 1]
+    points, next_points = (paths.points[:, row, None] for row in (bands, bands + 1))
+    is_at_axis = length(after - before, -1) <= _bound_offset_rounding(before, after, points)
+    step = length((next_points + after) - (points + before), -1)
+    coordinate = np.maximum(np.abs(points + before), np.abs(next_points + after)).max(axis=(2, 3))
+    max_step = step.max(axis=2, keepdims=True)
+    is_short = step <= np.minimum(ROUNDING * coordinate[..., None], SHORT_STEP * max_step)
+    repeats[:, bands] = np.where((points == next_points).all(axis=-1), is_at_axis, is_short)
+    return repeats
+
+
+def _find_narrow_bands(paths: Paths, offsets: FloatArray) -> Ints:
+    """Each frame after which samples of the next frame may have equal positions, on any curve.
+
+    There the point of the curve moves no further than some offset. The offsets of a frame are sums
+    of two of them, at an angle of 60° to 120°, each times at most 1.16.
+    """
+    quarter = max(1, round((offsets.shape[2] - 1) / 4))
+    offset_steps = length(np.diff(offsets[:, :, [0, quarter]], axis=1), -1).sum(axis=-1)
+    is_narrow = length(np.diff(paths.points, axis=1), -1) <= MAX_SHARE * offset_steps
+    return np.flatnonzero(is_narrow.any(axis=0) & ~paths.is_mitred[1:])
+
+
+def _find_reversals(paths: Paths, offsets: FloatArray) -> Bools:
+    """Whether crossbars of all curves turn round between two frames at one point: (m−1,).
+
+    At such a corner the direction that the ribbon faces is between the directions of the curve. The
+    two crossbars are one line, and a face between them would have no area.
+    """
+    before, after = offsets[:, :-1], offsets[:, 1:]
+    points = paths.points[:, :-1, None]
+    is_opposite = length(before + after, -1) <= _bound_offset_rounding(before, after, points)
+    is_corner = points == paths.points[:, 1:, None]
+    has_reversal: Bools = (is_opposite & is_corner.all(axis=-1)).all(axis=(0, 2))
+    return has_reversal
+
+
+def _bound_offset_rounding(before: FloatArray, after: FloatArray, points: FloatArray) -> FloatArray:
+    """How far equal offsets from one point of the curve differ by rounding: (K, m, 1).
+
+    Far from zero, curves have less precise directions.
+    """
+    size = np.maximum(length(before, -1), length(after, -1)).max(axis=2, keepdims=True)
+    rounding = np.minimum(ROUNDING * np.abs(points).max(axis=-1), SHORT_STEP * size)
+    bound: FloatArray = np.maximum(EQUAL_OFFSETS * size, rounding)
+    return bound
+
+
 def _find_equal_rows(paths: Paths) -> Ints:
     """For each frame another frame whose row has the same positions, or itself."""
     equal_row = np.arange(paths.points.shape[1]) - paths.is_mitred
@@ -200,6 +280,7 @@ def _add_caps(rows: Rows, paths: Paths, has_caps: tuple[bool, bool]) -> Rows:
             uvs=np.stack([uv for _, uv in cap_rows], axis=1),
             has_faces=np.array([True]),
             is_point=np.array([False, True] if is_at_end else [True, False]),
+            is_repeated=np.zeros((len(positions), 2, positions.shape[2]), dtype=bool),
         )
         first, second = (rows, cap) if is_at_end else (cap, rows)
         rows = Rows(
@@ -208,6 +289,12 @@ def _add_caps(rows: Rows, paths: Paths, has_caps: tuple[bool, bool]) -> Rows:
             np.concatenate([first.uvs, second.uvs], axis=1),
             np.concatenate([first.has_faces, [False], second.has_faces]),
             np.concatenate([first.is_point, second.is_point]),
+            np.concatenate(
+                [rows.is_repeated, cap.is_repeated]
+                if is_at_end
+                else [cap.is_repeated, rows.is_repeated],
+                axis=1,
+            ),
             np.array(equal_row),
             rows.is_ring,
         )

@@ -8,7 +8,9 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, IndexArray, Ints
 from service.bases.row_batches import split_runs
 from service.cancellation import checkpoint
+from service.engine.clustering import find_components
 from service.engine.options import Faces
+from service.engine.plans.faces import drop_slivers
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,8 +26,7 @@ class SweptGrids:
     same_position : ndarray of int, shape (N,)
         For each sample, one sample at its position, the same for all samples there.
     triangles, quads : ndarray of uint32, shapes (T, 3) and (Q, 4)
-        Numbers of samples, counter-clockwise seen from the normal's tip. Each curve has the same
-        number of faces.
+        Numbers of samples, counter-clockwise seen from the normal's tip.
     grids : tuple of ndarray of uint32, shapes (K, rows, columns)
         The samples of each run of frames that faces connect.
     """
@@ -51,6 +52,9 @@ class Rows:
         Whether there are faces between each row and the next.
     is_point : ndarray of bool, shape (rows,)
         Whether each row is one point.
+    is_repeated : ndarray of bool, shape (K, rows − 1, columns)
+        Whether each sample, up to rounding, has the position of the sample before it: the one of
+        the same column in the row before.
     equal_row : ndarray of int, shape (rows,)
         For each row, another row with the same positions, or the row itself. All rows with the
         same positions lead to one row.
@@ -63,6 +67,7 @@ class Rows:
     uvs: FloatArray
     has_faces: Bools
     is_point: Bools
+    is_repeated: Bools
     equal_row: Ints
     is_ring: bool
 
@@ -86,7 +91,7 @@ def join_rows(rows: Rows, faces: Faces) -> SweptGrids:
     checkpoint()
     triangles, quads = _faces(number, rows, faces)
     checkpoint()
-    return SweptGrids(
+    grids = SweptGrids(
         positions,
         rows.normals.reshape(-1, 3),
         rows.uvs.reshape(-1, 2),
@@ -95,9 +100,44 @@ def join_rows(rows: Rows, faces: Faces) -> SweptGrids:
         _repeat(quads, first_samples),
         tuple(
             _repeat(number[run].reshape(1, -1), first_samples).reshape(count, -1, columns)
-            for run in split_runs(~rows.has_faces)
-            if run.stop - run.start > 1
+            for run in _list_runs(rows)
+            if len(run) > 1
         ),
+    )
+    if not rows.is_repeated.any():
+        return grids
+    curve, row, column = np.nonzero(rows.is_repeated)
+    samples = (curve * row_count + row) * columns + column
+    return unite_samples(grids, samples, samples + columns)
+
+
+def _list_runs(rows: Rows) -> list[Ints]:
+    """The rows of each run that faces connect, without rows that repeat the row before."""
+    is_new = np.append(True, ~rows.is_repeated.all(axis=(0, 2)))
+    row = np.arange(len(is_new))
+    return [row[run][is_new[run]] for run in split_runs(~rows.has_faces)]
+
+
+def unite_samples(grids: SweptGrids, first: Ints, second: Ints) -> SweptGrids:
+    """The grids after samples `first` (n,) and `second` (n,), at the ends of edges, become one.
+
+    Faces that then have no area are left out, and a quad with one such edge becomes a triangle. A
+    closed surface stays closed.
+    """
+    count = len(grids.positions)
+    same_position = find_components(
+        count,
+        np.concatenate([np.arange(count), first]),
+        np.concatenate([grids.same_position, second]),
+    )
+    counts = np.array([[len(grids.triangles)], [len(grids.quads)]])
+    triangles, quads, _ = drop_slivers(grids.triangles, grids.quads, counts, same_position)
+    return replace(
+        grids,
+        positions=grids.positions[same_position],
+        same_position=same_position,
+        triangles=triangles,
+        quads=quads,
     )
 
 

@@ -35,7 +35,9 @@ of quadrature with together 18 nodes, on up to two intervals, and on more only n
 def sweep(model: SweepModel, options: MeshOptions, *, is_float32: bool = False) -> Mesh:
     """The mesh of a tube or ribbon, at `resolution[0]` divisions of every piece of its curve."""
     profile, crease_angle = model.profile, options.crease_angle
-    paths = build_path(model.pieces, options.resolution[0], crease_angle, closed=model.closed)
+    # Where control points repeat, only a profile that changes has more than one shape.
+    pieces = model.pieces if len(profile.spread) > 1 else model.pieces.drop_single()
+    paths = build_path(pieces, options.resolution[0], crease_angle, closed=model.closed)
     # The radius or the width at every frame.
     spread = _evaluate(profile.spread, paths.parameters)
     if isinstance(profile, Ribbon):
@@ -120,7 +122,10 @@ def build_swept_mesh(
 
 
 def predict_sweep(model: SweepModel, options: MeshOptions) -> tuple[int, int, int, int]:
-    """Upper bounds of the numbers of samples, triangles, quads and grids, without evaluation."""
+    """Upper bounds of the numbers of samples, triangles, quads and grids, without evaluation.
+
+    A quad of which an edge is a point becomes a triangle, but counts as a quad here.
+    """
     frames = bound_frame_count(model.pieces, options.resolution[0], options.crease_angle)
     is_tube = isinstance(model.profile, Tube)
     columns = model.profile.sides if isinstance(model.profile, Tube) else 1

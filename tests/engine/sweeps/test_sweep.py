@@ -160,8 +160,8 @@ def test_no_mesh_is_larger_than_predicted(name: str, corners: bool, faces: Faces
             vertices, triangles, quads, grids = predict_sweep(model, options)
             mesh = build(model, options)
             assert len(mesh.positions) <= vertices
-            assert len(mesh.triangles) <= triangles
             assert len(mesh.quads) <= quads
+            assert len(mesh.triangles) + len(mesh.quads) <= triangles + quads
             assert sum(len(grid) for grid in mesh.grids) <= grids
             low, high = model.bounds
             assert (mesh.positions >= low - 1e-12).all()
