@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.cad import IFC, OPEN_TETRAHEDRON
+from tests.cad import FOLDER, IFC, OPEN_TETRAHEDRON
 from tools.browser import Stage
 from tools.editor import perform
 
@@ -80,3 +80,13 @@ def test_the_error_of_a_cad_file_is_shown(editor: Stage, tmp_path: Path) -> None
     editor.page.wait_for_selector("#problem:not([hidden])", timeout=TIMEOUT)
     assert "Industry Foundation Classes" in editor.page.inner_text("#problem-errors")
     editor.page.click("#problem-close")
+
+
+def test_an_assembly_of_parts_is_meshed_by_tolerance(editor: Stage) -> None:
+    """Its members name definitions, which are the parts."""
+    path = FOLDER / "assembly_m_ap242.step"
+    request = perform(editor.page, lambda: open_file(editor, path))
+    assert request["surface"]["type"] == "group"
+    assert request["surface"]["definitions"]
+    assert request["relative_tolerance"] > 0
+    assert editor.page.is_hidden("#problem")

@@ -49,19 +49,25 @@ function showsCurvature(look) {
  * @param {Surface} surface @returns {boolean}
  */
 export function hasSweep(surface) {
-  const members = surface.type === 'group' && Array.isArray(surface.members) ? surface.members : [];
-  return surface.type === 'tube' || surface.type === 'ribbon'
-    || members.some((member) => hasSweep(member?.surface ?? {}));
+  return surface.type === 'tube' || surface.type === 'ribbon' || listInner(surface).some(hasSweep);
+}
+
+/** The surfaces of a group: those of its members, and its definitions. @param {Surface} surface @returns {Surface[]} */
+function listInner(surface) {
+  if (surface.type !== 'group') return [];
+  const { members, definitions } = surface;
+  return [
+    ...(Array.isArray(members) ? members.map((member) => member?.surface ?? {}) : []),
+    ...(Array.isArray(definitions) ? definitions.map((definition) => definition ?? {}) : []),
+  ];
 }
 
 /**
- * Whether a surface is a part, or a group with a part. Parts have meshes by tolerance only, and the service
- * computes no closest points and areas of these.
+ * Whether a surface is a part, or a group with a part. Parts have meshes by tolerance only.
  * @param {Surface} surface @returns {boolean}
  */
 export function hasPart(surface) {
-  const members = surface.type === 'group' && Array.isArray(surface.members) ? surface.members : [];
-  return surface.type === 'brep' || members.some((member) => hasPart(member?.surface ?? {}));
+  return surface.type === 'brep' || listInner(surface).some(hasPart);
 }
 
 /** How finely a surface is divided. @param {Settings} settings @param {Surface} surface @returns {Settings['accuracy']} */
