@@ -127,13 +127,16 @@ class EdgeTree:
         return cls(curves, pieces, tuple(levels), counts.cumsum() - counts, counts)
 
     @classmethod
-    def of_borders(cls, prepared: PreparedBrep, points: int) -> "EdgeTree":
+    def of_borders(
+        cls, prepared: PreparedBrep, points: int, chosen: Bools | bool = True
+    ) -> "EdgeTree":
         """The edges of each face, with their gaps as reaches: no seams and no poles.
 
-        There is a group for each face. `points` is that of `EdgeTree.of`.
+        There is a group for each face. `points` is that of `EdgeTree.of`; `chosen` (C,) is which
+        coedges count.
         """
         curve = prepared.edge_curves[prepared.coedge_edges]
-        coedge = (prepared.is_border & (curve >= 0)).nonzero()[0]
+        coedge = (prepared.is_border & (curve >= 0) & chosen).nonzero()[0]
         low, high = prepared.edge_ranges[prepared.coedge_edges[coedge]].T
         parts = prepared.curves.cut(curve[coedge], low, high)
         owner = coedge[parts.source]

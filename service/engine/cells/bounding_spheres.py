@@ -25,9 +25,20 @@ from service.engine.vectors import UNIT, length
 FANOUT, MAX_ROOTS = 8, 24
 """How many members a sphere has, and the most spheres on the level of the largest."""
 
+_OUTWARDS = np.array([0, 1, -1, 2, -2, 3, -3, -4])
+"""Steps from the middle member of a sphere to all of its members."""
+
 
 class BoundingSpheres:
     """Levels of spheres over the first cells of a `CellTree`, at which queries begin.
+
+    Parameters
+    ----------
+    cells : CellTree
+    max_roots : int
+        The most spheres on the level of the largest.
+    reach : ndarray of float64, shape (nets,), or None
+        By how much the spheres of the cells of each net are larger than the cells.
 
     Attributes
     ----------
@@ -36,16 +47,23 @@ class BoundingSpheres:
         The first cells in the order of the Morton curve.
     levels : list of ndarray of float64, shape (5, n)
         For each level the centre, radius and error of its spheres; the error bounds the distance of
-        the computed centre from the surface. The level of the largest spheres comes first. Sphere k
-        of a level contains the spheres 8 k … 8 k + 7 of the next level. The spheres of the last
-        level are those of the models of the cells, in `order`.
+        the computed centre from the surface, and is infinite where no centre is inside of trims.
+        The level of the largest spheres comes first. Sphere k of a level contains the spheres 8 k …
+        8 k + 7 of the next level. The spheres of the last level are those of the models of the
+        cells, in `order`.
     middles : list of ndarray of int, shape (n,)
         For each level the cells whose centres are the centres of the spheres.
     """
 
-    def __init__(self, cells: CellTree, max_roots: int = MAX_ROOTS) -> None:
+    def __init__(
+        self, cells: CellTree, max_roots: int = MAX_ROOTS, reach: FloatArray | None = None
+    ) -> None:
         self.cells = cells
         spheres = cells.models[:5, cells.first]
+        if cells.trims is not None:
+            spheres[4, ~cells.has_center(cells.first)] = np.inf
+        if reach is not None:
+            spheres[3] += reach[cells.net[cells.first]]
         order = np.argsort(_morton(spheres[:3]), kind="stable")
         level = spheres[:, order]
         self.order, self.levels = cells.first[order], [level]
@@ -101,6 +119,12 @@ def _enclose(level: FloatArray) -> tuple[FloatArray, Ints]:
     count = level.shape[1]
     starts = np.arange(0, count, FANOUT)
     middle_numbers = np.minimum(starts + FANOUT // 2, count - 1)
+    if np.isinf(level[4]).any():
+        # The first member whose centre is a point of the surface, from the middle on.
+        members = np.minimum(middle_numbers[:, np.newaxis] + _OUTWARDS, count - 1)
+        members = np.maximum(members, starts[:, np.newaxis])
+        first = np.isfinite(level[4, members]).argmax(axis=1)
+        middle_numbers = members[np.arange(len(starts)), first]
     larger = level[:, middle_numbers]  # a copy, whose radii are replaced below
     difference = level[:3] - np.repeat(larger[:3], FANOUT, axis=1)[:, :count]
     distance = length(difference) + level[3]

@@ -17,3 +17,7 @@ class CellTrims(Protocol):
         A part of a rectangle that is inside is inside, and one of a rectangle outside is outside.
         """
         ...
+
+    def find_inside(self, net: Ints, parameters: FloatArray) -> Ints:
+        """Where parameters (2, m) of nets (m,) are: `INSIDE`, `OUTSIDE` or `UNDECIDED`."""
+        ...

@@ -18,7 +18,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.cells import models as model_rows
-from service.engine.cells.cell_trims import OUTSIDE, UNDECIDED, CellTrims
+from service.engine.cells.cell_trims import INSIDE, OUTSIDE, UNDECIDED, CellTrims
 from service.engine.cells.cells import NetCells
 from service.engine.cells.models import cell_models
 from service.engine.nets.query_nets import UNIT_CORNERS, QueryNets
@@ -170,6 +170,8 @@ class CellTree:
         self.count = self.additions = 0
         self.models, self.rectangle = np.empty((table.row_count, 0)), np.empty((4, 0))
         self.net, self.is_cut = np.empty(0, np.intp), np.empty(0, bool)
+        # Whether centres are inside, `INSIDE` or `OUTSIDE`; `UNDECIDED`: not known yet.
+        self._center = self.net
         # The group of the net of each cell, its column in the space of the group, and its halvings.
         self._group, self._column, self._depth = self.net, self.net, self.net
         # The children are the cells from `_first_child` on; −1 for cells that were not halved.
@@ -216,8 +218,12 @@ class CellTree:
             # Each of these cells may be replaced by 4, which are 3 more.
             if not is_above.any() or len(self.first) + 3 * np.count_nonzero(is_above) > max_first:
                 break
-            children, _ = self.children(self.first[is_above])
-            self.first = np.concatenate([self.first[~is_above], children])
+            self.replace_first(is_above)
+
+    def replace_first(self, is_halved: Bools) -> None:
+        """Replace some of the first cells by their children."""
+        children, _ = self.children(self.first[is_halved])
+        self.first = np.concatenate([self.first[~is_halved], children])
         self.roots, self._root_counts = self.count, [space.count for space in self._spaces]
 
     @property
@@ -229,6 +235,18 @@ class CellTree:
         """Which cells have a `STRAIN` above `strain`, and fewer than `COARSE_HALVINGS` halvings."""
         has_strain = self.models[model_rows.STRAIN].take(cells) > strain
         return np.asarray(has_strain & (self._depth.take(cells) < COARSE_HALVINGS))
+
+    def has_center(self, cells: Ints) -> Bools:
+        """Whether the centres of cells (n,) are certainly inside of the trims."""
+        if self.trims is None:
+            return np.ones(len(cells), bool)
+        is_new = self._center.take(cells) == UNDECIDED
+        if is_new.any():
+            new = np.unique(cells[is_new])
+            middles = (self.rectangle[::2, new] + self.rectangle[1::2, new]) / 2
+            answers = self.trims.find_inside(self.net[new], middles)
+            self._center[new] = np.where(answers == INSIDE, INSIDE, OUTSIDE)
+        return np.asarray(self._center.take(cells) == INSIDE)
 
     def can_halve(self, cells: Ints) -> Bools:
         """Which cells have children or can be halved."""
@@ -323,7 +341,7 @@ class CellTree:
         self.models[:, run] = self._table.models(cells.nets, halvings, self.largest)
         if self.nets.errors is not None:
             self.models[model_rows.RADIUS : model_rows.ERROR + 1, run] += self.nets.errors[net]
-        self.is_cut[run] = is_cut
+        self.is_cut[run], self._center[run] = is_cut, np.where(is_cut, UNDECIDED, INSIDE)
         self.rectangle[:, run], self.net[run] = cells.rectangle, net
         self._group[run], self._depth[run], self._first_child[run] = group, depth, -1
         self._column[run] = self._spaces[group].append(cells.nets)
@@ -336,6 +354,7 @@ class CellTree:
             "rectangle",
             "net",
             "is_cut",
+            "_center",
             "_group",
             "_column",
             "_depth",

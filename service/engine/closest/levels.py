@@ -37,6 +37,8 @@ from service.engine.cells.pair_search import (
 from service.engine.closest.distance_bounds import Minima, bound_distances, least_change
 from service.engine.closest.nearest import ClosestPoints, Nearest
 from service.engine.closest.newton import measure_surface_points
+from service.engine.closest.trimmed_points import TrimmedPoints
+from service.engine.trims.trimmed_nets import NetTrims
 from service.engine.vectors import UNIT
 
 CHUNK_PAIRS = 1 << 13
@@ -78,6 +80,8 @@ class ClosestLevels(TreeSearch):
         The largest width of intervals, in the coordinates of the nets.
     can_split : bool
         Whether the caller can search fewer points at a time.
+    trims : NetTrims, optional
+        Those of the cells, with which only points that are inside count.
     """
 
     def __init__(
@@ -88,11 +92,13 @@ class ClosestLevels(TreeSearch):
         tolerance: float,
         *,
         can_split: bool,
+        trims: NetTrims | None = None,
     ) -> None:
         super().__init__(spheres, budget, can_split=can_split)
         self.min_width = max(WIDTH_SHARE * tolerance, MIN_WIDTH)
         self.x = np.ascontiguousarray(points.T)  # (3, m)
-        self.nearest = Nearest(self.cells, self.x, tolerance)
+        trimmed = None if trims is None else TrimmedPoints(self.cells, trims)
+        self.nearest = Nearest(self.cells, self.x, tolerance, trimmed)
         # Squared upper bounds of the least distances, from the centres of spheres.
         self.sphere_best = np.full(self.count, np.inf)
         self.settled: list[Minima] = []
@@ -153,7 +159,7 @@ class ClosestLevels(TreeSearch):
             low[chunk], upper = sphere_bounds(model, self.x.take(point[chunk], axis=1))
             self.nearest.add_centers(point[chunk], cell[chunk], upper)
         near_rows, ended = self.allot_pairs(
-            np.flatnonzero(low <= self.nearest.limit(point)), point, cell
+            np.flatnonzero(low <= self.nearest.limit(point, cell)), point, cell
         )
         self.nearest.end_open_cells(point[ended], cell[ended], low[ended])
         # For each of `near_rows`: coarse cells stay open without bounds.
@@ -177,7 +183,7 @@ class ClosestLevels(TreeSearch):
             point,
             cell,
             low=low,
-            limit=self.nearest.limit(point),
+            limit=self.nearest.limit(point, cell),
             flattest=self.min_width / 8,
         )
         if len(minima.point):
@@ -212,7 +218,8 @@ class ClosestLevels(TreeSearch):
         open_rows = []
         # First the nearest cell of each point: its minimum may exclude the point's other cells.
         for chosen in split_nearest(minima.point, minima.cell, minima.estimate):
-            rows = chosen[minima.low[chosen] <= self.nearest.limit(minima.point[chosen])]
+            limit = self.nearest.limit(minima.point[chosen], minima.cell[chosen])
+            rows = chosen[minima.low[chosen] <= limit]
             if len(rows):
                 open_rows.append(rows[~self.descend(minima.take(rows))])
         rows = np.concatenate(open_rows) if open_rows else np.zeros(0, np.intp)
@@ -234,14 +241,20 @@ class ClosestLevels(TreeSearch):
             # gradient of f changes this by at most 4 e.
             change = 2 * least_change(found.gradient, minima.convexity, cell_parameters)
             low = found.low * found.low + change - 4 * gradient_error.sum(axis=0) - minima.loss
-            is_far = low > self.nearest.limit(point)
+            is_far = low > self.nearest.limit(point, cell)
             is_narrow = found.high - np.sqrt(np.maximum(low, 0.0)) <= self.allowed_width(found.high)
             if remaining > 1:
                 # Near a minimum the distance is exact before the parameters: take one more step.
                 is_narrow &= change >= -(MAX_DISTANCE_TO_MINIMUM**2)
             is_narrow &= ~is_far
-            self.nearest.add_found(found.take(is_narrow | (remaining == 1)))
-            self.nearest.end_cells(point[is_narrow], low[is_narrow])
+            chosen = np.flatnonzero(is_narrow | (remaining == 1))
+            is_outside = np.zeros(len(point), bool)
+            is_outside[chosen] = self.nearest.add_found(found.take(chosen), cell[chosen])
+            is_outside &= is_narrow
+            counts = is_narrow & ~is_outside
+            self.nearest.end_cells(point[counts], cell[counts], low[counts])
+            loss = (found.high * found.high - low + minima.loss)[is_outside]
+            self.nearest.end_outside(point[is_outside], loss)
             ends_now = is_narrow | is_far
             is_ended[rows[ends_now]] = True
             open_rows = np.flatnonzero(~ends_now)

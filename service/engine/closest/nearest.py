@@ -6,8 +6,10 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import count_runs, find_begins
+from service.engine.cells.cell_trims import INSIDE, OUTSIDE
 from service.engine.cells.tree import CellTree
 from service.engine.closest.newton import SurfacePoints, measure_surface_points
+from service.engine.closest.trimmed_points import TrimmedPoints
 from service.engine.vectors import Items, dot, length
 
 TIE_WIDTH = 1 / 16
@@ -51,28 +53,40 @@ class ClosestPoints(Items):
 class Nearest:
     """The points of a surface nearest to points x (3, m) that a search has found so far.
 
+    With trims, only points that are inside count.
+
     Attributes
     ----------
     best : ndarray of float64, shape (m,)
         Squared upper bounds of the least distances.
     """
 
-    def __init__(self, cells: CellTree, x: FloatArray, tolerance: float) -> None:
+    def __init__(
+        self, cells: CellTree, x: FloatArray, tolerance: float, trims: TrimmedPoints | None = None
+    ) -> None:
         m = x.shape[1]
-        self._cells, self._x, self._tolerance = cells, x, tolerance
+        self._cells, self._x, self._tolerance, self._trims = cells, x, tolerance, trims
         self.best = np.full(m, np.inf)
         # For each point, the squared distance of the nearest centre of a cell, and that cell.
         self._center_best, self._center_cell = np.full(m, np.inf), np.zeros(m, np.intp)
         # For each point, the least squared lower bound of the distances of its cells.
         self._low = np.full(m, np.inf)
+        # For each point, an upper bound of the least distance, and how much the squared distance of
+        # a border may exceed that of a point of a cell which lets the border decide.
+        self._high, self._loss = np.full(m, np.inf), np.zeros(m)
         # Results of `add_found` and `end_open_cells`.
         self._found: list[SurfacePoints] = []
         self._open_cells: list[tuple[Ints, Ints, FloatArray]] = []
 
-    def limit(self, point: Ints) -> FloatArray:
-        """Squared distances beyond which a cell has neither a closest nor an equally near point."""
+    def limit(self, point: Ints, cell: Ints | None = None) -> FloatArray:
+        """Squared distances beyond which a cell has neither a closest nor an equally near point.
+
+        With the cells of the pairs, borders for which these stand do not count either.
+        """
         distance = np.sqrt(self.best.take(point))
         distance += TIE_WIDTH * self._tolerance
+        if self._trims is not None and cell is not None:
+            distance += self._trims.find_gaps(cell)
         distance *= distance
         return np.asarray(distance)
 
@@ -83,6 +97,8 @@ class Nearest:
         """
         if not len(point):
             return
+        if self._trims is not None:
+            upper = np.where(self._cells.has_center(cell), upper, np.inf)
         # The first row of each point, and the least bound among its rows.
         starts = find_begins(point)
         min_upper = np.minimum.reduceat(upper, starts)
@@ -98,19 +114,40 @@ class Nearest:
             self.best[points] = self._center_best[points] = upper[nearest_rows]
             self._center_cell[points] = cell[nearest_rows]
 
-    def add_found(self, found: SurfacePoints) -> None:
-        """Record points of the surface."""
-        np.minimum.at(self.best, found.point, found.high * found.high)
+    def add_found(self, found: SurfacePoints, cell: Ints) -> Bools:
+        """Record points of the surface, which are in cells (n,); returns which are outside."""
+        high, is_outside = found.high, np.zeros(len(cell), bool)
+        if self._trims is not None:
+            answers = self._trims.find_inside(cell, found.parameters)
+            is_outside = answers == OUTSIDE
+            high = high + self._trims.find_reaches(cell, answers)
+            is_kept = ~is_outside & np.isfinite(high)
+            if not is_kept.all():
+                found, high = found.take(is_kept), high[is_kept]
+        np.minimum.at(self.best, found.point, high * high)
+        np.minimum.at(self._high, found.point, high)
         self._found.append(found)
+        return is_outside
 
-    def end_cells(self, point: Ints, low: FloatArray) -> None:
+    def end_cells(self, point: Ints, cell: Ints, low: FloatArray) -> None:
         """Record squared lower bounds of cells whose minima are recorded by `add_found`."""
+        if self._trims is not None:
+            gaps = self._trims.find_gaps(cell)
+            lowered = np.maximum(np.sqrt(np.maximum(low, 0.0)) - gaps, 0.0)
+            low = np.where(gaps > 0, lowered * lowered, low)
         np.minimum.at(self._low, point, low)
+
+    def end_outside(self, point: Ints, loss: FloatArray) -> None:
+        """Record cells whose minima are outside, so that borders decide.
+
+        The squared distance of a border is at most that of a point of the cell, plus the loss.
+        """
+        np.maximum.at(self._loss, point, loss)
 
     def end_open_cells(self, point: Ints, cell: Ints, low: FloatArray) -> None:
         """Record squared lower bounds of cells that the search leaves open."""
         if len(point):
-            self.end_cells(point, low)
+            self.end_cells(point, cell, low)
             self._open_cells.append((point, cell, low))
 
     def answer(self) -> ClosestPoints:
@@ -118,10 +155,11 @@ class Nearest:
         self._descend()
         found = SurfacePoints.join(self._found)
         chosen = found.take(self._choose(found))
-        high = np.full(len(self.best), np.inf)
-        np.minimum.at(high, found.point, found.high)
-        high = np.maximum(high, chosen.distance)
-        low = np.minimum(np.sqrt(np.maximum(self._low, 0.0)), high)
+        high = np.maximum(self._high, chosen.distance)
+        squared = np.where(
+            self._loss > 0, np.minimum(self._low, high * high) - self._loss, self._low
+        )
+        low = np.minimum(np.sqrt(np.maximum(squared, 0.0)), high)
         is_tied = self._find_ties(found, chosen)
         place = chosen.net, chosen.parameters, chosen.position, chosen.distance
         return ClosestPoints(*place, low, high, is_tied)
@@ -146,13 +184,17 @@ class Nearest:
         for _ in range(STEPS):
             cell_parameters = found.next(cell_parameters, no_sides)
             found = measure_surface_points(self._cells, self._x, rows, cell, cell_parameters)
-            nearest = nearest.replace_where(found, found.high <= nearest.high)
-        self.add_found(nearest)
+            is_nearer = found.high <= nearest.high
+            if self._trims is not None:
+                is_nearer &= self._trims.find_inside(cell, found.parameters) == INSIDE
+            nearest = nearest.replace_where(found, is_nearer)
+        self.add_found(nearest, cell)
 
     def _choose(self, found: SurfacePoints) -> Ints:
         """The row of the nearest point of the surface for each x, shape (m,).
 
-        Of several that are equally near, the first in the order of nets, u and v is chosen.
+        Of several that are equally near, the first in the order of nets, u and v is chosen; with
+        trims, first in the order of the numbers of faces and patches.
         """
         point = found.point
         min_distance = np.full(len(self.best), np.inf)
@@ -162,7 +204,9 @@ class Nearest:
         max_distance = min_distance[point] + 4 * (found.high - found.distance)
         rows = np.flatnonzero(found.distance <= max_distance)
         u, v = found.parameters[:, rows]
-        rows = rows[np.lexsort((v, u, found.net[rows], point[rows]))]
+        net = found.net[rows]
+        keys = (v, u, net) if self._trims is None else (v, u, net, self._cells.nets.patch[net])
+        rows = rows[np.lexsort((*keys, point[rows]))]
         return rows[np.diff(point[rows], prepend=-1) > 0]
 
     def _find_ties(self, found: SurfacePoints, chosen: SurfacePoints) -> Bools:

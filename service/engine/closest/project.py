@@ -18,6 +18,7 @@ from service.engine.nets.partials import net_partials
 from service.engine.nets.query_nets import LocalPoints, QueryNets, curve_nets, surface_nets
 from service.engine.points.surface_columns import Columns, surface_columns
 from service.engine.signs.signs import WELD_TOLERANCE, compute_signs
+from service.engine.trims.trimmed_nets import NetTrims
 from service.surface.curve_model import CurvePieces, to_space
 from service.surface.lowered import PatchModel
 
@@ -30,6 +31,9 @@ processor's cache."""
 
 LIMITS = WorkLimits(pairs=12_000_000, of_item=1000)
 """A pair takes 1 to 2.5 µs, so a response takes at most half a minute."""
+
+MAX_ROUNDS = 12
+"""The most halvings of all cells after which some centre of a cell is inside of the trims."""
 
 MAX_GAP = 1e-12
 """A point counts as on a side of its patch if its parameters are at most this far from the side."""
@@ -75,7 +79,7 @@ def project_on_surface(model: PatchModel, query: ProjectQuery) -> Columns:
     """
     nets = surface_nets(model.batches)
     local_points = nets.to_near_points(query.points)
-    closest, columns = _closest(nets, local_points, query)
+    closest, columns = find_closest(nets, local_points, query)
     seams = None
     if query.sign:
         # None if points on borders may be nearly, but not exactly equal: then `compute_signs` makes
@@ -86,7 +90,7 @@ def project_on_surface(model: PatchModel, query: ProjectQuery) -> Columns:
     local = nets.parameters(closest.net, closest.parameters.T)
     _, du, dv = net_partials(nets, closest.net, closest.parameters, 1)
     columns |= surface_columns(model, patch, local, du, dv)
-    columns["on_boundary"] = _on_boundary(model, seams or connect(model), patch, local)
+    columns["on_boundary"] = find_open_sides(model, seams or connect(model), patch, local)
     return columns
 
 
@@ -100,7 +104,7 @@ def project_on_curve(pieces: CurvePieces, query: ProjectQuery) -> Columns:
         (m,) in the domain of the curve; unit tangents (m, d).
     """
     nets = curve_nets(pieces)
-    closest, columns = _closest(nets, nets.to_near_points(to_space(query.points)), query)
+    closest, columns = find_closest(nets, nets.to_near_points(to_space(query.points)), query)
     columns["positions"] = columns["positions"][:, : pieces.dimension]
     samples = CurveSamples(closest.net, closest.parameters[0])
     columns["parameters"] = samples.parameters(pieces.breaks)
@@ -108,19 +112,27 @@ def project_on_curve(pieces: CurvePieces, query: ProjectQuery) -> Columns:
     return columns
 
 
-def _find_closest(
-    nets: QueryNets, tolerance: float, points: FloatArray, limits: WorkLimits
+def _search(
+    nets: QueryNets,
+    tolerance: float,
+    points: FloatArray,
+    limits: WorkLimits,
+    trims: NetTrims | None = None,
 ) -> ClosestPoints:
     """Find the closest points to `points` (m, 3), in the coordinates of the nets.
 
     `tolerance` is the largest width of intervals.
     """
-    cells = CellTree(nets, limits)
-    spheres = BoundingSpheres(cells)
+    cells = CellTree(nets, limits, trims=trims)
+    if trims is not None:
+        begin_inside(cells)
+    spheres = BoundingSpheres(cells, reach=None if trims is None else trims.gaps)
     chunks = Chunks(cells, len(points), CHUNK_SIZES)
     results = []
     for rows, budget in chunks:
-        search = ClosestLevels(spheres, points[rows], budget, tolerance, can_split=chunks.can_split)
+        search = ClosestLevels(
+            spheres, points[rows], budget, tolerance, can_split=chunks.can_split, trims=trims
+        )
         result = search.search()
         if result is None:
             chunks.split()
@@ -130,12 +142,12 @@ def _find_closest(
     return ClosestPoints.join(results)
 
 
-def _closest(
-    nets: QueryNets, local_points: LocalPoints, query: ProjectQuery
+def find_closest(
+    nets: QueryNets, local_points: LocalPoints, query: ProjectQuery, trims: NetTrims | None = None
 ) -> tuple[ClosestPoints, Columns]:
-    """Find the closest points; returns them, and the arrays that surfaces and curves share."""
+    """Find the closest points; returns them, and the arrays that all answers share."""
     width = query.relative_tolerance * nets.diagonal
-    closest = _find_closest(nets, width / nets.scale, local_points.points, query.limits)
+    closest = _search(nets, width / nets.scale, local_points.points, query.limits, trims)
     # `LocalPoints` moves very far points nearer; their distances have an error below one rounding.
     is_moved = local_points.shift > 0
     low = np.where(is_moved, np.nextafter(closest.low, 0.0), closest.low)
@@ -150,7 +162,18 @@ def _closest(
     }
 
 
-def _on_boundary(model: PatchModel, seams: Seams, patch: Ints, local: FloatArray) -> Bools:
+def begin_inside(cells: CellTree) -> None:
+    """Halve the first cells until the centre of one of them is inside of the trims.
+
+    So each point of a query has an upper bound of its distance.
+    """
+    for _ in range(MAX_ROUNDS):
+        if cells.has_center(cells.first).any() or not cells.can_halve(cells.first).all():
+            break
+        cells.replace_first(np.ones(len(cells.first), bool))
+
+
+def find_open_sides(model: PatchModel, seams: Seams, patch: Ints, local: FloatArray) -> Bools:
     """Whether points with the parameters `local` (m, 2) lie on an open side of their patch."""
     # A side is open if its edge has no other side.
     is_open = (seams.sides_per_edge[seams.edge] == 1) & ~seams.collapsed

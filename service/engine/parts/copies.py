@@ -23,6 +23,8 @@ class BrepCopy:
     ----------
     definition : int
         The number of the brep among the distinct ones.
+    number : int
+        Its own number among the copies.
     matrix : ndarray of float64, shape (4, 4), or None
     first_patch : int
         The number of its first face in the request.
@@ -31,6 +33,7 @@ class BrepCopy:
     """
 
     definition: int
+    number: int
     matrix: FloatArray | None
     first_patch: int
     first_face: int
@@ -71,19 +74,21 @@ class Members:
             model.
         """
         if isinstance(model, BrepModel):
-            copy = BrepCopy(0, None, 0, 0, 0, 0)
+            copy = BrepCopy(0, 0, None, 0, 0, 0, 0)
             return cls((prepare(model),), (copy,), None, model.face_count)
         definitions, numbers = _prepare_breps(model)
         faces = _count([len(each.surfaces) for each in definitions])
         edges = _count([len(each.edge_curves) for each in definitions])
         coedges = _count([len(each.coedge_edges) for each in definitions])
         starts = Numbering.of(model).starts.tolist()
-        copies, others, patches = [], [], []
+        copies: list[BrepCopy] = []
+        others, patches = [], []
         for member, start in zip(model.members, starts, strict=False):  # `starts` has the end, too
             each = model.models[member.model]
             if isinstance(each, BrepModel):
                 k = numbers[id(each.vertices)]
-                copies.append(BrepCopy(k, member.matrix, start, faces[k], edges[k], coedges[k]))
+                first = start, faces[k], edges[k], coedges[k]
+                copies.append(BrepCopy(k, len(copies), member.matrix, *first))
             else:
                 others.append(member)
                 patches.append(start + list_numbers(each))
@@ -95,10 +100,16 @@ class Members:
 
     def list_skipped(self) -> Iterator[SkippedFace]:
         """The faces that are skipped, in the first copy of their brep, with their numbers there."""
-        for number, prepared in enumerate(self.definitions):
-            first = next(copy.first_patch for copy in self.copies if copy.definition == number)
-            for skipped in prepared.skipped_faces:
-                yield replace(skipped, face=first + skipped.face)
+        for copy, *_ in self.list_copies():
+            for skipped in self.definitions[copy.definition].skipped_faces:
+                yield replace(skipped, face=copy.first_patch + skipped.face)
+
+    def list_copies(self) -> list[list[BrepCopy]]:
+        """The copies of each distinct brep."""
+        lists: list[list[BrepCopy]] = [[] for _ in self.definitions]
+        for copy in self.copies:
+            lists[copy.definition].append(copy)
+        return lists
 
 
 def _prepare_breps(model: GroupModel) -> tuple[list[PreparedBrep], dict[int, int]]:

@@ -30,7 +30,8 @@ class NetRows(Items):
     copy : ndarray of int, shape (m,)
         The copy of a brep, in the order of the request; −1 for patches without trims.
     face : ndarray of int, shape (m,)
-        The face among those of all breps; −1 for edges, and for patches without trims.
+        The face among those of all breps; `WHOLE` for edges, and for patches without trims; `COVER`
+        for points that only cover borders.
     span : ndarray of int, shape (m,)
         The patch of the surface in the model of all surfaces of the brep, or in that of all patches
         without trims; −1 for edges.
@@ -40,6 +41,8 @@ class NetRows(Items):
         The parameters (u, v) of the patch `span` at (0, 0), (1, 0), (0, 1), (1, 1).
     errors : ndarray of float64, shape (m,)
         How far the nets may be from their surfaces or curves, in their coordinates.
+    gaps, reaches : ndarray of float64, shape (m,)
+        As those of `NetTrims`.
     """
 
     patch: Ints
@@ -50,6 +53,8 @@ class NetRows(Items):
     high: FloatArray
     corners: FloatArray
     errors: FloatArray
+    gaps: FloatArray
+    reaches: FloatArray
 
 
 def place_nets(

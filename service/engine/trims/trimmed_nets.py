@@ -14,6 +14,9 @@ from service.engine.trims.border_rectangles import INNER, Rectangles, wind_about
 from service.engine.trims.inside import INSIDE, OUTSIDE, UNDECIDED, Regions
 from service.engine.trims.places import SIZE
 
+WHOLE, COVER = -1, -2
+"""The faces of nets without trims, and of nets that only stand for borders near them."""
+
 NEAR_SIDES = 2 * INNER
 """A parameter that is within this number of margins of a side of a rectangle is tested by itself,
 also if the rectangle is inside; and smaller rectangles are not decided."""
@@ -27,15 +30,23 @@ class NetTrims:
     ----------
     regions : Regions
     face : ndarray of int, shape (N,)
-        The face of `regions` to whose surface each net belongs; −1 for nets without trims.
+        The face of `regions` to whose surface each net belongs; `WHOLE` for nets without trims, and
+        `COVER` for nets that only stand for borders near them: their points are never answers.
     low, high : ndarray of float64, shape (N, 2)
         The parameters of the surface of the face at the corners (0, 0) and (1, 1) of each net.
+    gaps : ndarray of float64, shape (N,)
+        Borders for which a net stands are no further from it. In the coordinates of the nets.
+    reaches : ndarray of float64, shape (N,)
+        A point of a net whose parameters are undecided is no further from a point that is inside.
+        In the coordinates of the nets; infinite for `COVER`.
     """
 
     regions: Regions
     face: Ints
     low: FloatArray
     high: FloatArray
+    gaps: FloatArray
+    reaches: FloatArray
 
     def classify(self, net: Ints, rectangle: FloatArray) -> Ints:
         """Where rectangles of nets (m,) are: `INSIDE`, `OUTSIDE` or `UNDECIDED`.
@@ -44,9 +55,9 @@ class NetTrims:
         point of the region of the face is in the rectangle. `INSIDE`: all of it is in the region,
         but the border may be within some margins of its sides (`needs_test`). Other rectangles
         are undecided: they are cut by borders, seams or poles, or may be. Rectangles of nets
-        without trims are `INSIDE`.
+        without trims are `INSIDE`, and those of `COVER` undecided.
         """
-        answers = np.full(len(net), INSIDE)
+        answers = np.where(self.face[net] == COVER, UNDECIDED, INSIDE)
         rows = (self.face[net] >= 0).nonzero()[0]
         if not len(rows):
             return answers
@@ -69,9 +80,9 @@ class NetTrims:
         """Where parameters (2, m) of nets (m,) are: `INSIDE`, `OUTSIDE` or `UNDECIDED`.
 
         `UNDECIDED`: on a border, up to rounding. Seams and poles are inside. Parameters of nets
-        without trims are `INSIDE`.
+        without trims are `INSIDE`, and those of `COVER` undecided.
         """
-        answers = np.full(len(net), INSIDE)
+        answers = np.where(self.face[net] == COVER, UNDECIDED, INSIDE)
         rows = (self.face[net] >= 0).nonzero()[0]
         if len(rows):
             face = self.face[net[rows]]
@@ -105,10 +116,11 @@ class NetTrims:
     @cached_property
     def _corner(self) -> FloatArray:
         """The places (2, N) of the corners (0, 0) of nets."""
-        return np.ascontiguousarray(self.regions.places.to_places(self.face, self.low).T)
+        face = np.maximum(self.face, 0)
+        return np.ascontiguousarray(self.regions.places.to_places(face, self.low).T)
 
     @cached_property
     def _side(self) -> FloatArray:
         """The lengths (2, N) of nets in places."""
-        units = (SIZE / self.regions.places.extent)[self.face]
+        units = (SIZE / self.regions.places.extent)[np.maximum(self.face, 0)]
         return np.ascontiguousarray(((self.high - self.low) * units).T)

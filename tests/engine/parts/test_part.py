@@ -9,7 +9,8 @@ from oracles.solids import read_solid
 from service.bases.arrays import FloatArray, Ints
 from service.engine.cells.tree import CellTree, WorkLimits
 from service.engine.nets.partials import net_partials
-from service.engine.parts.part import Part, build_part
+from service.engine.parts.build import build_part
+from service.engine.parts.part import Part
 from service.engine.trims.inside import INSIDE
 from service.engine.trims.places import SIZE
 from service.schemas.request import MeshRequest

@@ -8,7 +8,7 @@ from oracles.solids import read_solid
 from service.bases.arrays import FloatArray, Ints
 from service.engine.brep.preparation.prepare import prepare
 from service.engine.trims.inside import INSIDE, OUTSIDE, UNDECIDED, Regions
-from service.engine.trims.trimmed_nets import NetTrims
+from service.engine.trims.trimmed_nets import COVER, WHOLE, NetTrims
 from tests.engine.brep.solid_documents import lower
 from tests.engine.trims.tables import seeds
 from tests.engine.trims.test_inside import (
@@ -21,13 +21,14 @@ from tests.engine.trims.test_inside import (
     read_regions,
 )
 
-WHOLE = np.array([[0.0], [1.0], [0.0], [1.0]])
+FULL = np.array([[0.0], [1.0], [0.0], [1.0]])
 
 
 def trim(regions: Regions, low: FloatArray, high: FloatArray) -> NetTrims:
-    """One net over [low, high] of the first face, and one without trims."""
-    corners = np.stack([low, np.zeros(2)]), np.stack([high, np.ones(2)])
-    return NetTrims(regions, np.array([0, -1]), *corners)
+    """A net over [low, high] of the first face, one without trims, and one that only covers."""
+    first, last = (np.stack([end, np.zeros(2), np.ones(2)]) for end in (low, high))
+    none = np.zeros(3)
+    return NetTrims(regions, np.array([0, WHOLE, COVER]), first, last, none, none)
 
 
 def draw_rectangles(rng: np.random.Generator, centers: FloatArray) -> FloatArray:
@@ -79,7 +80,9 @@ def test_rectangles_agree_with_their_points(seed: int) -> None:
     )
     is_clear = (is_inside == is_inside[:, :1]).all(axis=1) & is_sure.all(axis=1)
     assert ((answers == UNDECIDED) & is_clear).mean() < 0.25
-    np.testing.assert_array_equal(trims.classify(net + 1, rectangles), INSIDE)
+    for number, answer in ((1, INSIDE), (2, UNDECIDED)):
+        np.testing.assert_array_equal(trims.classify(net + number, rectangles), answer)
+        np.testing.assert_array_equal(trims.find_inside(net + number, rectangles[::2]), answer)
 
 
 def test_parts_of_rectangles_keep_their_answers() -> None:
@@ -101,17 +104,17 @@ def test_parts_of_rectangles_keep_their_answers() -> None:
 def test_borders_along_sides_cut_nothing() -> None:
     trims = trim(read_regions(make_face(make_polygon(SQUARE))), np.zeros(2), np.ones(2))
     net = np.zeros(1, np.intp)
-    assert trims.classify(net, WHOLE).tolist() == [INSIDE]
+    assert trims.classify(net, FULL).tolist() == [INSIDE]
     # At the sides, points are tested by themselves.
     points = np.array([[0.5, 0.5, 1.0, 1e-12], [0.5, 1e-12, 0.5, 1.0]])
-    every, sides = np.zeros(4, np.intp), np.repeat(WHOLE, 4, axis=1)
+    every, sides = np.zeros(4, np.intp), np.repeat(FULL, 4, axis=1)
     assert trims.needs_test(every, sides, points).tolist() == [False, True, True, True]
     assert trims.find_inside(every, points).tolist() == [1, -1, -1, -1]
     assert not trims.needs_test(every + 1, sides, points).any()
     beyond = trim(trims.regions, np.array([1.0, 0.0]), np.array([2.0, 1.0]))
-    assert beyond.classify(net, WHOLE).tolist() == [UNDECIDED]
+    assert beyond.classify(net, FULL).tolist() == [UNDECIDED]
     far = trim(trims.regions, np.array([1.0 + 1e-9, 0.0]), np.array([2.0, 1.0]))
-    assert far.classify(net, WHOLE).tolist() == [OUTSIDE]
+    assert far.classify(net, FULL).tolist() == [OUTSIDE]
 
 
 def test_a_seam_at_the_sides_of_the_box_cuts_nothing() -> None:
@@ -120,7 +123,7 @@ def test_a_seam_at_the_sides_of_the_box_cuts_nothing() -> None:
     assert not regions.is_border.any()
     trims = trim(regions, regions.low[0], regions.high[0])
     net = np.zeros(3, np.intp)
-    assert trims.classify(net[:1], WHOLE).tolist() == [INSIDE]
+    assert trims.classify(net[:1], FULL).tolist() == [INSIDE]
     seams = np.array([[0.0, 1.0, 0.5], [0.5, 0.5, 1.0]])
-    assert trims.needs_test(net, np.repeat(WHOLE, 3, axis=1), seams).all()
+    assert trims.needs_test(net, np.repeat(FULL, 3, axis=1), seams).all()
     assert trims.find_inside(net, seams).tolist() == [INSIDE] * 3
