@@ -21,7 +21,14 @@ from service.pipeline.mesh import render
 from service.surface.multipatch import MultipatchSurface
 from service.surface.patches import PatchSurface
 from tools.certify.crowded import build_crowded, build_mixed
-from tools.certify.nearly import Case, WeldedSurface, build_noisy, build_pieces, list_points
+from tools.certify.nearly import (
+    Case,
+    WeldedSurface,
+    build_noisy,
+    build_noisy_pieces,
+    build_pieces,
+    list_points,
+)
 from tools.certify.table import Finding
 from tools.certify.written import Written, read_file
 
@@ -55,6 +62,7 @@ NEARLY_CLOSED: Mapping[str, CaseFamily] = MappingProxyType(
     {
         "noise": CaseFamily(108, build_noisy),
         "borders": CaseFamily(120, build_pieces),
+        "noisy borders": CaseFamily(84, build_noisy_pieces),
         "mixed degrees": CaseFamily(112, build_mixed),
         "crowded knots": CaseFamily(112, build_crowded),
     }

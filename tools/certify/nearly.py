@@ -1,8 +1,8 @@
 """Surfaces whose borders are equal up to rounding, or are one curve in different forms.
 
-Each of the functions `build_noisy` and `build_pieces` is a family: it builds a surface from a seed,
-and says whether its mesh must be closed. Two more are in `tools.certify.crowded`; the table of all
-families is in `tools.certify.closing`.
+Each of the functions `build_noisy`, `build_pieces` and `build_noisy_pieces` is a family: it builds
+a surface from a seed, and says whether its mesh must be closed. Two more are in
+`tools.certify.crowded`; the table of all families is in `tools.certify.closing`.
 """
 
 from dataclasses import dataclass, replace
@@ -75,6 +75,31 @@ def build_pieces(seed: int) -> Case:
         parts[0] = replace(parts[0], control_net=net)
     order = rng.permutation(len(parts))
     return Case(MultipatchSurface(tuple(parts[k] for k in order)), 1e-12, is_closed)
+
+
+def build_noisy_pieces(seed: int) -> Case:
+    """A ball or a ring of B-splines in different forms, with noise of 1e-13 to 1e-7 of its size.
+
+    The forms are those of `build_pieces`. For even seeds the corners of all nets have no noise, so
+    that of borders of different degrees no two control points are near but unequal. In every third
+    surface the noise is 30 times the tolerance, and the mesh must be open.
+    """
+    rng = np.random.default_rng([seed, 4])
+    parts = split_spline(rng, build_closed_spline(rng, has_poles=bool(seed // 2 % 2)), 2)
+    amplitude, is_closed = 10.0 ** -(7 + seed // 4 % 7), seed % 3 > 0
+    reach = amplitude * float(
+        np.linalg.norm(np.ptp(list_points(MultipatchSurface(tuple(parts))), axis=0))
+    )
+    noisy = []
+    for part in parts:
+        shift = rng.uniform(-1, 1, part.control_net.shape) * (reach / 2)
+        factor = 1 + amplitude / 2 * rng.uniform(-1, 1, shift.shape[:2])
+        if seed % 2 == 0:
+            shift[np.ix_([0, -1], [0, -1])], factor[np.ix_([0, -1], [0, -1])] = 0, 1
+        weights = None if part.weights is None else part.weights * factor
+        noisy.append(replace(part, control_net=part.control_net + shift, weights=weights))
+    tolerance = 3 * amplitude if is_closed else amplitude / 30
+    return Case(MultipatchSurface(tuple(noisy)), tolerance, is_closed)
 
 
 def split_spline(rng: Random, surface: BsplineSurface, strips: int) -> list[BsplineSurface]:

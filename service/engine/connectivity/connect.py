@@ -12,6 +12,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.bases.cache import MESH_PLANS
+from service.engine.connectivity.degree_matching import has_near_edges
 from service.engine.connectivity.edge_patterns import (
     EdgePattern,
     border_points,
@@ -24,6 +25,7 @@ from service.engine.connectivity.equal_points import (
     find_first_equals,
     find_projected_distance,
     find_weight_tolerance,
+    find_weld_distance,
     has_near_points,
 )
 from service.engine.connectivity.incidence import EQUAL_WEIGHT, Connectivity, hash_arrays
@@ -45,9 +47,10 @@ def connect(model: PatchModel) -> Seams:
 
 
 def connect_if_apart(model: PatchModel, tolerance: float) -> Seams | None:
-    """The seams that `connect` returns, or None if unequal points or weights may be near.
+    """The seams that `connect` returns, or None if unequal points, weights or edges may be near.
 
-    `tolerance` is `MeshOptions.weld_tolerance`.
+    Edges of different degrees may be nearly the same curve, although only the ends of their nets
+    are near. `tolerance` is `MeshOptions.weld_tolerance`.
     """
     batches = model.batches
     points = [border_points(batch) for batch in batches]
@@ -69,7 +72,15 @@ def connect_if_apart(model: PatchModel, tolerance: float) -> Seams | None:
                 weights, weight_tolerance
             ):
                 return None
-    return seams or find_seams(batches).renumber()
+    if seams is not None:
+        return seams
+    seams = find_seams(batches).renumber()
+    if tolerance and not pattern.is_certain:
+        weld_distance = find_weld_distance(model, tolerance)
+        weight_tolerance = find_weight_tolerance(model, tolerance)
+        if has_near_edges(seams.curves, seams.connectivity, weld_distance, weight_tolerance):
+            return None
+    return seams
 
 
 def may_be_cut(model: PatchModel, seams: Seams) -> bool:

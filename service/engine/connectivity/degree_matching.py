@@ -6,7 +6,7 @@ equal. Raising the degree rounds. So two curves count as the same curve if their
 higher degree, are equal up to rounding, and their ends are equal bit for bit.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -26,13 +26,45 @@ raising degrees the rest."""
 def find_lowest_degree_edges(
     curves: Sequence[EdgeCurves], connectivity: Connectivity
 ) -> tuple[Ints, Bools]:
-    """For each edge, the edge of lowest degree that is the same curve, and whether it is reversed.
+    """For each edge, the edge of lowest degree that is the same curve up to rounding.
+
+    The parameters and results are those of `match_degrees`.
+    """
+    return match_degrees(curves, connectivity, lambda nets: (_to_comparable_rows(nets), SAME_CURVE))
+
+
+def has_near_edges(
+    curves: Sequence[EdgeCurves], connectivity: Connectivity, distance: float, log_tolerance: float
+) -> bool:
+    """Whether two edges of different degrees are nearly the same curve.
+
+    The parameters are those of `scale_nets`; `curves` are distinct edges, as after
+    `find_lowest_degree_edges`.
+    """
+
+    def scale(nets: FloatArray) -> tuple[FloatArray, float]:
+        nets[..., 3] /= nets[..., 3].max(axis=1, keepdims=True)
+        return scale_nets(nets, distance, log_tolerance)
+
+    leader, _ = match_degrees(curves, connectivity, scale)
+    return bool((leader != np.arange(len(leader))).any())
+
+
+def match_degrees(
+    curves: Sequence[EdgeCurves],
+    connectivity: Connectivity,
+    scale: Callable[[FloatArray], tuple[FloatArray, float]],
+) -> tuple[Ints, Bools]:
+    """For each edge, the edge of lowest degree that is (nearly) the same curve.
 
     Parameters
     ----------
     curves : sequence of EdgeCurves
-        All E distinct edges, one value for each degree.
+        All E distinct edges, one value for each degree, in ascending order.
     connectivity : Connectivity
+    scale : callable
+        From nets (m, n+1, 4), which may be overwritten, to m rows of numbers, and the largest
+        distance of two rows of the same curve.
 
     Returns
     -------
@@ -67,7 +99,7 @@ def find_lowest_degree_edges(
         # first row with the same two corners.
         nets = raise_nets(curves, edge, common_degree)
         nets[is_backward] = nets[is_backward, ::-1]
-        lowest = find_leaders(first[number], _to_comparable_rows(nets), SAME_CURVE)
+        lowest = find_leaders(first[number], *scale(nets))
         has_lower_degree = degree[edge[lowest]] < degree[edge]
         leader[edge[has_lower_degree]] = edge[lowest[has_lower_degree]]
         is_reversed[edge[has_lower_degree]] = (
@@ -122,6 +154,18 @@ def raise_nets(curves: Sequence[EdgeCurves], edge: Ints, degree: int) -> FloatAr
         if weights is not None:
             nets[rows, :, 3] = weights.T
     return nets
+
+
+def scale_nets(nets: FloatArray, distance: float, log_tolerance: float) -> tuple[FloatArray, float]:
+    """Rows of numbers for nets (m, n+1, 4), and the largest distance of rows of the same curve.
+
+    Two nets are nearly the same curve if the mean square of the distances of their points in units
+    of `distance`, plus that of the differences of the logarithms of their weights in units of
+    `log_tolerance`, is at most 1. The squares of n + 1 points then add up to at most n + 1.
+    """
+    rows = nets.copy()
+    rows[..., 3] = np.log(nets[..., 3]) * (distance / log_tolerance) if log_tolerance else 0.0
+    return rows.reshape(len(nets), -1), distance * nets.shape[1] ** 0.5
 
 
 def _to_comparable_rows(nets: FloatArray) -> FloatArray:

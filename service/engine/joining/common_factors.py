@@ -112,6 +112,9 @@ def _find_meeting_surfaces(
     corner_number[order] = np.cumsum(np.append(False, differs))
     corner_pair = corner_number.reshape(-1, 2)
     is_reversed = corner_pair[:, 0] > corner_pair[:, 1]
+    # A side that ends at its beginning gets the direction from its lower to its higher weight.
+    is_loop = corner_pair[:, 0] == corner_pair[:, 1]
+    is_reversed |= is_loop & (logs[ends[:, 0]] > logs[ends[:, 1]])
     corner_pair[is_reversed], ends[is_reversed] = (
         corner_pair[is_reversed, ::-1],
         ends[is_reversed, ::-1],
