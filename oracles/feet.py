@@ -13,7 +13,10 @@ FIRST, MOST = 17, 4000
 """Samples of a curve at first, and at most."""
 
 STEPS, DIFFERENCE = 12, 1e-7
-"""Steps for each point; difference of parameters for partials, as a share of the domain."""
+"""Most steps for each point; difference of parameters for partials, as a share of the domain."""
+
+ENOUGH = 1e-13
+"""A step that moves no place by more than this share of the domain is the last."""
 
 
 def trace_edge(net: Net, space: Spline, guess: Spline, flatness: float, size: Array) -> Spline:
@@ -76,5 +79,7 @@ def find_nearest_places(net: Net, points: Long, places: Array) -> Array:
         du, dv = (pa * bb - pb * ab) / determinant, (pb * aa - pa * ab) / determinant
         move = np.stack([du, dv], axis=1).astype(np.float64)
         limit = 0.1 * (high - low)
-        places = np.clip(places + np.clip(move, -limit, limit), low, high)
+        begin, places = places, np.clip(places + np.clip(move, -limit, limit), low, high)
+        if (np.abs(places - begin) <= ENOUGH * (high - low)).all():
+            break
     return places

@@ -42,7 +42,7 @@ def build_hollow(rng: Random) -> Part:
         loops = draw_plate(rng, holes=1, nearest=0.01)
         scaled = [[replace(c, points=shift[k] + size * c.points) for c in loop] for loop in loops]
         inside = build_prism(scaled, 0.5, np.zeros(2))
-        document = _join(document, _lift(inside, 0.25))
+        document = join_void(document, _lift(inside, 0.25))
     return Part(document, draw_tolerance(rng, 1e-5), is_closed=True)
 
 
@@ -51,7 +51,7 @@ def _lift(document: Document, height: float) -> Document:
     return move_document(document, lambda points: points + up, mirrored=False)
 
 
-def _join(document: Document, void: Document) -> Document:
+def join_void(document: Document, void: Document) -> Document:
     """The document with another one as its void: its faces are reversed."""
     vertices, edges, faces = (len(document[key]) for key in ("vertices", "edges", "faces"))
     moved_edges = [

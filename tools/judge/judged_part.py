@@ -1,0 +1,154 @@
+"""A part that is ready to be judged: its samples, the gaps of its edges, and the service to ask."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from pydantic import TypeAdapter
+
+from oracles.brep_documents import Array, Index
+from oracles.part_search import PartSearch
+from oracles.parts import INSIDE, UNSURE, Answers, Part, iterate_members, read_part
+from service.engine.brep.preparation.prepare import prepare
+from service.schemas.surfaces import SurfaceDefinition
+from service.surface.brep_model import BrepModel
+from tools.certify.part_documents import Document
+from tools.client import Client
+from tools.judge.part_cases import Case
+
+SAMPLES = 40_000
+"""Samples of all faces of a part together, about."""
+
+ROUNDING = 4e-16
+"""Errors of the judge, as a share of coordinates."""
+
+ON_PART = 1e-13
+"""How far a reported point may be from the part, as a share of the largest coordinate."""
+
+FORM = 1e-14
+"""How far a solid may be from its closed form: its weights are rounded."""
+
+GAP_ROUNDING = 2.0**-42
+"""Share of the largest coordinate that the service adds to gaps."""
+
+NEAR = 2.0
+"""Regions of the service and of the judge may differ up to this many gaps from an edge."""
+
+
+class Refused(Exception):
+    """The service did not answer."""
+
+
+@dataclass(frozen=True, eq=False)
+class JudgedPart:
+    """A case with its samples, and the service that answers."""
+
+    case: Case
+    part: Part
+    search: PartSearch
+    client: Client
+
+    @cached_property
+    def size(self) -> float:
+        """The largest coordinate."""
+        return float(np.abs(self.part.corners).max())
+
+    @cached_property
+    def diagonal(self) -> float:
+        """The diagonal of the box of control points; tolerances are relative to no larger one."""
+        return float(np.linalg.norm(np.ptp(self.part.corners, axis=0)))
+
+    def list_samples(self) -> tuple[Array, Array]:
+        """Points (n, 3) of faces, and points (m, 3) of borders; both are not empty."""
+        samples = np.concatenate([each.points for each in self.search.faces])
+        return samples, np.concatenate([samples[:1], *(b.points for b in self.search.borders)])
+
+    @cached_property
+    def gaps(self) -> Array:
+        """The largest proved gap of each face between its region and its edges, (F,)."""
+        return np.asarray(self._bound_gaps[1])
+
+    @cached_property
+    def least_gaps(self) -> Array:
+        """The least of the gaps of each face."""
+        return np.asarray(self._bound_gaps[0])
+
+    @cached_property
+    def _bound_gaps(self) -> Array:
+        """The least and the largest gap of each face, (2, F).
+
+        They are all that the judge takes from the engine: how far their regions may differ.
+        """
+        rows = [np.zeros((2, 0))]
+        for surface, matrix in iterate_members(self.case.document):
+            if surface.get("type", "bezier") != "brep":
+                rows.append(np.zeros((2, 1)))
+                continue
+            model = _validate(surface).to_surface().lower()
+            assert isinstance(model, BrepModel)
+            prepared = prepare(model)
+            count, is_border = len(surface["faces"]), prepared.is_border
+            face, gap = prepared.coedge_faces[is_border], prepared.gaps[is_border]
+            least, largest = np.full(count, np.inf), np.zeros(count)
+            np.minimum.at(least, face, gap)
+            np.maximum.at(largest, face, gap)
+            least = np.where(np.isfinite(least), least, 0.0)
+            stretch = np.linalg.svd(matrix[:3, :3], compute_uv=False)
+            rows.append(np.stack([least * stretch[-1], largest * stretch[0]]))
+        return np.concatenate(rows, axis=1) + GAP_ROUNDING * self.size
+
+    def ask(self, path: str, **fields: Any) -> Document:
+        """The answer of the service to a question to this part; raises `Refused`."""
+        response = self.client.post(f"/v1/{path}", {"surface": self.case.document, **fields})
+        if response.status_code != 200:
+            raise Refused(f"{path}: {response.status_code} {response.text[:300]}")
+        answer: Document = response.json()
+        return answer
+
+    def classify(self, face: Index, places: Array, points: Array) -> tuple[Answers, Array]:
+        """Whether places (m, 2) of faces (m,) are in the regions, and distances from borders (m,).
+
+        A place is unsure at most `NEAR` gaps from a border, or where the judge cannot decide.
+        Distances above this are not exact.
+        """
+        answers = np.full(len(face), UNSURE, np.int8)
+        reach = NEAR * self.gaps[face]
+        distances = self.search.measure_to_borders(face, points, reach)
+        for k in np.unique(face):
+            rows = np.flatnonzero(face == k)
+            answers[rows] = self.part.faces[k].find_inside(places[rows])
+        answers[distances <= reach] = UNSURE
+        return answers, distances
+
+    def find_nearest(self, points: Array) -> Array:
+        """The least distances (m,) of points (m, 3) that were found.
+
+        Points of faces count that are certainly inside, and all points of edges.
+        """
+        nearest = self.search.find_nearest(points)
+        result = nearest.of_borders.copy()
+        rows = np.flatnonzero(nearest.of_faces < result)
+        face, places = nearest.faces[rows], nearest.places[rows]
+        answers, _ = self.classify(face, places, self.evaluate(face, places))
+        rows = rows[answers == INSIDE]
+        result[rows] = nearest.of_faces[rows]
+        return result
+
+    def evaluate(self, face: Index, places: Array) -> Array:
+        """Points (m, 3) of faces (m,) at places (m, 2)."""
+        points = np.zeros((len(face), 3))
+        for k in np.unique(face):
+            rows = face == k
+            points[rows] = self.part.faces[k].at(places[rows]).astype(np.float64)
+        return points
+
+
+def _validate(surface: Document) -> Any:
+    return TypeAdapter(SurfaceDefinition).validate_python(surface, context={})
+
+
+def open_case(case: Case, client: Client, samples: int = SAMPLES) -> JudgedPart:
+    """The part of a case, with its samples."""
+    part = read_part(case.document, case.truth)
+    return JudgedPart(case, part, PartSearch(part, samples, seed=1), client)
