@@ -47,10 +47,11 @@ def build_part(model: BrepModel | GroupModel) -> Part:
     origin, scale, diagonal = frame(low, high)
     builder = _Builder(Frame(origin, scale))
     edge_parts: list[tuple[EdgeNets, BrepCopy]] = []
-    of_definition = members.list_copies()
+    of_definition, all_speeds = members.list_copies(), list[FloatArray]()
     for number, prepared in enumerate(definitions):
         faces = list(restrict_faces(prepared))
         speeds = _find_speeds(prepared, faces)
+        all_speeds.append(speeds)
         edges = build_edge_nets(prepared, speeds)
         reaches = UNDECIDED_MARGINS * prepared.regions.margins * speeds
         for copy in of_definition[number]:
@@ -80,7 +81,7 @@ def build_part(model: BrepModel | GroupModel) -> Part:
         rows.gaps,
         rows.reaches,
     )
-    return Part(nets, trims, rows, surface_count, edge_rows, members)
+    return Part(nets, trims, rows, surface_count, edge_rows, members, tuple(all_speeds))
 
 
 UNDECIDED_MARGINS = 40.0

@@ -113,7 +113,7 @@ def build_edge_nets(prepared: PreparedBrep, speeds: FloatArray) -> list[EdgeNets
         number, parts.low, parts.high, gaps[own], coedge[own], face[coedge[own]], uses[own] == 1
     )
     nets = [
-        _center(rows.take(index), np.ascontiguousarray(values.transpose(0, 2, 1)))
+        EdgeNets(rows.take(index), *center_curves(np.ascontiguousarray(values.transpose(0, 2, 1))))
         for index, values in prepared.curves.restrict(parts)
     ]
     poles = np.flatnonzero(~curved & ~is_aligned)
@@ -157,11 +157,12 @@ def _cover(prepared: PreparedBrep, poles: Ints, joins: Ints, speeds: FloatArray)
     points = prepared.surfaces.evaluate(face, places.to_parameters(face, middles))
     none, zero = np.full(len(chosen), -1), np.zeros(len(chosen))
     rows = EdgeRows(none, zero, zero, reach * speeds[face], none, face, np.zeros(len(chosen), bool))
-    return [_center(rows, np.repeat(points[:, :, np.newaxis], 2, axis=2))]
+    values = np.repeat(points[:, :, np.newaxis], 2, axis=2)
+    return [EdgeNets(rows, *center_curves(values))]
 
 
-def _center(rows: EdgeRows, values: FloatArray) -> EdgeNets:
-    """The nets (M, 3 or 4, n+1) of pieces of curves about their middles."""
+def center_curves(values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """The nets (M, 3 or 4, n+1) of pieces of curves about their middles: fields of `EdgeNets`."""
     points = project(values)
     low, high = points.min(axis=2), points.max(axis=2)
     middles = low + (high - low) / 2
@@ -172,4 +173,4 @@ def _center(rows: EdgeRows, values: FloatArray) -> EdgeNets:
     centered[:, :3] -= middles[:, :, np.newaxis] * weights
     degree = values.shape[2] - 1
     errors = EXTENT_ERROR * 2 * sizes + (COORDINATE_ERROR + 8 * UNIT * (degree + 4)) * largest
-    return EdgeNets(rows, centered[..., np.newaxis], middles.T.copy(), sizes, errors)
+    return centered[..., np.newaxis], middles.T.copy(), sizes, errors

@@ -8,8 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
-from service.bases.arrays import Bools, Ints
+from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.nets.query_nets import QueryNets
+from service.engine.parts.closure import is_closed
 from service.engine.parts.copies import Members
 from service.engine.parts.edge_nets import EdgeRows
 from service.engine.parts.placed_nets import NetRows
@@ -37,6 +38,9 @@ class Part:
         are counted over all breps, each brep once, whatever its copies; gaps are in the
         coordinates of the nets, and errors of the nets are not in them.
     members : Members
+    speeds : tuple of ndarray of float64, shape (F,) each
+        For each brep, bounds of how far points of its faces move for one unit of places along both
+        axes; model units.
     """
 
     nets: QueryNets
@@ -45,6 +49,7 @@ class Part:
     surface_nets: int
     edges: EdgeRows
     members: Members
+    speeds: tuple[FloatArray, ...]
 
     @cached_property
     def faces(self) -> QueryNets:
@@ -70,14 +75,11 @@ class Part:
 
     @cached_property
     def solids(self) -> Ints:
-        """The copy of a brep of which each face or patch (P,) is, if all shells are closed; or −1.
-
-        A brep with skipped faces is not closed.
-        """
+        """The copy of a brep of which each face or patch (P,) is, if it is closed; or −1."""
         solids = np.full(self.members.patch_count, -1)
         for number, copy in enumerate(self.members.copies):
             prepared = self.members.definitions[copy.definition]
-            if prepared.model.is_closed.all() and not prepared.skipped_faces:
+            if is_closed(prepared):
                 faces = slice(copy.first_patch, copy.first_patch + len(prepared.surfaces))
                 solids[faces] = number
         return solids

@@ -13,6 +13,7 @@ from service.engine.connectivity.connect import connect
 from service.engine.nets.partials import net_partials
 from service.engine.parts.columns import PartColumns
 from service.engine.parts.part import Part
+from service.engine.parts.signs import compute_part_signs
 from service.engine.points.surface_columns import Columns
 
 
@@ -30,6 +31,7 @@ def project_on_part(part: Part, query: ProjectQuery) -> Columns:
         - uv (m, 2): parameters of the surface of the face, or of the patch
         - normals (m, 3): those of faces, out of the material
         - near_edge (m,): whether the point is on an edge, or nearer to one than its gap
+        - signs (m,), if requested: −1 inside, +1 outside, NaN where this is uncertain
         - on_boundary (m,): whether it is on an edge, or near one, that no other face has; or on an
           open side of a patch
     """
@@ -51,6 +53,8 @@ def project_on_part(part: Part, query: ProjectQuery) -> Columns:
     near, is_open = find_near_edges(part, closest, on_faces)
     near[on_edges], is_open[on_edges] = True, part.edges.is_open[edge]
     is_open |= _find_open_patches(part, closest)
+    if query.sign:
+        columns["signs"] = compute_part_signs(part, local_points.points, closest.low)
     return columns | {"near_edge": near, "on_boundary": is_open}
 
 

@@ -49,7 +49,7 @@ class Rays(Items):
     near : ndarray of float64, shape (m,)
         The t at which the ray begins: its origin in the request, which is not o.
     slack : ndarray of float64, shape (m,)
-        A bound of the rounding errors of differences c − o.
+        A bound of the errors of differences c − o: of rounding, and of the nets.
     thickness : ndarray of float64, shape (m,)
         A point of the surface that is nearer than this to the ray may count as a hit.
     """
@@ -61,7 +61,6 @@ class Rays(Items):
     thickness: FloatArray
 
 
-@np.errstate(all="ignore")
 def local_rays(
     nets: QueryNets, origins: FloatArray, directions: FloatArray, thickness: float
 ) -> Rays:
@@ -69,13 +68,25 @@ def local_rays(
 
     `thickness` already is in the coordinates of the nets.
     """
+    with np.errstate(all="ignore"):
+        error = 0.0 if nets.errors is None else float(nets.errors.max())
+        return make_rays(nets.local(origins), directions, thickness, error)
+
+
+@np.errstate(all="ignore")
+def make_rays(origins: FloatArray, directions: FloatArray, thickness: float, error: float) -> Rays:
+    """Rays with origins and directions (m, 3) in the coordinates of the nets.
+
+    Nets may be off by `error`, which is added to the slack.
+    """
     d = directions.T / np.abs(directions).max(axis=1)
     d = np.ascontiguousarray(d / length(d))
-    local_origins = np.ascontiguousarray(nets.local(origins).T)
+    local_origins = np.ascontiguousarray(origins.T)
     begins = dot(local_origins, d)
     o = local_origins - begins * d
     # Points of nets are nearer to the origin than 4.
     slack = 4 * UNIT * (length(local_origins) + np.abs(begins)) + 16 * UNIT * (length(o) + 4)
+    slack += error
     slack = np.where(np.isfinite(slack), slack, np.inf)
     return Rays(o, d, begins, slack, np.maximum(thickness, MIN_THICKNESS * slack))
 

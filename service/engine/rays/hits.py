@@ -29,6 +29,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import count_runs, find_begins
 from service.engine.rays.bounds import Rays
+from service.engine.rays.intervals import number_clusters
 from service.engine.vectors import Items, cross, dot, length
 
 MIN_LENGTH_ALONG = 32
@@ -48,12 +49,17 @@ MAX_TANGENT_SINE = 1e-3
 
 
 class Evidence(IntEnum):
-    """How a hit was found: as a proved root, near the border of a cell, as a strip or a point."""
+    """How a hit was found: as a proved root, near the border of a cell, as a strip or a point.
+
+    On trimmed faces there is also the ray that passes an edge, or follows it.
+    """
 
     PROVED = 0
     NEAR = 1
     STRIP = 2
     POINT = 3
+    EDGE = 4
+    LONG_EDGE = 5
 
 
 class Kind(IntEnum):
@@ -101,11 +107,17 @@ class Hits(RayPoints):
         The interval of t.
     label : ndarray of int, shape (n,)
         Before merging an `Evidence`, after merging a `Kind`.
+    side : ndarray of float64, shape (n,)
+        The proved sign of d · (du × dv): 1 or −1 at proved roots, 0 at other hits.
+    is_near_edge : ndarray of bool, shape (n,)
+        Whether an edge of a face is near.
     """
 
     low: FloatArray
     high: FloatArray
     label: Ints
+    side: FloatArray
+    is_near_edge: Bools
 
     def sines(self, direction: FloatArray) -> FloatArray:
         """Sines (n,) of the angles between directions (3, n) and the surface at these hits.
@@ -121,19 +133,22 @@ _NUMBERS, _VALUES, _VECTORS = np.zeros(0, np.intp), np.zeros(0), np.zeros((3, 0)
 
 NO_HITS = Hits(
     *(_NUMBERS, _NUMBERS, np.zeros((2, 0)), _VECTORS, _VECTORS, _VECTORS),
-    *(_VALUES, _VALUES, _VALUES, _VALUES, _NUMBERS),
+    *(_VALUES, _VALUES, _VALUES, _VALUES),
+    _NUMBERS,
+    _VALUES,
+    np.zeros(0, bool),
 )
 """An empty list of hits."""
 
 
-def merge_hits(hits: Hits, rays: Rays, min_length_along: float) -> Hits:
+def merge_hits(hits: Hits, sines: FloatArray, rays: Rays, min_length_along: float) -> Hits:
     """Merge hits to one hit for each place, in the order of rays and of t.
 
-    `label` of the merged hits is a `Kind`. `min_length_along` is the least length of the interval
-    of a hit *along*. If such an interval begins behind the origin of the ray, the hit is at the
-    first end of a strip that is not behind the origin.
+    `label` of the merged hits is a `Kind`. `sines` (n,) are those of the rays, positive in the
+    direction of normals. `min_length_along` is the least length of the interval of a hit *along*.
+    If such an interval begins behind the origin of the ray, the hit is at the first end of a strip
+    that is not behind the origin.
     """
-    sines = hits.sines(rays.direction[:, hits.ray])
     # Enlarge the intervals of strips: a surface that is almost tangent to the ray is also near the
     # ray before and after the strip.
     pad = np.where(hits.label == Evidence.STRIP, STRIP_PADDING * min_length_along, 0.0)
@@ -141,7 +156,7 @@ def merge_hits(hits: Hits, rays: Rays, min_length_along: float) -> Hits:
     hits, sines, pad = hits.take(order), sines[order], pad[order]
     max_variation = MAX_VARIATION * rays.thickness[hits.ray]
     is_behind = hits.t < rays.near[hits.ray]
-    cluster = _number_clusters(hits, pad)
+    cluster = number_clusters(hits.ray, hits.low - pad, hits.high + pad)
     first = find_begins(cluster)
     sizes = count_runs(first, len(cluster))
     kind = np.full(len(cluster), int(Kind.CROSSING))
@@ -162,19 +177,6 @@ def merge_hits(hits: Hits, rays: Rays, min_length_along: float) -> Hits:
     hits.label[:] = kind
     merged = hits.take(is_kept)
     return merged.take(np.lexsort((merged.net, merged.t, merged.ray)))
-
-
-def _number_clusters(hits: Hits, pad: FloatArray) -> Ints:
-    """Numbers (n,) of the clusters of hits, which are ordered by ray and by `low` − `pad`."""
-    low, high = hits.low - pad, hits.high + pad
-    is_start = np.diff(hits.ray, prepend=-1) != 0
-    # The running maximum of `high` for each ray, by ranks: ranks of different rays do not overlap.
-    rank = np.lexsort((high, hits.ray))
-    rank_of_hit = np.empty(len(rank), np.intp)
-    rank_of_hit[rank] = np.arange(len(rank))
-    max_high_before = high[rank[np.maximum.accumulate(rank_of_hit)]] if len(rank) else high
-    is_start[1:] |= low[1:] > max_high_before[:-1]
-    return np.cumsum(is_start) - 1
 
 
 def _merge_cluster(
@@ -201,7 +203,7 @@ def _merge_cluster(
         strip_sines, are_points = sines[strips], (hits.label[strips] == Evidence.POINT).all()
         residuals = hits.residual[rows[evidence == Evidence.STRIP]]
         min_length_along, max_variation, is_behind = limits
-        if np.ptp(ends) > min_length_along and _are_nearly_equal(residuals, max_variation[rows[0]]):
+        if np.ptp(ends) > min_length_along and are_nearly_equal(residuals, max_variation[rows[0]]):
             low, high = hits.low[strips].min(), hits.high[strips].max()
             tangent_rows_within = tangent_rows[
                 (hits.low[tangent_rows] <= high) & (hits.high[tangent_rows] >= low)
@@ -264,7 +266,7 @@ def _join_to_crossing(hits: Hits, strip: np.intp, tangent_rows: Ints) -> bool:
     return len(neighbors) > 0
 
 
-def _are_nearly_equal(residuals: FloatArray, max_variation: float) -> bool:
+def are_nearly_equal(residuals: FloatArray, max_variation: float) -> bool:
     """Whether three quarters of the ends of strips have nearly equal distances from the ray.
 
     The other ends may be at borders, where the distance may be larger than elsewhere.

@@ -21,7 +21,7 @@ to its border, an edge or a pole, a hit may be reported there, too.
 Proof in docs/proofs.md: "No hit is missed".
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -35,9 +35,13 @@ from service.engine.cells.tree import CellTree, WorkLimits
 from service.engine.nets.query_nets import QueryNets, surface_nets
 from service.engine.points.surface_columns import surface_columns
 from service.engine.rays.bounds import Rays, local_rays
+from service.engine.rays.edge_merging import NetSides, merge_at_edges
+from service.engine.rays.edge_search import NO_PASSES, EdgePasses, EdgeSearch
 from service.engine.rays.hits import MIN_LENGTH_ALONG, NO_HITS, Hits, Kind, merge_hits
 from service.engine.rays.levels import MAX_STRAIN, RayLevels
 from service.engine.rays.newton import begin_at_origins
+from service.engine.rays.trimming import RayTrims
+from service.engine.trims.trimmed_nets import NetTrims
 from service.engine.vectors import length
 from service.errors import Issue, TooLarge
 from service.surface.lowered import PatchModel
@@ -85,6 +89,39 @@ class RayQuery:
     limits: WorkLimits = LIMITS
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class RayBorders:
+    """The trims and the edges of nets of trimmed faces.
+
+    Attributes
+    ----------
+    trims : NetTrims
+    edges : EdgeSearch or None
+        None if there are no edges.
+    sides : NetSides
+    list_hits : callable or None
+        Makes hits of passes: for each pass one for each face at the edge, on a net of this face,
+        with the label `EDGE` or `LONG_EDGE`.
+    """
+
+    trims: NetTrims
+    edges: EdgeSearch | None
+    sides: NetSides
+    list_hits: Callable[[EdgePasses], Hits] | None
+
+    def find_passes(self, rays: Rays) -> tuple[EdgePasses, Bools]:
+        """Where rays (m,) pass edges, and whether all of these places are found."""
+        if self.edges is None:
+            return NO_PASSES, np.ones(len(rays.near), bool)
+        return self.edges.find(rays)
+
+    def merge(self, hits: Hits, passes: EdgePasses, rays: Rays, min_length_along: float) -> Hits:
+        """Merge hits and passes of edges to one hit for each place."""
+        if self.list_hits is not None and len(passes.ray):
+            hits = Hits.join([hits, self.list_hits(passes)])
+        return merge_at_edges(hits, self.sides, rays, min_length_along)
+
+
 def intersect_rays(model: PatchModel, query: RayQuery, max_hits: int) -> dict[str, Any]:
     """Find the hits of rays on a surface.
 
@@ -114,9 +151,24 @@ def intersect_rays(model: PatchModel, query: RayQuery, max_hits: int) -> dict[st
         `too_many_hits`: more than `max_hits`.
     """
     nets = surface_nets(model.batches)
-    thickness = query.relative_thickness * nets.diagonal / nets.scale
-    rays = local_rays(nets, query.origins, query.directions, thickness)
-    search = RaySearch(nets, thickness, query.limits)
+    rays, hits, columns = find_hits(RaySearch(nets, query), query, max_hits)
+    patch, local = nets.patch[hits.net], nets.parameters(hits.net, hits.parameters.T)
+    columns |= surface_columns(model, patch, local, hits.du, hits.dv)
+    return columns | list_kinds(hits, hits.sines(rays.direction[:, hits.ray]))
+
+
+def find_hits(
+    search: "RaySearch", query: RayQuery, max_hits: int
+) -> tuple[Rays, Hits, dict[str, Any]]:
+    """The rays in the coordinates of nets, their hits, and columns that do not depend on patches.
+
+    Raises
+    ------
+    TooLarge
+        `too_many_hits`: more than `max_hits`.
+    """
+    nets = search.cells.nets
+    rays = local_rays(nets, query.origins, query.directions, search.thickness)
     count = 0
     parts: list[Hits] = []
     reached = []
@@ -130,7 +182,6 @@ def intersect_rays(model: PatchModel, query: RayQuery, max_hits: int) -> dict[st
             got = f"more than {max_hits} hits"
             raise TooLarge(Issue("too_many_hits", message, "/rays", got, needed))
     hits = Hits.join(parts or [NO_HITS])
-    kind = hits.label  # after merging, `label` has the `Kind` of each hit
     with np.errstate(all="ignore"):
         lengths = length(query.directions, -1)[hits.ray]
         units = nets.scale / lengths
@@ -139,44 +190,59 @@ def intersect_rays(model: PatchModel, query: RayQuery, max_hits: int) -> dict[st
     x, y, z = (nets.origin - query.origins[hits.ray]).T
     farthest = (np.hypot(np.hypot(x, y), z) + nets.diagonal) * (1 + 1e-14) / lengths
     high = np.where(np.isinf(hits.high), farthest, hits.high * units)
-    is_crossing = kind == Kind.CROSSING
+    return (
+        rays,
+        hits,
+        {
+            "reached": np.concatenate(reached),
+            "counts": np.bincount(hits.ray, minlength=len(query.origins)),
+            "ray": hits.ray,
+            "t": hits.t * units,
+            "t_bounds": np.stack([hits.low * units, high], axis=1),
+            "positions": nets.origin + hits.position.T * nets.scale,
+        },
+    )
+
+
+def list_kinds(hits: Hits, sines: FloatArray) -> dict[str, Any]:
+    """The columns `kind` and `entering` of merged hits (n,)."""
+    kind = hits.label  # after merging, `label` has the `Kind` of each hit
+    is_crossing = (kind == Kind.CROSSING).tolist()
     # A ray enters if it runs against the normal.
-    entering = (hits.sines(rays.direction[:, hits.ray]) < 0).tolist()
-    columns: dict[str, Any] = {
-        "reached": np.concatenate(reached),
-        "counts": np.bincount(hits.ray, minlength=len(query.origins)),
-        "ray": hits.ray,
-        "t": hits.t * units,
-        "t_bounds": np.stack([hits.low * units, high], axis=1),
-        "positions": nets.origin + hits.position.T * nets.scale,
-    }
-    patch, local = nets.patch[hits.net], nets.parameters(hits.net, hits.parameters.T)
-    columns |= surface_columns(model, patch, local, hits.du, hits.dv)
-    return columns | {
+    entering = (sines < 0).tolist()
+    return {
         "kind": NAMES[kind].tolist(),
         "entering": [
             enters if crosses else None
-            for enters, crosses in zip(entering, is_crossing.tolist(), strict=True)
+            for enters, crosses in zip(entering, is_crossing, strict=True)
         ],
     }
 
 
 class RaySearch:
-    """Finds the hits of rays on one surface.
+    """Finds the hits of rays on one surface, or on trimmed faces.
 
     Parameters
     ----------
     nets : QueryNets
+    query : RayQuery
+    borders : RayBorders or None
+        The trims of the nets, and their edges.
+
+    Attributes
+    ----------
     thickness : float
         τ, in the coordinates of the nets.
-    limits : WorkLimits
     """
 
-    def __init__(self, nets: QueryNets, thickness: float, limits: WorkLimits) -> None:
-        self.thickness = thickness
+    def __init__(self, nets: QueryNets, query: RayQuery, borders: RayBorders | None = None) -> None:
         # The diagonal of the model, divided by the scale, is in the coordinates of the nets.
-        self.min_length_along = MIN_LENGTH_ALONG * (thickness * nets.diagonal / nets.scale) ** 0.5
-        self.cells = CellTree(nets, limits)
+        diagonal = nets.diagonal / nets.scale
+        self.thickness = query.relative_thickness * diagonal
+        self.min_length_along = MIN_LENGTH_ALONG * (self.thickness * diagonal) ** 0.5
+        self.borders = borders
+        trims = None if borders is None else borders.trims
+        self.cells = CellTree(nets, query.limits, trims=trims)
         max_cells = min(
             MAX_FIRST_CELLS, MAX_NUMBERS // max(group.nets[0].size for group in nets.groups)
         )
@@ -192,16 +258,24 @@ class RaySearch:
         Hits are in the order of rays and of t; t = 0 is the origin of the ray in the request. If
         `only_first`, only the first hit of each ray is found.
         """
+        passes = None
+        if self.borders is not None:
+            passes, passes_reached = self.borders.find_passes(rays)
         chunks = Chunks(self.cells, len(rays.near), CHUNK_SIZES)
         for rows, budget in chunks:
             chosen = rays.take(rows)
-            result = self._search(chosen, budget, only_first=only_first, can_split=chunks.can_split)
+            own = None if passes is None else passes.of_rays(np.arange(len(rays.near))[rows])
+            result = self._search(
+                chosen, own, budget, only_first=only_first, can_split=chunks.can_split
+            )
             if result is None:
                 chunks.split()
                 continue
             hits, reached = result
             if only_first:
-                hits = self._complete_first_hits(chosen, budget, hits, reached)
+                hits = self._complete_first_hits(chosen, own, budget, hits, reached)
+            if passes is not None:
+                reached &= passes_reached[rows]
             # From here on, t is 0 at the origin of the request, where the ray begins.
             begins = chosen.near[hits.ray]
             ends = (np.maximum(value - begins, 0.0) for value in (hits.t, hits.low, hits.high))
@@ -212,7 +286,12 @@ class RaySearch:
             chunks.grow(self.most_open)
 
     def _complete_first_hits(
-        self, rays: Rays, budget: PairBudget, hits: Hits, reached: Bools
+        self,
+        rays: Rays,
+        passes: EdgePasses | None,
+        budget: PairBudget,
+        hits: Hits,
+        reached: Bools,
     ) -> Hits:
         """The first hits of rays, with complete intervals; `reached` is updated.
 
@@ -220,13 +299,14 @@ class RaySearch:
         incomplete: these rays are searched again for all hits.
         """
         hits = hits.take(is_first(hits))
-        is_crossing = hits.label == Kind.CROSSING
+        is_crossing = (hits.label == Kind.CROSSING) & ~hits.is_near_edge
         repeated = hits.ray[~is_crossing]
         if not len(repeated):
             return hits
         pairs = budget.pairs - int(budget.spent.sum())
         rest = PairBudget(pairs, len(repeated), budget.max_spheres)
-        result = self._search(rays.take(repeated), rest, only_first=False, can_split=False)
+        own = None if passes is None else passes.of_rays(repeated)
+        result = self._search(rays.take(repeated), own, rest, only_first=False, can_split=False)
         budget.spent[repeated] += rest.spent
         budget.spent_spheres += rest.spent_spheres
         if result is None:
@@ -239,15 +319,30 @@ class RaySearch:
         return hits.take(np.argsort(hits.ray, kind="stable"))
 
     def _search(
-        self, rays: Rays, budget: PairBudget, *, only_first: bool, can_split: bool
+        self,
+        rays: Rays,
+        passes: EdgePasses | None,
+        budget: PairBudget,
+        *,
+        only_first: bool,
+        can_split: bool,
     ) -> tuple[Hits, Bools] | None:
         """Find the hits of some rays, merged to one for each place, and which rays are reached."""
-        levels = RayLevels(self.spheres, rays, budget, only_first=only_first, can_split=can_split)
+        borders, trims = self.borders, None
+        if borders is not None and passes is not None:
+            trims = RayTrims.of(borders.trims, passes, len(rays.near))
+        levels = RayLevels(
+            self.spheres, rays, budget, only_first=only_first, can_split=can_split, trims=trims
+        )
         hits = levels.search()
         self.most_open = max(self.most_open, levels.most_open)
         if hits is None:
             return None
-        merged = merge_hits(hits, rays, self.min_length_along)
+        if borders is not None and passes is not None:
+            merged = borders.merge(hits, passes, rays, self.min_length_along)
+        else:
+            sines = hits.sines(rays.direction[:, hits.ray])
+            merged = merge_hits(hits, sines, rays, self.min_length_along)
         return begin_at_origins(self.cells, rays, merged), levels.reached
 
 

@@ -22,7 +22,6 @@ from service.engine.cells.pair_search import (
     NO_PAIRS,
     PairBudget,
     Pairs,
-    TreeSearch,
     join_pairs,
     split_nearest,
 )
@@ -31,17 +30,18 @@ from service.engine.rays.bounds import (
     MAX_CONTRACTION,
     Rays,
     RootBounds,
-    find_met_spheres,
     root_bounds,
-    sphere_misses,
 )
 from service.engine.rays.grazing import MAX_SLOPE, find_grazed_strips
 from service.engine.rays.hits import NO_HITS, Evidence, Hits
 from service.engine.rays.newton import (
+    Roots,
     find_roots,
     find_strips,
     take_points,
 )
+from service.engine.rays.ray_tree import RayTree
+from service.engine.rays.trimming import RayTrims
 from service.engine.vectors import dot
 
 MAX_STRAIN = MAX_CONTRACTION / 3
@@ -62,7 +62,7 @@ MAX_NEAR_SHARE = 1 / 4
 open pairs with nearer cells are at most this share of the pairs with farther cells."""
 
 
-class RayLevels(TreeSearch):
+class RayLevels(RayTree):
     """The search for the hits of some rays.
 
     Parameters
@@ -74,11 +74,8 @@ class RayLevels(TreeSearch):
         Whether only the first hit of each ray is needed.
     can_split : bool
         Whether the caller can search fewer rays at a time.
-
-    Attributes
-    ----------
-    reached : ndarray of bool, shape (m,)
-        For each ray, whether `search` returns all of its hits.
+    trims : RayTrims or None
+        The trims of the nets, and where the rays pass edges.
     """
 
     def __init__(
@@ -89,12 +86,16 @@ class RayLevels(TreeSearch):
         *,
         only_first: bool,
         can_split: bool,
+        trims: RayTrims | None = None,
     ) -> None:
-        super().__init__(spheres, budget, can_split=can_split)
-        self.rays, self.only_first = rays, only_first
-        # For each ray, the largest t of interest.
-        self.farthest = np.full(self.count, np.inf)
-        self.reached = np.isfinite(rays.slack)
+        super().__init__(spheres, rays, budget, can_split=can_split)
+        self.only_first, self.trims = only_first, trims
+        # Which rays have hits of which it is not clear whether they are inside of the trims.
+        self.is_unclear = np.zeros(self.count, bool)
+        if trims is not None and only_first:
+            # A ray that passes an edge has a hit there.
+            ends = trims.find_ends(rays.near)
+            self.limit_search(np.arange(self.count), ends)
         # Which rays have pairs with farther cells that have not joined the search.
         self.is_later = np.zeros(self.count, bool)
         self.settled: list[RootBounds] = []  # for `apply_newton`
@@ -102,18 +103,10 @@ class RayLevels(TreeSearch):
 
     def search(self) -> Hits | None:
         """Search all levels until no pair is open; None if fewer rays must be searched."""
-        pairs = self.descend_tree(*find_met_spheres(self.spheres.levels[0], self.rays))
+        pairs = self.begin()
         if pairs is None:
             return None
         ray, cell = pairs
-        if len(self.spheres.levels) > 1:
-            is_met, _ = self.find_met(self.cells.models, ray, cell)
-            ray, cell = ray[is_met], cell[is_met]
-        self.in_tree = np.bincount(ray, minlength=self.count)
-        for _, ended_ray, _ in self.ended:
-            # Rays that ended in the tree count with all pairs that they were allowed.
-            self.reached[ended_ray], self.in_tree[ended_ray] = False, self.budget.max_spheres
-        self.charge_tree()
         (ray, cell), later_pairs = self.split_by_distance(ray, cell)
         self.is_later[later_pairs[0]] = True
         while len(ray) or self.settled or len(later_pairs[0]):
@@ -130,24 +123,10 @@ class RayLevels(TreeSearch):
             ray, cell = join_pairs([*next_pairs, self.waiting_pairs])
         if self.takes_too_much:
             return None
+        self.reached &= ~self.is_unclear
         hits = Hits.join(self.hits or [NO_HITS])
         # Hits before the beginning of the ray do not count.
         return hits.take(hits.high >= self.rays.near[hits.ray])
-
-    def examine_spheres(self, level: int, item: Ints, sphere: Ints) -> Ints:
-        """The rows of spheres that rays may meet; those of the first level are known to be met."""
-        if level == 0:
-            return np.arange(len(item))
-        return np.flatnonzero(self.find_met(self.spheres.levels[level], item, sphere)[0])
-
-    def find_met(self, spheres: FloatArray, ray: Ints, sphere: Ints) -> tuple[Bools, FloatArray]:
-        """Which pairs of a ray and a sphere, or that of a cell, may meet; lower bounds of t."""
-        is_met, low, limit = np.empty(len(ray), bool), np.empty(len(ray)), self.farthest[ray]
-        for rows in row_slices(len(ray), 1, CHUNK_PAIRS):
-            chosen = spheres[:4].take(sphere[rows], axis=1)
-            misses, low[rows] = sphere_misses(chosen, self.rays, ray[rows], limit[rows])
-            is_met[rows] = ~misses
-        return is_met, low
 
     def split_by_distance(self, ray: Ints, cell: Ints) -> tuple[Pairs, Pairs]:
         """Split the first pairs into those with the nearer cells, and those with the farther cells.
@@ -178,7 +157,10 @@ class RayLevels(TreeSearch):
         )
         if is_point.any():
             points = met_rows[is_point]
-            self.hits.append(take_points(self.cells, self.rays, ray[points], cell[points]))
+            hits = take_points(self.cells, self.rays, ray[points], cell[points])
+            if self.trims is not None:
+                hits = self.trims.trim_points(hits, self.cells.is_cut[cell[points]])
+            self.hits.append(hits)
             met_rows = met_rows[~is_point]
         met_rows, ended = self.allot_pairs(met_rows, ray, cell, self.is_later)
         self.reached[ray[ended]] = False
@@ -197,7 +179,8 @@ class RayLevels(TreeSearch):
         if len(bounds.ray):
             self.settled.append(bounds)
             if self.only_first:
-                sure = bounds.take(bounds.exists & (bounds.low > rays.near[bounds.ray]))
+                is_sure = bounds.exists & (bounds.low > rays.near[bounds.ray])
+                sure = bounds.take(is_sure & ~self.cells.is_cut[bounds.cell])
                 # A hit is at most 2 (radius + slack) behind `low`. That is less than 3 radii: the
                 # radius is at least 8 times the slack, because smaller cells count as points.
                 self.limit_search(sure.ray, sure.low + 3 * models[model_rows.RADIUS, sure.cell])
@@ -218,26 +201,17 @@ class RayLevels(TreeSearch):
         is_open, rows = ~is_empty, np.flatnonzero(is_thin)
         if len(rows):
             hits, is_done = find_strips(self.cells, self.rays, strips)
+            rows = rows[is_done]
+            if self.trims is not None:
+                hits, is_done = self.trims.trim_strips(hits, self.cells.is_cut[cell[rows]])
+                rows = rows[is_done]
             self.hits.append(hits)
-            is_open[rows[is_done]] = False
+            is_open[rows] = False
         return is_open
 
     def limit_search(self, ray: Ints, t: FloatArray) -> None:
         """Do not search behind the hit at t, except for other hits at the same place."""
         np.minimum.at(self.farthest, ray, t + MAX_DISTANCE_BEHIND * self.rays.thickness[ray])
-
-    def halve_open(self, ray: Ints, cell: Ints) -> Pairs:
-        """Halve the cells of open pairs; returns the pairs with the halves.
-
-        Rays that have too many pairs, or whose cells cannot be halved, end: they are not `reached`.
-        """
-        must_end = self.must_end(ray, cell)
-        if must_end.any():
-            self.reached[ray[must_end]] = False
-            is_kept = self.reached[ray]
-            ray, cell = ray[is_kept], cell[is_kept]
-        order = np.argsort(ray, kind="stable")
-        return self.halve(ray[order], cell[order])
 
     def apply_newton(self) -> Pairs:
         """Apply Newton's method to the settled pairs.
@@ -256,12 +230,22 @@ class RayLevels(TreeSearch):
         for part in parts:
             rows = part[low[part] <= self.farthest[ray[part]]]
             for chunk in row_slices(len(rows), 1, CHUNK_PAIRS):
-                hits, is_done = find_roots(self.cells, self.rays, bounds.take(rows[chunk]))
+                roots = find_roots(self.cells, self.rays, bounds.take(rows[chunk]))
+                hits, is_certain = self.trim_roots(roots, cell[rows[chunk]])
                 self.hits.append(hits)
-                open_rows.append(rows[chunk][~is_done])
+                open_rows.append(rows[chunk][~roots.is_done])
                 if self.only_first:
-                    is_sure = hits.label == Evidence.PROVED
+                    is_sure = is_certain & (hits.label == Evidence.PROVED)
                     is_sure &= hits.low > self.rays.near[hits.ray]
                     self.limit_search(hits.ray[is_sure], hits.t[is_sure])
         rows = np.concatenate(open_rows) if open_rows else np.zeros(0, np.intp)
         return self.halve_open(ray[rows], cell[rows])
+
+    def trim_roots(self, roots: Roots, cell: Ints) -> tuple[Hits, Bools]:
+        """The hits of roots of pairs with cells (N,) that are not outside; which are inside."""
+        if self.trims is None:
+            return roots.hits, np.ones(len(roots.row), bool)
+        own = cell[roots.row]
+        hits, is_certain, is_unclear = self.trims.trim_roots(self.cells, self.rays, roots, own)
+        self.is_unclear[hits.ray[is_unclear]] = True
+        return hits, is_certain

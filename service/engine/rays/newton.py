@@ -65,8 +65,9 @@ class _CellPoints(RayPoints):
     def to_hits(self, low: FloatArray, high: FloatArray, evidence: Evidence) -> Hits:
         """The points as hits with this evidence, and with these ends of their intervals of t."""
         point = self.ray, self.net, self.parameters, self.position
-        labels = np.full(len(low), evidence)
-        return Hits(*point, self.du, self.dv, self.t, self.residual, low, high, labels)
+        labels, side = np.full(len(low), evidence), np.zeros(len(low))
+        ends = self.du, self.dv, self.t, self.residual, low, high
+        return Hits(*point, *ends, labels, side, np.zeros(len(low), bool))
 
 
 def _evaluate_points(
@@ -86,23 +87,39 @@ def _evaluate_points(
     return _CellPoints(*point, cell_parameters, half, cross_d, rounding)
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Roots:
+    """The hits that Newton's method finds for N settled pairs.
+
+    Attributes
+    ----------
+    hits : Hits
+        n hits.
+    row : ndarray of int, shape (n,)
+        The pair of each hit.
+    radius : ndarray of float64, shape (n,)
+        In the parameters (a, b) of the cell, no component of the root is further away than this.
+    is_done : ndarray of bool, shape (N,)
+        Which pairs are decided; the cells of the others must be halved.
+    """
+
+    hits: Hits
+    row: Ints
+    radius: FloatArray
+    is_done: Bools
+
+
 @np.errstate(all="ignore")
-def find_roots(cells: CellTree, rays: Rays, bounds: RootBounds) -> tuple[Hits, Bools]:
+def find_roots(cells: CellTree, rays: Rays, bounds: RootBounds) -> Roots:
     """Find the hits of settled pairs by Newton's method.
 
     A point of the surface counts as a hit if it is as near to the ray as rounding allows; or if it
     is within the thickness and Newton's method cannot come nearer inside the cell. A pair has no
     hit if the bounds of its root (`bounds`), at one of the iterates, prove that the root is
     outside the cell.
-
-    Returns
-    -------
-    hits : Hits
-    is_done : ndarray of bool, shape (N,)
-        Which pairs are decided; the cells of the others must be halved.
     """
     is_done = np.zeros(len(bounds.ray), bool)
-    hits_by_step: list[Hits] = []
+    hits_by_step, rows_by_step, radii = [NO_HITS], [np.zeros(0, np.intp)], [np.zeros(0)]
     rows, bound, cell_parameters = np.arange(len(is_done)), bounds, bounds.start
     for remaining_steps in range(MAX_STEPS, 0, -1):
         points = _evaluate_points(cells, rays, bound.ray, bound.cell, cell_parameters)
@@ -141,7 +158,10 @@ def find_roots(cells: CellTree, rays: Rays, bounds: RootBounds) -> tuple[Hits, B
             half_width = radius * speed + found.rounding
             hits = found.to_hits(found.t - half_width, found.t + half_width, Evidence.NEAR)
             hits.label[is_inside] = Evidence.PROVED
+            hits.side[is_inside] = np.sign(bound.determinant[hit_columns[is_inside]])
             hits_by_step.append(hits)
+            rows_by_step.append(rows[hit_columns])
+            radii.append(radius)
         is_done[rows[is_outside | is_near]] = True
         is_open = ~(is_outside | is_near | is_stuck)
         rows, bound, cell_parameters = (
@@ -151,7 +171,8 @@ def find_roots(cells: CellTree, rays: Rays, bounds: RootBounds) -> tuple[Hits, B
         )
         if not len(rows):
             break
-    return Hits.join(hits_by_step or [NO_HITS]), is_done
+    row, radius = np.concatenate(rows_by_step), np.concatenate(radii)
+    return Roots(Hits.join(hits_by_step), row, radius, is_done)
 
 
 @np.errstate(all="ignore")

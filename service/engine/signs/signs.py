@@ -132,7 +132,9 @@ def compute_winding_numbers(
     is_off_surface = low > 4 * gap
     numbers = np.where(is_in_box | ~is_off_surface, np.nan, 0.0)
     rows = np.flatnonzero(is_in_box & is_off_surface)
-    grid_points, inverse = np.unique(_grid_points(x[rows], low[rows]), axis=0, return_inverse=True)
+    grid_points, inverse = np.unique(
+        find_grid_points(x[rows], low[rows]), axis=0, return_inverse=True
+    )
     is_in_box = ((grid_points >= lowest) & (grid_points <= highest)).all(axis=1)
     distinct_numbers = np.where(is_in_box, np.nan, 0.0)
     inner = np.flatnonzero(is_in_box)
@@ -158,7 +160,7 @@ def compute_winding_numbers(
     return numbers
 
 
-def _grid_points(x: FloatArray, low: FloatArray) -> FloatArray:
+def find_grid_points(x: FloatArray, low: FloatArray) -> FloatArray:
     """For each point a grid point whose distance from it is at most half of `low`."""
     # The step, a power of 2, is at most 0.57 `low`. Half the diagonal of a cube of the grid is
     # √3 / 2 times the step, which is less than half of `low`.
