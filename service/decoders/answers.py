@@ -11,6 +11,7 @@ from types import MappingProxyType
 from typing import Any
 
 from service.decoders.cad.content import Reading, SkippedFace
+from service.decoders.columns import unpack_brep
 from service.decoders.format import Decoded
 from service.errors import InvalidRequest, Issue, MalformedBody, SurfaceError, TooLarge
 
@@ -39,6 +40,9 @@ def parse_decoded(answer: Mapping[str, Any]) -> Decoded:
                 _check_surface(item["surface"])
             elif "type" in item:
                 _check_surface(item)
+    tree = unpack_brep(tree)
+    if "definitions" in tree:
+        tree["definitions"] = list(map(unpack_brep, tree["definitions"]))
     for name, value in _object(reading).items():
         if not _CHECKS[name](value):
             raise ValueError("a report of another form")

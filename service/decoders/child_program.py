@@ -9,7 +9,8 @@ from its standard input. The answer goes to its standard output:
 
 The member `answer` of the last frame has `tree` and `reading`; or `error`, the class of an error,
 and its `issues`; or `fault`, the end of a traceback, if the reader has failed. The frames before it
-have the definitions of a group, one each: so the service never parses a long text at once.
+have the definitions of a group, one each: so the service never parses a long text at once. Of CAD
+files, the edges and faces of each brep are columns (`service.decoders.columns`).
 """
 
 import codecs
@@ -28,6 +29,7 @@ import numpy.ma
 
 from service.decoders import confinement
 from service.decoders.cad_files import READERS, import_reader
+from service.decoders.columns import pack_brep
 from service.decoders.format import FileLimits
 from service.decoders.registry import BY_NAME
 from service.errors import SurfaceError
@@ -128,10 +130,10 @@ def _answer(task: dict[str, Any], content: bytes, is_confined: bool) -> Iterator
     try:
         decoder, limits = BY_NAME[task["decoder"]], FileLimits(*task["limits"])
         decoded = decoder.decode(content, task["kind"], limits)
-        tree = dict(decoded.tree)
+        tree, pack = dict(decoded.tree), pack_brep if decoder.is_cad else dict
         for definition in tree.pop("definitions", ()):
-            yield _frame(definition, is_confined)
-        yield _frame({"tree": tree, "reading": decoded.reading}, is_confined)
+            yield _frame(pack(definition), is_confined)
+        yield _frame({"tree": pack(tree), "reading": decoded.reading}, is_confined)
     except SurfaceError as error:
         issues = [list(astuple(issue)) for issue in error.issues]
         yield _frame({"error": type(error).__name__, "issues": issues}, is_confined)

@@ -26,6 +26,12 @@ class ReadInBatches:
         The model of one item, which words the errors.
     noun : str
         Plural noun for the items.
+    columns : type
+        The class of the columns, which a document that is no JSON may have in place of the list.
+    check : callable
+        Checks such columns and returns them in their normal form, or raises `Unreadable`.
+    write : callable
+        The list of such columns.
     min_count : int
         The least number of items.
     """
@@ -33,6 +39,9 @@ class ReadInBatches:
     read: Callable[[Sequence[Any], DocumentLimits], Any]
     model: type[StrictModel]
     noun: str
+    columns: type
+    check: Callable[[Any, DocumentLimits], Any]
+    write: Callable[[Any], list[Any]]
     min_count: int = 0
 
     def __get_pydantic_core_schema__(
@@ -41,17 +50,19 @@ class ReadInBatches:
         """The validator of the field; the JSON Schema is that of the list of models."""
         adapter: TypeAdapter[StrictModel] = TypeAdapter(self.model)
 
-        def validate(value: object, _: Any, info: ValidationInfo) -> Any:
-            if not isinstance(value, list):
+        def validate(value: Any, _: Any, info: ValidationInfo) -> Any:
+            is_list = isinstance(value, list)
+            if not is_list and not isinstance(value, self.columns):
                 raise to_invalid(wrong_type(value, f"a list of {self.noun}"))
             if len(value) < self.min_count:
                 got = f"a list of {count_nouns(len(value), self.noun)}"
                 raise to_invalid(length_issue(got, f"at least {self.min_count}"))
             limits = limits_of(info)
             try:
-                return self.read(value, limits)
+                return self.read(value, limits) if is_list else self.check(value, limits)
             except Unreadable:
-                raise self._word_errors(value, adapter, limits) from None
+                items = value if is_list else self.write(value)
+                raise self._word_errors(items, adapter, limits) from None
 
         return core_schema.with_info_wrap_validator_function(validate, handler(source))
 

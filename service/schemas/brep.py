@@ -19,8 +19,14 @@ from service.bases.arrays import FloatArray
 from service.errors import Issue, count_nouns
 from service.schemas.arrays import NumberGrid
 from service.schemas.batch_field import ReadInBatches
-from service.schemas.brep_batches import EdgeColumns, FaceColumns, read_edges, read_faces
+from service.schemas.brep_batches import (
+    check_edges,
+    check_face_columns,
+    read_edges,
+    read_faces,
+)
 from service.schemas.brep_parts import EdgeDefinition, FaceDefinition, ShellDefinition
+from service.schemas.brep_writing import list_edges, list_faces
 from service.schemas.document import DocumentLimits
 from service.schemas.fields import (
     MetresPerUnit,
@@ -32,6 +38,7 @@ from service.schemas.fields import (
 )
 from service.schemas.validation import limits_of, to_invalid
 from service.surface.brep import BrepSurface, InvalidFaces
+from service.surface.brep_lists import EdgeColumns, FaceColumns
 
 _VERTICES = NumberGrid(("vertices", "coordinates"), width=3, point_levels=1)
 _UNCERTAINTIES = NumberGrid(("numbers",), point_levels=1)
@@ -44,9 +51,19 @@ def _accept_empty(value: object, handler: ValidatorFunctionWrapHandler) -> Any:
 
 def _read_some_faces(items: Sequence[Any], limits: DocumentLimits) -> FaceColumns:
     """Read faces, unless they are too many."""
-    if len(items) > limits.max_faces:
-        raise to_invalid(_too_many_faces(len(items), limits))
+    _limit_faces(len(items), limits)
     return read_faces(items, limits)
+
+
+def _check_some_faces(faces: FaceColumns, limits: DocumentLimits) -> FaceColumns:
+    """Check the columns of faces, unless they are too many."""
+    _limit_faces(len(faces), limits)
+    return check_face_columns(faces, limits)
+
+
+def _limit_faces(count: int, limits: DocumentLimits) -> None:
+    if count > limits.max_faces:
+        raise to_invalid(_too_many_faces(count, limits))
 
 
 def check_faces(definitions: Iterable[BaseModel], where: str, info: ValidationInfo) -> None:
@@ -70,12 +87,20 @@ def _too_many_faces(count: int, limits: DocumentLimits) -> Issue:
 Edges: TypeAlias = Annotated[
     tuple[EdgeDefinition, ...],
     Field(strict=False),
-    ReadInBatches(read_edges, EdgeDefinition, "edges"),
+    ReadInBatches(read_edges, EdgeDefinition, "edges", EdgeColumns, check_edges, list_edges),
 ]
 Faces: TypeAlias = Annotated[
     tuple[FaceDefinition, ...],
     Field(strict=False, min_length=1),
-    ReadInBatches(_read_some_faces, FaceDefinition, "faces", min_count=1),
+    ReadInBatches(
+        _read_some_faces,
+        FaceDefinition,
+        "faces",
+        FaceColumns,
+        _check_some_faces,
+        list_faces,
+        min_count=1,
+    ),
 ]
 
 
@@ -163,7 +188,7 @@ class BrepDefinition(StrictModel):
     @property
     def face_count(self) -> int:
         """Number of faces."""
-        return len(self._faces.names)
+        return len(self._faces)
 
     @property
     def point_count(self) -> int:
@@ -175,7 +200,7 @@ class BrepDefinition(StrictModel):
     @property
     def _edges(self) -> EdgeColumns:
         """The edges, which `ReadInBatches` has read to columns."""
-        return cast(EdgeColumns, self.edges) if self.edges else NO_EDGES
+        return cast(EdgeColumns, self.edges) if len(self.edges) else NO_EDGES
 
     @property
     def _faces(self) -> FaceColumns:

@@ -1,7 +1,7 @@
-"""Reads the edges and the faces of a brep to columns, in batches."""
+"""Reads the edges and the faces of a brep to columns, in batches, and checks such columns."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from itertools import chain
 from typing import Any
 
@@ -21,43 +21,18 @@ from service.schemas.batches import (
 )
 from service.schemas.document import DocumentLimits
 from service.schemas.spline_batches import read_curves, read_surfaces
+from service.surface.brep_lists import (
+    EdgeColumns,
+    FaceColumns,
+    number_colors,
+    number_given,
+)
 from service.surface.spline_checks import check_curves, check_surfaces
 from service.surface.spline_tables import CurveTable, SurfaceTable
 
 _EDGE_KEYS = frozenset({"vertices", "curve", "uncertainty", "degenerate"})
 _FACE_KEYS = frozenset({"name", "color", "reversed", "surface", "loops"})
 _LOOP_KEYS = frozenset({"edges", "reversed", "pcurves"})
-
-
-@dataclass(frozen=True, eq=False)
-class EdgeColumns:
-    """The edges of a brep, as columns of `BrepSurface`.
-
-    `uncertainties` is NaN where an edge has none of its own.
-    """
-
-    vertices: Ints
-    curve_numbers: Ints
-    uncertainties: FloatArray
-    is_degenerate: Bools
-    curves: CurveTable
-
-
-@dataclass(frozen=True, eq=False)
-class FaceColumns:
-    """The faces of a brep with their loops, as columns of `BrepSurface`."""
-
-    names: tuple[str, ...]
-    palette: FloatArray
-    colors: Ints
-    is_reversed: Bools
-    surfaces: SurfaceTable
-    loop_faces: Ints
-    loop_counts: Ints
-    coedge_edges: Ints
-    coedge_reversed: Bools
-    coedge_pcurves: Ints
-    pcurves: CurveTable
 
 
 def read_edges(items: Objects, limits: DocumentLimits) -> EdgeColumns:
@@ -72,18 +47,23 @@ def read_edges(items: Objects, limits: DocumentLimits) -> EdgeColumns:
     ends = np.repeat(
         read_indices(list(chain.from_iterable(vertices))), np.repeat(3 - lengths, lengths)
     ).reshape(-1, 2)
-    require((ends[is_degenerate, 0] == ends[is_degenerate, 1]).all())
     has_curve = np.array(["curve" in item for item in items], bool)
-    require(not (has_curve & is_degenerate).any())
     curves = read_curves([item["curve"] for item in items if "curve" in item], 3, limits)
-    curves, invalid = check_curves(curves)
-    require(not len(invalid))
     uncertainties = np.full(count, np.nan)
     if "uncertainty" in used:
         is_given = ["uncertainty" in item for item in items]
         given = [item["uncertainty"] for item in items if "uncertainty" in item]
         uncertainties[is_given] = read_distances(given)
-    return EdgeColumns(ends, _number(has_curve), uncertainties, is_degenerate, curves)
+    numbers = number_given(has_curve)
+    return check_edges(EdgeColumns(ends, numbers, uncertainties, is_degenerate, curves), limits)
+
+
+def check_edges(edges: EdgeColumns, limits: DocumentLimits) -> EdgeColumns:
+    """The columns of edges, with normal curves; raises `Unreadable` if any of them is wrong."""
+    vertices, is_degenerate = edges.vertices, edges.is_degenerate
+    require((vertices[is_degenerate, 0] == vertices[is_degenerate, 1]).all())
+    require((edges.curve_numbers[is_degenerate] < 0).all())
+    return replace(edges, curves=_check_curves(edges.curves, limits))
 
 
 def read_faces(items: Objects, limits: DocumentLimits) -> FaceColumns:
@@ -96,15 +76,43 @@ def read_faces(items: Objects, limits: DocumentLimits) -> FaceColumns:
         for number, name in zip(named, given, strict=True):
             names[number] = name
     palette, colors = _read_colors(items)
-    surfaces, invalid = check_surfaces(read_surfaces(take(items, "surface"), limits))
-    require(not len(invalid))
+    surfaces = read_surfaces(take(items, "surface"), limits)
     lists = [item.get("loops", ()) for item in items]
     require(set(map(type, lists)) <= {list, tuple})
     loop_counts = np.fromiter(map(len, lists), np.intp, len(lists))
     is_reversed = _read_flags(items, "reversed", used)
     loop_faces = np.repeat(np.arange(len(items)), loop_counts)
     loops = _read_loops(list(chain.from_iterable(lists)), limits)
-    return FaceColumns(tuple(names), palette, colors, is_reversed, surfaces, loop_faces, *loops)
+    faces = FaceColumns(tuple(names), palette, colors, is_reversed, surfaces, loop_faces, *loops)
+    return check_faces(faces, limits)
+
+
+def check_faces(faces: FaceColumns, limits: DocumentLimits) -> FaceColumns:
+    """The columns of faces, with normal splines; raises `Unreadable` if any of them is wrong."""
+    require(((faces.palette >= 0) & (faces.palette <= 1)).all())
+    _check_splines(faces.surfaces, limits)
+    surfaces, invalid = check_surfaces(faces.surfaces)
+    require(not len(invalid))
+    return replace(faces, surfaces=surfaces, pcurves=_check_curves(faces.pcurves, limits))
+
+
+def check_face_columns(faces: FaceColumns, limits: DocumentLimits) -> FaceColumns:
+    """`check_faces` of columns whose names have not been read either."""
+    read_names([name for name in faces.names if name])
+    return check_faces(faces, limits)
+
+
+def _check_curves(curves: CurveTable, limits: DocumentLimits) -> CurveTable:
+    """The curves in their normal form."""
+    _check_splines(curves, limits)
+    curves, invalid = check_curves(curves)
+    require(not len(invalid))
+    return curves
+
+
+def _check_splines(table: CurveTable | SurfaceTable, limits: DocumentLimits) -> None:
+    """Check what `service.surface.spline_checks` takes for granted."""
+    require((table.degrees <= limits.max_degree).all() and np.isfinite(table.knots).all())
 
 
 def _read_loops(
@@ -129,10 +137,8 @@ def _read_loops(
     has_pcurve = np.array([curve is not None for curve in curves], bool)
     require((has_pcurve | has_edge).all())
     table = read_curves([curve for curve in curves if curve is not None], 2, limits)
-    table, invalid = check_curves(table)
-    require(not len(invalid))
     numbers = np.array(counts, np.intp), coedge_edges, np.array(flags, bool)
-    return *numbers, _number(has_pcurve), table
+    return *numbers, number_given(has_pcurve), table
 
 
 def _take_lists(loops: Objects, key: str, used: frozenset[str]) -> list[list[Any] | None]:
@@ -154,12 +160,6 @@ def _join(lists: Sequence[list[Any] | None], counts: Sequence[int], default: obj
     )
 
 
-def _number(is_given: Bools) -> Ints:
-    """0, 1, 2, … where `is_given`, −1 elsewhere."""
-    numbers: Ints = np.where(is_given, np.cumsum(is_given) - 1, -1)
-    return numbers
-
-
 def _read_flags(items: Objects, key: str, used: frozenset[str]) -> Bools:
     """A field that is true or false, and false where it is left out."""
     if key not in used:
@@ -175,11 +175,8 @@ def _read_colors(items: Objects) -> tuple[FloatArray, Ints]:
     colors = [items[number]["color"] for number in colored]
     require_type(colors, list)
     require(set(map(len, colors)) <= {3, 4})
-    numbers = read_numbers(list(chain.from_iterable(colors)))
-    require(((numbers >= 0) & (numbers <= 1)).all())
-    rows = [(*color, 1.0) if len(color) == 3 else tuple(color) for color in colors]
-    number_of: dict[tuple[float, ...], int] = {}
+    rows = [color if len(color) == 4 else [*color, 1.0] for color in colors]
+    palette, numbers = number_colors(read_numbers(list(chain.from_iterable(rows))).reshape(-1, 4))
     face_colors = np.full(len(items), -1)
-    face_colors[colored] = [number_of.setdefault(row, len(number_of)) for row in rows]
-    # −0 becomes 0, so that equal colours have equal bytes.
-    return np.array([*number_of], np.float64).reshape(-1, 4) + 0.0, face_colors
+    face_colors[colored] = numbers
+    return palette, face_colors

@@ -5,12 +5,14 @@ other knots are numbers, and knots that differ by rounding alone are equal.
 """
 
 from collections.abc import Iterator
+from math import isnan
 from typing import Any
 
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.surface.brep import BrepSurface
+from service.surface.brep_lists import EdgeColumns, FaceColumns
 from service.surface.spline_tables import CurveTable, SurfaceTable, find_starts
 
 Object = dict[str, Any]
@@ -19,19 +21,33 @@ Object = dict[str, Any]
 def write_edges(brep: BrepSurface) -> list[Object]:
     """The edges; an uncertainty that equals that of the brep is left out."""
     assert brep.edge_uncertainties is not None  # the brep has filled them
-    curves = list(_write_curves(brep.curves))
+    is_own = brep.edge_uncertainties != brep.uncertainty
+    return list_edges(
+        EdgeColumns(
+            brep.edge_vertices,
+            brep.edge_curves,
+            np.where(is_own, brep.edge_uncertainties, np.nan),
+            brep.is_degenerate,
+            brep.curves,
+        )
+    )
+
+
+def list_edges(columns: EdgeColumns) -> list[Object]:
+    """The edges of columns."""
+    curves = list(_write_curves(columns.curves))
     edges: list[Object] = []
     for vertices, curve, uncertainty, is_degenerate in zip(
-        brep.edge_vertices.tolist(),
-        brep.edge_curves.tolist(),
-        brep.edge_uncertainties.tolist(),
-        brep.is_degenerate.tolist(),
+        columns.vertices.tolist(),
+        columns.curve_numbers.tolist(),
+        columns.uncertainties.tolist(),
+        columns.is_degenerate.tolist(),
         strict=True,
     ):
         edge: Object = {"vertices": vertices[:1] if is_degenerate else vertices}
         if curve >= 0:
             edge["curve"] = curves[curve]
-        if uncertainty != brep.uncertainty:
+        if not isnan(uncertainty):
             edge["uncertainty"] = uncertainty
         if is_degenerate:
             edge["degenerate"] = True
@@ -41,13 +57,32 @@ def write_edges(brep: BrepSurface) -> list[Object]:
 
 def write_faces(brep: BrepSurface) -> list[Object]:
     """The faces with their loops."""
-    palette = [color[:3] if color[3] == 1 else color for color in brep.palette.tolist()]
+    return list_faces(
+        FaceColumns(
+            brep.face_names,
+            brep.palette,
+            brep.face_colors,
+            brep.is_reversed,
+            brep.surfaces,
+            brep.loop_faces,
+            brep.loop_counts,
+            brep.coedge_edges,
+            brep.coedge_reversed,
+            brep.coedge_pcurves,
+            brep.pcurves,
+        )
+    )
+
+
+def list_faces(columns: FaceColumns) -> list[Object]:
+    """The faces of columns, with their loops."""
+    palette = [color[:3] if color[3] == 1 else color for color in columns.palette.tolist()]
     faces: list[Object] = []
     for name, color, is_reversed, surface in zip(
-        brep.face_names,
-        brep.face_colors.tolist(),
-        brep.is_reversed.tolist(),
-        _write_surfaces(brep.surfaces),
+        columns.names,
+        columns.colors.tolist(),
+        columns.is_reversed.tolist(),
+        _write_surfaces(columns.surfaces),
         strict=True,
     ):
         face: Object = {"name": name} if name else {}
@@ -56,7 +91,7 @@ def write_faces(brep: BrepSurface) -> list[Object]:
         if is_reversed:
             face["reversed"] = True
         faces.append(face | {"surface": surface})
-    for number, loop in zip(brep.loop_faces.tolist(), _write_loops(brep), strict=True):
+    for number, loop in zip(columns.loop_faces.tolist(), _write_loops(columns), strict=True):
         faces[number].setdefault("loops", []).append(loop)
     return faces
 
@@ -89,11 +124,11 @@ WRITERS = {
 """For each field of a brep in documents that is no attribute of `BrepSurface`, what writes it."""
 
 
-def _write_loops(brep: BrepSurface) -> Iterator[Object]:
+def _write_loops(faces: FaceColumns) -> Iterator[Object]:
     """The loops of all faces; lists that say nothing are left out."""
-    starts = find_starts(brep.loop_counts)
-    edges, flags = brep.coedge_edges.tolist(), brep.coedge_reversed.tolist()
-    numbers, curves = brep.coedge_pcurves.tolist(), list(_write_curves(brep.pcurves))
+    starts = find_starts(faces.loop_counts)
+    edges, flags = faces.coedge_edges.tolist(), faces.coedge_reversed.tolist()
+    numbers, curves = faces.coedge_pcurves.tolist(), list(_write_curves(faces.pcurves))
     for first, last in zip(starts[:-1].tolist(), starts[1:].tolist(), strict=True):
         loop: Object = {}
         if edges[first] >= 0:
