@@ -4305,7 +4305,10 @@ export interface components {
             ][];
             /**
              * Normals
-             * @description Unit normals along du × dv; where du × dv vanishes, their limits from inside the surface.
+             * @description Unit normals along du × dv; where du × dv vanishes, their limits from inside the surface. If
+             *     du and dv are parallel at a corner of a patch, or inside a patch, there may be another limit
+             *     along u than along v: then the limit along the diagonal is given, which stays the same if u and
+             *     v are exchanged.
              */
             normals?: [
                 number,

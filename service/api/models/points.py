@@ -30,7 +30,10 @@ class Points(ResponseModel):
     dv: list[VectorOrNull] | Missing = None
     """First partials along v."""
     normals: list[Vector] | Missing = None
-    """Unit normals along du × dv; where du × dv vanishes, their limits from inside the surface."""
+    """Unit normals along du × dv; where du × dv vanishes, their limits from inside the surface. If
+    du and dv are parallel at a corner of a patch, or inside a patch, there may be another limit
+    along u than along v: then the limit along the diagonal is given, which stays the same if u and
+    v are exchanged."""
     degenerate: list[bool] | Missing = None
     """Whether du × dv vanishes, as at a pole: normals and curvatures there are limits, along the
     line in the domain that leads straight inwards."""

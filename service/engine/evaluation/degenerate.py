@@ -22,6 +22,9 @@ NEGLIGIBLE = 2.0**-36
 """Coefficients of N below this share of the longest coefficient of their patch count as zero: they
 come from rounding."""
 
+SAME_DIRECTION = 2.0**-30
+"""Unit vectors whose difference is at most this long count as one limit."""
+
 Direction: TypeAlias = Literal["v", "u", "diagonal"]
 
 
@@ -32,9 +35,13 @@ def limit_normals(
 
     The limit is the direction of the first coefficient of N that does not vanish on a line from the
     sample into the patch. The first line leads straight away from the side on which the sample
-    lies. If all coefficients vanish on it, the next line leads along that side, and at a corner the
-    last line leads diagonally. If all coefficients vanish on all lines, the result is the mean
-    normal of the patch.
+    lies. If all coefficients vanish on it, the next line leads along that side, and at a corner or
+    inside the patch the last line leads diagonally. If all coefficients vanish on all lines, the
+    result is the mean normal of the patch.
+
+    At a corner and inside a patch, the lines along u and along v may have different limits, as
+    where S_u and S_v are parallel: the normal has no limit then. The result is that on the diagonal
+    line, which stays the same if u and v are exchanged.
 
     Parameters
     ----------
@@ -65,6 +72,17 @@ def limit_normals(
                     coefficients, patch_numbers[unresolved], u[unresolved], v[unresolved], direction
                 )
                 normals[unresolved] = _find_leading(lines, min_length[unresolved])
+    both = np.flatnonzero(_has_two_ways(u, v) & np.isfinite(normals[:, 0]))
+    if len(both):
+        samples = patch_numbers[both], u[both], v[both]
+        along_u = _find_leading(trace_inwards(coefficients, *samples, "u"), min_length[both])
+        differs = np.flatnonzero(length(along_u - normals[both], -1) > SAME_DIRECTION)
+        if len(differs):
+            rows, along_u = both[differs], along_u[differs]
+            samples = patch_numbers[rows], u[rows], v[rows]
+            diagonal = trace_inwards(coefficients, *samples, "diagonal")
+            limits = _find_leading(diagonal, min_length[rows])
+            normals[rows] = np.where(np.isnan(limits), _mean(normals[rows], along_u), limits)
     remaining = np.flatnonzero(np.isnan(normals[:, 0]))
     if len(remaining):
         normals[remaining] = _find_mean_normals(nets, coefficients, patch_numbers[remaining])
@@ -78,15 +96,22 @@ def choose_directions(
 
     The first line leads inwards from the side on which the sample lies; at a corner, or inside the
     patch, it leads in direction v. If this line is a collapsed side, N vanishes along it, and the
-    next line is tried. The last group are the corners: N may vanish along both sides.
+    next line is tried. For the last group, corners and places inside, N may vanish along both.
     """
     is_on_u_side = (u == 0) | (u == 1)
     is_within_u_side = is_on_u_side & (v > 0) & (v < 1)
     return (
         (~is_within_u_side, ("v", "u")),
         (is_within_u_side, ("u", "v")),
-        (is_on_u_side & ((v == 0) | (v == 1)), ("diagonal",)),
+        (_has_two_ways(u, v), ("diagonal",)),
     )
+
+
+def _has_two_ways(u: FloatArray, v: FloatArray) -> Bools:
+    """Which samples (m,) are at corners or inside: there neither u nor v leads straight inwards."""
+    is_on_u_side, is_on_v_side = ((t == 0) | (t == 1) for t in (u, v))
+    two_ways: Bools = is_on_u_side == is_on_v_side
+    return two_ways
 
 
 def _restrict_to_longer_part(coefficients: FloatArray, t: FloatArray, axis: int) -> FloatArray:
@@ -154,6 +179,16 @@ def _find_leading(lines: FloatArray, min_length: FloatArray) -> FloatArray:
     has_vector = is_long[rows, first]
     leading = np.where(has_vector, lengths[rows, first], 1.0)
     return np.where(has_vector[:, None], lines[rows, :, first] / leading[:, None], np.nan)
+
+
+def _mean(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Unit vectors half way between two, (m, 3); the first if they are opposite."""
+    total = first + second
+    lengths = length(total, -1)
+    is_opposite = lengths <= SAME_DIRECTION
+    total[is_opposite], lengths[is_opposite] = first[is_opposite], 1.0
+    mean: FloatArray = total / lengths[:, None]
+    return mean
 
 
 def _find_mean_normals(

@@ -13,21 +13,15 @@ References
 do Carmo, Differential Geometry of Curves and Surfaces, section 3.3.
 """
 
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.evaluation.degenerate import Direction, choose_directions, trace_inwards
-from service.engine.evaluation.nets import PARTIALS, DerivativeNets
-from service.engine.points.series import Series, cross_series, dot_series, expand
+from service.engine.evaluation.degenerate import Direction, choose_directions
+from service.engine.evaluation.nets import DerivativeNets
+from service.engine.points.curvature_series import MAX_ORDERS, InwardLines, compute_curvatures
 from service.engine.vectors import cross, dot, length
-
-MAX_ORDERS = (1, 4)
-"""The orders of the zero of S_u × S_v up to which limits are computed: first up to order 1, which
-usual poles have, then up to order 4. Since K is a quotient by |S_u × S_v|⁴, a zero of order k takes
-4 k + 1 terms."""
 
 MAX_DISTANCE = 2.0**-8
 """Up to this distance from a pole, divided by the degree, the power series is used; the distance is
@@ -38,9 +32,10 @@ NEAR_TERMS = 10
 terms of the numerator of K vanish. The other 6 remain; so the error of truncation is of the order
 of MAX_DISTANCE⁶."""
 
-MAX_ERROR = 2.0**-20
-"""The largest error of a limit that is reported: relative, or in units of the net if the limit is
-below 1."""
+EQUAL_LIMITS = 2.0**-18
+"""The largest difference of limits along two lines that count as one: relative, or in units of the
+net if the limits are below 1. It is twice the difference that two errors of `MAX_ERROR`
+(`curvature_series`) make."""
 
 
 def find_regular_curvatures(partials: FloatArray, normals: FloatArray) -> FloatArray:
@@ -118,12 +113,12 @@ def _find_curvatures_near(
         if len(rows):
             at_side = np.full(len(rows), float(side % 2))
             lines = (
-                _InwardLines(nets, patch_numbers[rows], at_side, v[rows], "u")
+                InwardLines(nets, patch_numbers[rows], at_side, v[rows], "u")
                 if side < 2
-                else _InwardLines(nets, patch_numbers[rows], u[rows], at_side, "v")
+                else InwardLines(nets, patch_numbers[rows], u[rows], at_side, "v")
             )
             series = lines.series(NEAR_TERMS)
-            result[:, rows] = _compute_curvatures(series, normals[rows], distances[rows, side])
+            result[:, rows], _ = compute_curvatures(series, normals[rows], distances[rows, side])
     return result
 
 
@@ -133,7 +128,9 @@ def _find_limits(
     """Limits of K, H, k_1, k_2 where S_u × S_v vanishes, in the scale of the nets: (4, m).
 
     They are limits along the first line into the patch on which S_u × S_v does not vanish
-    everywhere; `service.engine.evaluation.degenerate` defines the order of the lines.
+    everywhere; `service.engine.evaluation.degenerate` defines the order of the lines. A limit that
+    differs along another line is NaN. On a side that is one point, without its ends, one
+    line is enough: powers of the distance from the side cancel, and the rest is continuous.
     """
     u, v = uv
     result = np.full((4, len(patch_numbers)), np.nan)
@@ -141,112 +138,58 @@ def _find_limits(
     for group, directions in choose_directions(u, v):
         for direction in directions:
             rows = np.flatnonzero(group & is_unresolved)
-            if not len(rows):
-                continue
-            order = _InwardLines(nets, patch_numbers[rows], u[rows], v[rows], direction).order()
-            is_unresolved[rows[order <= MAX_ORDERS[-1]]] = False
-            for lower_order, upper_order in pairwise((-1, *MAX_ORDERS)):
-                block = rows[(order > lower_order) & (order <= upper_order)]
-                if len(block):
-                    lines = _InwardLines(nets, patch_numbers[block], u[block], v[block], direction)
-                    result[:, block] = _compute_curvatures(
-                        lines.series(4 * upper_order + 1), normals[block]
-                    )
+            if len(rows):
+                limits, _, has_order = _find_limits_along(
+                    InwardLines(nets, patch_numbers[rows], u[rows], v[rows], direction),
+                    normals[rows],
+                )
+                is_unresolved[rows[has_order]] = False
+                result[:, rows[has_order]] = limits[:, has_order]
+    rows = np.flatnonzero(~is_unresolved & ~_is_inside_pole(nets, patch_numbers, u, v))
+    rows = rows[np.isfinite(result[:2, rows]).any(axis=0)]
+    directions_of_all: tuple[Direction, ...] = ("v", "u", "diagonal")
+    for direction in directions_of_all if len(rows) else ():
+        lines = InwardLines(nets, patch_numbers[rows], u[rows], v[rows], direction)
+        limits, is_infinite, _ = _find_limits_along(lines, normals[rows])
+        result[:, rows] = _keep_equal_limits(result[:, rows], limits, is_infinite)
     return result
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class _InwardLines:
-    """m lines into patches: line k begins at (u[k], v[k]) of net `patch_numbers[k]`.
+def _find_limits_along(lines: InwardLines, normals: FloatArray) -> tuple[FloatArray, Bools, Bools]:
+    """Limits of K, H, k_1, k_2 at the beginnings of lines, (4, m); NaN if not finite or uncertain.
 
-    All lines have one direction: along u, along v, or diagonal.
+    The second result (2, m) says where those of K and H are certainly infinite, the third (m,)
+    whether S_u × S_v has a zero of at most the highest of `MAX_ORDERS`; otherwise nothing is known.
     """
-
-    nets: DerivativeNets
-    patch_numbers: Ints
-    u: FloatArray
-    v: FloatArray
-    direction: Direction
-
-    def order(self) -> FloatArray:
-        """The order of the zero of S_u × S_v at the beginning of each line, (m,).
-
-        It is larger than the highest of `MAX_ORDERS` if all terms up to that order vanish.
-        """
-        su, sv = self.series(MAX_ORDERS[-1] + 1, has_second=False)
-        order: FloatArray = cross_series(su, sv).first().min(axis=1)
-        return order
-
-    def series(self, count: int, *, has_second: bool = True) -> list[Series]:
-        """S_u, S_v and, if `has_second`, S_uu, S_uv, S_vv along the lines: (m, 3, count)."""
-        partials = [self._partial(i, j, count) for i, j in PARTIALS[: 6 if has_second else 3]]
-        if not self.nets.is_rational:
-            return partials[1:]
-        x, w = [f.axes(slice(0, 3)) for f in partials], [f.axes(slice(3, 4)) for f in partials]
-        s = x[0] / w[0]
-        su = (x[1] - w[1] * s) / w[0]
-        sv = (x[2] - w[2] * s) / w[0]
-        if not has_second:
-            return [su, sv]
-        suu = (x[3] - w[3] * s - (w[1] * su).times(2)) / w[0]
-        suv = (x[4] - w[4] * s - w[1] * sv - w[2] * su) / w[0]
-        svv = (x[5] - w[5] * s - (w[2] * sv).times(2)) / w[0]
-        return [su, sv, suu, suv, svv]
-
-    def _partial(self, i: int, j: int, count: int) -> Series:
-        """The partial ∂^{i+j}/∂u^i ∂v^j along the lines, as series of vectors, (m, d, count)."""
-        net = self.nets.partial_net(i, j)
-        if net is None:
-            zero = np.zeros((len(self.patch_numbers), self.nets.point.shape[1], count))
-            return Series(zero, zero)
-        return expand(trace_inwards(net, self.patch_numbers, self.u, self.v, self.direction), count)
+    count = len(lines.patch_numbers)
+    limits, is_infinite = np.full((4, count), np.nan), np.zeros((2, count), dtype=bool)
+    order = lines.order()
+    for lower_order, upper_order in pairwise((-1, *MAX_ORDERS)):
+        rows = np.flatnonzero((order > lower_order) & (order <= upper_order))
+        if len(rows):
+            chosen, count = lines.take(rows), 4 * upper_order + 1
+            limits[:, rows], is_infinite[:, rows] = compute_curvatures(
+                chosen.series(count), normals[rows], noisy=chosen.series(count, is_noisy=True)
+            )
+    return limits, is_infinite, np.asarray(order <= MAX_ORDERS[-1])
 
 
-def _compute_curvatures(
-    series: list[Series], normals: FloatArray, distance: FloatArray | float = 0.0
-) -> FloatArray:
-    """Curvatures K, H, k_1, k_2 at a distance s from poles, (4, m), from series of partials.
+def _is_inside_pole(
+    nets: DerivativeNets, patch_numbers: Ints, u: FloatArray, v: FloatArray
+) -> Bools:
+    """Which places (m,) are on a side that is one point, but not at its ends."""
+    on_side = np.stack([u == 0, u == 1, v == 0, v == 1], axis=1)
+    is_pole = (on_side & nets.collapsed[patch_numbers]).any(axis=1)
+    is_inside: Bools = is_pole & (on_side.sum(axis=1) == 1)
+    return is_inside
 
-    Let N = S_u × S_v = c s^k + …, let L, M, P = S_uu · N, S_uv · N, S_vv · N be the second form,
-    and E, F, G the first form. Then
 
-        K = (L P − M²)/|N|⁴,  H = (L G − 2 M F + P E)/(2 |N|³)
+def _keep_equal_limits(limits: FloatArray, others: FloatArray, is_infinite: Bools) -> FloatArray:
+    """The limits (4, m) along a line; NaN where those along another line are certainly others.
 
-    The denominators begin with the orders 4 k and 3 k, so a limit is finite only if all lower terms
-    of its numerator vanish.
+    `is_infinite` (2, m) says where the other limits of K and H are infinite.
     """
-    su, sv, suu, suv, svv = series
-    n = cross_series(su, sv)
-    order = n.first().min(axis=1)
-    ell, em, pe = (dot_series(partial, n) for partial in (suu, suv, svv))
-    # |N|² / s^(2k): `_divide` divides by the powers of s.
-    squared_normal, _ = dot_series(n, n).tail(2 * order, distance)
-    gauss, gauss_error = _divide(ell * pe - em * em, 4 * order, squared_normal**2, distance)
-    mean, mean_error = _divide(
-        ell * dot_series(sv, sv) - (em * dot_series(su, sv)).times(2) + pe * dot_series(su, su),
-        3 * order,
-        2 * squared_normal**1.5,
-        distance,
-    )
-    # The given normal may be the limit along another line, and have the opposite sign.
-    direction, _ = n.tail(np.repeat(order[:, np.newaxis], 3, axis=1), 0.0)
-    mean = np.where(dot(direction, normals, -1) < 0, -mean, mean)
-    # The square of half the difference of k_1 and k_2.
-    square = mean**2 - gauss
-    uncertainty = 2 * np.abs(mean) * mean_error + gauss_error
-    spread = np.sqrt(np.where(square <= uncertainty, 0.0, square))
-    return np.stack([gauss, mean, mean + spread, mean - spread])
-
-
-def _divide(
-    numerator: Series, order: FloatArray, denominator: FloatArray, distance: FloatArray | float
-) -> tuple[FloatArray, FloatArray]:
-    """The quotient numerator / (denominator s^order), and a bound of its error.
-
-    The quotient is NaN if its limit is infinite or uncertain.
-    """
-    term, error = numerator.tail(order, distance)
-    value, error = term / denominator, error / denominator
-    is_infinite = numerator.first() < order
-    is_uncertain = ~(error <= MAX_ERROR * np.maximum(np.abs(value), 1.0))
-    return np.where(is_infinite | is_uncertain, np.nan, value), error
+    gap = np.abs(limits[:2] - others[:2])
+    size = np.maximum(np.maximum(np.abs(limits[:2]), np.abs(others[:2])), 1.0)
+    has_gauss, has_mean = ~((gap > EQUAL_LIMITS * size) | is_infinite)
+    return np.where(np.stack([has_gauss, has_mean, *[has_gauss & has_mean] * 2]), limits, np.nan)

@@ -108,23 +108,23 @@ class Series:
         return value, np.where(is_beyond, np.nan, error)
 
 
-def expand(coefficients: FloatArray, count: int) -> Series:
+def expand(coefficients: FloatArray, count: int, error: FloatArray | None = None) -> Series:
     """Polynomials in the Bernstein basis (…, n+1) as series of `count` terms about s = 0.
 
         a_k = C(n, k) Δ^k b_0
 
-    A difference Δ^k is a sum of 2^k coefficients b_i, each with an error of at most `ROUNDING`
-    times the largest coefficient.
+    A difference Δ^k is a sum of 2^k coefficients b_i, each with an error of at most `error` (…), by
+    default `ROUNDING` times the largest coefficient.
     """
     degree = coefficients.shape[-1] - 1
     terms = np.zeros((*coefficients.shape[:-1], count))
     errors = np.zeros(terms.shape)
-    largest = np.abs(coefficients).max(axis=-1)
+    error = ROUNDING * np.abs(coefficients).max(axis=-1) if error is None else error
     difference = coefficients
     for k in range(min(degree + 1, count)):
         factor = float(binomials(degree)[k])
         terms[..., k] = factor * difference[..., 0]
-        errors[..., k] = factor * 2.0**k * ROUNDING * largest
+        errors[..., k] = factor * 2.0**k * error
         difference = np.diff(difference, axis=-1)
     return Series(terms, errors)
 
