@@ -53,6 +53,8 @@ class BoundingSpheres:
         cells, in `order`.
     middles : list of ndarray of int, shape (n,)
         For each level the cells whose centres are the centres of the spheres.
+    boxes : list of ndarray of float64, shape (6, n)
+        For each level the boxes about the cells in its spheres; only with trims.
     """
 
     def __init__(
@@ -68,10 +70,17 @@ class BoundingSpheres:
         level = spheres[:, order]
         self.order, self.levels = cells.first[order], [level]
         self.middles = [self.order]
+        self.boxes: list[FloatArray] = []
+        if cells.trims is not None:
+            more = 0.0 if reach is None else reach[cells.net[self.order]]
+            low, high = cells.boxes[:3, self.order] - more, cells.boxes[3:, self.order] + more
+            self.boxes.append(np.concatenate([low, high]))
         while level.shape[1] > max_roots:
             level, middle = _enclose(level)
             self.levels.insert(0, level)
             self.middles.insert(0, self.middles[0][middle])
+            if self.boxes:
+                self.boxes.insert(0, _box(self.boxes[0]))
 
     def members(self, level: int, item: Ints, sphere: Ints) -> tuple[Ints, Ints]:
         """Replace pairs of an item and a sphere of a level by pairs with the sphere's members."""
@@ -109,6 +118,23 @@ def sphere_bounds(spheres: FloatArray, x: FloatArray) -> tuple[FloatArray, Float
     distance += spheres[4]
     distance *= distance
     return low, distance
+
+
+def box_bounds(boxes: FloatArray, x: FloatArray) -> FloatArray:
+    """Squared lower bounds (N,) of the distances of points x (3, N) to boxes (6, N)."""
+    beyond = np.maximum(boxes[:3] - x, x - boxes[3:])
+    np.maximum(beyond, 0.0, out=beyond)
+    beyond *= beyond
+    squared: FloatArray = beyond[0] + beyond[1] + beyond[2]
+    squared *= 1 - 8 * UNIT
+    return squared
+
+
+def _box(boxes: FloatArray) -> FloatArray:
+    """The boxes of the next level up."""
+    starts = np.arange(0, boxes.shape[1], FANOUT)
+    low = np.minimum.reduceat(boxes[:3], starts, axis=1)
+    return np.concatenate([low, np.maximum.reduceat(boxes[3:], starts, axis=1)])
 
 
 def _enclose(level: FloatArray) -> tuple[FloatArray, Ints]:

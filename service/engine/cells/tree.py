@@ -138,6 +138,8 @@ class CellTree:
         Number of the net of each cell.
     is_cut : ndarray of bool, shape (N,)
         Whether a border may cut each cell; false without trims.
+    boxes : ndarray of float64, shape (6, N)
+        Least and greatest coordinates of each cell; only with trims.
     errors : ndarray of float64, shape (nets,)
         Bound of the error of a point that is computed from each net.
     point_sides : ndarray of bool, shape (4, nets)
@@ -170,6 +172,7 @@ class CellTree:
         self.count = self.additions = 0
         self.models, self.rectangle = np.empty((table.row_count, 0)), np.empty((4, 0))
         self.net, self.is_cut = np.empty(0, np.intp), np.empty(0, bool)
+        self.boxes = np.empty((0 if trims is None else 6, 0))
         # Whether centres are inside, `INSIDE` or `OUTSIDE`; `UNDECIDED`: not known yet.
         self._center = self.net
         # The group of the net of each cell, its column in the space of the group, and its halvings.
@@ -341,6 +344,11 @@ class CellTree:
         self.models[:, run] = self._table.models(cells.nets, halvings, self.largest)
         if self.nets.errors is not None:
             self.models[model_rows.RADIUS : model_rows.ERROR + 1, run] += self.nets.errors[net]
+        if self.trims is not None:
+            points = project(cells.nets)
+            reach = self.models[model_rows.ERROR, run]
+            self.boxes[:3, run] = points.min(axis=(0, 1)) - reach
+            self.boxes[3:, run] = points.max(axis=(0, 1)) + reach
         self.is_cut[run], self._center[run] = is_cut, np.where(is_cut, UNDECIDED, INSIDE)
         self.rectangle[:, run], self.net[run] = cells.rectangle, net
         self._group[run], self._depth[run], self._first_child[run] = group, depth, -1
@@ -352,6 +360,7 @@ class CellTree:
         for name in (
             "models",
             "rectangle",
+            "boxes",
             "net",
             "is_cut",
             "_center",

@@ -25,7 +25,7 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import find_begins, row_slices
 from service.cancellation import checkpoint
 from service.engine.cells import models as model_rows
-from service.engine.cells.bounding_spheres import BoundingSpheres, sphere_bounds
+from service.engine.cells.bounding_spheres import BoundingSpheres, box_bounds, sphere_bounds
 from service.engine.cells.pair_search import (
     NO_PAIRS,
     PairBudget,
@@ -64,6 +64,9 @@ WIDTH_SHARE = 1 / 2
 """A cell is no longer halved for a point if the interval of the point would then be at most this
 wide, in units of the tolerance."""
 
+TRIMMED_SHARE = 1 / 4
+"""This share with trims, because minima that are outside make intervals wider again."""
+
 MAX_DISTANCE_TO_MINIMUM = 2.0**-40
 """Newton's method ends at this distance from the minimum, in the coordinates of the nets."""
 
@@ -95,7 +98,8 @@ class ClosestLevels(TreeSearch):
         trims: NetTrims | None = None,
     ) -> None:
         super().__init__(spheres, budget, can_split=can_split)
-        self.min_width = max(WIDTH_SHARE * tolerance, MIN_WIDTH)
+        share = WIDTH_SHARE if trims is None else TRIMMED_SHARE
+        self.min_width = max(share * tolerance, MIN_WIDTH)
         self.x = np.ascontiguousarray(points.T)  # (3, m)
         trimmed = None if trims is None else TrimmedPoints(self.cells, trims)
         self.nearest = Nearest(self.cells, self.x, tolerance, trimmed)
@@ -138,7 +142,12 @@ class ClosestLevels(TreeSearch):
         points = item[starts]
         best = np.minimum(self.sphere_best[points], np.minimum.reduceat(upper, starts))
         self.sphere_best[points] = best
-        return np.flatnonzero(low <= self.sphere_best[item])
+        rows = np.flatnonzero(low <= self.sphere_best[item])
+        if self.spheres.boxes:
+            boxes = self.spheres.boxes[level].take(sphere[rows], axis=1)
+            low = box_bounds(boxes, self.x.take(item[rows], axis=1))
+            rows = rows[low <= self.sphere_best[item[rows]]]
+        return rows
 
     def _bound_spheres(
         self, level: int, point: Ints, sphere: Ints
@@ -158,9 +167,10 @@ class ClosestLevels(TreeSearch):
             model = self.cells.models[:5].take(cell[chunk], axis=1)
             low[chunk], upper = sphere_bounds(model, self.x.take(point[chunk], axis=1))
             self.nearest.add_centers(point[chunk], cell[chunk], upper)
-        near_rows, ended = self.allot_pairs(
-            np.flatnonzero(low <= self.nearest.limit(point, cell)), point, cell
-        )
+        near_rows = np.flatnonzero(low <= self.nearest.limit(point, cell))
+        if self.spheres.boxes:
+            near_rows = self._drop_far_boxes(near_rows, point, cell, low)
+        near_rows, ended = self.allot_pairs(near_rows, point, cell)
         self.nearest.end_open_cells(point[ended], cell[ended], low[ended])
         # For each of `near_rows`: coarse cells stay open without bounds.
         is_open = self.cells.is_coarse(cell[near_rows], MAX_STRAIN)
@@ -171,6 +181,14 @@ class ClosestLevels(TreeSearch):
             is_open[chosen], low[rows] = self.bound_pairs(point[rows], cell[rows], low[rows])
         rows = near_rows[is_open]
         return self.halve_open(point[rows], cell[rows], low[rows])
+
+    def _drop_far_boxes(self, rows: Ints, point: Ints, cell: Ints, low: FloatArray) -> Ints:
+        """Raise the bounds `low` of pairs `rows` by the boxes of cells; returns near pairs."""
+        points, cells = point[rows], cell[rows]
+        x, boxes = self.x.take(points, axis=1), self.cells.boxes.take(cells, axis=1)
+        raised = np.maximum(low[rows], box_bounds(boxes, x))
+        low[rows] = raised
+        return rows[raised <= self.nearest.limit(points, cells)]
 
     def bound_pairs(self, point: Ints, cell: Ints, low: FloatArray) -> tuple[Bools, FloatArray]:
         """Compute bounds of pairs; returns which pairs stay open, and squared lower bounds."""
@@ -253,7 +271,8 @@ class ClosestLevels(TreeSearch):
             is_outside &= is_narrow
             counts = is_narrow & ~is_outside
             self.nearest.end_cells(point[counts], cell[counts], low[counts])
-            loss = (found.high * found.high - low + minima.loss)[is_outside]
+            most = np.sqrt(found.high * found.high + minima.loss)
+            loss = (most - np.sqrt(np.maximum(low, 0.0)))[is_outside]
             self.nearest.end_outside(point[is_outside], loss)
             ends_now = is_narrow | is_far
             is_ended[rows[ends_now]] = True

@@ -71,11 +71,12 @@ class Nearest:
         self._center_best, self._center_cell = np.full(m, np.inf), np.zeros(m, np.intp)
         # For each point, the least squared lower bound of the distances of its cells.
         self._low = np.full(m, np.inf)
-        # For each point, an upper bound of the least distance, and how much the squared distance of
-        # a border may exceed that of a point of a cell which lets the border decide.
+        # For each point, an upper bound of the least distance, and how much further a border may be
+        # than a point of a cell that lets the border decide.
         self._high, self._loss = np.full(m, np.inf), np.zeros(m)
         # Results of `add_found` and `end_open_cells`.
         self._found: list[SurfacePoints] = []
+        self._certain: list[Bools] = []
         self._open_cells: list[tuple[Ints, Ints, FloatArray]] = []
 
     def limit(self, point: Ints, cell: Ints | None = None) -> FloatArray:
@@ -124,6 +125,7 @@ class Nearest:
             is_kept = ~is_outside & np.isfinite(high)
             if not is_kept.all():
                 found, high = found.take(is_kept), high[is_kept]
+            self._certain.append(answers[is_kept] == INSIDE)
         np.minimum.at(self.best, found.point, high * high)
         np.minimum.at(self._high, found.point, high)
         self._found.append(found)
@@ -140,7 +142,7 @@ class Nearest:
     def end_outside(self, point: Ints, loss: FloatArray) -> None:
         """Record cells whose minima are outside, so that borders decide.
 
-        The squared distance of a border is at most that of a point of the cell, plus the loss.
+        The distance of a border is at most that of a point of the cell, plus the loss.
         """
         np.maximum.at(self._loss, point, loss)
 
@@ -154,12 +156,14 @@ class Nearest:
         """The result of the search: the closest points, with intervals of their distances."""
         self._descend()
         found = SurfacePoints.join(self._found)
-        chosen = found.take(self._choose(found))
+        rows = self._choose(found)
+        chosen = found.take(rows)
+        if self._trims is not None:
+            self._test(chosen, np.concatenate(self._certain)[rows])
         high = np.maximum(self._high, chosen.distance)
-        squared = np.where(
-            self._loss > 0, np.minimum(self._low, high * high) - self._loss, self._low
-        )
-        low = np.minimum(np.sqrt(np.maximum(squared, 0.0)), high)
+        low = np.minimum(np.sqrt(np.maximum(self._low, 0.0)), high)
+        if self._trims is not None:
+            low = np.maximum(low - self._loss, 0.0)
         is_tied = self._find_ties(found, chosen)
         place = chosen.net, chosen.parameters, chosen.position, chosen.distance
         return ClosestPoints(*place, low, high, is_tied)
@@ -186,15 +190,26 @@ class Nearest:
             found = measure_surface_points(self._cells, self._x, rows, cell, cell_parameters)
             is_nearer = found.high <= nearest.high
             if self._trims is not None:
-                is_nearer &= self._trims.find_inside(cell, found.parameters) == INSIDE
+                answers = self._trims.find_inside(cell, found.parameters, tests_all=True)
+                is_nearer &= answers == INSIDE
             nearest = nearest.replace_where(found, is_nearer)
         self.add_found(nearest, cell)
+
+    def _test(self, chosen: SurfacePoints, is_certain: Bools) -> None:
+        """Test chosen points (m,) that are not certain: those inside bound the distances."""
+        assert self._trims is not None  # for mypy
+        rows = np.flatnonzero(~is_certain)
+        if len(rows):
+            net, parameters = chosen.net[rows], chosen.parameters[:, rows]
+            rows = rows[self._trims.trims.find_inside(net, parameters) == INSIDE]
+            self._high[rows] = np.minimum(self._high[rows], chosen.high[rows])
 
     def _choose(self, found: SurfacePoints) -> Ints:
         """The row of the nearest point of the surface for each x, shape (m,).
 
-        Of several that are equally near, the first in the order of nets, u and v is chosen; with
-        trims, first in the order of the numbers of faces and patches.
+        Of several that are equally near, the first in the order of nets, u and v is chosen. With
+        trims, points that are certainly inside or on edges come before others, and then the numbers
+        of faces and patches decide.
         """
         point = found.point
         min_distance = np.full(len(self.best), np.inf)
@@ -205,7 +220,10 @@ class Nearest:
         rows = np.flatnonzero(found.distance <= max_distance)
         u, v = found.parameters[:, rows]
         net = found.net[rows]
-        keys = (v, u, net) if self._trims is None else (v, u, net, self._cells.nets.patch[net])
+        keys = [v, u, net]
+        if self._trims is not None:
+            is_doubtful = ~np.concatenate(self._certain)[rows]
+            keys += [self._cells.nets.patch[net], is_doubtful]
         rows = rows[np.lexsort((*keys, point[rows]))]
         return rows[np.diff(point[rows], prepend=-1) > 0]
 

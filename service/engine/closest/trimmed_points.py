@@ -25,15 +25,21 @@ class TrimmedPoints:
         gaps: FloatArray = self.trims.gaps[self.cells.net.take(cell)]
         return gaps
 
-    def find_inside(self, cell: Ints, parameters: FloatArray) -> Ints:
-        """Where parameters (2, m) of the nets of cells (m,) are, which are in these cells."""
+    def find_inside(self, cell: Ints, parameters: FloatArray, *, tests_all: bool = False) -> Ints:
+        """Where parameters (2, m) of the nets of cells (m,) are, which are in these cells.
+
+        Near the sides of cells that are inside they are undecided without a test, unless it
+        `tests_all`.
+        """
         cells, net = self.cells, self.cells.net.take(cell)
-        is_tested = cells.is_cut.take(cell)
-        rows = (~is_tested).nonzero()[0]
+        is_cut = cells.is_cut.take(cell)
+        rows = (~is_cut).nonzero()[0]
         rectangle = cells.rectangle.take(cell[rows], axis=1)
-        is_tested[rows] = self.trims.needs_test(net[rows], rectangle, parameters[:, rows])
+        is_near = self.trims.needs_test(net[rows], rectangle, parameters[:, rows])
         answers = np.full(len(cell), INSIDE)
-        rows = is_tested.nonzero()[0]
+        answers[rows[is_near]] = UNDECIDED
+        is_cut[rows] = is_near & tests_all
+        rows = is_cut.nonzero()[0]
         if len(rows):
             answers[rows] = self.trims.find_inside(net[rows], parameters[:, rows])
         return answers

@@ -187,6 +187,8 @@ class _Builder:
     def finish(self) -> tuple[tuple[Nets, ...], NetRows, EdgeRows]:
         """All nets in groups, and their faces and edges in the same order."""
         rows = [row for rows in self._rows.values() for row in rows]
+        if not rows:  # all faces are skipped
+            rows = [_list_no_nets()]
         edges = [row for rows in self._edges.values() for row in rows]
         if not edges:
             none, zero = np.zeros(0, np.intp), np.zeros(0)
@@ -201,6 +203,12 @@ class _Builder:
         self._parts.append((rows.patch, values))
         self._rows.setdefault(values.shape[:3], []).append(rows)
         self.count += len(rows.patch)
+
+
+def _list_no_nets() -> NetRows:
+    """The rows of no nets."""
+    none, zero, pairs = np.zeros(0, np.intp), np.zeros(0), np.zeros((2, 0))
+    return NetRows(none, none, none, none, pairs, pairs, np.zeros((8, 0)), zero, zero, zero)
 
 
 def _find_box(prepared: PreparedBrep, matrix: FloatArray | None) -> Box:
