@@ -100,6 +100,8 @@ class Query:
         command.add_to(commands)
 
     def _run(self, arguments: argparse.Namespace) -> int:
+        from service.schemas.brep_writing import list_columns
+
         fmt = None
         if self.has_formats:
             fmt = _choose_format(arguments, self.path, self.default_format)
@@ -115,6 +117,8 @@ class Query:
                     self.merge({}, values)
                     return send_file(arguments, self.path, source, values, fmt, line=self.line)
                 document, reading = read_file(source)
+                if arguments.url is not None:
+                    document = {"surface": list_columns(document["surface"])}
             else:
                 document = build_document(source)
         document = self.merge(document, values) | values

@@ -96,6 +96,18 @@ def list_faces(columns: FaceColumns) -> list[Object]:
     return faces
 
 
+def list_columns(surface: Object) -> Object:
+    """The document of a CAD file, as JSON needs it: with lists in place of columns."""
+    listed = dict(surface)
+    if "definitions" in listed:
+        listed["definitions"] = list(map(list_columns, listed["definitions"]))
+    if isinstance(listed.get("edges"), EdgeColumns):
+        listed["edges"] = list_edges(listed["edges"])
+    if isinstance(listed.get("faces"), FaceColumns):
+        listed["faces"] = list_faces(listed["faces"])
+    return listed
+
+
 def write_shells(brep: BrepSurface) -> list[Object]:
     """The shells; none if all faces, in their order, are one open shell."""
     faces = brep.shell_faces

@@ -8,6 +8,7 @@ import pytest
 from service.cli.main import main
 from service.cli.reading import print_counts, print_reading
 from tests.cad import ASSEMBLY, IFC, OPEN_TETRAHEDRON, TETRAHEDRON
+from tools.cad_files.sheets import write_sheets
 
 
 @pytest.fixture
@@ -52,6 +53,18 @@ def test_local_and_remote_results_are_equal(
         results.append(output.read_bytes() if code == 0 else b"")
     assert results[0] == results[1]
     assert source in capsys.readouterr().err
+
+
+def test_a_call_that_reads_no_files_gets_the_document_of_a_long_file(
+    server: str, files: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    long = files / "sheets.step"
+    long.write_bytes(write_sheets(70_000))
+    results = []
+    for flags in ([], ["--url", server]):
+        assert main(["points", str(long), "--patch", "3", "--uv", "4,4", *flags, "-o", "-"]) == 0
+        results.append(capsys.readouterr().out)
+    assert results[0] == results[1]
 
 
 def test_the_report_names_what_is_not_in_the_surface(

@@ -1,4 +1,4 @@
-"""Columns, in which a child sends edges and faces, make what lists make, and are checked in form."""
+"""Columns of edges and faces from a child: they make what lists make, and are checked in form."""
 
 from collections.abc import Callable
 from copy import deepcopy
@@ -6,12 +6,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import orjson
 import pytest
 
 from service.decoders.columns import pack_brep, unpack_brep
 from service.decoders.format import FileLimits
 from service.decoders.registry import BY_NAME
+from service.encoders.text import json_text
 from service.errors import InvalidRequest, Issue
+from service.schemas.brep_writing import list_columns
 from service.schemas.document import DEFAULT_LIMITS, DocumentLimits
 from service.schemas.request import SurfaceRequest
 from service.schemas.validation import validate_document
@@ -63,6 +66,12 @@ def test_columns_make_the_surface_of_the_lists(brep: Tree) -> None:
     assert type(columns["faces"]) is not list
     for place in ("edges", "faces"):
         assert {type(value) for value in packed[place].values()} <= {np.ndarray, dict, list}
+
+
+def test_lists_of_columns_make_the_same_surface(brep: Tree) -> None:
+    group = {"type": "group", "definitions": [brep], "members": [{"definition": 0}]}
+    columns = list_columns(group | {"definitions": [unpack_brep(pack_brep(brep))]})
+    assert content_key(build(orjson.loads(json_text(columns)))) == content_key(build(group))
 
 
 def test_documents_of_other_surfaces_stay() -> None:
