@@ -145,7 +145,8 @@ export interface paths {
          * @description Looks for the closest points, and proves an interval that contains each distance.
          *
          *     Row k of each column belongs to point k. The search subdivides the whole surface: it needs no
-         *     starting point, and misses no minimum. Tubes and ribbons have no closest points
+         *     starting point, and misses no minimum. Of a brep, the closest point is on a trimmed face or on
+         *     an edge, and `near_edge` says where an edge decides. Tubes and ribbons have no closest points
          *     (`not_parametric`).
          *
          *     Many points are sent faster as a NumPy file. Then the query of the URL names a stored or
@@ -173,7 +174,8 @@ export interface paths {
          *
          *     **Rays.** If a ray is `reached`, each point of the surface on the ray has its t in the
          *     `t_bounds` of a hit. Each hit is nearer to its ray than the thickness
-         *     (`relative_thickness`). Hits on an edge or a corner that patches share count once.
+         *     (`relative_thickness`). Hits on an edge or a corner that patches share count once. Faces of a
+         *     brep have hits inside their trims only, and near their edges (`near_edge`).
          *
          *     **Planes.** A section is returned as polylines, which are within a tolerance of the exact
          *     section and contain all of its parts, however small. Polylines are closed where the surface is
@@ -1853,15 +1855,16 @@ export interface components {
             tied: boolean[];
             /**
              * Patch
-             * @description For a surface: the index of the patch, in the order of the request; where several patches
-             *     meet, the first of them. In a group, the Bézier patches of each member follow those of the
-             *     member before. Left out for a surface with one domain.
+             * @description For a surface: the index of the patch, or of the face of a brep, in the order of the request;
+             *     where several patches meet, the first of them. In a group, the Bézier patches and faces of each
+             *     member follow those of the member before. Left out for a surface with one domain.
              */
             patch?: number[];
             /**
              * Uv
              * @description For a surface: parameters (u, v), in the domain of the surface if it has one, else in the
-             *     domain of the patch; for triangles the last two barycentric coordinates, (s, t).
+             *     domain of the patch; for triangles the last two barycentric coordinates, (s, t). For a brep:
+             *     parameters of the surface of the face.
              */
             uv?: [
                 number,
@@ -1869,7 +1872,8 @@ export interface components {
             ][];
             /**
              * Normals
-             * @description For a surface: unit normals in the direction of du × dv, or their limits at poles.
+             * @description For a surface: unit normals in the direction of du × dv, or their limits at poles; on a face
+             *     of a brep that is `reversed`, in the opposite direction.
              */
             normals?: [
                 number,
@@ -1878,16 +1882,25 @@ export interface components {
             ][];
             /**
              * On Boundary
-             * @description For a surface: whether the closest point is on an edge of only one patch.
+             * @description For a surface: whether the closest point is on an edge of only one patch or face.
              */
             on_boundary?: boolean[];
+            /**
+             * Near Edge
+             * @description For a brep, or a group with one: whether the closest point is on an edge of a face, or nearer
+             *     to one than the proved gap between this edge and the surface of the face.
+             */
+            near_edge?: boolean[];
             /**
              * Signs
              * @description For a surface, with `sign`; proved: -1 inside, 1 outside, so that sign times distance is the
              *     signed distance. A point is inside if the winding number of the surface about the point is not
              *     0; the direction of the normals does not matter. Null if the sign is unknown: on the surface or
              *     very close to it; after the limit of work, which some 10,000 points close to the surface may
-             *     reach; and for all points if the surface is open or inconsistently oriented.
+             *     reach; and for all points if the surface is open or inconsistently oriented. Breps are closed if
+             *     all their shells are, and no face is left out. A point is then inside if it is in a solid and
+             *     not in a void; outside only if all members of a group are closed. Null nearer to an edge than
+             *     its gap.
              */
             signs?: (number | null)[];
             /**
@@ -1900,6 +1913,12 @@ export interface components {
              * @description For a curve: unit tangents.
              */
             tangents?: number[][];
+            /**
+             * Skipped Faces
+             * @description For a brep with `"invalid_faces": "skip"`: invalid faces that took no part; left out if there
+             *     are none.
+             */
+            skipped_faces?: components["schemas"]["LeftOutFace"][];
         };
         /**
          * CollapsedEdges
@@ -2979,6 +2998,32 @@ export interface components {
              * @description URL of the next range, without the host; left out in the last.
              */
             next?: string;
+        };
+        /**
+         * LeftOutFace
+         * @description A face of a brep that took no part in the answer, because it is invalid.
+         */
+        LeftOutFace: {
+            /**
+             * Patch
+             * @description Number of the face in the request, as `patch`; in a group, in the first copy of its brep.
+             */
+            patch: number;
+            /**
+             * Code
+             * @description The code of the error that would refuse the brep.
+             */
+            code: string;
+            /**
+             * Got
+             * @description A description of the face, with figures.
+             */
+            got: string;
+            /**
+             * Needed
+             * @description A description of a valid face.
+             */
+            needed: string;
         };
         /**
          * LoopDefinition
@@ -4493,7 +4538,7 @@ export interface components {
          * @description A surface or a curve, and points: the service finds the closest point for each of them.
          */
         ProjectRequest: {
-            /** @description The surface: all of its patches, and all members of a group, are searched together. */
+            /** @description The surface: all of its patches, and all members of a group, are searched together; of a brep its trimmed faces and its edges. */
             surface?: components["schemas"]["SurfaceDefinition"];
             /** @description A curve, in place of the surface. */
             curve?: components["schemas"]["CurveDefinition"];
@@ -4588,15 +4633,16 @@ export interface components {
             positions: number[][];
             /**
              * Patch
-             * @description The index of the patch, in the order of the request; where several patches meet, one of them.
-             *     In a group, the Bézier patches of each member follow those of the member before. Left out for
-             *     a surface with one domain.
+             * @description The index of the patch, or of the face of a brep, in the order of the request; where several
+             *     patches meet, one of them. In a group, the Bézier patches and faces of each member follow those
+             *     of the member before. Left out for a surface with one domain.
              */
             patch?: number[];
             /**
              * Uv
              * @description Parameters (u, v), in the domain of the surface if it has one, else in the domain of the
-             *     patch; for triangles the last two barycentric coordinates, (s, t).
+             *     patch; for triangles the last two barycentric coordinates, (s, t). For a brep: parameters of the
+             *     surface of the face.
              */
             uv: [
                 number,
@@ -4604,7 +4650,8 @@ export interface components {
             ][];
             /**
              * Normals
-             * @description Unit normals in the direction of du × dv, or their limits at poles.
+             * @description Unit normals in the direction of du × dv, or their limits at poles; on a face of a brep that
+             *     is `reversed`, in the opposite direction.
              */
             normals: [
                 number,
@@ -4623,6 +4670,19 @@ export interface components {
              *     point outwards. Null for the other kinds.
              */
             entering: (boolean | null)[];
+            /**
+             * Near Edge
+             * @description For a brep, or a group with one: whether the ray is nearer to an edge of a face than the
+             *     thickness and the proved gap between this edge and the surface, together. Such a hit counts once
+             *     for all faces that meet there, and a ray through a gap between two faces has one, too.
+             */
+            near_edge?: boolean[];
+            /**
+             * Skipped Faces
+             * @description For a brep with `"invalid_faces": "skip"`: invalid faces that took no part; left out if there
+             *     are none.
+             */
+            skipped_faces?: components["schemas"]["LeftOutFace"][];
         };
         /**
          * Rays
@@ -5022,8 +5082,8 @@ export interface components {
             ][];
             /**
              * Coplanar
-             * @description Indices of the patches that lie in the plane, in the order of the request; their border is
-             *     part of the polylines.
+             * @description Indices of the patches that lie in the plane, or of faces of a brep, in the order of the
+             *     request; their border is part of the polylines.
              */
             coplanar: number[];
         };
@@ -5073,6 +5133,12 @@ export interface components {
              * @description Proved, in model units: no point of a section is further than this from its polylines.
              */
             deviation_bound: number;
+            /**
+             * Skipped Faces
+             * @description For a brep with `"invalid_faces": "skip"`: invalid faces that took no part; left out if there
+             *     are none.
+             */
+            skipped_faces?: components["schemas"]["LeftOutFace"][];
             /**
              * Engine
              * @description Version of the engine: equal requests give equal numbers while it is the same.
@@ -6241,6 +6307,7 @@ export type JobList = components['schemas']['JobList'];
 export type JobRequest = components['schemas']['JobRequest'];
 export type JobResult = components['schemas']['JobResult'];
 export type JobResults = components['schemas']['JobResults'];
+export type LeftOutFace = components['schemas']['LeftOutFace'];
 export type LoopDefinition = components['schemas']['LoopDefinition'];
 export type MeasureRequest = components['schemas']['MeasureRequest'];
 export type MemberDefinition = components['schemas']['MemberDefinition'];

@@ -56,6 +56,12 @@ class Block(NamedTuple):
 BLOCKS = [Block(*groups) for groups in re.findall(r"^```(\w+)\n(.*?)^```$", TEXT, re.M | re.S)]
 OUTPUT_PAIRS = [pair for pair in pairwise(BLOCKS) if pair[1].language in {"json", "text"}]
 """Pairs of an example and the block after the example, which shows its output."""
+COMMANDS = [
+    (command, output)
+    for command, output in OUTPUT_PAIRS
+    if command.text.startswith("surface ") and output.language == "json"
+]
+"""Commands that write a result to standard output, each with the result."""
 REQUESTS = [block for block in BLOCKS if block.language == "sh" and "curl" in block.text]
 
 
@@ -92,6 +98,16 @@ def test_the_first_example_is_a_cad_file_and_prints_the_lines_shown(
     assert main(arguments) == 0
     assert capsys.readouterr().err == output.text
     assert (tmp_path / "part.glb").read_bytes()[:4] == b"glTF"
+
+
+@pytest.mark.parametrize("number", range(len(COMMANDS)))
+def test_commands_write_the_results_that_the_page_shows(
+    number: int, capsysbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    command, output = COMMANDS[number]
+    assert main(shlex.split(command.text)[1:]) == 0
+    written = capsysbinary.readouterr().out.decode()
+    assert round_numbers(written) == round_numbers(output.text)
 
 
 def test_there_are_three_requests_to_begin_with() -> None:

@@ -1,6 +1,6 @@
 """Computes from a mesh what several formats write: positions, faces, colours, reports, comments."""
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from service.engine.clustering import find_leaders
 from service.engine.mesh.brep_report import BrepReport
 from service.engine.mesh.mesh import Mesh, MeshPart, MeshReport, Overlay
 from service.errors import Issue, UnsupportedByFormat
+from service.surface.brep_model import SkippedFace
 
 
 def to_bytes(colors: RealArray) -> Bytes:
@@ -238,17 +239,22 @@ def _brep_fields(brep: BrepReport) -> dict[str, object]:
         "double_edges": brep.double_edges,
         "degenerate_faces": brep.degenerate_faces,
         "collapsed_edges": {"count": brep.collapsed_edges, "longest_chain": brep.longest_chain},
-        "skipped_faces": [
-            {
-                "face": each.face,
-                "code": each.issue.code,
-                "got": each.issue.got,
-                "needed": each.issue.needed,
-            }
-            for each in brep.skipped_faces
-        ],
+        "skipped_faces": list_skipped_faces(brep.skipped_faces, "face"),
         **({} if brep.unbounded_reason is None else no_bound),
     }
+
+
+def list_skipped_faces(faces: Iterable[SkippedFace], name: str) -> list[dict[str, object]]:
+    """Faces that were left out, and why, as JSON objects; the number of a face has this name."""
+    return [
+        {
+            name: each.face,
+            "code": each.issue.code,
+            "got": each.issue.got,
+            "needed": each.issue.needed,
+        }
+        for each in faces
+    ]
 
 
 def omit_none(fields: dict[str, object]) -> dict[str, object]:

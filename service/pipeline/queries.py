@@ -7,27 +7,28 @@ from service.encoders.text import FLOAT64_CHARS, json_document
 from service.engine.brep.preparation.prepare import prepare
 from service.engine.brep.prepared import PreparedBrep
 from service.engine.closest.project import ProjectQuery, project_on_curve, project_on_surface
+from service.engine.parts.intersect import intersect_part
 from service.engine.parts.points import (
     PartPoints,
     evaluate_on_part,
     find_inside_trims,
     locate_on_part,
 )
+from service.engine.parts.project import project_on_part
 from service.engine.points.evaluate import estimate_effort, evaluate_points
 from service.engine.points.places import PointsQuery, locate
 from service.engine.rays.intersect import RayQuery, intersect_rays
 from service.engine.trims.inside import INSIDE, OUTSIDE, UNDECIDED
 from service.errors import InvalidRequest
 from service.measuring import Measured
-from service.pipeline.brep_checks import check_edges
 from service.pipeline.checks import (
-    check_surface,
     require_no_sweeps,
     require_numbered_patches,
     require_patches,
 )
 from service.pipeline.cost import Work
 from service.pipeline.limits import DEFAULT_LIMITS, Limits, check_items
+from service.pipeline.parts import check_asked, describe_skipped, has_breps, prepare_part
 from service.pipeline.query_costs import (
     HIT_JSON_BYTES,
     SearchedNets,
@@ -35,6 +36,7 @@ from service.pipeline.query_costs import (
     project_cost,
     rays_cost,
     searched_nets,
+    skipped_bytes,
 )
 from service.surface.brep_model import BrepModel
 from service.surface.curve import BezierCurve, BsplineCurve, Curve
@@ -65,8 +67,7 @@ def plan_points(
     where, count = f"/{query.field}", len(query.places)
     check_items("too_many_points", count, limits.max_points, where)
     limits.check_bytes(points_bound(count, query.order), where)
-    size = check_surface(surface.stored_size(), limits)
-    check_edges(size, limits)
+    size = check_asked(surface.stored_size(), limits)
     cost = points_cost(size, count, query.order)
     limits.check_memory(cost.memory, "The response", where, "fewer points at once")
     return Work(cost, partial(_evaluate, surface, query, limits))
@@ -133,12 +134,14 @@ def plan_project(
     count, where = len(query.points), "/points"
     check_items("too_many_points", count, min(MAX_ITEMS, limits.max_points), where)
     file_bytes = 1000 + count * POINT_NUMBERS * (FLOAT64_CHARS + 2)
-    limits.check_bytes(file_bytes, where)
     if isinstance(shape, BezierCurve | BsplineCurve):
         pieces = shape.lower()  # takes no time: the curve was lowered when it was created
         nets = SearchedNets(pieces.count, (pieces.degree, 0), pieces.points.nbytes)
     else:
-        nets = searched_nets(check_surface(shape.size(), limits))
+        size = check_asked(shape.size(), limits)
+        nets = searched_nets(size)
+        file_bytes += skipped_bytes(size)
+    limits.check_bytes(file_bytes, where)
     cost = project_cost(nets, count, file_bytes, sign=query.sign)
     instead = "a smaller surface, fewer points at once"
     limits.check_memory(cost.memory, "The response", where, instead)
@@ -156,9 +159,12 @@ def _project(shape: SurfaceKind | Curve, query: ProjectQuery) -> bytes:
     if isinstance(shape, BezierCurve | BsplineCurve):
         with Measured("project"):
             return json_document(project_on_curve(shape.lower(), query))
-    model = require_numbered_patches(shape.lower())
+    lowered = shape.lower()
     with Measured("project"):
-        return json_document(project_on_surface(model, query))
+        if has_breps(lowered):
+            part = prepare_part(lowered)
+            return json_document(project_on_part(part, query) | describe_skipped(part))
+        return json_document(project_on_surface(require_numbered_patches(lowered), query))
 
 
 def plan_intersect(
@@ -175,9 +181,9 @@ def plan_intersect(
     check_items("too_many_rays", count, min(MAX_ITEMS, limits.max_points), "/rays")
     if not query.only_first:
         max_hits = min(max(HITS_PER_RAY * count, MIN_HITS), limits.max_bytes // HIT_JSON_BYTES)
-    size = check_surface(surface.size(), limits)
+    size = check_asked(surface.size(), limits)
     # The response has the number of hits of each ray.
-    file_bytes = 1000 + count * 16 + max_hits * HIT_JSON_BYTES
+    file_bytes = 1000 + count * 16 + max_hits * HIT_JSON_BYTES + skipped_bytes(size)
     cost = rays_cost(searched_nets(size), count, max_hits, file_bytes)
     limits.check_bytes(file_bytes, "/rays")
     instead = "a smaller surface, fewer rays at once"
@@ -195,6 +201,9 @@ def _intersect(surface: SurfaceKind, query: RayQuery, max_hits: int) -> bytes:
     TooLarge
         `too_many_hits`.
     """
-    model = require_numbered_patches(surface.lower())
+    lowered = surface.lower()
     with Measured("intersect"):
-        return json_document(intersect_rays(model, query, max_hits))
+        if has_breps(lowered):
+            part = prepare_part(lowered)
+            return json_document(intersect_part(part, query, max_hits) | describe_skipped(part))
+        return json_document(intersect_rays(require_numbered_patches(lowered), query, max_hits))

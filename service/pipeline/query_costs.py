@@ -6,6 +6,7 @@ Sizes and memory are upper bounds, coarse and safe; the time is approximate.
 from dataclasses import replace
 from typing import NamedTuple
 
+from service.encoders.content import SKIPPED_FACE_CHARS
 from service.encoders.json_mesh import points_bound
 from service.engine.measures.integrals import CHUNK, NODES
 from service.engine.parts.points import CHUNK as PLACED_NUMBERS
@@ -22,7 +23,7 @@ INSIDE_BYTES = 64 << 20
 PLACED_BYTES = 40
 """Bytes for each number of the nets that are placed together."""
 
-PREPARING_SECONDS, INSIDE_SECONDS = 1e-3, 1e-5
+PREPARING_SECONDS, INSIDE_SECONDS = 4e-3, 1e-5
 """Time to prepare a face, and to find whether a point is inside the trims of its face."""
 
 SIGN_BYTES = 64 << 20
@@ -57,26 +58,40 @@ def points_cost(size: SurfaceSize, count: int, order: int) -> Cost:
     seconds += count * (order + 1) * 1e-5 * max(1, degree / 4) ** 3
     if size.faces:
         memory += prepared_bytes(size) + INSIDE_BYTES
-        seconds += PREPARING_SECONDS * size.faces + INSIDE_SECONDS * count
+        seconds += PREPARING_SECONDS * size.defined_faces + INSIDE_SECONDS * count
     return Cost(memory, seconds, file_bytes)
 
 
 class SearchedNets(NamedTuple):
-    """The nets that a query searches: their number, their degree, and the bytes of the surface."""
+    """The nets that a query searches: their number, their degree, and the bytes of the surface.
+
+    `scratch` are bytes of temporary arrays of breps, and `seconds` is the time to prepare them.
+    """
 
     number: int
     degree: tuple[int, int]
     surface_memory: int
+    scratch: int = 0
+    seconds: float = 0.0
 
 
 def searched_nets(size: SurfaceSize) -> SearchedNets:
     """The nets of a surface, at most: a triangular patch may become three nets.
 
-    They are counted as if all patches were triangular. `size` counts each member of a group: all
-    members are placed.
+    They are counted as if all patches were triangular. Breps have nets of the spans of surfaces and
+    of edges. `size` counts each member of a group: all members are placed.
     """
-    placed = size.surface_bytes if size.members > 1 else 0
-    return SearchedNets(3 * size.patches, size.degree, size.peak_bytes + placed)
+    number = 3 * size.patches + size.face_patches + size.edge_pieces
+    memory = size.peak_bytes + (size.surface_bytes if size.members > 1 else 0)
+    if not size.faces:
+        return SearchedNets(number, size.degree, memory)
+    seconds = PREPARING_SECONDS * size.defined_faces
+    return SearchedNets(number, size.degree, memory + prepared_bytes(size), INSIDE_BYTES, seconds)
+
+
+def skipped_bytes(size: SurfaceSize) -> int:
+    """The most bytes of the faces that an answer lists as left out."""
+    return SKIPPED_FACE_CHARS * size.defined_faces
 
 
 def project_cost(nets: SearchedNets, count: int, file_bytes: int, *, sign: bool) -> Cost:
@@ -102,7 +117,8 @@ def project_cost(nets: SearchedNets, count: int, file_bytes: int, *, sign: bool)
     if sign:
         memory += 4 * nets.surface_memory + SIGN_BYTES
         seconds = 1e-2 + 4 * seconds
-    return Cost(memory + ITEM_BYTES * count + 2 * file_bytes, seconds, file_bytes)
+    memory += ITEM_BYTES * count + 2 * file_bytes + nets.scratch
+    return Cost(memory, seconds + nets.seconds, file_bytes)
 
 
 def _cell_memory(degree: tuple[int, int]) -> int:
@@ -134,9 +150,11 @@ def sections_cost(size: SurfaceSize, planes: int, pieces: int, piece_bytes: int)
 
     `piece_bytes` is the result of `piece_memory`.
     """
-    memory = SECTION_BATCH_BYTES + lowering_memory(size)
-    memory += searched_nets(size).number * _cell_memory(size.degree)
-    return Cost(memory + pieces * piece_bytes, 2e-2 + 1e-4 * size.patches + 5e-3 * planes)
+    nets = searched_nets(size)
+    memory = SECTION_BATCH_BYTES + lowering_memory(size) + nets.scratch
+    memory += nets.number * _cell_memory(size.degree)
+    seconds = 2e-2 + 1e-4 * (size.patches + size.face_patches) + 5e-3 * planes + nets.seconds
+    return Cost(memory + pieces * piece_bytes, seconds)
 
 
 def measure_effort(degree: tuple[int, int]) -> int:

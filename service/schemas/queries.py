@@ -142,7 +142,8 @@ class ProjectRequest(RequestModel):
     """A surface or a curve, and points: the service finds the closest point for each of them."""
 
     surface: Annotated[SurfaceDefinition | None, Omittable()] = optional(
-        "The surface: all of its patches, and all members of a group, are searched together."
+        "The surface: all of its patches, and all members of a group, are searched together; of a "
+        "brep its trimmed faces and its edges."
     )
     curve: Annotated[CurveDefinition | None, Omittable()] = optional(
         "A curve, in place of the surface."

@@ -76,13 +76,11 @@ def test_an_estimate_counts_copies(client: Client) -> None:
     assert len(content) <= estimate["bytes"]["glb"]
 
 
-@pytest.mark.parametrize("path", ["measure", "project", "intersect"])
+@pytest.mark.parametrize("path", ["measure"])
 def test_questions_that_need_whole_surfaces_refuse_breps(client: Client, path: str) -> None:
     """As they refuse a brep alone."""
     fields: dict[str, dict[str, Any]] = {
         "measure": {},
-        "project": {"points": [[0, 0, 0]]},
-        "intersect": {"rays": {"origins": [[0, 0, 0]], "directions": [[0, 0, 1]]}},
     }
     response = client.post(f"/v1/{path}", {"surface": MACHINE, **fields[path]})
     assert response.status_code == 422, response.text

@@ -14,12 +14,8 @@ PATCH = {"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]}
 GROUP = {"type": "group", "members": [{"surface": PATCH}, {"surface": PLATE}]}
 TRIMMED = "POST /v1/convert with the operation `untrim`"
 
-RAYS = {"origins": [[0, 0, 5]], "directions": [[0, 0, -1]]}
 PLANES = {"points": [[1, 1, 0]], "normals": [[1, 0, 0]]}
 QUESTIONS: list[tuple[str, dict[str, Any]]] = [
-    ("project", {"points": [[0, 0, 1]]}),
-    ("project", {"points": [[0, 0, 1]], "sign": True}),
-    ("intersect", {"rays": RAYS}),
     ("intersect", {"planes": PLANES}),
     ("measure", {}),
 ]

@@ -36,6 +36,10 @@ COMMANDS = [
     ["estimate", "assembly.p21", "--format", "glb", "--tolerance", "0.01"],
     ["convert", "open.STP", "--invalid-faces", "refuse"],
     ["convert", "part.step", "--untrim", "2"],
+    ["points", "part.step", "--patch", "2", "--uv", "0.25,0.25"],
+    ["project", "part.step", "--point", "0.1,0.1,0.1", "--point", "5,5,5", "--sign"],
+    ["project", "open.STP", "--point", "0,0,9", "--invalid-faces", "refuse", "--up", "y"],
+    ["intersect", "assembly.p21", "--ray", "0.1,0.1,9,0,0,-1", "--all"],
     ["section", "part.step", "--normal", "0,0,1", "--offsets", "1", "--format", "json"],
 ]
 

@@ -224,13 +224,23 @@ def test_a_part_is_meshed_by_tolerance_and_a_click_names_its_face(page: Page) ->
     assert page.inner_text("#left-out") == "none"
     assert 0 <= read_value(page, "gaps") < read_value(page, "deviation")
     assert page.is_hidden("#probe-row")
-    page.click("#view")  # in the middle: the top of the plate
-    name, bound = page.inner_text("#probe").split(", deviation at most ")
-    names = [face["name"] for face in request["surface"]["faces"]]
-    assert name in names
-    top = request["surface"]["faces"][names.index(name)]
+    box = page.locator("#view").bounding_box()
+    assert box is not None
+    mouse_x, mouse_y = box["x"] + box["width"] / 2, box["y"] + box["height"] * 0.35
+    page.mouse.click(mouse_x, mouse_y)
+    page.wait_for_selector("#probe-row:visible")
+    face, u, v, gaussian, mean = page.inner_text("#probe").split(", ")
+    number = int(face.split()[1])
+    top = request["surface"]["faces"][number]
+    assert face == f"face {number} ({top['name']})"
     assert "color" not in top
-    assert float(bound.replace(" × 10^−", "e-")) <= read_value(page, "deviation") * 1.01
+    assert (u[:2], v[:2], gaussian, mean) == ("u ", "v ", "K 0", "H 0")
+    assert 0 < read_value(page, "probe-deviation") <= read_value(page, "deviation") * 1.01
+    assert page.inner_text("#probe-deviation").startswith("at most ")
+    assert page.is_hidden("#probe-distance-row")
+    page.mouse.click(mouse_x + 6, mouse_y)
+    page.wait_for_selector("#probe-distance-row:visible")
+    assert 0 < read_value(page, "probe-distance") < 80
     # A tube has no faces, and no gaps.
     page.click("#open")
     perform(page, lambda: page.click('[data-example="hair"]'))

@@ -12,11 +12,13 @@ import json
 import sys
 import time
 from collections import Counter
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 
 from service.api.app import create_app
+from service.bases.arrays import FloatArray
 from service.settings.values import Settings
 from tools.client import Client, start_client
 from tools.fuzz.judge import measure_peak
@@ -40,8 +42,10 @@ FORMATS = ("glb", "json", "obj", "ply", "stl", "off", "oogl", "gltf")
 
 def draw_request(rng: Random) -> tuple[str, dict[str, Any]]:
     """The path of a request, and its document."""
-    surface = draw_brep(rng)
-    for _ in range(int(rng.choice([0, 1, 1, 2, 4]))):
+    kind, surface = int(rng.integers(20)), draw_brep(rng)
+    is_question = 4 <= kind < 13
+    # Most changes make a brep invalid: questions then have no answer.
+    for _ in range(int(rng.choice([0, 0, 0, 1] if is_question else [0, 1, 1, 2, 4]))):
         mutate(surface, rng)
     if rng.random() < 0.1:
         member: dict[str, Any] = {"surface": surface}
@@ -50,7 +54,7 @@ def draw_request(rng: Random) -> tuple[str, dict[str, Any]]:
         matrix = np.eye(4)
         matrix[:3] += rng.normal(size=(3, 4)) * 0.3
         surface = {"type": "group", "members": [member, member | {"matrix": matrix.tolist()}]}
-    match int(rng.integers(20)):
+    match kind:
         case 0:
             return "/v1/estimate", {"surface": surface} | draw_options(rng)
         case 1:
@@ -61,9 +65,64 @@ def draw_request(rng: Random) -> tuple[str, dict[str, Any]]:
         case 3:
             operation = {"op": "untrim", "face": int(rng.integers(0, 4))}
             return "/v1/convert", {"surface": surface, "operations": [operation]}
+        case _ if is_question:
+            return draw_question(surface, rng)
         case _:
             name = FORMATS[rng.integers(len(FORMATS))]
             return f"/v1/mesh?format={name}", {"surface": surface} | draw_options(rng)
+
+
+def draw_question(surface: dict[str, Any], rng: Random) -> tuple[str, dict[str, Any]]:
+    """The path of a question to a surface, and its document: points in, on and far from it."""
+    count = int(rng.integers(1, 20))
+    size = float(rng.choice([1, 1, 10, 100, 1e-3, 1e6]))
+    near = draw_vertices(surface, count, rng)
+    points = near + rng.normal(size=(count, 3)) * size * rng.choice([0, 1e-9, 1], (count, 1))
+    document: dict[str, Any] = {"surface": surface}
+    match int(rng.integers(6)):
+        case 0:
+            uv = rng.uniform(size=(count, 2))
+            uv = np.where(rng.random((count, 2)) < 0.1, np.round(uv), uv)
+            faces = max(1, len(surface.get("faces") or []))
+            patch = rng.integers(0, faces + 1, count) if rng.random() < 0.3 else rng.integers(faces)
+            places = {"uv": uv.tolist(), "patch": patch.tolist()}
+            return "/v1/points", document | places | {"derivatives": int(rng.integers(3))}
+        case 1:
+            document |= {"points": points.tolist(), "sign": bool(rng.integers(2))}
+            return "/v1/project", document | draw_accuracy("relative_tolerance", rng)
+        case 2 | 3:
+            aims = draw_vertices(surface, count, rng) - points
+            directions = np.where(aims.any(axis=1, keepdims=True), aims, [[0.0, 0.0, 1.0]])
+            if rng.random() < 0.3:
+                directions = np.eye(3)[rng.integers(0, 3, count)]
+            document["rays"] = {"origins": points.tolist(), "directions": directions.tolist()}
+            document["hits"] = ("first", "all")[rng.integers(2)]
+            return "/v1/intersect", document | draw_accuracy("relative_thickness", rng)
+        case 4:
+            normals = rng.normal(size=(count, 3))
+            if rng.random() < 0.5:
+                normals = np.eye(3)[rng.integers(0, 3, count)]
+            document["planes"] = {"points": points.tolist(), "normals": normals.tolist()}
+            return "/v1/intersect", document | draw_accuracy("relative_tolerance", rng)
+        case _:
+            return "/v1/measure", document | draw_accuracy("tolerance", rng)
+
+
+def draw_accuracy(name: str, rng: Random) -> dict[str, float]:
+    """An option of this name, or none."""
+    return {name: float(10 ** rng.uniform(-9, -3))} if rng.random() < 0.5 else {}
+
+
+def draw_vertices(surface: dict[str, Any], count: int, rng: Random) -> FloatArray:
+    """Vertices of the first brep of a surface, (count, 3); zeros if it has no valid ones."""
+    members = surface.get("members")
+    brep = members[0].get("surface") if isinstance(members, list) else surface
+    vertices = brep.get("vertices") if isinstance(brep, dict) else None
+    with suppress(TypeError, ValueError, OverflowError):
+        rows = np.array(vertices, dtype=np.float64)
+        if rows.ndim == 2 and rows.shape[1] == 3 and np.isfinite(rows).all() and len(rows):
+            return np.clip(rows[rng.integers(0, len(rows), count)], -1e30, 1e30)
+    return np.zeros((count, 3))
 
 
 def draw_options(rng: Random) -> dict[str, Any]:

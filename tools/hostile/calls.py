@@ -5,9 +5,14 @@ The bodies for /v1/mesh are those of `tools.hostile.requests`.
 
 import struct
 from collections.abc import Iterator, Mapping
-from itertools import pairwise
 
 from tools.hostile.breps import BREPS, build_brep_conversions
+from tools.hostile.questions import (
+    build_empty_questions,
+    build_face_points,
+    build_many_copies,
+    build_questions,
+)
 from tools.hostile.requests import (
     HOSTILE,
     MIB,
@@ -69,7 +74,7 @@ def build_point_cases() -> Iterator[HostileBody]:
     }
     body = write_two_patches('"uv":[[0,0],[1,1]],"patch":?')
     yield from vary_body("patch", body, "/patch", faults)
-    yield from _build_face_points()
+    yield from build_face_points()
     yield build_long_case(
         "points", lambda: write_uv(repeat_word("[0,0]", 300_001)), "too_many_points", "/uv"
     )
@@ -79,34 +84,6 @@ def build_point_cases() -> Iterator[HostileBody]:
     yield build_long_case(
         "numbers", lambda: write_uv(f"[{repeat_word('0', 900_001)}]"), "wrong_dimension", "/uv/0"
     )
-
-
-def _build_face_points() -> Iterator[HostileBody]:
-    """Requests for points of faces of a brep."""
-
-    def write_faces(fields: str, more: str = "") -> str:
-        """A brep of two faces and, with `more`, of a third one, with fields beside it."""
-        face = '{"surface":{"control_net":[[[0,0,0],[0,1,0]],[[1,0,0],[1,1,0]]]}}'
-        return f'{{"surface":{{"type":"brep","faces":[{face},{face}{more}]}},{fields}}}'
-
-    faults = {
-        "missing_field": '"uv":[[0,0]]@/patch "derivatives":1@/uv',
-        "index_out_of_range": '"uv":[[0,0]],"patch":2@/patch "uv":[[0,0]],"patch":-1@/patch'
-        ' "uv":[[0,0],[1,1]],"patch":[0,2]@/patch/1',
-        "wrong_length": '"uv":[[0,0]],"patch":[0,1]@/patch',
-        "outside_domain": '"uv":[[0,0],[0.5,2]],"patch":[0,1]@/uv/1/1',
-        "wrong_parameters": '"barycentric":[[1,0,0]],"patch":0@/barycentric/0',
-    }
-    yield from vary_body("point of a face", write_faces("?"), "", faults)
-    side = '{{"control_points":[{},{}]}}'
-    corners = ("[0,0]", "[0,1]", "[1,1]", "[1,0]", "[0,0]")
-    sides = ",".join(side.format(*pair) for pair in pairwise(corners))
-    clockwise = (
-        ',{"surface":{"control_net":[[[0,0,0],[0,1,0]],[[1,0,0],[1,1,0]]]},'
-        f'"loops":[{{"pcurves":[{sides}]}}]}}'
-    )
-    body = write_faces('"uv":[[0,0]],"patch":0', clockwise)
-    yield build_case("a wrong face", body, "loop_reversed", "/surface/faces/2/loops/0")
 
 
 QUERIES: tuple[HostileBody, ...] = tuple(build_point_cases())
@@ -312,6 +289,9 @@ def build_projection_cases() -> Iterator[HostileBody]:
     faults = {"out_of_range": "0 1 -1", "wrong_type": 'true "1" [1]', "null_value": "null"}
     tolerance = write_points('[[0,0,0]],"relative_tolerance":?')
     yield from vary_body("tolerance", tolerance, "/relative_tolerance", faults)
+    yield from build_questions("points", '"points":[[0,0,1]]')
+    yield from build_empty_questions("points", '"points":[[0,0,1]],"sign":true')
+    yield from build_many_copies()
     yield build_long_case(
         "points",
         lambda: write_points(repeat_word("[0,0,0]", 200_001)),
@@ -349,6 +329,9 @@ def build_ray_cases() -> Iterator[HostileBody]:
         '"rays":{"origins":[[0,0,1]],"directions":[[1,0,0]]},"relative_thickness":?'
     )
     yield from vary_body("thickness", thickness, "/relative_thickness", faults)
+    valid = '"rays":{"origins":[[0,0,1]],"directions":[[0,0,-1]]}'
+    yield from build_questions("rays", valid)
+    yield from build_empty_questions("rays", valid)
     yield build_long_case(
         "rays",
         lambda: origins.replace("?", repeat_word("[0,0,0]", 200_001)),

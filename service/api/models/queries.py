@@ -8,6 +8,19 @@ from service.api.models.meshes import Count, Length, Missing, Pair, ResponseMode
 from service.api.models.points import Point
 
 
+class LeftOutFace(ResponseModel):
+    """A face of a brep that took no part in the answer, because it is invalid."""
+
+    patch: Count
+    """Number of the face in the request, as `patch`; in a group, in the first copy of its brep."""
+    code: str
+    """The code of the error that would refuse the brep."""
+    got: str
+    """A description of the face, with figures."""
+    needed: str
+    """A description of a valid face."""
+
+
 class ClosestPoints(ResponseModel):
     """Closest points in columns, float64: row k belongs to point k of the request."""
 
@@ -26,26 +39,37 @@ class ClosestPoints(ResponseModel):
     `relative_tolerance`; if `reached` is false, the search could not rule out all such places.
     Places nearer to this place than about 1/1000 of the bounding box's diagonal do not count."""
     patch: list[Count] | Missing = None
-    """For a surface: the index of the patch, in the order of the request; where several patches
-    meet, the first of them. In a group, the Bézier patches of each member follow those of the
-    member before. Left out for a surface with one domain."""
+    """For a surface: the index of the patch, or of the face of a brep, in the order of the request;
+    where several patches meet, the first of them. In a group, the Bézier patches and faces of each
+    member follow those of the member before. Left out for a surface with one domain."""
     uv: list[Pair] | Missing = None
     """For a surface: parameters (u, v), in the domain of the surface if it has one, else in the
-    domain of the patch; for triangles the last two barycentric coordinates, (s, t)."""
+    domain of the patch; for triangles the last two barycentric coordinates, (s, t). For a brep:
+    parameters of the surface of the face."""
     normals: list[Vector] | Missing = None
-    """For a surface: unit normals in the direction of du × dv, or their limits at poles."""
+    """For a surface: unit normals in the direction of du × dv, or their limits at poles; on a face
+    of a brep that is `reversed`, in the opposite direction."""
     on_boundary: list[bool] | Missing = None
-    """For a surface: whether the closest point is on an edge of only one patch."""
+    """For a surface: whether the closest point is on an edge of only one patch or face."""
+    near_edge: list[bool] | Missing = None
+    """For a brep, or a group with one: whether the closest point is on an edge of a face, or nearer
+    to one than the proved gap between this edge and the surface of the face."""
     signs: list[float | None] | Missing = None
     """For a surface, with `sign`; proved: -1 inside, 1 outside, so that sign times distance is the
     signed distance. A point is inside if the winding number of the surface about the point is not
     0; the direction of the normals does not matter. Null if the sign is unknown: on the surface or
     very close to it; after the limit of work, which some 10,000 points close to the surface may
-    reach; and for all points if the surface is open or inconsistently oriented."""
+    reach; and for all points if the surface is open or inconsistently oriented. Breps are closed if
+    all their shells are, and no face is left out. A point is then inside if it is in a solid and
+    not in a void; outside only if all members of a group are closed. Null nearer to an edge than
+    its gap."""
     parameters: list[float] | Missing = None
     """For a curve: parameters in its domain."""
     tangents: list[Point] | Missing = None
     """For a curve: unit tangents."""
+    skipped_faces: list[LeftOutFace] | Missing = None
+    """For a brep with `"invalid_faces": "skip"`: invalid faces that took no part; left out if there
+    are none."""
 
 
 class RayHits(ResponseModel):
@@ -74,20 +98,29 @@ class RayHits(ResponseModel):
     positions: list[Point]
     """The points of the surface. They are closer to the ray than the thickness."""
     patch: list[Count] | Missing = None
-    """The index of the patch, in the order of the request; where several patches meet, one of them.
-    In a group, the Bézier patches of each member follow those of the member before. Left out for
-    a surface with one domain."""
+    """The index of the patch, or of the face of a brep, in the order of the request; where several
+    patches meet, one of them. In a group, the Bézier patches and faces of each member follow those
+    of the member before. Left out for a surface with one domain."""
     uv: list[Pair]
     """Parameters (u, v), in the domain of the surface if it has one, else in the domain of the
-    patch; for triangles the last two barycentric coordinates, (s, t)."""
+    patch; for triangles the last two barycentric coordinates, (s, t). For a brep: parameters of the
+    surface of the face."""
     normals: list[Vector]
-    """Unit normals in the direction of du × dv, or their limits at poles."""
+    """Unit normals in the direction of du × dv, or their limits at poles; on a face of a brep that
+    is `reversed`, in the opposite direction."""
     kind: list[Literal["crossing", "touching", "along"]]
     """Whether the ray crosses the surface, touches it (it is tangent, or meets an edge without
     crossing), or runs within it along a segment."""
     entering: list[bool | None]
     """For a crossing, whether the ray runs against the normal: into a closed surface whose normals
     point outwards. Null for the other kinds."""
+    near_edge: list[bool] | Missing = None
+    """For a brep, or a group with one: whether the ray is nearer to an edge of a face than the
+    thickness and the proved gap between this edge and the surface, together. Such a hit counts once
+    for all faces that meet there, and a ray through a gap between two faces has one, too."""
+    skipped_faces: list[LeftOutFace] | Missing = None
+    """For a brep with `"invalid_faces": "skip"`: invalid faces that took no part; left out if there
+    are none."""
 
 
 class SectionLine(ResponseModel):
@@ -116,8 +149,8 @@ class Section(ResponseModel):
     touching: list[Vector]
     """Points where the surface touches the plane, or is closer to it than rounding can resolve."""
     coplanar: list[Count]
-    """Indices of the patches that lie in the plane, in the order of the request; their border is
-    part of the polylines."""
+    """Indices of the patches that lie in the plane, or of faces of a brep, in the order of the
+    request; their border is part of the polylines."""
 
 
 class SectionReport(ResponseModel):
@@ -131,6 +164,9 @@ class SectionReport(ResponseModel):
     """Number of points of all polylines."""
     deviation_bound: Length
     """Proved, in model units: no point of a section is further than this from its polylines."""
+    skipped_faces: list[LeftOutFace] | Missing = None
+    """For a brep with `"invalid_faces": "skip"`: invalid faces that took no part; left out if there
+    are none."""
     engine: int
     """Version of the engine: equal requests give equal numbers while it is the same."""
 

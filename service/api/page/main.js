@@ -9,7 +9,7 @@ import { MeshRequests } from './mesh-requests.js';
 import { announce, element } from './page.js';
 import { watchPanel } from './panel.js';
 import { watchPointPanel } from './point-panel.js';
-import { Probe, showFace } from './probe.js';
+import { Probe } from './probe.js';
 import { hideProblem, showProblem, watchProblems } from './problems.js';
 import { clearReadouts, showReadouts, speakReadouts } from './readouts.js';
 import { readReport } from './report.js';
@@ -126,10 +126,8 @@ const probe = new Probe(state);
 const measures = new Measure(state);
 element('measure', HTMLButtonElement).addEventListener('click', () => { measures.ask().catch(fail); });
 if (view) {
-  view.clicked = (point, face) => {
-    const part = state.surface.type === 'brep' && face !== null ? parts[face] : undefined;
-    if (part) showFace(part);
-    else probe.showPoint(point).catch(fail);
+  view.clicked = (point) => {
+    probe.showPoint(point, state.surface.type === 'brep' ? parts : []).catch(fail);
   };
 }
 watchPanel(state);

@@ -1,8 +1,8 @@
 // A click on the surface shows the parameters and curvatures there, and the distance from the point of
-// the previous click; on a part, the face and the bound of its deviation.
+// the previous click; on a part, also the face and the bound of its deviation.
 
 import { announce, element } from './page.js';
-import { hasPart, hasSweep } from './settings.js';
+import { hasSweep } from './settings.js';
 import { significant } from './readouts.js';
 import { curvatures, project } from './service.js';
 
@@ -24,26 +24,31 @@ export class Probe {
   forget() {
     this.requestNumber += 1;
     this.previousPoint = null;
-    ['probe', 'probe-distance'].forEach((id) => show(id, '', ''));
+    ['probe', 'probe-deviation', 'probe-distance'].forEach((id) => show(id, '', ''));
   }
 
   /**
    * Shows the parameters and curvatures at the point of the surface that is closest to a point of its mesh.
    * @param {number[]} point  in the coordinates of the control points
+   * @param {{name: string, deviation_bound?: number}[]} faces  the faces in the report of a brep; else none
    */
-  async showPoint(point) {
+  async showPoint(point, faces = []) {
     const { surface } = this.state;
-    if (hasSweep(surface) || hasPart(surface)) return; // the service finds no closest points of these
+    if (hasSweep(surface)) return; // the service finds no closest points of these
     this.requestNumber += 1;
     const { requestNumber } = this;
-    const { positions: [position], uv: [uv], patch } = await project(surface, point);
+    const { positions: [position], uv: [uv], patch, near_edge: nearEdge } = await project(surface, point);
     const curvature = await curvatures(surface, uv, patch?.[0]);
     if (requestNumber !== this.requestNumber) return;
     const [u, v] = uv;
     const parts = [`u ${short(u)}`, `v ${short(v)}`];
-    if (patch) parts.unshift(`patch ${patch[0]}`);
+    if (patch) parts.unshift(surface.type === 'brep' ? nameFace(patch[0], faces) : `patch ${patch[0]}`);
+    if (nearEdge?.[0]) parts.push('at an edge');
     if (curvature) parts.push(`K ${short(curvature.gaussian)}`, `H ${short(curvature.mean)}`);
     show('probe', `${u},${v}`, parts.join(', '));
+    const bound = patch && faces[patch[0]]?.deviation_bound;
+    const hasBound = typeof bound === 'number';
+    show('probe-deviation', String(hasBound ? bound : ''), hasBound ? `at most ${significant(bound)}` : '');
     const { previousPoint } = this;
     const distance = previousPoint
       && Math.hypot(...position.map((value, axis) => value - previousPoint[axis]));
@@ -53,11 +58,11 @@ export class Probe {
   }
 }
 
-/** Shows a face of a part. @param {{name: string, deviation_bound?: number}} part */
-export function showFace({ name, deviation_bound: bound }) {
-  const text = bound === undefined ? name : `${name}, deviation at most ${significant(bound)}`;
-  show('probe', name, text);
-  announce(text);
+/** The number of a face, and its name if it has one. @param {number} number @param {{name: string}[]} faces */
+function nameFace(number, faces) {
+  const text = `face ${number}`;
+  const name = faces[number]?.name;
+  return name === undefined || name === text ? text : `${text} (${name})`;
 }
 
 /** @param {number} value */

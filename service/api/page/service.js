@@ -59,14 +59,14 @@ export async function readFile(body, mediaType) {
 /**
  * The point of a surface that is nearest to a point.
  * @param {Surface} surface @param {number[]} point
- * @returns {Promise<{positions: number[][], uv: number[][], patch?: number[]}>}
+ * @returns {Promise<{positions: number[][], uv: number[][], patch?: number[], near_edge?: boolean[]}>}
  */
 export async function project(surface, point) {
   return post('v1/project', { surface, points: [point] });
 }
 
 /**
- * The curvatures at parameters; null if the service refuses them, as for groups, which have no parameters.
+ * The curvatures at parameters; null if the service refuses them, as on triangles of groups.
  * @param {Surface} surface @param {number[]} uv @param {number} [patch]
  * @returns {Promise<{gaussian: number, mean: number} | null>}
  */

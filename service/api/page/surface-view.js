@@ -115,15 +115,14 @@ export class SurfaceView {
   }
 
   /**
-   * Marks the face of a part that a ray hits, and returns its number; null if the surface is no part.
+   * Marks the face of a part that a ray hits.
    * @param {{object: any, faceIndex?: number | null}} hit
-   * @returns {number | null}
    */
   markFace({ object: mesh, faceIndex }) {
     const faces = mesh.geometry.userData.faces;
     this.marked.removeFromParent();
-    if (!faces || faceIndex === undefined || faceIndex === null) return null;
-    const { first_triangle: firsts, face } = faces;
+    if (!faces || faceIndex === undefined || faceIndex === null) return;
+    const { first_triangle: firsts } = faces;
     const next = firsts.findIndex((/** @type {number} */ first) => first > faceIndex);
     const at = (next < 0 ? firsts.length : next) - 1;
     this.marked.geometry.dispose();
@@ -135,7 +134,6 @@ export class SurfaceView {
     this.marked.geometry.setIndex(new BufferAttribute(mesh.geometry.index.array.slice(3 * firsts[at], end), 1));
     mesh.add(this.marked);
     this.stage.draw();
-    return face[at];
   }
 
   /** Whether the mesh has curvatures. */

@@ -37,7 +37,7 @@ export class View {
       fit,
       click: (mouse) => this.click(mouse),
     });
-    /** Called with the point of the mesh that the user clicked, and the face of a part. @type {(point: number[], face: number | null) => void} */
+    /** Called with the point of the mesh that the user clicked. @type {(point: number[]) => void} */
     this.clicked = () => {};
     element('fit', HTMLButtonElement).addEventListener('click', fit);
     this.stage.onDraw.push(() => { this.placeMarker(); hide('loading', true); });
@@ -66,9 +66,9 @@ export class View {
     const [hit] = caster.intersectObjects(this.surfaceView.meshes, false);
     if (!hit) return;
     const { x, y, z } = hit.point;
-    const face = this.surfaceView.markFace(hit);
+    this.surfaceView.markFace(hit);
     // In the scene the y axis points up; the document may have z up.
-    this.clicked(this.state.surface.up === 'z' ? [x, -z, y] : [x, y, z], face);
+    this.clicked(this.state.surface.up === 'z' ? [x, -z, y] : [x, y, z]);
   }
 
   /** Removes the mesh: it belongs to a document that is no longer open. */

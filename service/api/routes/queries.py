@@ -113,7 +113,8 @@ async def project_points(body: ProjectRequest, context: ContextDep) -> Response:
     """Looks for the closest points, and proves an interval that contains each distance.
 
     Row k of each column belongs to point k. The search subdivides the whole surface: it needs no
-    starting point, and misses no minimum. Tubes and ribbons have no closest points
+    starting point, and misses no minimum. Of a brep, the closest point is on a trimmed face or on
+    an edge, and `near_edge` says where an edge decides. Tubes and ribbons have no closest points
     (`not_parametric`).
 
     Many points are sent faster as a NumPy file. Then the query of the URL names a stored or
@@ -146,7 +147,8 @@ async def intersect_surface(body: IntersectRequest, context: ContextDep) -> Resp
 
     **Rays.** If a ray is `reached`, each point of the surface on the ray has its t in the
     `t_bounds` of a hit. Each hit is nearer to its ray than the thickness
-    (`relative_thickness`). Hits on an edge or a corner that patches share count once.
+    (`relative_thickness`). Hits on an edge or a corner that patches share count once. Faces of a
+    brep have hits inside their trims only, and near their edges (`near_edge`).
 
     **Planes.** A section is returned as polylines, which are within a tolerance of the exact
     section and contain all of its parts, however small. Polylines are closed where the surface is

@@ -7,6 +7,7 @@ from typing import Generic, TypeAlias, TypeVar
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints, RealArray
+from service.encoders.content import list_skipped_faces
 from service.encoders.format import FileFormat
 from service.engine.bounds.mesh_deviation import round_up
 from service.engine.curves.polyline import CurveReport, Polyline, SampledCurve
@@ -22,7 +23,8 @@ class PolylineSize:
     """The counts that bound the file of a curve, which is one polyline, or of sections.
 
     `name_bytes` are the UTF-8 bytes of the name. Of sections, `touching` counts the points where
-    the surface only touches a plane, `coplanar` the patches that lie in a plane.
+    the surface only touches a plane, `coplanar` the patches that lie in a plane, and `skipped` the
+    faces of breps that were left out.
     """
 
     points: int
@@ -31,6 +33,7 @@ class PolylineSize:
     planes: int = 0
     touching: int = 0
     coplanar: int = 0
+    skipped: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +57,7 @@ def count_sections(sections: Sections) -> PolylineSize:
         planes=len(sections.sections),
         touching=sum(len(section.touching) for section in sections.sections),
         coplanar=sum(len(section.coplanar) for section in sections.sections),
+        skipped=len(sections.skipped_faces),
     )
 
 
@@ -104,10 +108,12 @@ def report_sections(sections: Sections, rounding: float = 0.0) -> dict[str, obje
     `rounding` is the largest distance by which the format moves a point; it is part of the bound.
     """
     size = count_sections(sections)
-    return {
+    report: dict[str, object] = {
         "planes": size.planes,
         "polylines": size.polylines,
         "points": size.points,
         "deviation_bound": round_up(sections.deviation_bound + rounding),
-        "engine": ENGINE,
     }
+    if sections.skipped_faces:
+        report["skipped_faces"] = list_skipped_faces(sections.skipped_faces, "patch")
+    return report | {"engine": ENGINE}

@@ -15,6 +15,7 @@ Khronos, glTF 2.0 Specification: 3.7.2.1 mesh primitives. KHR_materials_unlit.
 import numpy as np
 
 from service.bases.arrays import FloatArray, RealArray
+from service.encoders.content import SKIPPED_FACE_CHARS
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf.buffer import BufferBuilder, JsonObject
 from service.encoders.gltf.columns import Column, to_single
@@ -58,7 +59,8 @@ def bound_curve_text(size: PolylineSize) -> int:
 def bound_sections_text(size: PolylineSize) -> int:
     """The most bytes of headers, JSON and padding of sections, without the buffer."""
     planes = (300 + 4 * FLOAT64_CHARS) * size.planes
-    return 4096 + 2 * LONGEST_ESCAPE * size.name_bytes + planes + POLYLINE_CHARS * size.polylines
+    lines = POLYLINE_CHARS * size.polylines + SKIPPED_FACE_CHARS * size.skipped
+    return 4096 + 2 * LONGEST_ESCAPE * size.name_bytes + planes + lines
 
 
 def build_curve(curve: SampledCurve) -> File:

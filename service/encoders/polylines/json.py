@@ -7,6 +7,7 @@ planes with their polylines.
 
 import numpy as np
 
+from service.encoders.content import SKIPPED_FACE_CHARS
 from service.encoders.polylines.format import PolylineSize, report_curve, report_sections
 from service.encoders.text import FLOAT64_CHARS, json_document
 from service.engine.curves.polyline import SampledCurve
@@ -57,4 +58,5 @@ def sections_bound(size: PolylineSize) -> int:
     """The most bytes of the document of sections."""
     plane = 200 + 10 * (FLOAT64_CHARS + 1)
     points = (size.points + size.touching) * (3 * (FLOAT64_CHARS + 1) + 3)
-    return 512 + size.planes * plane + size.polylines * 40 + points + size.coplanar * 20
+    faces = size.coplanar * 20 + size.skipped * SKIPPED_FACE_CHARS
+    return 512 + size.planes * plane + size.polylines * 40 + points + faces

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
+from service.cancellation import checkpoint
 from service.engine.brep.prepared import PreparedBrep
 from service.engine.nets.nets import Nets, group_nets
 from service.engine.nets.query_nets import UNIT_CORNERS, QueryNets, frame, surface_nets
@@ -24,6 +25,7 @@ from service.engine.trims.places import SIZE, PlaceFrames
 from service.engine.trims.splines import Splines
 from service.engine.trims.trimmed_nets import COVER, WHOLE, NetTrims
 from service.engine.vectors import project
+from service.errors import InvalidRequest, Issue
 from service.surface.brep_model import BrepModel
 from service.surface.lowered import GroupModel, PatchModel
 from service.surface.placement import Box, join_boxes, place_box
@@ -36,7 +38,7 @@ def build_part(model: BrepModel | GroupModel) -> Part:
     ------
     InvalidRequest
         A brep is invalid (`prepare`), or a member is a tube or a ribbon; pointers are relative to
-        the surface.
+        the surface. `no_faces`: all faces are skipped, or have no area.
     """
     members = Members.of(model)
     definitions, copies, patches = members.definitions, members.copies, members.patches
@@ -55,12 +57,15 @@ def build_part(model: BrepModel | GroupModel) -> Part:
         edges = build_edge_nets(prepared, speeds)
         reaches = UNDECIDED_MARGINS * prepared.regions.margins * speeds
         for copy in of_definition[number]:
+            checkpoint()
             for face_nets in faces:
                 builder.add_faces(face_nets, reaches, copy)
             edge_parts += [(each, copy) for each in edges]
     if patches is not None:
         builder.add_patches(patches, (low, high))
     surface_count = builder.count
+    if not surface_count:
+        raise _refuse_empty(members)
     for edge_nets, copy in edge_parts:
         builder.add_edges(edge_nets, copy)
     groups, rows, edge_rows = builder.finish()
@@ -86,6 +91,14 @@ def build_part(model: BrepModel | GroupModel) -> Part:
 
 UNDECIDED_MARGINS = 40.0
 """A place that is undecided is no further than this number of margins from the region."""
+
+
+def _refuse_empty(members: Members) -> InvalidRequest:
+    """The error for a part without any face."""
+    message = "No face of the surface takes part: all are invalid, or have no area."
+    reasons = sorted({each.issue.code for each in members.list_skipped()})
+    got = f"no face; what is wrong: {', '.join(reasons)}" if reasons else "no face with an area"
+    return InvalidRequest(Issue("no_faces", message, "", got, "a valid face"))
 
 
 class _Builder:

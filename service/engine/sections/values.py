@@ -10,6 +10,7 @@ from service.engine.extent import choose_origin
 from service.engine.stored_positions import FLOAT32
 from service.engine.vectors import cross, dot, length
 from service.errors import InvalidRequest, Issue
+from service.surface.brep_model import SkippedFace
 from service.surface.checks import Up
 from service.surface.lowered import PatchModel
 
@@ -123,7 +124,8 @@ class Sections:
     """The sections of a surface by some planes, in the order of the planes.
 
     No point of a section is farther than `deviation_bound`, in model units, from its polylines.
-    `metres_per_unit` is the unit of the surface, None if it is not known.
+    `metres_per_unit` is the unit of the surface, None if it is not known. `skipped_faces` are the
+    faces of breps that were left out, with their numbers in the request.
     """
 
     name: str
@@ -132,6 +134,7 @@ class Sections:
     sections: tuple[Section, ...]
     deviation_bound: float
     metres_per_unit: float | None = None
+    skipped_faces: tuple[SkippedFace, ...] = ()
 
     @property
     def polylines(self) -> list[Polyline]:
