@@ -155,7 +155,13 @@ class PreparedBrep:
         """The regions of all faces, for questions whether parameters are inside."""
         return Regions.of(
             self.places,
-            BorderTree.of(self.pcurves, self.coedge_reversed, self.loop_counts),
+            BorderTree.of(
+                self.pcurves,
+                self.coedge_reversed,
+                self.loop_counts,
+                self.loop_faces,
+                len(self.surfaces),
+            ),
             loop_faces=self.loop_faces,
             is_border=self.is_border,
             periods=self._periods,

@@ -255,17 +255,20 @@ def _join_regions(definitions: Sequence[PreparedBrep]) -> Regions:
         np.concatenate([each.places.extent for each in definitions]),
     )
     counts = np.cumsum([0, *(len(each.surfaces) for each in definitions)])
+    loop_faces = np.concatenate(
+        [each.loop_faces + k for each, k in zip(definitions, counts, strict=False)]
+    )
     tree = BorderTree.of(
         Splines.join([each.pcurves for each in definitions]),
         np.concatenate([each.coedge_reversed for each in definitions]),
         np.concatenate([each.loop_counts for each in definitions]),
+        loop_faces,
+        int(counts[-1]),
     )
     return Regions.of(
         frames,
         tree,
-        loop_faces=np.concatenate(
-            [each.loop_faces + k for each, k in zip(definitions, counts, strict=False)]
-        ),
+        loop_faces=loop_faces,
         is_border=np.concatenate([each.is_border for each in definitions]),
         periods=np.concatenate([each.regions.periods for each in definitions]),
     )

@@ -63,16 +63,16 @@ class RectangleWindings:
 
 
 def wind_about_rectangles(
-    tree: BorderTree, rectangles: Rectangles, row: Ints, loop: Ints
+    tree: BorderTree, rectangles: Rectangles, row: Ints, node: Ints
 ) -> RectangleWindings:
     """The winding numbers of loops about rectangles, and which of these they may meet.
 
-    `row` and `loop` (k,) are pairs of a rectangle and a loop.
+    `row` and `node` (k,) are pairs of a rectangle and a node of the first level of the tree.
     """
     count = len(rectangles.margins)
     total = np.zeros(count)
     is_cut, is_met = np.zeros((2, count), bool)
-    lists = [(0, row, loop)]
+    lists = [(0, row, node)]
     while lists:
         checkpoint()
         depth, row, node = lists.pop()

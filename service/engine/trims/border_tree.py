@@ -1,4 +1,4 @@
-"""A tree over the pieces of loops: runs of pieces of one loop, with boxes about them.
+"""A tree over the pieces of loops: runs of pieces of one loop, and loops, with boxes about them.
 
 Proof in docs/proofs.md: "Inside a trimmed region".
 """
@@ -23,6 +23,13 @@ WIDTH = SIZE / 1024
 
 ROUNDS = 12
 """But no span is halved more often than this for the tree."""
+
+
+FEW_LOOPS = 8
+"""Loops of faces are grouped if a face has more of them than this."""
+
+CELLS = 1 << 10
+"""Loops are sorted by the cell of a grid of this many rows and columns in which their middle is."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -55,23 +62,38 @@ class BorderTree:
     pcurves : Splines
         One for each coedge, in the order of loops.
     levels : tuple of TreeLevel
-        From the root down; the first level has one node for each loop.
+        From the roots down.
     pieces : BorderPieces
     counts : ndarray of int, shape (L,)
         Number of pieces of each loop.
+    roots : ndarray of int, shape (F+1,)
+        The first node of each face on the first level, and the number of these nodes.
     """
 
     pcurves: Splines
     levels: tuple[TreeLevel, ...]
     pieces: BorderPieces
     counts: Ints
+    roots: Ints
 
     @classmethod
-    def of(cls, pcurves: Splines, coedge_reversed: Bools, loop_counts: Ints) -> "BorderTree":
-        """The tree of loops of parameter curves; see `list_pieces`."""
+    def of(
+        cls,
+        pcurves: Splines,
+        coedge_reversed: Bools,
+        loop_counts: Ints,
+        loop_faces: Ints,
+        faces: int,
+    ) -> "BorderTree":
+        """The tree of loops of parameter curves (`list_pieces`).
+
+        `loop_faces` (L,) are the faces of loops, in ascending order, and `faces` is F.
+        """
         pieces, counts = list_pieces(pcurves, coedge_reversed, loop_counts)
         pieces, counts = flatten_pieces(pieces, counts, pcurves, WIDTH, ROUNDS)
-        return cls(pcurves, _build_levels(pieces, counts), pieces, counts)
+        loops = np.bincount(loop_faces, minlength=faces)
+        levels, loops = _group_loops(_build_levels(pieces, counts), loop_faces, loops)
+        return cls(pcurves, levels, pieces, counts, find_starts(loops))
 
 
 def group_runs(counts: Ints) -> tuple[Ints, Ints, Ints]:
@@ -111,3 +133,32 @@ def _build_levels(pieces: BorderPieces, counts: Ints) -> tuple[TreeLevel, ...]:
         boxes = np.concatenate([low, high])
         levels.insert(0, TreeLevel(begins, ends, boxes, first, below))
     return tuple(levels)
+
+
+def _group_loops(
+    levels: tuple[TreeLevel, ...], faces: Ints, counts: Ints
+) -> tuple[tuple[TreeLevel, ...], Ints]:
+    """The levels of a tree, with groups of loops of one face above its loops, if a face has many.
+
+    The first of the given levels has one node for each loop, and `faces` (L,) are their faces.
+    Loops that are near to each other are in one group. The second result is how many nodes of the
+    first level each face has; `counts` (F,) is how many loops.
+    """
+    if int(counts.max(initial=0)) <= FEW_LOOPS:
+        return levels, counts
+    middles = levels[0].boxes[:2] / 2 + levels[0].boxes[2:] / 2
+    cell = np.clip(middles / (SIZE / CELLS), 0, CELLS - 1).astype(np.intp)
+    code = np.zeros(len(faces), np.intp)
+    for bit in range(CELLS.bit_length() - 1):
+        code |= (cell[0] >> bit & 1) << (2 * bit) | (cell[1] >> bit & 1) << (2 * bit + 1)
+    order = np.lexsort((code, faces))
+    result = [levels[0].take(order), *levels[1:]]
+    while int(counts.max()) > 1:
+        first, below, counts = group_runs(counts)
+        boxes = result[0].boxes
+        low = np.minimum.reduceat(boxes[:2], first, axis=1)
+        high = np.maximum.reduceat(boxes[2:], first, axis=1)
+        # Closed loops do not wind about a place outside of their box.
+        none = np.zeros(len(first))
+        result.insert(0, TreeLevel(none, none, np.concatenate([low, high]), first, below))
+    return tuple(result), counts

@@ -52,7 +52,7 @@ class Windings:
 
 
 def find_windings(
-    tree: BorderTree, places: FloatArray, margin: FloatArray, row: Ints, loop: Ints
+    tree: BorderTree, places: FloatArray, margin: FloatArray, row: Ints, node: Ints
 ) -> Windings:
     """The sums of the winding numbers of loops about places.
 
@@ -62,14 +62,14 @@ def find_windings(
     places : ndarray of float64, shape (2, m)
     margin : ndarray of float64, shape (m,)
         Convex sets are made larger by this on all sides, for rounding.
-    row, loop : ndarray of int, shape (k,)
-        Pairs of a place and a loop.
+    row, node : ndarray of int, shape (k,)
+        Pairs of a place and a node of the first level of the tree.
     """
     total = np.zeros(places.shape[1])
     near_rows, near_coedges = [row[:0]], [row[:0]]
     tests = halves = 0
     most_pieces = min(PAIRS, tree.pcurves.count_restricted(NUMBERS))
-    lists = [(0, row, loop)]
+    lists = [(0, row, node)]
     while lists:
         checkpoint()
         depth, row, node = lists.pop()

@@ -139,10 +139,14 @@ class Regions:
 
         Coedges are listed on which a point is up to a number of margins.
         """
-        first = self.first_loop[face]
-        row, loop = expand_runs(self.first_loop[face + 1] - first, first)
+        row, node = self.list_roots(face)
         places = np.ascontiguousarray(self.places.to_places(face, parameters).T)
-        return find_windings(self.tree, places, margins * self.margins[face], row, loop)
+        return find_windings(self.tree, places, margins * self.margins[face], row, node)
+
+    def list_roots(self, face: Ints) -> tuple[Ints, Ints]:
+        """Pairs of a row of faces (m,), and a node of the first level of the tree of loops."""
+        first = self.tree.roots[face]
+        return expand_runs(self.tree.roots[face + 1] - first, first)
 
     def _count_copies(self, face: Ints, parameters: FloatArray) -> tuple[FloatArray, Ints]:
         """The least number of periods (m, 2) after which points are in the boxes of loops.

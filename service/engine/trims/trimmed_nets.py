@@ -9,7 +9,6 @@ from functools import cached_property
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.row_batches import expand_runs
 from service.engine.trims.border_rectangles import INNER, Rectangles, wind_about_rectangles
 from service.engine.trims.inside import INSIDE, OUTSIDE, UNDECIDED, Regions
 from service.engine.trims.places import SIZE
@@ -67,9 +66,7 @@ class NetTrims:
         low, high = (corner + side * rectangle[k::2, rows] for k in range(2))
         margins = self.regions.margins[face]
         rectangles = Rectangles(low + (high - low) / 2, (high - low) / 2, margins)
-        first = self.regions.first_loop[face]
-        row, loop = expand_runs(self.regions.first_loop[face + 1] - first, first)
-        found = wind_about_rectangles(self.regions.tree, rectangles, row, loop)
+        found = wind_about_rectangles(self.regions.tree, rectangles, *self.regions.list_roots(face))
         is_inside = found.numbers == 1
         is_undecided = found.is_cut | (found.is_met & ~is_inside)
         is_undecided |= (rectangles.halves < NEAR_SIDES * margins).any(axis=0)

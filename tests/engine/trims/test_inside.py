@@ -185,6 +185,21 @@ def test_few_pairs_are_tested_of_a_point_and_a_long_border() -> None:
     assert answers.halves < 0.1 * 5000
 
 
+def test_few_pairs_are_tested_of_a_point_and_many_holes() -> None:
+    """A sieve with 400 square holes, in no order."""
+    count, rng = 20, np.random.default_rng(0)
+    middles = (np.stack(np.divmod(rng.permutation(count * count), count), axis=1) + 0.5) / count
+    half = 0.3 / count
+    square = half * np.array([[-1, -1], [-1, 1], [1, 1], [1, -1], [-1, -1]])
+    holes = [make_polygon(middle + square) for middle in middles]
+    regions = read_regions(make_face(make_polygon(SQUARE), *holes))
+    points = rng.random((2000, 2))
+    answers = regions.find_inside(np.zeros(2000, np.intp), points)
+    distance = np.abs(points - (np.floor(points * count) + 0.5) / count).max(axis=1)
+    np.testing.assert_array_equal(answers.inside == INSIDE, distance > half)
+    assert answers.tests < 50 * 2000
+
+
 def test_answers_do_not_depend_on_the_tree(monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(7)
     document = make_face(draw_star(rng, np.array([0.5, 0.5]), 0.5))
