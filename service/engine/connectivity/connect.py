@@ -88,8 +88,10 @@ def may_be_cut(model: PatchModel, seams: Seams) -> bool:
 
     The borders of several surfaces may have a curve in common; the border of a single patch has no
     curve twice. The border of a single spline may meet itself if it returns to a corner, or
-    consists of two loops.
+    consists of two loops. An edge may run back on itself.
     """
+    if may_fold(seams):
+        return True
     if len(model.domains) != 1 or model.patch_count == 1:
         return model.patch_count > 1
     connectivity, (domain,) = seams.connectivity, model.domains
@@ -98,6 +100,25 @@ def may_be_cut(model: PatchModel, seams: Seams) -> bool:
     if connectivity.open_count == 2 * (len(domain.u) + len(domain.v) - 2):
         return False  # all sides on the border are open: it is one loop
     return _loops_are_near(model.batches[0], domain, connectivity)
+
+
+def may_fold(seams: Seams) -> bool:
+    """Whether an open edge may run back on itself, as at the end of a tube that is pinched flat.
+
+    It does not if all legs of its control polygon have a part along the chord. An edge of a single
+    patch is only examined if it ends where it begins.
+    """
+    connectivity = seams.connectivity
+    if connectivity.has_open_loops or len(connectivity.edge) == 1:
+        return connectivity.has_open_loops
+    for group in seams.curves:
+        rows = connectivity.open_lines[group.ids].nonzero()[0]
+        if group.points.shape[1] > 2 and len(rows):
+            points = group.points.take(rows, axis=0)
+            legs, chord = np.diff(points, axis=1), points[:, -1:] - points[:, :1]
+            if (np.vecdot(legs, chord) <= 0).any():
+                return True
+    return False
 
 
 def _loops_are_near(batch: Patches, domain: Domain, connectivity: Connectivity) -> bool:

@@ -135,6 +135,12 @@ class Connectivity:
         return int(np.count_nonzero(self.open_lines))
 
     @cached_property
+    def has_open_loops(self) -> bool:
+        """Whether an open line ends at the corner where it begins: it may run back on itself."""
+        begin, end = self.ends
+        return bool((self.open_lines & (begin == end)).any())
+
+    @cached_property
     def border_returns(self) -> bool:
         """Whether more than two open lines end at one corner."""
         sides = self.open_lines[self.edge] & ~self.collapsed

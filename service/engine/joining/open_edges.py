@@ -187,11 +187,11 @@ def place_corners(
                     continue
             t = samples[squares.argmin(axis=1)]
             for _ in range(STEPS):
-                value, slope = _evaluate_with_slope(nets, weights, t)
+                value, slope = evaluate_with_slope(nets, weights, t)
                 squared_speed = np.square(slope).sum(axis=1)
                 step = (value * slope).sum(axis=1) / np.where(squared_speed > 0, squared_speed, 1.0)
                 t = (t - step).clip(0, 1)
-            value, slope = _evaluate_with_slope(nets, weights, t)
+            value, slope = evaluate_with_slope(nets, weights, t)
             is_near = np.square(value).sum(axis=1) <= radius**2
             squared_end_distance = np.minimum(
                 np.square(nets[:, 0]).sum(axis=1), np.square(nets[:, -1]).sum(axis=1)
@@ -218,7 +218,7 @@ def evaluate_curves(
     return value
 
 
-def _evaluate_with_slope(
+def evaluate_with_slope(
     nets: FloatArray, weights: FloatArray | None, t: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Points and derivatives (m, 3) of curves (m, n+1, 3): curve k at parameter `t[k]`."""

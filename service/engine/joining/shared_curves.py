@@ -5,6 +5,9 @@ surface has no knot, or two surfaces meet a third surface along one of its edges
 stays the same curve after raising its degree, after inserting knots and after a linear change of
 the parameter. So:
 
+An open edge that runs back along itself is cut where it turns (`folds`). Other edges are cut at
+corners:
+
 1. A corner that lies on an open edge, and not at its ends, may cut this edge (`place_corners`).
 2. Two pieces between the same two corners are one curve if they agree at 2 n + 1 parameters, where
    n is the highest degree of all edges.
@@ -20,8 +23,10 @@ from service.bases.cache import Cache
 from service.bases.row_batches import row_slices
 from service.cancellation import checkpoint
 from service.engine.clustering import find_leaders
+from service.engine.connectivity.connect import may_fold
 from service.engine.connectivity.incidence import hash_arrays
 from service.engine.connectivity.seams import Seams
+from service.engine.joining.folds import find_folds
 from service.engine.joining.open_edges import (
     CHUNK,
     MAX_PAIRS,
@@ -70,9 +75,9 @@ def find_cuts(seams: Seams, radius: float) -> Cuts:
         the root mean square of the distances of their samples is at most this.
     """
     connectivity, arrays = seams.connectivity, []
-    # Fewer than 3 open edges are not cut. In general, a corner can lie inside one of them only if
-    # there are 2, and both are closed curves.
-    if connectivity.open_count < 3:
+    # Fewer than 3 open edges are not cut at corners. In general, a corner can lie inside one of
+    # them only if there are 2, and both are closed curves.
+    if connectivity.open_count < 3 and not may_fold(seams):
         return NO_CUTS
     for group in seams.curves:
         rows = connectivity.open_lines[group.ids].nonzero()[0]
@@ -85,8 +90,11 @@ def find_cuts(seams: Seams, radius: float) -> Cuts:
 def _search_cuts(seams: Seams, radius: float) -> Cuts:
     """Finds the cuts of open edges without the cache."""
     edges, sides = find_open_edges(seams)
+    folded, fold, fold_slack = find_folds(edges, radius)
+    if len(folded):
+        return _cut_sides(seams, sides[folded], fold, fold_slack)
     edge, corner = find_corner_candidates(edges, radius)
-    if not len(edge) or len(edge) > MAX_PAIRS:
+    if not len(edge) or len(edge) > MAX_PAIRS or edges.count < 3:
         return NO_CUTS
     checkpoint()
     at, slack, is_on = place_corners(edges, edge, edges.corners[corner], radius)
@@ -96,9 +104,13 @@ def _search_cuts(seams: Seams, radius: float) -> Cuts:
     order = np.lexsort((at, edge))
     edge, corner, at, slack = edge[order], corner[order], at[order], slack[order]
     is_kept = _is_beside_shared_piece(edges, edge, corner, at, radius)
-    side = sides[edge[is_kept]]
-    at = np.where(seams.backward.ravel()[side], 1 - at[is_kept], at[is_kept])
-    return Cuts(side // 4, side % 4, at, slack[is_kept])
+    return _cut_sides(seams, sides[edge[is_kept]], at[is_kept], slack[is_kept])
+
+
+def _cut_sides(seams: Seams, side: Ints, at: FloatArray, slack: FloatArray) -> Cuts:
+    """Cuts of sides (K,), numbers patch · 4 + side, at parameters of their edges."""
+    at = np.where(seams.backward.ravel()[side], 1 - at, at)
+    return Cuts(side // 4, side % 4, at, slack)
 
 
 def _is_beside_shared_piece(
