@@ -1,8 +1,8 @@
 """Crossings of rays with trimmed faces, of which all are proved.
 
-A ray is *certain* if it passes no edge within its reach, and each of its hits is a proved root,
-ahead of its origin and apart from the others. Then its hits are exactly the points where the ray
-meets the faces, and it crosses a face at each.
+A ray is *certain* if it passes no edge within its reach, and each of its hits is a proved root
+ahead of its origin. Then its hits are exactly the points where the ray meets the faces, and it
+crosses a face at each.
 
 Proof in docs/proofs.md: "Winding numbers of parts".
 """
@@ -17,7 +17,6 @@ from service.engine.rays.bounds import Rays
 from service.engine.rays.edge_search import NO_PASSES
 from service.engine.rays.hits import NO_HITS, Evidence, Hits
 from service.engine.rays.intersect import CHUNK_SIZES, RayBorders, RaySearch
-from service.engine.rays.intervals import number_clusters
 from service.engine.rays.levels import RayLevels
 from service.engine.rays.trimming import RayTrims
 
@@ -56,12 +55,8 @@ def find_crossings(search: RaySearch, borders: RayBorders, rays: Rays) -> tuple[
 
 
 def _find_vague(hits: Hits, rays: Rays) -> Bools:
-    """Which rays (m,) have a hit that is not proved, is not ahead, or is not apart from others."""
+    """Which rays (m,) have a hit that is not proved, or not ahead of the origin."""
     is_vague = np.zeros(len(rays.near), bool)
     is_bad = (hits.label != Evidence.PROVED) | (hits.low <= rays.near[hits.ray])
     is_vague[hits.ray[is_bad]] = True
-    order = np.lexsort((hits.low, hits.ray))
-    ray = hits.ray[order]
-    cluster = number_clusters(ray, hits.low[order], hits.high[order])
-    is_vague[ray[1:][cluster[1:] == cluster[:-1]]] = True
     return is_vague

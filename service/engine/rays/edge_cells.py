@@ -9,6 +9,7 @@ Proof in docs/proofs.md: "Rays near edges".
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.row_batches import row_slices
 from service.engine.bounds.chords import bound_chord_deviations
 from service.engine.cells import models as model_rows
 from service.engine.cells.tree import CellTree, Table
@@ -21,6 +22,9 @@ it, and the lengths along a and b; and the number of rows."""
 
 SHARE = 1 / 16
 """A piece is halved until it is at most this far from its chord, in units of its reach."""
+
+DENSE_PAIRS = 1 << 16
+"""How many pairs of a ray and a sphere are tested at once."""
 
 SLACKS = 8
 """Reaches are enlarged by this number of slacks of a ray, for rounding."""
@@ -53,6 +57,38 @@ def edge_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
 
 EDGES = Table(edge_models, ROW_COUNT, (SIZE_A, SIZE_B))
 """The table of the models of pieces of edges."""
+
+
+def find_near_spheres(spheres: FloatArray, rays: Rays) -> tuple[Ints, Ints]:
+    """The pairs of a ray and a sphere that the ray may meet, in the order of rays.
+
+    All pairs of m rays and n spheres are tested by products of matrices. The origin o of a ray is
+    the point of its line that is nearest to 0. So for a sphere of the radius r about c, enlarged by
+    the slack s of the ray, the line meets the sphere if
+
+        |c|² − r² − 2 (c · o + r s) + |o|² − s² ≤ (c · d)²,
+
+    up to 64 u (|c|² + |o|² + r² + s²); twice this error is subtracted on the left.
+    """
+    center, radius = spheres[:3], spheres[3]
+    squared, less = dot(center, center), 1 - 128 * UNIT
+    more = 1 + 128 * UNIT
+    ones = np.ones(len(radius))
+    left = np.stack([*(-2.0 * center), -2.0 * radius, squared * less - radius**2 * more, ones])
+    parts = []
+    for rows in row_slices(len(rays.near), len(radius), DENSE_PAIRS):
+        o, d, slack = rays.origin[:, rows], rays.direction[:, rows], rays.slack[rows]
+        last = dot(o, o) * less - slack * slack * more
+        right = np.stack([*o, slack, np.ones(len(slack)), last])
+        along = d.T @ center
+        along *= along
+        met = np.flatnonzero(right.T @ left <= along)
+        ray, sphere = np.divmod(met, len(radius))
+        parts.append((ray + rows.start, sphere))
+    ray, sphere = (np.concatenate(column) for column in zip(*parts, strict=True))
+    reach = radius[sphere] + rays.slack[ray]
+    is_ahead = dot(center[:, sphere], rays.direction[:, ray]) + reach >= rays.near[ray]
+    return ray[is_ahead], sphere[is_ahead]
 
 
 @np.errstate(all="ignore")

@@ -20,14 +20,14 @@ from service.engine.cells.tree import CellTree, WorkLimits
 from service.engine.nets.partials import net_partials
 from service.engine.nets.query_nets import QueryNets
 from service.engine.rays.bounds import CHUNK_PAIRS, Rays
-from service.engine.rays.edge_cells import EDGES, SIZE_A, bound_passes
+from service.engine.rays.edge_cells import EDGES, SIZE_A, bound_passes, find_near_spheres
 from service.engine.rays.intervals import number_clusters
 from service.engine.rays.ray_tree import RayTree
 from service.engine.vectors import Items, cross, dot, length
 
-MAX_FIRST_CELLS = 128
-"""Before the search, edges are halved into at most this number of pieces, which are tested with
-every ray."""
+MAX_FIRST_CELLS, MAX_ROOTS = 512, 2048
+"""Before the search, edges are halved while there are fewer pieces than `MAX_FIRST_CELLS`. All
+pieces, or at most `MAX_ROOTS` spheres about them, are tested with every ray."""
 
 STEPS = 3
 """Gauss-Newton steps to the points of edges that are nearest to rays."""
@@ -108,7 +108,7 @@ class EdgeSearch:
         # The spheres contain all that is within the reaches.
         models, net = self.cells.models, self.cells.net
         models[RADIUS, : self.cells.count] += self.reach[net[: self.cells.count]]
-        self.spheres = BoundingSpheres(self.cells, MAX_FIRST_CELLS)
+        self.spheres = BoundingSpheres(self.cells, MAX_ROOTS)
 
     def find(self, rays: Rays) -> tuple[EdgePasses, Bools]:
         """All passes of m rays, in the order of rays and of `low`; and which rays are reached.
@@ -152,6 +152,10 @@ class EdgeLevels(RayTree):
         if self.takes_too_much:
             return None
         return self.join(EdgePasses.join(self.passes))
+
+    def find_first(self, spheres: FloatArray) -> Pairs:
+        """The pairs of rays with spheres of the first level that they may meet, by rays."""
+        return find_near_spheres(spheres, self.rays)
 
     def step(self, ray: Ints, cell: Ints) -> Pairs:
         """Examine one level of pairs; returns the pairs of the next level."""

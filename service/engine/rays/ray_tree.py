@@ -41,7 +41,7 @@ class RayTree(TreeSearch):
 
         None if fewer rays must be searched.
         """
-        pairs = self.descend_tree(*find_met_spheres(self.spheres.levels[0], self.rays))
+        pairs = self.descend_tree(*self.find_first(self.spheres.levels[0]))
         if pairs is None:
             return None
         ray, cell = pairs
@@ -54,6 +54,10 @@ class RayTree(TreeSearch):
             self.reached[ended_ray], self.in_tree[ended_ray] = False, self.budget.max_spheres
         self.charge_tree()
         return ray, cell
+
+    def find_first(self, spheres: FloatArray) -> Pairs:
+        """The pairs of rays with spheres of the first level that they may meet, by rays."""
+        return find_met_spheres(spheres, self.rays)
 
     def examine_spheres(self, level: int, item: Ints, sphere: Ints) -> Ints:
         """The rows of spheres that rays may meet; those of the first level are known to be met."""
