@@ -38,7 +38,8 @@ from service.schemas.convert import ConvertRequest
 from service.schemas.curves import CurveRequest
 from service.schemas.document import DocumentLimits
 from service.schemas.file_fields import FIELDS, document_from_query
-from service.schemas.queries import PointsRequest
+from service.schemas.intersect import IntersectRequest
+from service.schemas.queries import MeasureRequest, PointsRequest, ProjectRequest
 from service.schemas.query import canonical_query, parse_mesh_query
 from service.schemas.request import MeshRequest, SignRequest, SurfaceRequest
 from service.schemas.validation import parse_request, validate_document
@@ -75,6 +76,9 @@ def parse_json(content: bytes) -> None:
         lambda: _check_restored(parse_request(SurfaceRequest, content, LIMITS).to_surface()),
         lambda: parse_request(MeshRequest, content, LIMITS).to_surface(),
         lambda: parse_request(PointsRequest, content, LIMITS).to_query(),
+        lambda: parse_request(ProjectRequest, content, LIMITS).to_query(),
+        lambda: _parse_intersection(content),
+        lambda: parse_request(MeasureRequest, content, LIMITS).to_query(),
         lambda: parse_request(ConvertRequest, content, LIMITS).to_operations(),
         lambda: parse_request(CurveRequest, content, LIMITS),
         lambda: parse_request(SignRequest, content, LIMITS),
@@ -82,6 +86,12 @@ def parse_json(content: bytes) -> None:
     for call in calls:
         with suppress(SurfaceError):
             call()
+
+
+def _parse_intersection(content: bytes) -> object:
+    """The rays or the planes of a request."""
+    request = parse_request(IntersectRequest, content, LIMITS)
+    return request.to_query() if request.planes is None else request.to_sections()
 
 
 def _check_restored(surface: Any) -> None:

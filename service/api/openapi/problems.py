@@ -68,7 +68,9 @@ Example: TypeAlias = ProblemKind | SurfaceError | FailingCall
 
 _INSIDE = PointsQuery(np.array([[0.5, 0.5]]), patch=None, order=0)
 _OUTSIDE = PointsQuery(np.array([[0.5, 1.5]]), patch=None, order=0)
-"""One parameter pair inside the domain [0, 1]², and one pair outside of it."""
+_NO_FACE = PointsQuery(np.array([[0.5, 0.5]]), patch=np.array(99), order=0)
+"""One parameter pair inside the domain [0, 1]², one outside of it, and one on a face with a number
+that the built-in parts do not have."""
 _RAGGED = (
     b'{"surface": {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, true]], [[2, 0, 0], [2, 1]]]}}'
 )
@@ -142,6 +144,7 @@ def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
             "size": _render("glb", MeshOptions((9000, 9000))),
             "points": lambda: plan_points(find("saddle").surface(), _OUTSIDE).run(),
             "knots": _post_mesh(_KNOTS),
+            "face": lambda: plan_points(find("gear").surface(), _NO_FACE).run(),
             "parameters": lambda: plan_points(find("trefoil-tube").surface(), _INSIDE).run(),
             "intervals": lambda: plan_measure(_FOLDED, MeasureQuery(1e-11), _SMALL_LIMITS).run(),
             "conversion": lambda: plan_conversion(
