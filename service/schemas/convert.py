@@ -101,7 +101,9 @@ class RestrictDefinition(StrictModel):
     """Cuts a piece out of one patch or a B-spline.
 
     The piece of a patch is a patch with parameters from 0 to 1. The piece of a B-spline keeps its
-    parameters and its knots inside the piece; a direction that is cut is clamped.
+    parameters and its knots inside the piece; a direction that is cut is clamped. Of a periodic
+    B-spline, a piece may go over the seam: it begins at most one period below the domain, and is at
+    most one period long.
     """
 
     op: Literal["restrict"] = Field(description="The operation.")

@@ -24,6 +24,7 @@ from service.engine.points.places import (
     check_inside,
     find_patch_numbers,
     normalize_sums,
+    round_to_ends,
 )
 from service.engine.scenes.placing import place_nets
 from service.engine.trims.inside import INSIDE
@@ -155,25 +156,29 @@ def locate_on_part(model: GroupModel | BrepModel, query: PointsQuery) -> PartPoi
     """
     copies, numbering = Copies.of(model), Numbering.of(model)
     copy, own = numbering.find_copies(find_patch_numbers(len(numbering), query))
-    parameters = query.places if query.field == "uv" else normalize_sums(query.places)[:, 1:]
+    is_uv = query.field == "uv"
+    parameters = query.places.copy() if is_uv else normalize_sums(query.places)[:, 1:]
     patch, is_triangle = own.copy(), np.zeros(len(own), bool)
-    local, widths = parameters.copy(), np.ones(parameters.shape)
     low, high = np.zeros(parameters.shape), np.ones(parameters.shape)
+    local, widths = parameters.copy(), np.ones(parameters.shape)
     batches: dict[int, tuple[Patches, ...]] = {}
     for number, each, rows in copies.split(copy):
         if isinstance(each, BrepModel):
             surfaces, face = FaceSurfaces.of(each.surfaces), own[rows]
+            low[rows], high[rows] = surfaces.low[face], surfaces.high[face]
+            parameters[rows] = round_to_ends(parameters[rows], low[rows], high[rows])
             patch[rows], spans, sides = surfaces.locate(face, parameters[rows])
             local[rows], widths[rows] = spans.T, sides.T
-            low[rows], high[rows] = surfaces.low[face], surfaces.high[face]
             batches[number] = surfaces.model.batches
         elif isinstance(each, PatchModel):
+            parameters[rows] = round_to_ends(parameters[rows], low[rows], high[rows])
+            local[rows] = parameters[rows]
             patch[rows] = np.argsort(list_numbers(each))[own[rows]]
             is_triangle[rows] = triangular_patches(each.batches)[patch[rows]]
             batches[number] = each.batches
     # A mirrored triangle is a tensor-product patch with a side that is one point.
     check_coordinates(is_triangle & ~copies.is_exchanged[copy], query)
-    if query.field == "uv":
+    if is_uv:
         check_inside(parameters, low, high)
     places = ParameterPoints(patch, local, widths)
     return PartPoints(copies, batches, copy, own, parameters, places)

@@ -9,6 +9,10 @@ from service.engine.connectivity.incidence import triangular_patches
 from service.errors import MAX_ISSUES, InvalidRequest, Issue, format_number, pointer
 from service.surface.lowered import PatchModel
 
+END_ROUNDING = 2.0**-49
+"""A parameter outside of a domain by at most this part of the domain's larger end, 8 units in the
+last place, is the end of the domain: `k * step` may exceed it by a rounding."""
+
 SAME_SUM = 1e-9
 """The largest difference of the sum of three barycentric coordinates from 1; it allows for rounding
 by clients."""
@@ -62,9 +66,9 @@ class PointsQuery:
 def locate(model: PatchModel, query: PointsQuery) -> ParameterPoints:
     """Find the patch and the local parameters of each place of a query.
 
-    A knot belongs to the patch that begins there, and the end of the domain to the last patch.
-    Barycentric coordinates are divided by their sum. A surface that has one domain has no patch
-    numbers.
+    A knot belongs to the patch that begins there, and the end of the domain to the last patch, with
+    parameters that exceed it by a few roundings. Barycentric coordinates are divided by their sum.
+    A surface that has one domain has no patch numbers.
 
     Raises
     ------
@@ -89,13 +93,15 @@ def locate(model: PatchModel, query: PointsQuery) -> ParameterPoints:
         local = normalize_sums(query.places)[:, 1:]
         return ParameterPoints(patch, local, np.ones(local.shape))
     if not model.domains:
-        check_inside(query.places, np.zeros(2), np.ones(2))
-        return ParameterPoints(patch, query.places, np.ones(query.places.shape))
+        local = round_to_ends(query.places, np.zeros(2), np.ones(2))
+        check_inside(local, np.zeros(2), np.ones(2))
+        return ParameterPoints(patch, local, np.ones(local.shape))
     local, widths = np.empty(query.places.shape), np.empty(query.places.shape)
     for number in np.unique(request_numbers).tolist():
         rows, domain = np.flatnonzero(request_numbers == number), model.domains[number]
         knots, uv = (domain.u, domain.v), query.places[rows]
         low, high = (np.array([axis_knots[end] for axis_knots in knots]) for end in (0, -1))
+        uv = round_to_ends(uv, low, high)
         check_inside(uv, low, high, rows)
         (k, u, wu), (m, v, wv) = (_find_spans(uv[:, i], knots[i]) for i in range(2))
         patch[rows] += k * (len(domain.v) - 1) + m
@@ -116,9 +122,12 @@ def _find_first_patches(model: PatchModel) -> Ints:
 
 
 def normalize_sums(places: FloatArray) -> FloatArray:
-    """Barycentric coordinates (m, 3) divided by their sum; refuses invalid coordinates."""
+    """Barycentric coordinates (m, 3) divided by their sum; refuses invalid coordinates.
+
+    A coordinate below 0 by a few roundings becomes 0.
+    """
     total = places.sum(axis=1)
-    is_inside = (places >= 0).all(axis=1) & (np.abs(total - 1) <= SAME_SUM)
+    is_inside = (places >= -END_ROUNDING).all(axis=1) & (np.abs(total - 1) <= SAME_SUM)
     if not is_inside.all():
         raise InvalidRequest(
             *(
@@ -132,7 +141,8 @@ def normalize_sums(places: FloatArray) -> FloatArray:
                 for row in np.flatnonzero(~is_inside)[:MAX_ISSUES].tolist()
             )
         )
-    normalized: FloatArray = places / total[:, np.newaxis]
+    places = np.maximum(places, 0.0)
+    normalized: FloatArray = places / places.sum(axis=1)[:, np.newaxis]
     return normalized
 
 
@@ -159,6 +169,17 @@ def _find_spans(t: FloatArray, knots: FloatArray) -> tuple[Ints, FloatArray, Flo
     span = np.searchsorted(knots[1:-1], t, side="right")
     widths = knots[span + 1] - knots[span]
     return span, (t - knots[span]) / widths, widths
+
+
+def round_to_ends(uv: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """(u, v) (m, 2); parameters that a few roundings led out of domains become their ends.
+
+    `low` and `high` are the ends of the domains, (2,) or (m, 2) each.
+    """
+    slack = END_ROUNDING * np.maximum(np.abs(low), np.abs(high))
+    nearest = np.clip(uv, low, high)
+    rounded: FloatArray = np.where(np.abs(uv - nearest) <= slack, nearest, uv)
+    return rounded
 
 
 def check_inside(

@@ -25,6 +25,9 @@ from service.surface.convert.nets import (
 from service.surface.convert.operations import Interval, Restrict, Split, ToTriangle
 from service.surface.patches import PatchSurface
 
+END_ROUNDING = 2.0**-49
+"""A parameter outside of [0, 1] by at most this, some units in the last place, is its end."""
+
 
 def split_patch(
     surface: BezierSurface | PatchSurface, operation: Split, allowed: SizeLimits
@@ -53,7 +56,12 @@ def restrict_bezier(
     surface: BezierSurface, operation: Restrict, _allowed: SizeLimits
 ) -> BezierSurface:
     """Restrict a patch to a piece of its domain; the piece is a patch of the same degree."""
-    for name, piece in (("u", operation.u), ("v", operation.v)):
+    u, v = (
+        None if piece is None else (_round_to_end(piece[0]), _round_to_end(piece[1]))
+        for piece in (operation.u, operation.v)
+    )
+    operation = replace(operation, u=u, v=v)
+    for name, piece in (("u", u), ("v", v)):
         if piece is not None:
             check_within(name, piece, (0.0, 1.0))
     batch = Batch.of_net(surface).apply(partial(_restrict_net, operation=operation))
@@ -166,6 +174,12 @@ def check_within(name: str, piece: Interval, domain: Interval) -> None:
                     f"{format_number(domain[0])} to {format_number(domain[1])}",
                 )
             )
+
+
+def _round_to_end(parameter: float) -> float:
+    """The parameter; 0 or 1 if it is outside of [0, 1] by a few roundings."""
+    nearest = min(max(parameter, 0.0), 1.0)
+    return nearest if abs(parameter - nearest) <= END_ROUNDING else parameter
 
 
 def _cut_net(net: Net, cuts: tuple[float | None, float | None], degree: tuple[int, int]) -> Net:

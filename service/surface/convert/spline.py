@@ -38,6 +38,7 @@ from service.surface.convert.refine_spline import (
     refine_over,
     snap_to_knot,
 )
+from service.surface.convert.unroll import is_over_seam, unroll
 from service.surface.group import GroupSurface
 from service.surface.knots import find_least_span
 from service.surface.member import Member
@@ -64,12 +65,16 @@ def restrict_spline(
     """Restrict a B-spline to a piece of its domain, which keeps its parameters and knots.
 
     A direction that is cut becomes clamped. A parameter that differs from a knot by rounding alone
-    counts as this knot.
+    counts as this knot. A piece of a direction that is periodic may begin one period below the
+    domain, and go over the seam.
     """
     pieces: dict[int, Interval] = {}
     for axis, interval in enumerate((operation.u, operation.v)):
         if interval is not None:
             first, last = (snap_to_knot(surface, axis, t) for t in interval)
+            if is_over_seam(surface, axis, (first, last)):
+                surface = unroll(surface, axis, (first, last))
+                first, last = (snap_to_knot(surface, axis, t) for t in interval)
             min_length = find_least_span(*find_domain(surface, axis))
             check_length(last - first, min_length, f"/{'uv'[axis]}")
             pieces[axis] = first, last

@@ -122,3 +122,19 @@ def test_triangles_take_barycentric_places_and_grids_take_uv() -> None:
     ]
     _, pieces = build_pieces()
     assert list_refusals(pieces, places[:1]) == [("wrong_parameters", "/barycentric/0")]
+
+
+def test_a_parameter_beyond_an_end_by_a_few_roundings_is_the_end() -> None:
+    """`3 * 0.1 / 0.3` exceeds 1 by a rounding; 1e-9 beyond the end is outside."""
+    _, pieces = build_pieces()
+    above, below = np.nextafter(4, 5), np.nextafter(np.nextafter(-1, -2), -2)
+    result = locate(pieces, PointsQuery(np.array([[above, 3], [below, 2]]), patch=None, order=0))
+    np.testing.assert_array_equal(result.patch, [1, 0])
+    np.testing.assert_array_equal(result.local, [[1, 1], [0, 0]])
+    patches = build_model([np.zeros((2, 2, 3))] * 2)
+    uv = np.array([[1 + 4e-16, -2e-16]])
+    local = locate(patches, PointsQuery(uv, patch=np.array(1), order=0)).local
+    np.testing.assert_array_equal(local, [[1, 0]])
+    for outside in ([[1 + 1e-9, 0.5]], [[0.5, -1e-14]]):
+        with pytest.raises(InvalidRequest):
+            locate(patches, PointsQuery(np.array(outside), patch=np.array(0), order=0))
