@@ -18,6 +18,9 @@ from service.engine.trims.splines import Splines
 from service.engine.trims.surfaces import FaceSurfaces
 from service.surface.brep_model import BrepModel, SkippedFace
 
+CLOSE = 2.0**-40
+"""For questions, bounds of gaps above this share of the diagonal are made closer."""
+
 
 @dataclass(frozen=True, eq=False)
 class PreparedBrep:
@@ -180,17 +183,28 @@ class PreparedBrep:
         curve = self.edge_curves[self.coedge_edges]
         gaps[curve < 0] = 0.0
         rows = np.isnan(gaps).nonzero()[0]
-        if len(rows):
-            face, places = self.coedge_faces[rows], self.places
-            scale = places.extent[face] / SIZE
-            pcurves = self.pcurves.take(rows).map_points(-places.origin[face] / scale, scale)
-            open_surfaces = ClosedSurfaces.open(self.surfaces)
-            gaps[rows] = bound_gaps(
-                open_surfaces,
-                face,
-                self.curves,
-                curve[rows],
-                pcurves,
-                enough=ENOUGH * self.diagonal,
-            ).bound
+        gaps[rows] = self._bound_gaps(rows, ENOUGH)
         return gaps
+
+    @cached_property
+    def close_gaps(self) -> FloatArray:
+        """The bounds `gaps`, shape (C,), made closer where they are above `CLOSE` diagonals."""
+        gaps = self.gaps.copy()
+        rows = (gaps > CLOSE * self.diagonal).nonzero()[0]
+        gaps[rows] = np.minimum(gaps[rows], self._bound_gaps(rows, CLOSE))
+        return gaps
+
+    def _bound_gaps(self, rows: Ints, enough: float) -> FloatArray:
+        """Bounds of the gaps of coedges `rows`; below `enough` diagonals they need not be close."""
+        if not len(rows):
+            return np.zeros(0)
+        face, places = self.coedge_faces[rows], self.places
+        scale = places.extent[face] / SIZE
+        return bound_gaps(
+            ClosedSurfaces.open(self.surfaces),
+            face,
+            self.curves,
+            self.edge_curves[self.coedge_edges[rows]],
+            self.pcurves.take(rows).map_points(-places.origin[face] / scale, scale),
+            enough=enough * self.diagonal,
+        ).bound

@@ -13,7 +13,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.brep.prepared import PreparedBrep
-from service.engine.parts.face_nets import find_boxes
+from service.engine.parts.face_nets import find_boxes, find_slivers
 from service.engine.trims.border_pieces import JOIN
 from service.engine.trims.lowering import COORDINATE_ERROR, EXTENT_ERROR
 from service.engine.vectors import UNIT, Items, project
@@ -22,10 +22,11 @@ ALIGNED = 1 / 2
 """A piece of a border runs along a side of the box of its face up to this number of margins: then
 no path in the box crosses it."""
 
-ROUNDING = 6.0
-"""Borders may be this number of margins further from their edges than by their gaps."""
+ROUNDING, SLIVERS = 2.0, 4.0
+"""Borders may be further from their edges than by their gaps, by these numbers of margins: the
+first, and the second too if the box of their face reaches into spans without nets."""
 
-SHORT = 2.0
+SHORT = 1 / 2
 """Segments that join parameter curves are no longer than this number of margins, or get a point."""
 
 NO_EDGE = -1
@@ -93,10 +94,11 @@ def build_edge_nets(prepared: PreparedBrep, speeds: FloatArray) -> list[EdgeNets
     curved = prepared.edge_curves[edge] >= 0
     is_aligned, joins = _find_aligned(prepared)
     # Gaps of edges: the greatest of the coedges that paths may cross.
-    rounding = ROUNDING * prepared.regions.margins[face] * speeds[face]
+    reach = ROUNDING + SLIVERS * find_slivers(prepared)
+    rounding = (reach * prepared.regions.margins * speeds)[face]
     gaps = np.zeros(count)
     crossed = np.flatnonzero(curved & ~is_aligned)
-    np.maximum.at(gaps, edge[crossed], (prepared.gaps + rounding)[crossed])
+    np.maximum.at(gaps, edge[crossed], (prepared.close_gaps + rounding)[crossed])
     # The first coedge of each edge is that of the face with the lowest number.
     coedge = np.full(count, -1)
     borders = np.flatnonzero(curved & is_border)
@@ -153,7 +155,8 @@ def _cover(prepared: PreparedBrep, poles: Ints, joins: Ints, speeds: FloatArray)
     face = prepared.coedge_faces[pieces.coedges[chosen]]
     boxes = pieces.boxes[:, chosen]
     middles = ((boxes[:2] + boxes[2:]) / 2).T
-    reach = (boxes[2:] - boxes[:2]).max(axis=0) / 2 + ROUNDING * prepared.regions.margins[face]
+    more = (ROUNDING + SLIVERS) * prepared.regions.margins[face]
+    reach = (boxes[2:] - boxes[:2]).max(axis=0) / 2 + more
     points = prepared.surfaces.evaluate(face, places.to_parameters(face, middles))
     none, zero = np.full(len(chosen), -1), np.zeros(len(chosen))
     rows = EdgeRows(none, zero, zero, reach * speeds[face], none, face, np.zeros(len(chosen), bool))

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.affine_combination import to_homogeneous
-from service.bases.arrays import FloatArray, Ints
+from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import expand_runs
 from service.engine.brep.prepared import PreparedBrep
 from service.engine.evaluation.normals import group_by_batch
@@ -87,6 +87,22 @@ def find_boxes(prepared: PreparedBrep) -> tuple[FloatArray, FloatArray]:
     return np.where(is_empty, np.inf, low), np.where(is_empty, -np.inf, high)
 
 
+def find_slivers(prepared: PreparedBrep) -> Bools:
+    """Whether the box of each face, (F,), reaches into spans that have no net (`SLIVER`)."""
+    low, high = find_boxes(prepared)
+    inner_low, inner_high = _shrink_boxes(prepared, low, high)
+    breaks = prepared.surfaces.breaks
+    faces = np.flatnonzero(np.isfinite(high - low).all(axis=1))
+    domain = (2 * faces[:, np.newaxis] + np.arange(2)).ravel()
+    has_slivers = np.zeros(len(low), bool)
+    for is_high, pair in enumerate(((low, inner_low), (high, inner_high))):
+        spans = [
+            breaks.find_spans(domain, ends[faces].ravel(), before=bool(is_high)) for ends in pair
+        ]
+        has_slivers[faces] |= (spans[0] != spans[1]).reshape(-1, 2).any(axis=1)
+    return has_slivers
+
+
 def restrict_faces(prepared: PreparedBrep) -> Iterator[FaceNets]:
     """The nets of all faces with loops, degree by degree.
 
@@ -117,16 +133,24 @@ def restrict_faces(prepared: PreparedBrep) -> Iterator[FaceNets]:
         yield FaceNets(chosen, values, nets.middles[:, chosen.patch], sizes, errors)
 
 
+def _shrink_boxes(
+    prepared: PreparedBrep, low: FloatArray, high: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Boxes (F, 2) smaller by `SLIVER` margins on all sides, but no smaller than a point."""
+    regions = prepared.regions
+    margin = SLIVER * regions.margins[:, np.newaxis] * (regions.places.extent / SIZE)
+    is_empty = ~np.isfinite(high - low)
+    middle = np.where(is_empty, 0.0, low + np.where(is_empty, 0.0, high - low) / 2)
+    return np.minimum(low + margin, middle), np.maximum(high - margin, middle)
+
+
 def _list_spans(prepared: PreparedBrep) -> FaceSpans:
     """The spans that the boxes of regions touch, face after face."""
-    surfaces, regions = prepared.surfaces, prepared.regions
+    surfaces = prepared.surfaces
     low, high = find_boxes(prepared)
     faces = np.flatnonzero(np.isfinite(high - low).all(axis=1))
-    margin = SLIVER * regions.margins[faces, np.newaxis] * (regions.places.extent[faces] / SIZE)
+    inner_low, inner_high = (ends[faces] for ends in _shrink_boxes(prepared, low, high))
     low, high = low[faces], np.maximum(low, high)[faces]
-    middle = low + (high - low) / 2
-    # Boxes that touch a span with their margins alone do not need it.
-    inner_low, inner_high = np.minimum(low + margin, middle), np.maximum(high - margin, middle)
     breaks = surfaces.breaks
     domain = 2 * faces[:, np.newaxis] + np.arange(2)
     begin = breaks.find_spans(domain.ravel(), inner_low.ravel()).reshape(-1, 2)

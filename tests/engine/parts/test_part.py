@@ -199,3 +199,19 @@ def test_faces_that_are_skipped_take_no_part() -> None:
     assert skipped
     assert not np.isin(part.nets.patch, skipped).any()
     assert part.members.patch_count == len(prepared.surfaces)
+
+
+def test_close_gaps_are_closer_and_above_what_is_seen() -> None:
+    for name in ("ellip", "crossholes"):
+        (prepared,) = build_part(lower(read_solid(name))).members.definitions
+        assert (prepared.close_gaps <= prepared.gaps).all()
+        coedge = np.flatnonzero(prepared.is_border).repeat(40)
+        edge, face = prepared.coedge_edges[coedge], prepared.coedge_faces[coedge]
+        low, high = prepared.edge_ranges[edge].T
+        t = low + np.tile(np.linspace(0, 1, 40), len(coedge) // 40) * (high - low)
+        points = prepared.curves.evaluate(prepared.edge_curves[edge], t)
+        places = prepared.pcurves.evaluate(coedge, t)
+        on_face = prepared.surfaces.evaluate(face, prepared.places.to_parameters(face, places))
+        apart = np.linalg.norm(points - on_face, axis=1)
+        assert (apart <= prepared.close_gaps[coedge]).all()
+        assert prepared.close_gaps.max() < 0.7 * prepared.gaps.max()
