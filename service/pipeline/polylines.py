@@ -184,7 +184,7 @@ def _cut(
 
     model = require_numbered_patches(surface.lower())
     with Measured("intersect"):
-        distance = tolerance.to_model_units(model, is_float32=fmt.is_float32)
+        distance = tolerance.to_model_units(model.bounds, model.diagonal, is_float32=fmt.is_float32)
         joined, seams = join(model, MeshOptions().weld_tolerance, check_patches)
         sections = cut_surface(joined, seams, planes, distance, check_pieces)
         sections = _number_coplanar_patches(joined, sections)

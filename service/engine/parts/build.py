@@ -28,7 +28,7 @@ from service.engine.vectors import project
 from service.errors import InvalidRequest, Issue
 from service.surface.brep_model import BrepModel
 from service.surface.lowered import GroupModel, PatchModel
-from service.surface.placement import Box, join_boxes, place_box
+from service.surface.placement import Box
 
 
 def build_part(model: BrepModel | GroupModel) -> Part:
@@ -41,11 +41,8 @@ def build_part(model: BrepModel | GroupModel) -> Part:
         the surface. `no_faces`: all faces are skipped, or have no area.
     """
     members = Members.of(model)
-    definitions, copies, patches = members.definitions, members.copies, members.patches
-    boxes = [_find_box(definitions[copy.definition], copy.matrix) for copy in copies]
-    if patches is not None:
-        boxes.append(patches.bounds)
-    low, high = join_boxes(boxes)
+    definitions, patches = members.definitions, members.patches
+    low, high = members.bounds
     origin, scale, diagonal = frame(low, high)
     builder = _Builder(Frame(origin, scale))
     edge_parts: list[tuple[EdgeNets, BrepCopy]] = []
@@ -222,11 +219,6 @@ def _list_no_nets() -> NetRows:
     """The rows of no nets."""
     none, zero, pairs = np.zeros(0, np.intp), np.zeros(0), np.zeros((2, 0))
     return NetRows(none, none, none, none, pairs, pairs, np.zeros((8, 0)), zero, zero, zero)
-
-
-def _find_box(prepared: PreparedBrep, matrix: FloatArray | None) -> Box:
-    """The box of a copy of a brep."""
-    return place_box((prepared.box[0], prepared.box[1]), matrix)
 
 
 def _find_speeds(prepared: PreparedBrep, faces: Sequence[FaceNets]) -> FloatArray:

@@ -13,6 +13,7 @@ from service.engine.numbering import Numbering, list_numbers
 from service.errors import InvalidRequest
 from service.surface.brep_model import BrepModel, SkippedFace
 from service.surface.lowered import GroupModel, PatchModel
+from service.surface.placement import Box, join_boxes, place_box
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -97,6 +98,16 @@ class Members:
             placed = to_patches(replace(model, members=tuple(others)))
             placed = replace(placed, request_numbers=np.concatenate(patches))
         return cls(tuple(definitions), tuple(copies), placed, starts[-1])
+
+    @property
+    def bounds(self) -> Box:
+        """Least and greatest coordinates of all copies and patches."""
+        boxes = [
+            place_box((box[0], box[1]), copy.matrix)
+            for copy in self.copies
+            for box in (self.definitions[copy.definition].box,)
+        ]
+        return join_boxes(boxes if self.patches is None else [*boxes, self.patches.bounds])
 
     def list_skipped(self) -> Iterator[SkippedFace]:
         """The faces that are skipped, in the first copy of their brep, with their numbers there."""

@@ -12,7 +12,7 @@ from service.engine.vectors import cross, dot, length
 from service.errors import InvalidRequest, Issue
 from service.surface.brep_model import SkippedFace
 from service.surface.checks import Up
-from service.surface.lowered import PatchModel
+from service.surface.placement import Box
 
 RELATIVE_TOLERANCE = 1e-3
 """The default tolerance, in diagonals of the box of control points."""
@@ -71,21 +71,23 @@ class SectionTolerance:
     distance: float | None = None
     relative: float = RELATIVE_TOLERANCE
 
-    def to_model_units(self, model: PatchModel, *, is_float32: bool) -> float:
-        """The tolerance in model units; `is_float32` says whether points are stored in float32.
+    def to_model_units(self, bounds: Box, diagonal: float, *, is_float32: bool) -> float:
+        """The tolerance in model units, for a model with these bounds and this diagonal.
+
+        `is_float32` says whether points are stored in float32.
 
         Raises
         ------
         InvalidRequest
             `tolerance_too_small`.
         """
-        low, high = model.bounds
-        min_tolerance = MIN_RELATIVE_TOLERANCE * model.diagonal
+        low, high = bounds
+        min_tolerance = MIN_RELATIVE_TOLERANCE * diagonal
         if is_float32:
             max_coordinate = float(np.abs(np.stack([low, high]) - choose_origin(low, high)).max())
             # Rounding to float32 moves a point by less than 1/8 of this.
             min_tolerance = max(min_tolerance, 8 * float(FLOAT32.eps) * max_coordinate)
-        tolerance = self.relative * model.diagonal if self.distance is None else self.distance
+        tolerance = self.relative * diagonal if self.distance is None else self.distance
         if tolerance < min_tolerance:
             raise InvalidRequest(
                 Issue(
