@@ -986,6 +986,8 @@ export interface components {
         /**
          * Boundary
          * @description An open border: a chain of edges, with the surface on their left.
+         *
+         *     Where neighbouring patches do not agree about their sides, the chain goes on all the same.
          */
         Boundary: {
             /** @description Its length. */
@@ -5524,8 +5526,8 @@ export interface components {
             /**
              * Reached
              * @description Whether all intervals of the whole surface are at most `tolerance` wide. They are wider where
-             *     rounding or gaps that were closed (`moved`) require it, and for a quantity for which no allowed
-             *     `tolerance` can be reached, such as a volume of zero.
+             *     rounding or gaps that were closed (`moved`) require it, for a quantity for which no allowed
+             *     `tolerance` can be reached, such as a volume of zero, and for borders with a costly length.
              */
             reached: boolean;
             /**

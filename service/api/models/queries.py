@@ -218,7 +218,10 @@ class FaultyEdge(EdgePlace):
 
 
 class Boundary(ResponseModel):
-    """An open border: a chain of edges, with the surface on their left."""
+    """An open border: a chain of edges, with the surface on their left.
+
+    Where neighbouring patches do not agree about their sides, the chain goes on all the same.
+    """
 
     length: Interval
     """Its length."""
@@ -273,8 +276,8 @@ class SurfaceMeasures(ResponseModel):
     whole surface needs: for a small part they may be wider than `tolerance`."""
     reached: bool
     """Whether all intervals of the whole surface are at most `tolerance` wide. They are wider where
-    rounding or gaps that were closed (`moved`) require it, and for a quantity for which no allowed
-    `tolerance` can be reached, such as a volume of zero."""
+    rounding or gaps that were closed (`moved`) require it, for a quantity for which no allowed
+    `tolerance` can be reached, such as a volume of zero, and for borders with a costly length."""
     moved: Length
     """The largest distance by which control points were moved so that borders meet. The intervals
     include the effect of this."""

@@ -15,6 +15,7 @@ from service.engine.connectivity.orientation import LEFT, OrientedSides, orient_
 from service.engine.connectivity.seams import Seams
 from service.engine.joining.join import Allow, allow_any
 from service.engine.measures.cells import MeasuredCells, build_cells, group_cells
+from service.engine.measures.chains import chain_edges
 from service.engine.measures.integrals import estimate
 from service.engine.measures.joined_surface import JoinedSurface, place_and_join
 from service.engine.measures.precision import REMAINDER_SHARE, Precision
@@ -157,33 +158,11 @@ def _measure_boundaries(
 def _join_open_sides(seams: Seams, oriented: OrientedSides) -> list[tuple[list[int], bool]]:
     """The open sides as borders with the patches on their left, in the order of their first sides.
 
-    A border is a list of sides, as numbers patch · 4 + side, each of which begins where the side
-    before ends; and whether the last side ends where the first begins.
-    If several open sides begin at a corner, a border continues with the unused side of the least
-    number.
+    A border is a list of sides, as numbers patch · 4 + side, and whether it is closed.
     """
     sides = np.flatnonzero(oriented.is_open.ravel())
     begins, ends = (seams.corner[:, corners].ravel()[sides] for corners in (BEGINS, ENDS))
     # A side that has its patch on the right is passed from its end to its beginning.
     is_reversed = np.tile(LEFT < 0, len(seams.edge))[sides]
     begins, ends = np.where(is_reversed, ends, begins), np.where(is_reversed, begins, ends)
-    # The positions in `sides` of the unused sides that begin at each corner, the least number last.
-    unused: dict[int, list[int]] = {}
-    for k in reversed(range(len(sides))):
-        unused.setdefault(int(begins[k]), []).append(k)
-    # Begin first at sides that follow no other side: a beginning in the middle of a border would
-    # divide it.
-    starts = np.flatnonzero(~np.isin(begins, ends)).tolist()
-    borders = []
-    for start in (*starts, *range(len(sides))):
-        if start not in unused[int(begins[start])]:
-            continue
-        unused[int(begins[start])].remove(start)
-        border = [start]
-        while ends[border[-1]] != begins[start]:
-            following = unused.get(int(ends[border[-1]]))
-            if not following:
-                break
-            border.append(following.pop())
-        borders.append((sides[border].tolist(), bool(ends[border[-1]] == begins[start])))
-    return sorted(borders)
+    return [(sides[border].tolist(), is_closed) for border, is_closed in chain_edges(begins, ends)]

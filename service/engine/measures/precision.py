@@ -22,6 +22,10 @@ REMAINDER_SHARE = 0.43
 """The share of the width of an interval that the remainder may take on each side; the rest is for
 rounding."""
 
+NEVER_REFUSED = frozenset({"the borders"})
+"""Quantities for which no query is refused: the length of a border may be costly where its curve
+turns back, and then has a wider interval; areas and volumes do not depend on it."""
+
 MARGIN = 4
 """A refusal names a tolerance 4 times as large as the tolerance that was reached: with the named
 tolerance other cells are halved, and the result may be a little worse."""
@@ -74,7 +78,7 @@ class Precision:
             raise BudgetEnded
         # The width that the remainders alone give to the interval, in units of the allowed width.
         width = 2 * REMAINDER_SHARE * refinement.excess
-        if width > 1 and not self.has_wider_intervals:
+        if width > 1 and name not in NEVER_REFUSED and not self.has_wider_intervals:
             with np.errstate(divide="ignore"):
                 reached = MARGIN * width * float((allowed / scales).max())
             if reached <= MAX_TOLERANCE:

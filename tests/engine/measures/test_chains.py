@@ -1,0 +1,90 @@
+"""Borders as chains: one loop where there is one, whichever way patches are turned."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from service.engine.measures import precision as precision_module
+from service.engine.measures.chains import chain_edges
+from service.engine.measures.measure import measure
+from service.engine.measures.precision import Precision
+from service.engine.measures.values import MeasureQuery, Measures
+from service.surface.bezier import BezierSurface
+from service.surface.multipatch import MultipatchSurface
+from tests.strategies import Array, apply_symmetry, symmetries
+
+
+def measure_nets(nets: list[Array]) -> Measures:
+    surface = MultipatchSurface(tuple(map(BezierSurface, nets)))
+    return measure(surface.lower(), MeasureQuery())
+
+
+def build_ring(corners: int, *, half_turns: int) -> list[Array]:
+    """Bilinear patches around a ring that makes some half turns: one of them is a Möbius strip."""
+    angles = np.linspace(0, 2 * np.pi, corners + 1)
+    lines = []
+    for angle in angles:
+        width = 0.5 * np.array([-1.0, 1.0])[:, None]
+        turn = half_turns * angle / 2
+        away = np.array([np.cos(turn) * np.cos(angle), np.cos(turn) * np.sin(angle), np.sin(turn)])
+        lines.append(2 * np.array([np.cos(angle), np.sin(angle), 0]) + width * away)
+    lines[-1] = lines[0][::-1] if half_turns % 2 else lines[0]
+    return [np.stack([lines[k], lines[k + 1]]) for k in range(corners)]
+
+
+@given(st.integers(3, 7), st.integers(0, 2), st.data())
+def test_a_ring_has_two_borders_and_a_moebius_strip_one(
+    corners: int, half_turns: int, data: st.DataObject
+) -> None:
+    """Each patch is turned in its own way: reversed, or with u and v exchanged."""
+    turns = data.draw(st.lists(symmetries, min_size=corners, max_size=corners))
+    nets = build_ring(corners, half_turns=half_turns)
+    result = measure_nets(
+        [apply_symmetry(net, turn) for net, turn in zip(nets, turns, strict=True)]
+    )
+    expected = measure_nets(nets)
+    assert [loop.closed for loop in result.boundaries] == [True] * (1 if half_turns == 1 else 2)
+    assert sum(loop.edges for loop in result.boundaries) == 2 * corners
+    lengths, expected_lengths = (
+        sorted(loop.length.value for loop in each.boundaries) for each in (result, expected)
+    )
+    assert lengths == pytest.approx(expected_lengths, rel=1e-9)
+
+
+@given(st.lists(st.booleans(), min_size=6, max_size=6), st.permutations(range(6)))
+def test_a_chain_is_one_whatever_the_directions_of_its_edges(
+    turned: list[bool], order: list[int]
+) -> None:
+    """A loop of four edges, and a chain of two that leads to no other edge."""
+    edges = np.array([[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6]])[order]
+    edges[turned] = edges[turned][:, ::-1]
+    chains = chain_edges(edges[:, 0], edges[:, 1])
+    assert sorted((len(chain), is_closed) for chain, is_closed in chains) == [(2, False), (4, True)]
+
+
+def test_edges_in_one_direction_follow_each_other_where_borders_touch() -> None:
+    """Two loops with a common corner: the chain goes on with the edge of the least number."""
+    edges = np.array([[0, 1], [1, 0], [0, 2], [2, 0]])
+    assert chain_edges(edges[:, 0], edges[:, 1]) == [([0, 1], True), ([2, 3], True)]
+
+
+def test_a_costly_length_has_a_wider_interval_in_place_of_a_refusal(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """If the budget of a query does not suffice, an area is refused, and a length is not."""
+
+    class Refined:
+        """Cells with ten times the error that is allowed."""
+
+        excess, used_budget = 10.0, True
+
+        def integrate(self) -> str:
+            return "the integrals so far"
+
+    monkeypatch.setattr(precision_module, "refine", lambda *_: Refined())
+    one, zero = np.array([1.0]), np.array([0.0])
+    for name, is_refused in (("the borders", False), ("the area", True)):
+        precision = Precision(MeasureQuery())
+        assert (precision.integrate(name, [], "size", one, zero) is None) == is_refused
+        assert bool(precision.reachable_tolerances) == is_refused
