@@ -8,6 +8,7 @@ import socket
 import sys
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -37,27 +38,28 @@ class Service:
         return httpx.post(self.url + PATH, content=_file(do, argument), headers=TYPE, timeout=60)
 
 
-@pytest.fixture
-def settings() -> dict[str, Any]:
-    """Settings beside those of all tests."""
-    return {}
-
-
-@pytest.fixture
-def service(monkeypatch: pytest.MonkeyPatch, settings: dict[str, Any]) -> Iterator[Service]:
+@contextmanager
+def start_service(**settings: Any) -> Iterator[Service]:
+    """A service of its own; at the end no child is left."""
     PROCESSES.close()
-    monkeypatch.setattr(child_processes, "PROGRAM", payloads.__name__)
     apps: list[Any] = []
 
     def record(app: Any) -> Any:
         apps.append(app)
         return app
 
-    values = Settings(request_timeout=2, threads=1, cache_bytes=0, **settings)
-    with run_service(values, record) as url:
-        yield Service(url, apps[0].state.services.threads)
-    PROCESSES.close()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(child_processes, "PROGRAM", payloads.__name__)
+        with run_service(Settings(threads=1, cache_bytes=0, **settings), record) as url:
+            yield Service(url, apps[0].state.services.threads)
+        PROCESSES.close()
     assert list_children() == set()
+
+
+@pytest.fixture(scope="module")
+def service() -> Iterator[Service]:
+    with start_service() as service:
+        yield service
 
 
 def _file(do: str, argument: object = None) -> bytes:
@@ -83,20 +85,30 @@ def _wait_until(is_so: Callable[[], bool]) -> None:
         ("repeat", {"reading": {"faces": "many"}}, 422, "malformed_file"),
         ("refuse", None, 422, "malformed_file"),
         ("fill memory", None, 422, "too_much_memory"),
-        ("hang", None, 503, "out_of_time"),
-        ("compute", None, 503, "out_of_time"),
     ],
 )
 def test_no_file_is_an_error_of_the_service(
     service: Service, do: str, argument: object, status: int, code: str | None
 ) -> None:
-    response = service.post(do, argument)
+    check_problem(service, service.post(do, argument), status, code)
+
+
+def check_problem(
+    service: Service, response: httpx.Response, status: int, code: str | None
+) -> None:
+    """The response names the error, and the service has its memory and its thread back."""
     assert response.status_code == status
     problem = response.json()
     codes = [problem["code"], *(error["code"] for error in problem["errors"])]
     assert code is None or code in codes
     threads = service.threads
     _wait_until(lambda: threads.used_bytes == threads.busy_count == 0)
+
+
+@pytest.mark.parametrize("do", ["hang", "compute"])
+def test_a_child_ends_at_the_deadline(do: str) -> None:
+    with start_service(request_timeout=1) as service:
+        check_problem(service, service.post(do), 503, "out_of_time")
 
 
 def test_a_child_ends_when_its_client_leaves(service: Service) -> None:
@@ -111,8 +123,8 @@ def test_a_child_ends_when_its_client_leaves(service: Service) -> None:
     assert len(list_children()) == 1
 
 
-@pytest.mark.parametrize("settings", [{"compute_limit": 1}])
-def test_the_thread_that_waits_is_charged_to_the_caller(service: Service) -> None:
-    assert service.post("hang").status_code == 503  # it took two of the caller's thread seconds
-    refused = service.post("answer", 5)
+def test_the_thread_that_waits_is_charged_to_the_caller() -> None:
+    with start_service(request_timeout=2, compute_limit=1) as service:
+        assert service.post("hang").status_code == 503  # it took two of the caller's seconds
+        refused = service.post("answer", 5)
     assert (refused.status_code, refused.json()["code"]) == (429, "compute_limited")

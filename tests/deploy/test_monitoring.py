@@ -258,7 +258,7 @@ def test_the_series_of_each_alert_make_it_fire_and_no_other_alert(
     ]
     tests += [_build_test(series_of_up | series, []) for series in SERIES_WITHOUT_ALERT.values()]
     file = tmp_path / "tests.yaml"
-    document = {"rule_files": ["alerts.yaml"], "evaluation_interval": "2m", "tests": tests}
+    document = {"rule_files": ["alerts.yaml"], "evaluation_interval": "4m", "tests": tests}
     file.write_text(yaml.safe_dump(document), "utf-8")
     run_command(promtool, "test", "rules", str(file))
 

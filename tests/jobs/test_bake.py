@@ -230,7 +230,7 @@ def test_batches_take_about_a_second(tmp_path: Path, seconds: float, most: int) 
     def slow(_: Task, result: BatchResult) -> BatchResult:
         return BatchResult(tuple(each | {"seconds": seconds} for each in result.records))
 
-    _, tasks = bake(tmp_path, [entry(f"{k}") for k in range(500)], slow)
+    _, tasks = bake(tmp_path, [entry(f"{k}") for k in range(most + 100)], slow)
     # The first two tasks, one in each slot, are made before anything is measured.
     sizes = [len(task.lines) for task in tasks][2:]
     assert max(sizes) <= most

@@ -21,7 +21,7 @@ from tools.certify.parts import PARTS, build_part
 from tools.certify.written import Written, read_file
 from tools.client import Client, start_client
 
-SAMPLES = 10, 60
+SAMPLES = 6, 30
 
 
 @pytest.fixture(scope="module")

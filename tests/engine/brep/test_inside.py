@@ -82,13 +82,13 @@ def test_distances_agree_with_samples_of_edges(name: str, seed: int) -> None:
     rng = np.random.default_rng(seed)
     curve = prepared.edge_curves[prepared.coedge_edges]
     borders = (prepared.is_border & (curve >= 0)).nonzero()[0]
-    coedge = rng.choice(borders, 100)
+    coedge = rng.choice(borders, COUNT)
     low, high = prepared.edge_ranges[prepared.coedge_edges[coedge]].T
-    t = low + rng.random(100) * (high - low)
+    t = low + rng.random(COUNT) * (high - low)
     size = float(np.abs(prepared.box).max())
-    way = rng.normal(size=(100, 3))
+    way = rng.normal(size=(COUNT, 3))
     way /= np.linalg.norm(way, axis=1)[:, np.newaxis]
-    share = rng.choice([0.5, 0.99, 1.5, 10.0, 1000.0], 100)
+    share = rng.choice([0.5, 0.99, 1.5, 10.0, 1000.0], COUNT)
     gap = prepared.gaps[coedge] + 2.0**-42 * size
     points = prepared.curves.evaluate(curve[coedge], t) + way * (gap * share)[:, np.newaxis]
     face = prepared.coedge_faces[coedge]
@@ -120,3 +120,6 @@ def test_answers_do_not_depend_on_batches(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 _PREPARED: dict[str, PreparedBrep] = {}
+
+COUNT = 40
+"""Points near edges in each example."""

@@ -204,7 +204,7 @@ def test_answers_do_not_depend_on_the_tree(monkeypatch: pytest.MonkeyPatch) -> N
     rng = np.random.default_rng(7)
     document = make_face(draw_star(rng, np.array([0.5, 0.5]), 0.5))
     regions = read_regions(document)
-    points = np.concatenate([rng.random((300, 2)), list_near(regions, rng, 300)])
+    points = np.concatenate([rng.random((100, 2)), list_near(regions, rng, 100)])
     expected = ask(regions, points)
     assert {INSIDE, OUTSIDE} <= set(expected)
     monkeypatch.setattr(border_tree, "WIDTH", np.inf)
@@ -223,7 +223,7 @@ def test_many_boxes_about_one_point_take_little_memory() -> None:
     out, back = 0.5 + radius * way, 0.5 + (radius - 1e-4) * way
     corners = np.concatenate([out, back[::-1], out[:1]])
     regions = read_regions(make_face(make_polygon(corners)))
-    points = 0.5 + np.random.default_rng(1).uniform(-0.13, 0.13, (20_000, 2))
+    points = 0.5 + np.random.default_rng(1).uniform(-0.13, 0.13, (2_000, 2))
     face = np.zeros(len(points), np.intp)
     tracemalloc.start()
     try:
