@@ -39,6 +39,9 @@ class ClosestPoints(Items):
         The distance of the position, and an interval that contains the least distance.
     is_tied : ndarray of bool, shape (m,)
         Whether another point of the surface may be equally near.
+    is_certain : ndarray of bool, shape (m,)
+        Whether the closest point is certainly inside of trims; others are at a border, up to
+        rounding.
     """
 
     net: Ints
@@ -48,6 +51,7 @@ class ClosestPoints(Items):
     low: FloatArray
     high: FloatArray
     is_tied: Bools
+    is_certain: Bools
 
 
 class Nearest:
@@ -76,7 +80,8 @@ class Nearest:
         self._high, self._loss = np.full(m, np.inf), np.zeros(m)
         # Results of `add_found` and `end_open_cells`.
         self._found: list[SurfacePoints] = []
-        self._certain: list[Bools] = []
+        # How far found points may be from points that are inside; 0 for those that are.
+        self._reaches: list[FloatArray] = []
         self._open_cells: list[tuple[Ints, Ints, FloatArray]] = []
 
     def limit(self, point: Ints, cell: Ints | None = None) -> FloatArray:
@@ -121,11 +126,11 @@ class Nearest:
         if self._trims is not None:
             answers = self._trims.find_inside(cell, found.parameters)
             is_outside = answers == OUTSIDE
-            high = high + self._trims.find_reaches(cell, answers)
-            is_kept = ~is_outside & np.isfinite(high)
-            if not is_kept.all():
-                found, high = found.take(is_kept), high[is_kept]
-            self._certain.append(answers[is_kept] == INSIDE)
+            reach = self._trims.find_reaches(cell, answers)
+            is_kept = ~is_outside & np.isfinite(reach)
+            found, reach = found.take(is_kept), reach[is_kept]
+            high = found.high + reach
+            self._reaches.append(reach)
         np.minimum.at(self.best, found.point, high * high)
         np.minimum.at(self._high, found.point, high)
         self._found.append(found)
@@ -156,17 +161,22 @@ class Nearest:
         """The result of the search: the closest points, with intervals of their distances."""
         self._descend()
         found = SurfacePoints.join(self._found)
-        rows = self._choose(found)
-        chosen = found.take(rows)
+        reaches = None
         if self._trims is not None:
-            self._test(chosen, np.concatenate(self._certain)[rows])
+            reaches = self._test_nearest(found, np.concatenate(self._reaches))
+        rows = self._choose(found, reaches)
+        chosen = found.take(rows)
+        is_certain = np.ones(len(rows), bool)
+        if reaches is not None:
+            self._test(found, rows, reaches)
+            is_certain = reaches[rows] == 0
         high = np.maximum(self._high, chosen.distance)
         low = np.minimum(np.sqrt(np.maximum(self._low, 0.0)), high)
         if self._trims is not None:
             low = np.maximum(low - self._loss, 0.0)
         is_tied = self._find_ties(found, chosen)
         place = chosen.net, chosen.parameters, chosen.position, chosen.distance
-        return ClosestPoints(*place, low, high, is_tied)
+        return ClosestPoints(*place, low, high, is_tied, is_certain)
 
     def _descend(self) -> None:
         """Find a surface point for each x that has none nearer than the nearest centre of a cell.
@@ -195,35 +205,52 @@ class Nearest:
             nearest = nearest.replace_where(found, is_nearer)
         self.add_found(nearest, cell)
 
-    def _test(self, chosen: SurfacePoints, is_certain: Bools) -> None:
-        """Test chosen points (m,) that are not certain: those inside bound the distances."""
-        assert self._trims is not None  # for mypy
-        rows = np.flatnonzero(~is_certain)
-        if len(rows):
-            net, parameters = chosen.net[rows], chosen.parameters[:, rows]
-            rows = rows[self._trims.trims.find_inside(net, parameters) == INSIDE]
-            self._high[rows] = np.minimum(self._high[rows], chosen.high[rows])
+    def _test_nearest(self, found: SurfacePoints, reaches: FloatArray) -> FloatArray:
+        """Test the points that are undecided, if they may be clearly nearer than all others.
 
-    def _choose(self, found: SurfacePoints) -> Ints:
+        Returns `reaches` (n,), how far points may be from points that are inside, after that.
+        """
+        least, safe = np.full((2, len(self.best)), np.inf)
+        np.minimum.at(least, found.point, found.distance)
+        np.minimum.at(safe, found.point, found.distance + reaches)
+        is_open = safe > least + TIE_WIDTH * self._tolerance
+        is_tested = is_open[found.point] & (found.distance < safe[found.point])
+        self._test(found, np.flatnonzero(is_tested), reaches)
+        return reaches
+
+    def _test(self, found: SurfacePoints, rows: Ints, reaches: FloatArray) -> None:
+        """Test undecided points among `rows`: those inside bound the distances, with the reach 0.
+
+        `reaches` (n,) of all points are changed.
+        """
+        rows = rows[reaches[rows] > 0]
+        if len(rows) and self._trims is not None:
+            net, parameters = found.net[rows], found.parameters[:, rows]
+            rows = rows[self._trims.trims.find_inside(net, parameters) == INSIDE]
+            np.minimum.at(self._high, found.point[rows], found.high[rows])
+            reaches[rows] = 0.0
+
+    def _choose(self, found: SurfacePoints, reaches: FloatArray | None) -> Ints:
         """The row of the nearest point of the surface for each x, shape (m,).
 
         Of several that are equally near, the first in the order of nets, u and v is chosen. With
-        trims, points that are certainly inside or on edges come before others, and then the numbers
-        of faces and patches decide.
+        trims, points that are certainly inside or on edges come before others that are not nearer
+        by more than rounding, and then the numbers of faces and patches decide.
         """
-        point = found.point
+        point, distance = found.point, found.distance
+        if reaches is not None:
+            distance = distance + reaches
         min_distance = np.full(len(self.best), np.inf)
-        np.minimum.at(min_distance, point, found.distance)
+        np.minimum.at(min_distance, point, distance)
         # `high` exceeds `distance` by a bound of its rounding error. Four times this bounds the
         # errors of both distances, with a margin.
         max_distance = min_distance[point] + 4 * (found.high - found.distance)
-        rows = np.flatnonzero(found.distance <= max_distance)
+        rows = np.flatnonzero(distance <= max_distance)
         u, v = found.parameters[:, rows]
         net = found.net[rows]
         keys = [v, u, net]
-        if self._trims is not None:
-            is_doubtful = ~np.concatenate(self._certain)[rows]
-            keys += [self._cells.nets.patch[net], is_doubtful]
+        if reaches is not None:
+            keys += [self._cells.nets.patch[net], reaches[rows] > 0]
         rows = rows[np.lexsort((*keys, point[rows]))]
         return rows[np.diff(point[rows], prepend=-1) > 0]
 

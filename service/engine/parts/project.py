@@ -52,6 +52,7 @@ def project_on_part(part: Part, query: ProjectQuery) -> Columns:
         columns[name] = joined
     near, is_open = find_near_edges(part, closest, on_faces)
     near[on_edges], is_open[on_edges] = True, part.edges.is_open[edge]
+    near |= ~closest.is_certain
     is_open |= _find_open_patches(part, closest)
     if query.sign:
         columns["signs"] = compute_part_signs(part, local_points.points, closest.low)

@@ -235,3 +235,16 @@ def test_answers_do_not_depend_on_other_points() -> None:
         alone = project_on_part(part, ProjectQuery(points[k : k + 1]))
         for name, values in alone.items():
             np.testing.assert_array_equal(values[0], columns[name][k])
+
+
+@pytest.mark.parametrize("beyond", [1e-12, 2e-10, 1e-8, 1e-3])
+def test_points_beside_a_border_have_their_closest_point_on_the_edge(beyond: float) -> None:
+    """Also if places cannot tell them from points on the border."""
+    corners = np.array([[0, 0], [0.7, 0], [1, 1], [0.2, 0.8], [0, 0]])
+    middle, along = np.array([0.85, 0.5]), np.array([0.3, 1.0])
+    way = np.array([along[1], -along[0]]) / np.hypot(*along)
+    columns = project_plane(make_face(make_polygon(corners)), [[*(middle + beyond * way), 0.0]])
+    np.testing.assert_allclose(columns["positions"], [[*middle, 0.0]], atol=1e-15)
+    np.testing.assert_allclose(columns["distances"], beyond, rtol=1e-3)
+    assert columns["near_edge"].all()
+    assert columns["on_boundary"].all()
