@@ -17,13 +17,15 @@ from service.engine.curves.polyline import CurveOptions
 from service.engine.curves.trace import choose_samples, trace_curve
 from service.engine.joining.join import join
 from service.engine.options import MeshOptions
+from service.engine.parts.sections.cut import cut_part
 from service.engine.sections.section import cut_surface
 from service.engine.sections.values import Planes, Sections, SectionTolerance
 from service.errors import Issue, TooLarge, count_nouns
 from service.measuring import Measured
-from service.pipeline.checks import check_bytes, check_surface, require_numbered_patches
+from service.pipeline.checks import check_bytes, require_numbered_patches
 from service.pipeline.cost import MAX_SCRATCH_BYTES, MEMORY_SHARE, POINT_BYTES, Work, curve_cost
 from service.pipeline.limits import DEFAULT_LIMITS, Limits, check_count, check_items
+from service.pipeline.parts import check_asked, has_breps, prepare_part
 from service.pipeline.query_costs import piece_memory, searched_nets, sections_cost
 from service.surface.curve import Curve
 from service.surface.lowered import PatchModel
@@ -43,8 +45,9 @@ PIECE_EFFORT, MIN_PIECES = 1200, 500
 """The multiplications for each piece of a section and each control point of its patch; and the
 number of pieces that a query may have even if the limits and `MEMORY_SHARE` allow fewer."""
 
-COMPARE_EFFORT = 20
-"""The multiplications of a test whether a plane may cut a patch."""
+COMPARE_EFFORT, BORDER_EFFORT = 20, 400
+"""The multiplications of a test whether a plane may cut a patch; and those that find the sides of a
+plane on which a coedge, an edge, or a piece of a curve is."""
 
 
 def plan_curve(
@@ -121,9 +124,10 @@ def plan_sections(
     """
     count, where = len(query[0]), "/planes"
     check_items("too_many_planes", count, MAX_PLANES, where)
-    size = check_surface(surface.size(), limits)
+    size = check_asked(surface.size(), limits)
     instead = "fewer planes, or a smaller surface"
     effort = COMPARE_EFFORT * count * searched_nets(size).number
+    effort += BORDER_EFFORT * count * (size.coedges + size.edges + size.edge_pieces)
     limits.check_effort(effort, "The sections could take too long.", where, instead)
     p, q = size.degree
     net_points = (p + 1) * (q + 1)
@@ -155,7 +159,7 @@ def _cut(
 ) -> bytes:
     """Compute the sections, of together at most `max_pieces` pieces, and write them to a file.
 
-    Before the planes cut them, the patches are joined as for a mesh.
+    Before the planes cut them, patches without trims are joined as for a mesh.
 
     Raises
     ------
@@ -165,6 +169,7 @@ def _cut(
         `too_many_patches`, `too_many_vertices`, `too_many_bytes`.
     """
     planes, tolerance = query
+    lowered = surface.lower()
 
     def check_patches(model: PatchModel) -> None:
         issue = Issue("too_many_patches", "The surface has too many Bézier patches.", "/surface")
@@ -182,12 +187,23 @@ def _cut(
                 )
             )
 
-    model = require_numbered_patches(surface.lower())
     with Measured("intersect"):
-        distance = tolerance.to_model_units(model.bounds, model.diagonal, is_float32=fmt.is_float32)
-        joined, seams = join(model, MeshOptions().weld_tolerance, check_patches)
-        sections = cut_surface(joined, seams, planes, distance, check_pieces)
-        sections = _number_coplanar_patches(joined, sections)
+        if has_breps(lowered):
+            part = prepare_part(lowered)
+            distance = tolerance.to_model_units(
+                part.bounds, part.diagonal, is_float32=fmt.is_float32
+            )
+            sections = cut_part(part, planes, distance, check_pieces)
+            named = replace(sections, name=lowered.name, up=lowered.up)
+            sections = replace(named, skipped_faces=part.skipped_faces)
+        else:
+            model = require_numbered_patches(lowered)
+            distance = tolerance.to_model_units(
+                model.bounds, model.diagonal, is_float32=fmt.is_float32
+            )
+            joined, seams = join(model, MeshOptions().weld_tolerance, check_patches)
+            sections = cut_surface(joined, seams, planes, distance, check_pieces)
+            sections = _number_coplanar_patches(joined, sections)
     if surface.unit is not None:
         sections = replace(sections, metres_per_unit=surface.unit)
     check_bytes(fmt.byte_bound(count_sections(sections)), fmt, limits, "/tolerance")

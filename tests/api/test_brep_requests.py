@@ -14,9 +14,7 @@ PATCH = {"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]}
 GROUP = {"type": "group", "members": [{"surface": PATCH}, {"surface": PLATE}]}
 TRIMMED = "POST /v1/convert with the operation `untrim`"
 
-PLANES = {"points": [[1, 1, 0]], "normals": [[1, 0, 0]]}
 QUESTIONS: list[tuple[str, dict[str, Any]]] = [
-    ("intersect", {"planes": PLANES}),
     ("measure", {}),
 ]
 

@@ -10,6 +10,7 @@ from service.api.models.queries import Sections
 from service.encoders.polylines.registry import SECTION_FORMATS
 from service.pipeline.polylines import MAX_PLANES
 from service.settings.values import Settings
+from tests.breps import build_box
 from tools.client import Client, start_client
 
 NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]
@@ -137,3 +138,33 @@ def _build_bumps() -> Any:
     """A control net of 9 × 9 points with hills and valleys."""
     x, y = np.meshgrid(range(9), range(9), indexing="ij")
     return np.stack([x, y, np.sin(2 * x) * np.cos(2 * y)], axis=-1).tolist()
+
+
+def test_sections_of_breps_are_closed_in_every_format(client: Client) -> None:
+    fields: dict[str, Any] = {
+        "surface": build_box((2, 3, 4)) | {"up": "z", "name": "block"},
+        "planes": {"normals": [[0, 0, 1], [1, 0, 0]], "offsets": [1, 2]},
+    }
+    result = intersect(client, **fields)
+    (line,), (border,) = (section["polylines"] for section in result["sections"])
+    assert line["closed"]
+    assert border["closed"]
+    assert sorted({tuple(point) for point in line["points"]}) == [
+        (0, 0, 1), (0, 3, 1), (2, 0, 1), (2, 3, 1),
+    ]  # fmt: skip
+    assert len(result["sections"][1]["coplanar"]) == 1
+    for fmt in SECTION_FORMATS:
+        response = client.post(f"/v1/intersect?format={fmt.name}", fields)
+        assert response.status_code == 200
+
+
+def test_members_of_a_group_count_their_faces_and_patches(client: Client) -> None:
+    group = {
+        "type": "group",
+        "up": "z",
+        "members": [{"surface": SQUARE | {"up": "z"}}, {"surface": build_box() | {"up": "z"}}],
+    }
+    plane = {"normals": [[0, 0, 1]], "offsets": [0]}
+    (section,) = intersect(client, surface=group, planes=plane)["sections"]
+    assert section["coplanar"][0] == 0
+    assert len(section["coplanar"]) == 2

@@ -15,8 +15,9 @@ from service.engine.parts.copies import Members
 from service.engine.parts.edge_nets import EdgeRows
 from service.engine.parts.placed_nets import NetRows
 from service.engine.trims.trimmed_nets import NetTrims
+from service.engine.vectors import project
 from service.surface.brep_model import SkippedFace
-from service.surface.placement import is_mirroring
+from service.surface.placement import Box, is_mirroring, join_boxes
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +63,25 @@ class Part:
         if self.surface_nets == len(self.nets.patch):
             return None
         return self._choose_nets(slice(self.surface_nets, None))
+
+    @cached_property
+    def bounds(self) -> Box:
+        """Least and greatest coordinates of the control points of all nets; model units."""
+        boxes = list[Box]()
+        for group in self.nets.groups:
+            points = project(group.values)
+            axes = (0, 1, 3)
+            boxes.append((points.min(axis=axes), points.max(axis=axes)))
+        origin, scale = self.nets.origin, self.nets.scale
+        if not boxes:  # all faces are skipped
+            return origin, origin
+        low, high = join_boxes(boxes)
+        return origin + low * scale, origin + high * scale
+
+    @property
+    def diagonal(self) -> float:
+        """The diagonal of the box of all members; model units."""
+        return self.nets.diagonal
 
     @cached_property
     def is_reversed(self) -> Bools:

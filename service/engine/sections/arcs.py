@@ -15,6 +15,11 @@ without nodes is a point at which the surface touches the plane.
 
 A side of a cell that lies in the plane is an arc, unless it lies between patches that lie in the
 plane.
+
+For sections of solids, arcs are as if the plane were a little lower. A side in the plane is an arc
+of each cell beside it in which f < 0, and of no other. There are no crossings: in a singular cell,
+the nodes at both ends of a run of places with f < 0 are the ends of one piece. So an even number of
+arcs meet wherever the surface goes on, and all have senses.
 """
 
 from dataclasses import dataclass
@@ -39,6 +44,10 @@ from service.engine.sections.segments import Segments
 from service.engine.sections.sides import CellSides, is_change
 from service.surface.sides import BEGINS, ENDS
 
+SENSES_BELOW = np.array([1.0, -1.0, -1.0, 1.0])
+"""The sense of sides u₀, u₁, v₀, v₁ of cells with f < 0: side v₀ has f < 0 to its left, since it
+runs toward larger u; side u₀ has f < 0 to its right, since it runs toward larger v."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Arcs:
@@ -51,6 +60,8 @@ class Arcs:
     sense : ndarray of float64, shape (A,)
         In the plane of parameters: 1 if f > 0 lies to the left of the arc, −1 if to the right, 0 if
         unknown.
+    cell : ndarray of int, shape (A,)
+        The cell of each arc; −1 for arcs at crossings.
     crossing : ndarray of int, shape (n,)
         The crossing to which each cell belongs; −1 for cells that are not singular.
     touching : ndarray of int, shape (k,)
@@ -59,12 +70,15 @@ class Arcs:
 
     ends: Ints
     sense: FloatArray
+    cell: Ints
     crossing: Ints
     touching: Ints
 
 
-def find_arcs(cells: EndedCells, sides: CellSides, segments: Segments) -> Arcs:
-    """Find the arcs in all cells."""
+def find_arcs(
+    cells: EndedCells, sides: CellSides, segments: Segments, *, is_lowered: bool = False
+) -> Arcs:
+    """Find the arcs in all cells; `is_lowered`: as for sections of solids."""
     # One entry for each root on a side of a cell; `key` orders the entries of a cell for pairing.
     side_numbers, root = _find_roots_on_sides(segments)
     cell, side = np.divmod(side_numbers, 4)
@@ -77,18 +91,19 @@ def find_arcs(cells: EndedCells, sides: CellSides, segments: Segments) -> Arcs:
     # Where the section is not a graph, the entries are ordered around the border of the cell.
     around = np.flatnonzero((kind != OVER_U) & (kind != OVER_V))
     key[around] = _find_positions(
-        cells, segments, (cell[around], side[around]), (u[around], v[around])
+        cells, segments, (cell[around], side[around]), (u[around], v[around]), is_lowered
     )
-    ordered = np.flatnonzero(kind != SINGULAR)
+    ordered = np.flatnonzero((kind != SINGULAR) | is_lowered)
     ordered = ordered[np.lexsort((key[ordered], cell[ordered]))]
     begin, end = _pair_entries(cell[ordered])
     pairs = np.stack([node[ordered[begin]], node[ordered[end]]], axis=1)
     cell_of_pair = cell[ordered[begin]]
     is_loop = pairs[:, 0] == pairs[:, 1]
-    is_kept = ~is_loop & ~_are_along_sides(cells, segments, cell_of_pair, pairs)
-
     checkpoint()
-    arcs_in_plane, sense_in_plane = _find_sides_in_plane(cells, sides, segments)
+    if is_lowered:
+        return _find_lowered_arcs(cells, sides, segments, pairs, cell_of_pair)
+    is_kept = ~is_loop & ~_are_along_sides(cells, segments, cell_of_pair, pairs).any(axis=1)
+    arcs_in_plane, sense_in_plane, cell_in_plane = _find_sides_in_plane(cells, sides, segments)
     crossing = _number_crossings(cells, segments)
     checkpoint()
     # A node is on the border of a crossing if only one singular cell has its segment.
@@ -101,9 +116,38 @@ def find_arcs(cells: EndedCells, sides: CellSides, segments: Segments) -> Arcs:
     sense = np.concatenate(
         [cells.sense[cell_of_pair[is_kept]], sense_in_plane, np.zeros(len(spokes))]
     )
+    cell_of_arc = np.concatenate(
+        [cell_of_pair[is_kept], cell_in_plane, np.full(len(spokes), -1, np.intp)]
+    )
     # A patch folded to a curve crosses the plane at a node that is on two of its sides.
     free_nodes = _find_free_nodes(segments, ends, cells, pairs[is_loop, 0])
-    return Arcs(ends, sense, crossing, np.concatenate([free_nodes, touching]))
+    return Arcs(ends, sense, cell_of_arc, crossing, np.concatenate([free_nodes, touching]))
+
+
+def _find_lowered_arcs(
+    cells: EndedCells, sides: CellSides, segments: Segments, pairs: Ints, cell_of_pair: Ints
+) -> Arcs:
+    """The arcs for sections of solids; `pairs` (m, 2) are both ends of pieces of cells (m,)."""
+    is_loop = pairs[:, 0] == pairs[:, 1]
+    # What is left of cells with f ≤ 0 are their sides in the plane.
+    is_kept = ~is_loop & (cells.kind[cell_of_pair] != BELOW)
+    kept, cell = pairs[is_kept], cell_of_pair[is_kept]
+    kind = cells.kind[cell]
+    sense = np.where((kind == OVER_U) | (kind == OVER_V), cells.sense[cell], 1.0)
+    # Along a side in the plane, f < 0 in the cell.
+    row, side = _are_along_sides(cells, segments, cell, kept).nonzero()
+    is_forward = kept[row, 0] == segments.corner[cell[row], BEGINS[side]]
+    sense[row] = np.where(is_forward, SENSES_BELOW[side], -SENSES_BELOW[side])
+    in_plane, sense_in_plane, cell_in_plane = _find_lowered_sides(cells, sides, segments)
+    ends = np.concatenate([kept, in_plane])
+    free_nodes = _find_free_nodes(segments, ends, cells, pairs[is_loop, 0])
+    return Arcs(
+        ends,
+        np.concatenate([sense, sense_in_plane]),
+        np.concatenate([cell, cell_in_plane]),
+        np.full(len(cells), -1),
+        np.setdiff1d(free_nodes, segments.ends[segments.in_plane]),
+    )
 
 
 def _find_roots_on_sides(segments: Segments) -> tuple[Ints, Ints]:
@@ -118,6 +162,7 @@ def _find_positions(
     segments: Segments,
     sides: tuple[Ints, Ints],
     parameters: tuple[FloatArray, FloatArray],
+    is_lowered: bool,
 ) -> FloatArray:
     """The positions of nodes around the borders of their cells, by which neighbours are paired.
 
@@ -125,7 +170,8 @@ def _find_positions(
     sides v₀, u₁, v₁ and u₀. If this corner lies between two nodes of one piece, the first node gets
     a position at the end. This is so if the sign at the corner is not that of the cell: in a cell
     of kind `BELOW`, f = 0 counts as positive; in a cell of kind `ABOVE`, the sign at a corner,
-    which all cells at the corner share, may be negative by rounding.
+    which all cells at the corner share, may be negative by rounding. For sections of solids,
+    singular cells are like cells of kind `ABOVE`.
     """
     (cell, side), (u, v) = sides, parameters
     rectangle = cells.rectangle[:, cell] / ONE
@@ -134,7 +180,8 @@ def _find_positions(
     key = np.choose(side, [3 + (1 - t), 1 + t, s, 2 + (1 - s)])
     is_negative = segments.value[segments.corner[cell, 0]] < 0
     kind = cells.kind[cell]
-    must_move = np.where(kind == BELOW, ~is_negative, (kind == ABOVE) & is_negative)
+    is_above = (kind == ABOVE) | (is_lowered & (kind == SINGULAR))
+    must_move = np.where(kind == BELOW, ~is_negative, is_above & is_negative)
     order = np.lexsort((key, cell))
     first_nodes = order[is_change(cell[order])]
     first_nodes = first_nodes[must_move[first_nodes]]
@@ -155,12 +202,12 @@ def _pair_entries(cell: Ints) -> tuple[Ints, Ints]:
 
 
 def _are_along_sides(cells: EndedCells, segments: Segments, cell: Ints, pairs: Ints) -> Bools:
-    """Which pairs of nodes are both ends of a side of their cell that lies in the plane."""
+    """Which pairs of nodes (m, 2) are both ends of sides of their cells in the plane: (m, 4)."""
     sides = segments.corner[cell][:, np.stack([BEGINS, ENDS], axis=1)]  # (…, 4 sides, 2 ends)
     ends = pairs[:, np.newaxis]
     is_side = (ends == sides).all(axis=2) | (ends[..., ::-1] == sides).all(axis=2)
     is_in_plane = ~np.any(cells.sides, axis=0).T
-    return np.asarray((is_side & is_in_plane[cell]).any(axis=1))
+    return np.asarray(is_side & is_in_plane[cell])
 
 
 def _count_sides(segments: Segments, is_chosen: Bools) -> Ints:
@@ -174,22 +221,44 @@ def _count_sides(segments: Segments, is_chosen: Bools) -> Ints:
 
 def _find_sides_in_plane(
     cells: EndedCells, sides: CellSides, segments: Segments
-) -> tuple[Ints, FloatArray]:
-    """Segments in the plane as arcs, and their senses."""
+) -> tuple[Ints, FloatArray, Ints]:
+    """Segments in the plane as arcs, their senses, and a cell of each."""
     is_coplanar = cells.kind == COPLANAR
     is_inside = _count_sides(segments, is_coplanar) > 1
     is_inside &= _count_sides(segments, ~is_coplanar) == 0
     arc_segments = np.flatnonzero(segments.in_plane & ~is_inside)
     sign_of_f = np.sign(cells.corner_values.sum(axis=0))
-    # The sense of sides u₀, u₁, v₀, v₁ of cells with f > 0: side v₀ has f > 0 to its left, since it
-    # runs toward larger u; side u₀ has f > 0 to its right, since it runs toward larger v.
-    sense = sign_of_f[:, np.newaxis] * np.array([-1.0, 1.0, 1.0, -1.0])
+    sense = sign_of_f[:, np.newaxis] * -SENSES_BELOW
     sense[sides.step.reshape(-1, 4) < 0] *= -1
     sense_of_segment = np.zeros(len(segments.ends))
     # A side of one segment gives its sense to the segment.
     is_single = segments.last - segments.first == 1
     np.add.at(sense_of_segment, segments.first[is_single], sense[is_single])
-    return segments.ends[arc_segments], np.sign(sense_of_segment[arc_segments])
+    sense_of_arc = np.sign(sense_of_segment[arc_segments])
+    return segments.ends[arc_segments], sense_of_arc, segments.side[arc_segments] // 4
+
+
+def _find_lowered_sides(
+    cells: EndedCells, sides: CellSides, segments: Segments
+) -> tuple[Ints, FloatArray, Ints]:
+    """Segments in the plane as arcs of each cell with f ≤ 0; their senses and cells.
+
+    A segment between two cells with f > 0 is two arcs, there and back.
+    """
+    is_in_plane = ~np.any(cells.sides, axis=0).T & (cells.kind == BELOW)[:, np.newaxis]
+    side = np.flatnonzero(is_in_plane & sides.has_length.reshape(-1, 4))
+    first, last = segments.first.ravel()[side], segments.last.ravel()[side]
+    row, segment = expand_runs(last - first, first)
+    sense = SENSES_BELOW[side % 4]
+    sense[sides.step[side] < 0] *= -1
+    is_above = (cells.corner_values.min(axis=0) >= 0) & (cells.kind != COPLANAR)
+    is_ridge = segments.in_plane & (_count_sides(segments, is_above) == 2)
+    ridge = np.flatnonzero(is_ridge).repeat(2)
+    return (
+        np.concatenate([segments.ends[segment], segments.ends[ridge]]),
+        np.concatenate([sense[row], np.tile([1.0, -1.0], len(ridge) // 2)]),
+        np.concatenate([side[row], segments.side[ridge]]) // 4,
+    )
 
 
 def _number_crossings(cells: EndedCells, segments: Segments) -> Ints:

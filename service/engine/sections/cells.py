@@ -76,6 +76,8 @@ class EndedCells(Cells):
     sense : ndarray of float64, shape (n,)
         The direction in which a graph has f > 0 on its left: 1 toward larger parameters, −1 toward
         smaller parameters; 0 for other kinds.
+    is_monotone : ndarray of bool, shape (n,)
+        Whether the section is a graph over u and also over v.
     threshold : ndarray of float64, shape (n,)
         The largest absolute value of coefficients whose signs are not reliable.
     corner_values : ndarray of float64, shape (4, n)
@@ -91,6 +93,7 @@ class EndedCells(Cells):
     net: Ints
     kind: Ints
     sense: FloatArray
+    is_monotone: Bools
     threshold: FloatArray
     corner_values: FloatArray
     counts: Ints
@@ -133,8 +136,8 @@ class OpenCells(NetCells):
         """The coefficients on the four sides, as views: shapes (q+1, n) twice, (p+1, n) twice."""
         return self.nets[0], self.nets[-1], self.nets[:, 0], self.nets[:, -1]
 
-    def end(self, kind: Ints, sense: FloatArray, width: int) -> EndedCells:
-        """End the search in these cells, with their kinds (n,) and senses (n,).
+    def end(self, kind: Ints, sense: FloatArray, is_monotone: Bools, width: int) -> EndedCells:
+        """End the search in these cells, with what `EndedCells` says of them.
 
         `width` is at least the number of coefficients of any side.
         """
@@ -148,6 +151,7 @@ class OpenCells(NetCells):
             self.net,
             kind,
             sense,
+            is_monotone,
             self.threshold,
             self.nets[[0, 0, -1, -1], [0, -1, 0, -1]],
             np.repeat(counts, len(self)).reshape(4, -1),

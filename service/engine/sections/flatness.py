@@ -8,7 +8,7 @@ each point X of the piece has
     min ≤ e · (X − A) ≤ max of e · (P_ij − A) − μ h(P_ij)
 
 for the control points P_ij of the rectangle. λ and μ are chosen so that the linear terms in the
-parameters cancel.
+parameters cancel, or are 0, if that is better.
 
 Proof in docs/proofs.md: "Flat pieces of a section".
 """
@@ -64,20 +64,22 @@ class Pieces(Cells):
     axis: Ints
 
 
-def bound_pieces(group: Nets, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
+def bound_pieces(
+    group: Nets, planes: LocalPlanes, pieces: Pieces, *, tries_both: bool = False
+) -> FloatArray:
     """Bound the distances of pieces of nets of one group from their chords: shape (2, m).
 
     The first row does not include rounding, and decreases when the rectangles are halved. The
     second row is the slack for rounding; it is large where the surface is almost parallel to the
-    plane.
+    plane, unless `tries_both`: then λ and μ are 0 where that gives a smaller sum.
     """
     bounds = np.empty((2, len(pieces)))
     for rows in row_slices(len(pieces), group.nets[0].size, MAX_NUMBERS):
-        bounds[:, rows] = _bound(group, planes, pieces.take(rows))
+        bounds[:, rows] = _bound(group, planes, pieces.take(rows), tries_both)
     return bounds
 
 
-def _bound(group: Nets, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
+def _bound(group: Nets, planes: LocalPlanes, pieces: Pieces, tries_both: bool) -> FloatArray:
     """Bound the distances of some pieces; the result is as in `bound_pieces`."""
     nets = group.nets[pieces.net - group.first]
     first, last = _evaluate(nets, pieces.begin), _evaluate(nets, pieces.end)
@@ -112,7 +114,17 @@ def _bound(group: Nets, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
     distance_beside = np.abs(y - slide_y[:, np.newaxis, np.newaxis] * h).max(axis=(1, 2))
     position = x - slide_x[:, np.newaxis, np.newaxis] * h
     length_beyond = np.maximum(position.max(axis=(1, 2)) - lengths, -position.min(axis=(1, 2)))
-    slack = bound_rounding(group.nets) * (1 + np.abs(slide_x) + np.abs(slide_y))
+    rounding = bound_rounding(group.nets)
+    if tries_both:
+        beside = np.abs(y).max(axis=(1, 2))
+        is_less = beside < distance_beside + rounding * np.abs(slide_y)
+        distance_beside, slide_y = np.where(
+            is_less, [beside, 0 * beside], [distance_beside, slide_y]
+        )
+        beyond = np.maximum(x.max(axis=(1, 2)) - lengths, -x.min(axis=(1, 2)))
+        is_less = beyond < length_beyond + rounding * np.abs(slide_x)
+        length_beyond, slide_x = np.where(is_less, [beyond, 0 * beyond], [length_beyond, slide_x])
+    slack = rounding * (1 + np.abs(slide_x) + np.abs(slide_y))
     return np.stack([np.hypot(distance_beside, np.maximum(length_beyond, 0.0)), slack])
 
 

@@ -69,6 +69,8 @@ class CellSearch:
     allow : callable
         Is called with a lower bound of the number of cells, and with a number that the final number
         will probably exceed; raises an error if one of them is too large.
+    is_lowered : bool
+        Whether the search is for sections of solids.
     deviation : float
         The largest bound of the distance of a piece from its chord.
     """
@@ -78,6 +80,7 @@ class CellSearch:
     width: int
     tolerance: float
     allow: Callable[[int, float], None]
+    is_lowered: bool = False
     deviation: float = 0.0
     _pieces: float = 0.0
     """The expected number of pieces in the cells of the present level: the sum of √(bound /
@@ -105,7 +108,10 @@ class CellSearch:
             count += int(np.count_nonzero(is_ended))
             checkpoint()
             if is_ended.any():
-                ended.append(cells.take(is_ended).end(kind[is_ended], sense[is_ended], self.width))
+                rows = is_ended.nonzero()[0]
+                ended.append(
+                    cells.take(rows).end(kind[rows], sense[rows], is_monotone[rows], self.width)
+                )
             if is_ended.all():
                 break
             cells = cells.halve_some(along_u, along_v)
@@ -159,31 +165,12 @@ class CellSearch:
         """
         cell, parameters = find_border_points(cells, axis)
         checkpoint()
-        # Border points are in turn beginnings and ends of pieces. A piece is in a rectangle: at
-        # first from its begin to its end along the axis, the whole cell across.
-        cell_of_piece, begin, end = cell[::2], parameters[:, ::2], parameters[:, 1::2]
-        rectangle = cells.rectangle.take(cell_of_piece, axis=1) / ONE
-        rectangle[2 * axis], rectangle[2 * axis + 1] = begin[axis], end[axis]
+        # Border points are in turn beginnings and ends of pieces.
+        cell_of_piece, ends = cell[::2], (parameters[:, ::2], parameters[:, 1::2])
+        pieces = build_pieces(cells, axis, is_monotone, cell_of_piece, ends)
         across = 1 - axis
-        low, high = rectangle[2 * across], rectangle[2 * across + 1]
-        # With slopes of at most K, v is at most K Δu / 2 from the mean of its values at both ends;
-        # 2⁻⁵⁰ covers rounding.
-        middle = (begin[across] + end[across]) / 2
-        radius = bound_slopes(cells, axis)[cell_of_piece] * (end[axis] - begin[axis]) / 2 + 2.0**-50
-        np.maximum(low, middle - radius, out=low)
-        np.minimum(high, middle + radius, out=high)
-        is_tight = is_monotone[cell_of_piece]
-        np.copyto(rectangle[::2], np.minimum(begin, end), where=is_tight)
-        np.copyto(rectangle[1::2], np.maximum(begin, end), where=is_tight)
-        pieces = Pieces(
-            rectangle,
-            cells.plane[cell_of_piece],
-            cells.net[cell_of_piece],
-            begin,
-            end,
-            axis=np.where(is_tight, 2, axis),  # 2: monotone in both parameters
-        )
-        bound, slack = bound_pieces(self.group, self.planes, pieces)
+        low, high = pieces.rectangle[2 * across], pieces.rectangle[2 * across + 1]
+        bound, slack = bound_pieces(self.group, self.planes, pieces, tries_both=self.is_lowered)
         max_bound = np.zeros(len(cells))
         # Halving does not reduce the slack for rounding, so count at most half of the tolerance for
         # it: then the rest is left for the errors that halving reduces.
@@ -211,6 +198,44 @@ class CellSearch:
         """
         self._pieces += float(np.sqrt(np.maximum(bounds / self.tolerance, 1.0)).sum())
         return np.asarray((bounds <= self.tolerance) | (lengths <= 1))
+
+
+def build_pieces(
+    cells: OpenCells,
+    axis: int,
+    is_monotone: Bools,
+    cell_of_piece: Ints,
+    ends: tuple[FloatArray, FloatArray],
+) -> Pieces:
+    """Pieces (m,) of graphs over u (`axis` 0) or v (1) in cells, with rectangles that contain them.
+
+    `is_monotone` says it of the cells. `ends` are the parameters (2, m) of both ends; they ascend
+    along the axis.
+    """
+    # A piece is in a rectangle: at first from its begin to its end along the axis, the whole cell
+    # across.
+    begin, end = ends
+    rectangle = cells.rectangle.take(cell_of_piece, axis=1) / ONE
+    rectangle[2 * axis], rectangle[2 * axis + 1] = begin[axis], end[axis]
+    across = 1 - axis
+    low, high = rectangle[2 * across], rectangle[2 * across + 1]
+    # With slopes of at most K, v is at most K Δu / 2 from the mean of its values at both ends;
+    # 2⁻⁵⁰ covers rounding.
+    middle = (begin[across] + end[across]) / 2
+    radius = bound_slopes(cells, axis)[cell_of_piece] * (end[axis] - begin[axis]) / 2 + 2.0**-50
+    np.maximum(low, middle - radius, out=low)
+    np.minimum(high, middle + radius, out=high)
+    is_tight = is_monotone[cell_of_piece]
+    np.copyto(rectangle[::2], np.minimum(begin, end), where=is_tight)
+    np.copyto(rectangle[1::2], np.maximum(begin, end), where=is_tight)
+    return Pieces(
+        rectangle,
+        cells.plane[cell_of_piece],
+        cells.net[cell_of_piece],
+        begin,
+        end,
+        axis=np.where(is_tight, 2, axis),  # 2: monotone in both parameters
+    )
 
 
 def _classify(nets: FloatArray) -> tuple[Ints, FloatArray, Bools]:

@@ -5,28 +5,23 @@ depend on the other planes.
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.bases.row_batches import row_runs
 from service.cancellation import checkpoint
 from service.engine.connectivity.incidence import triangular_patches
 from service.engine.connectivity.seams import Seams
 from service.engine.curves.polyline import Polyline
-from service.engine.nets.partials import net_partials
-from service.engine.nets.query_nets import QueryNets, surface_nets
-from service.engine.sections.arcs import Arcs, find_arcs
-from service.engine.sections.borders import ONE, BorderLines, find_border_lines
-from service.engine.sections.cells import EndedCells, LocalPlanes, find_boxes, find_pairs
-from service.engine.sections.flatness import bound_rounding, bound_sizes
-from service.engine.sections.search import CellSearch
-from service.engine.sections.segments import Segments, find_segments
-from service.engine.sections.sides import find_sides, is_change
+from service.engine.nets.query_nets import surface_nets
+from service.engine.sections.arc_search import ArcNodes, ArcSearch
+from service.engine.sections.borders import find_border_lines
+from service.engine.sections.cells import LocalPlanes, find_boxes, find_pairs
+from service.engine.sections.flatness import bound_rounding
+from service.engine.sections.sides import is_change
 from service.engine.sections.trace import join_arcs
 from service.engine.sections.values import Planes, Section, Sections
-from service.engine.vectors import dot, length
+from service.engine.vectors import dot
 from service.surface.lowered import PatchModel
 
 CHUNK_NUMBERS = 1 << 16
@@ -39,9 +34,6 @@ MIN_TOLERANCE = 2.0**-38
 MAX_DISTANCE = 2.0**-14
 """Touching points nearer than this to each other, in the coordinates of the nets, count as one
 point, because several cells around one point may touch the plane."""
-
-CHUNK_NODES = 1 << 14
-"""How many points are computed at once."""
 
 CHUNK_PAIRS = 1 << 20
 """How many pairs of a plane and a net have their boxes compared at once."""
@@ -73,23 +65,33 @@ def cut_surface(
     borders = find_border_lines(nets, seams, triangular_patches(model.batches))
     local = LocalPlanes.of(planes, nets)
     local_tolerance = max(TOLERANCE_FACTOR * tolerance / nets.scale, MIN_TOLERANCE)
-    search = _Search(nets, borders, local, planes, local_tolerance, allow)
-    boxes = find_boxes(nets)
+    search = ArcSearch(nets, borders, local, local_tolerance, allow)
     sections: list[Section] = []
+    for numbers, plane, net in list_chunks(search):
+        sections += _cut(search, planes, numbers, plane, net)
+    slack = max(bound_rounding(group.nets) for group in nets.groups)
+    bound = (search.deviation + slack) * nets.scale
+    return Sections(model.name, model.up, planes, tuple(sections), bound)
+
+
+def list_chunks(search: ArcSearch) -> Iterator[tuple[range, Ints, Ints]]:
+    """Planes in runs that are cut at once: their numbers, and the pairs (plane, net) that may meet.
+
+    The planes are those of the search.
+    """
+    nets, local = search.nets, search.local
+    boxes = find_boxes(nets)
     planes_at_once = max(1, CHUNK_PAIRS // len(nets.patch))
     max_coefficients = max(group.nets[0, ..., 0].size for group in nets.groups)
-    for first in range(0, len(planes), planes_at_once):
-        last = min(first + planes_at_once, len(planes))
+    for first in range(0, len(local.offsets), planes_at_once):
+        last = min(first + planes_at_once, len(local.offsets))
         plane, net = find_pairs(boxes, local, first, last)
         counts = np.bincount(plane - first, minlength=last - first)
         search.begin(len(plane))
         for low, high in _split_planes(counts, CHUNK_NUMBERS // max_coefficients):
             checkpoint()
             rows = slice(*np.searchsorted(plane, [first + low, first + high]))
-            sections += search.cut(range(first + low, first + high), plane[rows], net[rows])
-    slack = max(bound_rounding(group.nets) for group in nets.groups)
-    bound = (search.deviation + slack) * nets.scale
-    return Sections(model.name, model.up, planes, tuple(sections), bound)
+            yield range(first + low, first + high), plane[rows], net[rows]
 
 
 def _split_planes(counts: Ints, max_pairs: int) -> Iterator[tuple[int, int]]:
@@ -105,149 +107,62 @@ def _split_planes(counts: Ints, max_pairs: int) -> Iterator[tuple[int, int]]:
         first = last
 
 
-@dataclass(eq=False, slots=True)
-class _Search:
-    """The state of cutting a surface; lengths are in the coordinates of the nets."""
-
-    nets: QueryNets
-    borders: BorderLines
-    local: LocalPlanes
-    planes: Planes
-    tolerance: float
-    allow: Callable[[int], None]
-    deviation: float = 0.0
-    count: int = 0
-    """The number of pieces so far."""
-    _earlier_count: int = 0
-    """The number of pieces before the last call of `begin`."""
-    _pairs: tuple[int, int] = 0, 0
-    """The number of pairs of a plane and a net that `begin` announced, and the number that `cut`
-    has begun."""
-
-    def begin(self, pairs: int) -> None:
-        """Prepare to cut a number of pairs of a plane and a net, in several calls."""
-        self._earlier_count, self._pairs = self.count, (pairs, 0)
-
-    def cut(self, numbers: range, plane: Ints, net: Ints) -> list[Section]:
-        """The sections by planes `numbers`; `plane` and `net` are all pairs that may meet."""
-        pairs, begun_pairs = self._pairs
-        self._pairs = pairs, begun_pairs + len(plane)
-        parts: list[EndedCells] = []
-        coplanar = [np.zeros((0, 2), np.intp)]
-        width = 1 + max(max(group.degree) for group in self.nets.groups)
-        for group, rows in self.nets.split(net):
-            search = CellSearch(group, self.local, width, self.tolerance, self._allow)
-            ended, is_coplanar = search.find(plane[rows], net[rows])
-            self.deviation = max(self.deviation, search.deviation)
-            in_plane = rows[is_coplanar]
-            coplanar.append(np.stack([plane[in_plane], self.nets.patch[net[in_plane]]], axis=1))
-            self.count += sum(map(len, ended))
-            parts += ended
-        coplanar_patches = np.unique(np.concatenate(coplanar), axis=0)
-        polylines: list[list[Polyline]] = [[] for _ in numbers]
-        touching = np.zeros((0, 3))
-        plane_of_point = np.zeros(0, np.intp)
-        if parts:
-            touching, plane_of_point = self._draw(EndedCells.join(parts), numbers.start, polylines)
-        return [
-            Section(
-                tuple(polylines[k - numbers.start]),
-                touching[plane_of_point == k],
-                coplanar_patches[coplanar_patches[:, 0] == k, 1],
-            )
-            for k in numbers
-        ]
-
-    def _allow(self, count: int, expected: float) -> None:
-        """Call `allow` with a lower bound of the pieces, and with an estimate for all pairs."""
-        self.allow(self.count + count)
-        pairs, begun_pairs = self._pairs
-        pieces = self.count - self._earlier_count + expected
-        # The sections by the other planes may have fewer pieces: expect half as many.
-        self.allow(int(self._earlier_count + pieces * max(1.0, pairs / begun_pairs / 2)))
-
-    def _draw(
-        self, cells: EndedCells, first: int, polylines: list[list[Polyline]]
-    ) -> tuple[FloatArray, Ints]:
-        """Add polylines to those of each plane; return touching points, and their planes.
-
-        `polylines[k]` belongs to the plane with the number `first` + k.
-        """
-        sides = find_sides(cells, self.borders)
-        segments = find_segments(cells, sides, self.borders)
-        arcs = find_arcs(cells, sides, segments)
-        checkpoint()
-        points, plane = self._points(cells, segments, arcs)
-        x, y = (axes[plane] for axes in self.planes.axes)
-        positions_in_plane = np.stack([dot(points, x, -1), dot(points, y, -1)], axis=1)
-        model_points = self.nets.origin + points * self.nets.scale
-        checkpoint()
-        touching = [arcs.touching]
-        for nodes in join_arcs(arcs.ends, arcs.sense, positions_in_plane, self.tolerance):
-            rows = model_points[nodes]
-            rows = rows[is_change(*rows.T)]
-            if len(rows) > 1:
-                is_closed = bool(nodes[0] == nodes[-1])
-                polylines[plane[nodes[0]] - first].append(Polyline(rows, is_closed))
-            else:
-                # All points are equal: a patch that is only a curve passes through the plane.
-                touching.append(nodes[:1])
-        arc_counts = np.bincount(arcs.ends.ravel(), minlength=len(points))
-        crossings = np.flatnonzero(arc_counts > 2)
-        separate = _keep_separate(points, np.concatenate(touching), crossings)
-        return model_points[separate], plane[separate]
-
-    def _points(self, cells: EndedCells, segments: Segments, arcs: Arcs) -> tuple[FloatArray, Ints]:
-        """The points (N, 3) of all nodes, and the number of the plane of each node, (N,).
-
-        Points are in the coordinates of the nets, and are projected onto their planes. Crossings
-        come last.
-        """
-        plane = segments.node_plane
-        points = np.zeros((len(plane), 3))
-        used_nodes = np.unique(np.concatenate([arcs.ends.ravel(), arcs.touching]))
-        used_nodes = used_nodes[used_nodes < len(plane)]
-        for first, last in row_runs(len(used_nodes), CHUNK_NODES):
-            nodes = used_nodes[first:last]
-            partials = net_partials(
-                self.nets, segments.node_net[nodes], segments.node_parameters[:, nodes]
-            )
-            points[nodes] = partials[0].T  # the partial of order 0 is the point itself
-        # A crossing, a group of singular cells, is one node: the mean of the middles of its cells.
-        rows = np.flatnonzero(arcs.crossing >= 0)
-        if len(rows):
-            crossing = arcs.crossing[rows]
-            middle = (cells.rectangle[::2, rows] + cells.rectangle[1::2, rows]) / (2 * ONE)
-            positions = net_partials(self.nets, cells.net[rows], middle)[0].T
-            sums = np.stack([np.bincount(crossing, positions[:, k]) for k in range(3)], axis=1)
-            means = sums / np.bincount(crossing)[:, np.newaxis]
-            points = np.concatenate([points, means])
-            first_rows = rows[np.unique(crossing, return_index=True)[1]]
-            plane = np.concatenate([plane, cells.plane[first_rows]])
-            distances = length(positions - means[crossing], -1)
-            self._note_crossings(cells, rows, distances)
-        checkpoint()
-        height = self.local.heights(plane, points)
-        return points - height[:, np.newaxis] * self.local.normals[plane], plane
-
-    def _note_crossings(self, cells: EndedCells, rows: Ints, distances: FloatArray) -> None:
-        """Include in the deviation the distance of the section from the arcs at crossings.
-
-        `rows` (k,) are the singular cells; `distances` (k,) are those of their middles from their
-        crossings.
-
-        The point of a crossing is the mean of the middles of a group of singular cells. The section
-        in such a cell, and the ends of arcs on its border, are at most r = distance + size from
-        this point. So the distance of the section from the arcs is at most 2 max r.
-        """
-        net, rectangle = cells.net[rows], cells.rectangle[:, rows] / ONE
-        size = np.zeros(len(rows))
-        for group, own in self.nets.split(net):
-            size[own] = bound_sizes(group, net[own], rectangle[:, own])
-        self.deviation = max(self.deviation, float(2 * (distances + size).max()))
+def _cut(
+    search: ArcSearch, planes: Planes, numbers: range, plane: Ints, net: Ints
+) -> list[Section]:
+    """The sections by planes `numbers`; `plane` and `net` are all pairs that may meet."""
+    cells, coplanar = search.find_cells(plane, net)
+    coplanar[:, 1] = search.nets.patch[coplanar[:, 1]]
+    coplanar_patches = np.unique(coplanar, axis=0)
+    polylines: list[list[Polyline]] = [[] for _ in numbers]
+    touching = np.zeros((0, 3))
+    plane_of_point = np.zeros(0, np.intp)
+    if cells is not None:
+        found = search.find_nodes(cells)
+        touching, plane_of_point = _draw(search, planes, found, numbers.start, polylines)
+    return [
+        Section(
+            tuple(polylines[k - numbers.start]),
+            touching[plane_of_point == k],
+            coplanar_patches[coplanar_patches[:, 0] == k, 1],
+        )
+        for k in numbers
+    ]
 
 
-def _keep_separate(points: FloatArray, nodes: Ints, crossings: Ints) -> Ints:
+def _draw(
+    search: ArcSearch,
+    planes: Planes,
+    found: ArcNodes,
+    first: int,
+    polylines: list[list[Polyline]],
+) -> tuple[FloatArray, Ints]:
+    """Add polylines to those of each plane; return touching points, and their planes.
+
+    `polylines[k]` belongs to the plane with the number `first` + k.
+    """
+    points, plane, arcs = found.points, found.plane, found.arcs
+    x, y = (axes[plane] for axes in planes.axes)
+    positions_in_plane = np.stack([dot(points, x, -1), dot(points, y, -1)], axis=1)
+    model_points = search.nets.origin + points * search.nets.scale
+    checkpoint()
+    touching = [arcs.touching]
+    for nodes in join_arcs(arcs.ends, arcs.sense, positions_in_plane, search.tolerance):
+        rows = model_points[nodes]
+        rows = rows[is_change(*rows.T)]
+        if len(rows) > 1:
+            is_closed = bool(nodes[0] == nodes[-1])
+            polylines[plane[nodes[0]] - first].append(Polyline(rows, is_closed))
+        else:
+            # All points are equal: a patch that is only a curve passes through the plane.
+            touching.append(nodes[:1])
+    arc_counts = np.bincount(arcs.ends.ravel(), minlength=len(points))
+    crossings = np.flatnonzero(arc_counts > 2)
+    separate = keep_separate(points, np.concatenate(touching), crossings)
+    return model_points[separate], plane[separate]
+
+
+def keep_separate(points: FloatArray, nodes: Ints, crossings: Ints) -> Ints:
     """The `nodes` that are not near a crossing, and not near an earlier node."""
     separate: list[int] = []
     crossing_points = points[crossings]

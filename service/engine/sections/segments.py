@@ -38,6 +38,8 @@ class Segments:
         f at the places.
     first, last : ndarray of int, shape (n, 4)
         The segments of each side have the numbers first … last − 1.
+    side : ndarray of int, shape (G,)
+        The side that each segment is: that of the cell with the least number, if it is of two.
     ends : ndarray of int, shape (G, 2)
         The places at which the G segments begin and end.
     in_plane : ndarray of bool, shape (G,)
@@ -56,6 +58,7 @@ class Segments:
     value: FloatArray
     first: Ints
     last: Ints
+    side: Ints
     ends: Ints
     in_plane: Bools
     root_segment: Ints
@@ -106,6 +109,7 @@ def find_segments(cells: EndedCells, sides: CellSides, borders: BorderLines) -> 
         value,
         first.reshape(-1, 4),
         last.reshape(-1, 4),
+        side,
         ends,
         in_plane,
         segment,

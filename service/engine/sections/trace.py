@@ -3,7 +3,9 @@
 If two arcs meet at a node, they are joined. If 4, 6 or another even number of arcs meet, lines go
 straight on: the arcs are ordered by their directions in the plane, and opposite arcs are joined. So
 a figure of eight is one closed line, and two circles that cross are two closed lines. At other
-nodes lines end.
+nodes lines end. For sections of solids, lines turn instead: of neighbours in this order, arcs that
+arrive are joined with arcs that leave. So a figure of eight is two closed lines, each about one
+piece of the material.
 
 Arc a has two *halves*, one for each direction in which it can be followed: half 2 a begins at node
 0 of the arc, half 2 a + 1 begins at its node 1. So `half ^ 1` is the half in the other direction,
@@ -26,7 +28,12 @@ CHECKPOINT_NODES = 4096
 
 
 def join_arcs(
-    ends: Ints, sense: FloatArray, positions: FloatArray, radius: float
+    ends: Ints,
+    sense: FloatArray,
+    positions: FloatArray,
+    radius: float,
+    *,
+    turns: bool = False,
 ) -> Iterator[Ints]:
     """Join arcs to polylines: the nodes (k,) of each; if it is closed, the last repeats the first.
 
@@ -41,9 +48,11 @@ def join_arcs(
         Coordinates of the nodes in the plane.
     radius : float
         At this distance from a crossing the directions of arcs are compared.
+    turns : bool
+        Whether lines turn where more than two arcs meet, rather than go straight on.
     """
     node = ends.ravel()
-    mate = _find_mates(node, positions, radius)
+    mate = _find_mates(node, positions, radius, sense if turns else None)
     nodes, mates = node.tolist(), mate.tolist()
     senses = sense.tolist()
     is_done = bytearray(len(ends))
@@ -68,10 +77,11 @@ def join_arcs(
         yield np.array(path if sense_of_path >= 0 else path[::-1])
 
 
-def _find_mates(node: Ints, positions: FloatArray, radius: float) -> Ints:
+def _find_mates(node: Ints, positions: FloatArray, radius: float, sense: FloatArray | None) -> Ints:
     """For each half, the other half that begins at its node and to which it is joined: (2 A,).
 
-    It is −1 where lines end. `node` has the node at which each half begins.
+    It is −1 where lines end. `node` has the node at which each half begins. Lines turn if the
+    senses of arcs are given.
     """
     order = np.argsort(node, kind="stable")
     mate = np.full(len(node), -1)
@@ -91,9 +101,38 @@ def _find_mates(node: Ints, positions: FloatArray, radius: float) -> Ints:
             halves = order[begins[k] : begins[k] + counts[k]]
             angles = [_find_angle(int(h), node, mates_of_two, positions, radius) for h in halves]
             halves = halves[np.argsort(angles, kind="stable")]
-            # Each half is joined to the opposite one.
-            mate[halves] = np.roll(halves, len(halves) // 2)
+            if sense is None:
+                # Each half is joined to the opposite one.
+                mate[halves] = np.roll(halves, len(halves) // 2)
+                continue
+            leaves = [_find_sense(int(h), mates_of_two, sense) for h in halves]
+            for one, two in _pair_neighbours(leaves):
+                mate[halves[one]], mate[halves[two]] = halves[two], halves[one]
     return mate
+
+
+def _find_sense(half: int, mate: Ints, sense: FloatArray) -> int:
+    """1 if the line that begins with a half leaves its node, −1 if it arrives, 0 if unknown."""
+    for _ in range(MAX_NODES):
+        along = float(sense[half >> 1]) * (1 if half & 1 == 0 else -1)
+        if along:
+            return 1 if along > 0 else -1
+        half = int(mate[half ^ 1])
+        if half < 0:
+            break
+    return 0
+
+
+def _pair_neighbours(leaves: list[int]) -> Iterator[tuple[int, int]]:
+    """Pairs of items of a circle with different senses, without crossings; the rest at last."""
+    circle = list(range(len(leaves)))
+    while circle:
+        count = len(circle)
+        differ = (k for k in range(count) if leaves[circle[k]] != leaves[circle[(k + 1) % count]])
+        k = next(differ, 0)
+        one, two = circle[k], circle[(k + 1) % count]
+        yield one, two
+        circle = [each for each in circle if each not in (one, two)]
 
 
 def _find_angle(half: int, node: Ints, mate: Ints, positions: FloatArray, radius: float) -> float:
