@@ -740,7 +740,7 @@ export interface components {
             type?: "bezier";
             /**
              * Control Net
-             * @description Control points [x, y, z], row by row. Rows follow each other along u, points in a row along v; rows have equal lengths. At least 2 × 2 points; every coordinate is finite and within single precision.
+             * @description Control points [x, y, z], or [x, y] in the plane z = 0, row by row. Rows follow each other along u, points in a row along v; rows have equal lengths. At least 2 × 2 points; every coordinate is finite and within single precision.
              * @example [
              *       [
              *         [
@@ -778,11 +778,14 @@ export interface components {
              *       ]
              *     ]
              */
-            control_net: [
+            control_net: ([
                 number,
                 number,
                 number
-            ][][];
+            ] | [
+                number,
+                number
+            ])[][];
             /**
              * Weights
              * @description One positive weight for every control point, in the same rows. Left out, the surface is polynomial.
@@ -922,7 +925,7 @@ export interface components {
             type?: "bezier";
             /**
              * Control Net
-             * @description Control points [x, y, z], row by row. Rows follow each other along u, points in a row along v; rows have equal lengths. At least 2 × 2 points; every coordinate is finite and within single precision.
+             * @description Control points [x, y, z], or [x, y] in the plane z = 0, row by row. Rows follow each other along u, points in a row along v; rows have equal lengths. At least 2 × 2 points; every coordinate is finite and within single precision.
              * @example [
              *       [
              *         [
@@ -960,11 +963,14 @@ export interface components {
              *       ]
              *     ]
              */
-            control_net: [
+            control_net: ([
                 number,
                 number,
                 number
-            ][][];
+            ] | [
+                number,
+                number
+            ])[][];
             /**
              * Weights
              * @description One positive weight for every control point, in the same rows. Left out, the surface is polynomial.
@@ -1325,7 +1331,7 @@ export interface components {
             type: "bspline";
             /**
              * Control Net
-             * @description Control points [x, y, z], row by row. Rows follow each other along u, points in a row along v; rows have equal lengths. At least degree + 1 points in each direction (3 in a periodic direction); every coordinate is finite and within single precision.
+             * @description Control points [x, y, z], or [x, y] in the plane z = 0, row by row. Rows follow each other along u, points in a row along v; rows have equal lengths. At least degree + 1 points in each direction (3 in a periodic direction); every coordinate is finite and within single precision.
              * @example [
              *       [
              *         [
@@ -1417,11 +1423,14 @@ export interface components {
              *       ]
              *     ]
              */
-            control_net: [
+            control_net: ([
                 number,
                 number,
                 number
-            ][][];
+            ] | [
+                number,
+                number
+            ])[][];
             /**
              * Degree
              * @description Degree along u and along v, 1 to 64, or one number for both. The default is 3.
@@ -1614,7 +1623,7 @@ export interface components {
             type: "bspline";
             /**
              * Control Net
-             * @description Control points [x, y, z], row by row. Rows follow each other along u, points in a row along v; rows have equal lengths. At least degree + 1 points in each direction (3 in a periodic direction); every coordinate is finite and within single precision.
+             * @description Control points [x, y, z], or [x, y] in the plane z = 0, row by row. Rows follow each other along u, points in a row along v; rows have equal lengths. At least degree + 1 points in each direction (3 in a periodic direction); every coordinate is finite and within single precision.
              * @example [
              *       [
              *         [
@@ -1706,11 +1715,14 @@ export interface components {
              *       ]
              *     ]
              */
-            control_net: [
+            control_net: ([
                 number,
                 number,
                 number
-            ][][];
+            ] | [
+                number,
+                number
+            ])[][];
             /**
              * Degree
              * @description Degree along u and along v, 1 to 64, or one number for both. The default is 3.
@@ -4042,7 +4054,7 @@ export interface components {
             type: "patches";
             /**
              * Vertices
-             * @description Control points [x, y, z] that the patches share.
+             * @description Control points [x, y, z], or [x, y] in the plane z = 0, that the patches share.
              * @example [
              *       [
              *         0,
@@ -4076,11 +4088,14 @@ export interface components {
              *       ]
              *     ]
              */
-            vertices: [
+            vertices: ([
                 number,
                 number,
                 number
-            ][];
+            ] | [
+                number,
+                number
+            ])[];
             /**
              * Weights
              * @description One positive weight for every vertex.
@@ -5650,7 +5665,7 @@ export interface components {
             type: "triangle";
             /**
              * Control Net
-             * @description Control points [x, y, z], row by row. Each row has one point less than the row before. At least two rows; every coordinate is finite and within single precision. Seen from the side to which the normal points, each row goes from left to right, and is above the row before.
+             * @description Control points [x, y, z], or [x, y] in the plane z = 0, row by row. Each row has one point less than the row before. At least two rows; every coordinate is finite and within single precision. Seen from the side to which the normal points, each row goes from left to right, and is above the row before.
              * @example [
              *       [
              *         [
@@ -5690,11 +5705,14 @@ export interface components {
              *       ]
              *     ]
              */
-            control_net: [
+            control_net: ([
                 number,
                 number,
                 number
-            ][][];
+            ] | [
+                number,
+                number
+            ])[][];
             /**
              * Weights
              * @description One positive weight for every control point, in the same rows. Left out, the surface is polynomial.

@@ -22,7 +22,7 @@ from service.bases.cache import build_by_text
 from service.bases.triangle import degree_of, degree_or_none, row_starts
 from service.errors import MAX_ISSUES, Issue, count_nouns
 from service.schemas.document import DEFAULT_LIMITS, DocumentLimits
-from service.schemas.grid_rules import GridRules
+from service.schemas.grid_rules import PLANAR_WIDTH, GridRules
 from service.schemas.validation import (
     MAX_INDEX,
     Path,
@@ -86,7 +86,7 @@ class NumberGrid(GridRules):
                 length = sum(row_lengths)
             else:
                 length = lengths.pop()  # if the lists are equally long, no other length is left
-                has_width = level < last or self.width in (None, length)
+                has_width = level < last or self.accepts_width(length)
                 is_right = not lengths and length > 0 and has_width
             if not is_right:
                 raise to_refusal(self.find_faults(value))
@@ -96,7 +96,13 @@ class NumberGrid(GridRules):
             raise to_refusal(self.find_faults(value))
         if self.integers:
             return np.fromiter(items, np.int64, len(items)).reshape(shape)
-        return np.fromiter(items, np.float64, len(items)).reshape(shape)
+        return self.to_space(np.fromiter(items, np.float64, len(items)).reshape(shape))
+
+    def to_space(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The array of points in space, if it has points in a plane: their last coordinate is 0."""
+        if not self.may_be_planar or values.shape[-1] == self.width:
+            return values
+        return np.pad(values, [(0, 0)] * (values.ndim - 1) + [(0, 1)])
 
     def __get_pydantic_core_schema__(
         self, source: object, handler: GetCoreSchemaHandler
@@ -135,17 +141,20 @@ class NumberGrid(GridRules):
                 if self.width is not None:
                     result = tuple_schema(result["items"], self.width)
                 result |= self.list_schema
+                if self.may_be_planar:
+                    plane = tuple_schema(result["items"], PLANAR_WIDTH)
+                    result = {"oneOf": [result, plane]}
         return result
 
 
-def validate_array(grid: GridRules, values: NDArray[Any], limits: DocumentLimits) -> Array:
+def validate_array(grid: NumberGrid, values: NDArray[Any], limits: DocumentLimits) -> Array:
     """Check an array, and convert it to the type that `grid.array` returns.
 
     An array that already has this type and is contiguous is not copied.
 
     Parameters
     ----------
-    grid : GridRules
+    grid : NumberGrid
         The lists for which the array stands. Each of their levels is an axis of the array; but all
         rows of a triangle are one axis of (n+1)(n+2)/2 entries.
     values : ndarray of integers or, unless `grid.integers`, of floats up to double precision
@@ -169,7 +178,7 @@ def validate_array(grid: GridRules, values: NDArray[Any], limits: DocumentLimits
         needed = "a finite number"
         issue = Issue("not_finite", "Every number must be finite.", "", "NaN or Infinity", needed)
         _refuse(grid, ~np.isfinite(values), issue)
-    return np.ascontiguousarray(values, dtype=np.float64)
+    return np.ascontiguousarray(grid.to_space(values), dtype=np.float64)
 
 
 def _check_shape(
@@ -201,7 +210,7 @@ def _check_shape(
             length = rows
         grid.check_size(level, total=total, longest=length, limits=limits)
         level += 1
-        if level == len(grid.levels) and grid.width is not None and length != grid.width:
+        if level == len(grid.levels) and grid.width is not None and not grid.accepts_width(length):
             raise to_refusal([(first_path, grid.length_issue(level - 1, length, grid.width))])
     if len(shape) > axis_count:
         raise to_refusal([((0,) * level, wrong_type([], grid.scalar))])

@@ -20,7 +20,11 @@ from service.schemas.fields import SURFACE_WEIGHTS, NameField, StrictModel, UpFi
 from service.surface.bezier import BezierSurface, TriangleSurface
 
 CONTROL_NET = NumberGrid(
-    ("rows", "control points", "coordinates"), width=3, point_levels=2, degree_levels=(0, 1)
+    ("rows", "control points", "coordinates"),
+    width=3,
+    may_be_planar=True,
+    point_levels=2,
+    degree_levels=(0, 1),
 )
 NET_WEIGHTS = NumberGrid(("rows", "weights"), positive=True, degree_levels=(0, 1))
 
@@ -37,9 +41,9 @@ class BezierNet(StrictModel):
         default="bezier", description="The kind of surface; `bezier` is the default."
     )
     control_net: Annotated[FloatArray, CONTROL_NET] = Field(
-        description="Control points [x, y, z], row by row. Rows follow each other along u, "
-        "points in a row along v; rows have equal lengths. At least 2 × 2 points; every "
-        "coordinate is finite and within single precision.",
+        description="Control points [x, y, z], or [x, y] in the plane z = 0, row by row. Rows "
+        "follow each other along u, points in a row along v; rows have equal lengths. At least "
+        "2 × 2 points; every coordinate is finite and within single precision.",
         examples=[[[[0, 0, 0], [0, 1, 1], [0, 2, 0]], [[1, 0, 1], [1, 1, 2], [1, 2, 1]]]],
     )
     weights: Annotated[FloatArray | None, NET_WEIGHTS, SURFACE_WEIGHTS] = Field(
@@ -73,6 +77,7 @@ TRIANGLE_RULE = "A triangle of n + 1 rows is one patch of degree n."
 TRIANGLE_NET = NumberGrid(
     ("rows", "control points", "coordinates"),
     width=3,
+    may_be_planar=True,
     point_levels=2,
     degree_levels=(0,),
     degree_rule=TRIANGLE_RULE,
@@ -100,8 +105,9 @@ class TriangleDefinition(StrictModel):
 
     type: Literal["triangle"] = Field(description="The kind of surface.")
     control_net: Annotated[FloatArray, TRIANGLE_NET] = Field(
-        description="Control points [x, y, z], row by row. Each row has one point less than the "
-        "row before. At least two rows; every coordinate is finite and within single precision. "
+        description="Control points [x, y, z], or [x, y] in the plane z = 0, row by row. Each row "
+        "has one point less than the row before. At least two rows; every coordinate is finite and "
+        "within single precision. "
         "Seen from the side to which the normal points, each row goes from left to right, and "
         "is above the row before.",
         examples=[[[[0, 0, 0], [1, 0, 1], [2, 0, 0]], [[0, 1, 1], [1, 1, 1]], [[0, 2, 0]]]],

@@ -31,7 +31,9 @@ from service.surface.bspline import BsplineSurface
 from service.surface.checks import MAX_DEGREE
 from service.surface.knots import NAMED, KnotName, Knots
 
-SPLINE_NET = NumberGrid(("rows", "control points", "coordinates"), width=3, point_levels=2)
+SPLINE_NET = NumberGrid(
+    ("rows", "control points", "coordinates"), width=3, may_be_planar=True, point_levels=2
+)
 SPLINE_WEIGHTS = NumberGrid(("rows", "weights"), positive=True, point_levels=2)
 KNOTS = NumberGrid(("knots",))
 
@@ -117,10 +119,10 @@ class BsplineNet(StrictModel):
 
     type: Literal["bspline"] = Field(description="The kind of surface.")
     control_net: Annotated[FloatArray, SPLINE_NET] = Field(
-        description="Control points [x, y, z], row by row. Rows follow each other along u, "
-        "points in a row along v; rows have equal lengths. At least degree + 1 points in each "
-        "direction (3 in a periodic direction); every coordinate is finite and within single "
-        "precision.",
+        description="Control points [x, y, z], or [x, y] in the plane z = 0, row by row. Rows "
+        "follow each other along u, points in a row along v; rows have equal lengths. At least "
+        "degree + 1 points in each direction (3 in a periodic direction); every coordinate is "
+        "finite and within single precision.",
         examples=[
             [
                 [[0, 0, 0], [0, 1, 1], [0, 2, 1], [0, 3, 0]],

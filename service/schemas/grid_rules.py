@@ -23,6 +23,10 @@ from service.schemas.validation import (
 _WHOLE, _NUMBER = frozenset({int}), frozenset({int, float})
 
 
+PLANAR_WIDTH = 2
+"""The number of coordinates of a point in a plane."""
+
+
 @dataclass(frozen=True, slots=True)
 class GridRules:
     """The form of numbers in nested lists; lists of one level have equal lengths.
@@ -34,6 +38,9 @@ class GridRules:
         points", "numbers".
     width : int or None
         Required length of the innermost lists; None if they may have any length.
+    may_be_planar : bool
+        Whether the innermost lists may have one number less than `width`, all of them: points in a
+        plane, which get the last coordinate 0.
     integers : bool
         Whether the numbers are indices.
     positive : bool
@@ -58,6 +65,7 @@ class GridRules:
 
     levels: tuple[str, ...]
     width: int | None = None
+    may_be_planar: bool = False
     integers: bool = False
     positive: bool = False
     point_levels: int = 0
@@ -78,6 +86,10 @@ class GridRules:
         if not set(map(type, scalars)) <= (_WHOLE if self.integers else _NUMBER):
             return False
         return not self.integers or max(map(abs, scalars)) <= MAX_INDEX
+
+    def accepts_width(self, length: int) -> bool:
+        """Whether the innermost lists may have this length."""
+        return self.width in (None, length) or (self.may_be_planar and length == PLANAR_WIDTH)
 
     def is_last(self, level: int) -> bool:
         """Whether the lists of this level contain the numbers."""
@@ -122,7 +134,15 @@ class GridRules:
         """
         lengths: list[int | None] = [None] * len(self.levels)
         lengths[-1] = self.width
+        if self.may_be_planar and self._is_planar(value):
+            lengths[-1] = PLANAR_WIDTH
         return self._walk(value, (), lengths)
+
+    def _is_planar(self, value: Any) -> bool:
+        """Whether the first innermost list has two numbers."""
+        for _ in self.levels[1:]:
+            value = value[0] if isinstance(value, list) and value else None
+        return isinstance(value, list) and len(value) == PLANAR_WIDTH
 
     def _walk(
         self, value: object, path: Path, lengths: list[int | None]

@@ -21,7 +21,7 @@ from service.surface.grids import NO_GRIDS, Grids
 from service.surface.multipatch import MAX_SURFACES, MultipatchSurface, Single
 from service.surface.patches import NO_TRIANGLES, PatchSurface
 
-VERTICES = NumberGrid(("vertices", "coordinates"), width=3, point_levels=1)
+VERTICES = NumberGrid(("vertices", "coordinates"), width=3, may_be_planar=True, point_levels=1)
 VERTEX_WEIGHTS = NumberGrid(("weights",), positive=True, point_levels=1)
 PATCHES = NumberGrid(
     ("patches", "rows", "indices"), integers=True, point_levels=3, degree_levels=(1, 2)
@@ -77,7 +77,8 @@ class PatchesDefinition(StrictModel):
 
     type: Literal["patches"] = Field(description="The kind of surface.")
     vertices: Annotated[FloatArray, VERTICES] = Field(
-        description="Control points [x, y, z] that the patches share.",
+        description="Control points [x, y, z], or [x, y] in the plane z = 0, that the patches "
+        "share.",
         examples=[[[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 1], [2, 0, 0], [2, 1, 0]]],
     )
     weights: Annotated[FloatArray | None, VERTEX_WEIGHTS] = Field(
