@@ -159,6 +159,7 @@ judge-queries: $(VENV)/.dev ## Search for nearer points and missed hits on surfa
 	$(BIN)/python -m tools.judge.closest
 	$(BIN)/python -m tools.judge.rays
 	$(BIN)/python -m tools.judge.parts
+	$(BIN)/python -m tools.judge.sections
 
 web: $(SWAGGER)/LICENSE $(THREE)/LICENSE ## Fetch the scripts of / and /docs from the npm registry
 

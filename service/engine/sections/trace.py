@@ -3,8 +3,8 @@
 If two arcs meet at a node, they are joined. If 4, 6 or another even number of arcs meet, lines go
 straight on: the arcs are ordered by their directions in the plane, and opposite arcs are joined. So
 a figure of eight is one closed line, and two circles that cross are two closed lines. At other
-nodes lines end. For sections of solids, lines turn instead: of neighbours in this order, arcs that
-arrive are joined with arcs that leave. So a figure of eight is two closed lines, each about one
+nodes lines end. For sections of solids, lines turn instead: arcs that arrive are joined with arcs
+that leave. So a figure of eight is two closed lines, each about one
 piece of the material.
 
 Arc a has two *halves*, one for each direction in which it can be followed: half 2 a begins at node
@@ -13,6 +13,7 @@ and `half >> 1` is the arc.
 """
 
 from collections.abc import Iterator
+from math import cos
 
 import numpy as np
 
@@ -100,13 +101,14 @@ def _find_mates(node: Ints, positions: FloatArray, radius: float, sense: FloatAr
             checkpoint()
             halves = order[begins[k] : begins[k] + counts[k]]
             angles = [_find_angle(int(h), node, mates_of_two, positions, radius) for h in halves]
-            halves = halves[np.argsort(angles, kind="stable")]
+            by_angle = np.argsort(angles, kind="stable")
+            halves = halves[by_angle]
             if sense is None:
                 # Each half is joined to the opposite one.
                 mate[halves] = np.roll(halves, len(halves) // 2)
                 continue
             leaves = [_find_sense(int(h), mates_of_two, sense) for h in halves]
-            for one, two in _pair_neighbours(leaves):
+            for one, two in _pair_opposites(leaves, np.take(angles, by_angle).tolist()):
                 mate[halves[one]], mate[halves[two]] = halves[two], halves[one]
     return mate
 
@@ -123,16 +125,19 @@ def _find_sense(half: int, mate: Ints, sense: FloatArray) -> int:
     return 0
 
 
-def _pair_neighbours(leaves: list[int]) -> Iterator[tuple[int, int]]:
-    """Pairs of items of a circle with different senses, without crossings; the rest at last."""
-    circle = list(range(len(leaves)))
-    while circle:
-        count = len(circle)
-        differ = (k for k in range(count) if leaves[circle[k]] != leaves[circle[(k + 1) % count]])
-        k = next(differ, 0)
-        one, two = circle[k], circle[(k + 1) % count]
-        yield one, two
-        circle = [each for each in circle if each not in (one, two)]
+def _pair_opposites(leaves: list[int], angles: list[float]) -> Iterator[tuple[int, int]]:
+    """Pairs of items with different senses, the largest angles between them first; then the rest.
+
+    Of four lines at a crossing, each has the senses of its neighbours in turn, so two neighbours
+    are joined. Lines that run there and back go on.
+    """
+    pairs = [(i, j) for j in range(len(leaves)) for i in range(j)]
+    pairs.sort(key=lambda p: (leaves[p[0]] == leaves[p[1]], cos(angles[p[1]] - angles[p[0]])))
+    left = set(range(len(leaves)))
+    for one, two in pairs:
+        if one in left and two in left:
+            left -= {one, two}
+            yield one, two
 
 
 def _find_angle(half: int, node: Ints, mate: Ints, positions: FloatArray, radius: float) -> float:
