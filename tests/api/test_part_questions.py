@@ -38,6 +38,11 @@ def refuse(client: Client, path: str, surface: Any, **fields: Any) -> tuple[str,
     return error["code"], error["pointer"]
 
 
+def list_skipped(answer: Any) -> Any:
+    """The faces that an answer lists as left out; None if it has no such list."""
+    return answer.get("report", answer).get("skipped_faces")
+
+
 def spoil(document: dict[str, Any], face: int) -> dict[str, Any]:
     """The brep with a face that is left out, because its loop runs the wrong way."""
     spoiled = deepcopy(document) | {"invalid_faces": "skip"}
@@ -96,6 +101,26 @@ def test_rays_hit_trimmed_faces_alone(client: Client) -> None:
     np.testing.assert_allclose(result["positions"], [[1, 1, 0], [7, 5, 0]], atol=1e-6)
 
 
+def test_sections_of_closed_solids_are_loops(client: Client) -> None:
+    planes = {"normals": [[0, 0, 1]], "offsets": [1, 3.5, 9]}
+    sections = ask(client, "intersect", BOX, planes=planes)["sections"]
+    assert [len(section["polylines"]) for section in sections] == [1, 1, 0]
+    for section in sections[:2]:
+        (line,) = section["polylines"]
+        assert line["closed"]
+        points = np.array(line["points"])
+        x, y, _ = points.T
+        area = (x[:-1] * y[1:] - x[1:] * y[:-1]).sum() / 2  # counter-clockwise: positive
+        assert area == pytest.approx(6)
+    (through_plate,) = ask(
+        client, "intersect", PLATE, planes={"normals": [[1, 0, 0]], "offsets": [5]}
+    )["sections"]
+    ends = sorted(
+        sorted(point[1] for point in line["points"]) for line in through_plate["polylines"]
+    )
+    np.testing.assert_allclose(ends, [[0, 3], [7, 10]], atol=1e-6)
+
+
 def test_a_ray_through_an_edge_of_a_box_has_one_hit_there(client: Client) -> None:
     ends = {"origins": [[-5, 1, 2], [-1, -1, 2]], "directions": [[1, 0, 0], [1, 1, 0]]}
     result = ask(client, "intersect", BOX, rays=ends, hits="all")
@@ -110,6 +135,7 @@ def test_a_ray_through_an_edge_of_a_box_has_one_hit_there(client: Client) -> Non
 QUESTIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "project": ("project", {"points": [[1, 1, 9]]}),
     "rays": ("intersect", {"rays": {"origins": [[1, 1, 9]], "directions": [[0, 0, -1]]}}),
+    "planes": ("intersect", {"planes": {"points": [[1, 1, 1]], "normals": [[0, 0, 1]]}}),
 }
 
 
@@ -118,13 +144,13 @@ def test_faces_that_take_no_part_are_listed(client: Client, name: str) -> None:
     """Once for each brep, with the number in its first copy."""
     path, fields = QUESTIONS[name]
     spoiled = spoil(BOX, 3) | {"up": "z"}
-    assert "skipped_faces" not in ask(client, path, BOX, **fields)
-    (skipped,) = ask(client, path, spoiled, **fields)["skipped_faces"]
+    assert list_skipped(ask(client, path, BOX, **fields)) is None
+    (skipped,) = list_skipped(ask(client, path, spoiled, **fields))
     assert skipped.keys() == {"patch", "code", "got", "needed"}
     assert (skipped["patch"], skipped["code"]) == (3, "used_twice_same_direction")
     group = deepcopy(GROUP)
     group["members"][1]["surface"] = group["members"][2]["surface"] = spoiled
-    (skipped,) = ask(client, path, group, **fields)["skipped_faces"]
+    (skipped,) = list_skipped(ask(client, path, group, **fields))
     assert skipped["patch"] == 4
 
 
@@ -136,7 +162,7 @@ def test_surfaces_without_any_valid_face_are_refused(client: Client, name: str) 
         group: dict[str, Any] = {"type": "group", "members": [{"surface": surface}]}
         assert refuse(client, path, group, **fields) == ("no_faces", "/surface")
         group["members"].append({"surface": NET})
-        assert ask(client, path, group, **fields)["skipped_faces"]
+        assert list_skipped(ask(client, path, group, **fields))
 
 
 @pytest.mark.parametrize("name", QUESTIONS)

@@ -365,6 +365,9 @@ def build_plane_cases() -> Iterator[HostileBody]:
     faults = {"out_of_range": "0 -1", "wrong_type": 'true "1"', "null_value": "null"}
     tolerance = write_options('"planes":{"normals":[[0,0,1]],"offsets":[0]},"tolerance":?')
     yield from vary_body("tolerance", tolerance, "/tolerance", faults)
+    valid = '"planes":{"normals":[[0,0,1]],"offsets":[0]}'
+    yield from build_questions("planes", valid)
+    yield from build_empty_questions("planes", valid)
     yield build_long_case(
         "planes",
         lambda: offsets.replace("?", repeat_word("0", 100_000)),

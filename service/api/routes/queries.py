@@ -151,9 +151,9 @@ async def intersect_surface(body: IntersectRequest, context: ContextDep) -> Resp
     brep have hits inside their trims only, and near their edges (`near_edge`).
 
     **Planes.** A section is returned as polylines, which are within a tolerance of the exact
-    section and contain all of its parts, however small. Polylines are closed where the surface is
-    closed. The response is in the format that `format` names or `Accept` prefers; JSON without
-    either.
+    section and contain all of its parts, however small. Polylines are closed where the surface, or
+    the solid, is closed. The response is in the format that `format` names or `Accept` prefers;
+    JSON without either.
 
     Many rays are sent faster as a NumPy file with a point and a direction in each row. The query
     then names a stored or built-in surface, and has the other fields.
