@@ -188,10 +188,16 @@ class PreparedBrep:
 
     @cached_property
     def close_gaps(self) -> FloatArray:
-        """The bounds `gaps`, shape (C,), made closer where they are above `CLOSE` diagonals."""
+        """The bounds `gaps`, shape (C,), made closer where they are above `CLOSE` diagonals.
+
+        On surfaces that are closed up to a small distance, each end of a period has its own bound.
+        """
         gaps = self.gaps.copy()
-        rows = (gaps > CLOSE * self.diagonal).nonzero()[0]
-        gaps[rows] = np.minimum(gaps[rows], self._bound_gaps(rows, CLOSE))
+        is_curved = self.edge_curves[self.coedge_edges] >= 0
+        is_closed = is_curved & (self._periods[self.coedge_faces] > 0).any(axis=1)
+        rows = (is_closed | (gaps > CLOSE * self.diagonal)).nonzero()[0]
+        found = self._bound_gaps(rows, CLOSE)
+        gaps[rows] = np.where(is_closed[rows], found, np.minimum(gaps[rows], found))
         return gaps
 
     def _bound_gaps(self, rows: Ints, enough: float) -> FloatArray:
