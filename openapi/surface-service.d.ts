@@ -3757,6 +3757,14 @@ export interface components {
              * @enum {string}
              */
             compression?: "none" | "meshopt";
+            /**
+             * Stl
+             * @description Form of an STL file: `binary`, or `ascii`, a text with the same numbers and some four times the length. Other formats ignore this option.
+             * @default binary
+             * @example ascii
+             * @enum {string}
+             */
+            stl?: "binary" | "ascii";
             /** @description The surface, by its control points. */
             surface: components["schemas"]["SurfaceDefinition"];
             /**
@@ -6487,6 +6495,8 @@ export interface operations {
                 quantize?: boolean;
                 /** @description With a file: Compression of the arrays of glTF: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles have another order. No number changes; but together with `quantize`, normals change by at most 0.1°. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse `meshopt`. A service without the library refuses it, too (`compression_unavailable`); `GET /v1/formats` lists the compressions of the service. Default: "none". */
                 compression?: "none" | "meshopt";
+                /** @description With a file: Form of an STL file: `binary`, or `ascii`, a text with the same numbers and some four times the length. Other formats ignore this option. Default: "binary". */
+                stl?: "binary" | "ascii";
             };
             header?: {
                 /** @description `respond-async`: makes a job of one part of this call (`POST /v1/jobs`), and the response is the state of this job, with `Preference-Applied` (RFC 7240). Ignored for a file of points or of rays. */
@@ -6574,7 +6584,7 @@ export interface operations {
                     "Server-Timing": string;
                     /**
                      * @description URL of the job, without the host.
-                     * @example /v1/jobs/beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9
+                     * @example /v1/jobs/4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35
                      */
                     Location: string;
                     /**
@@ -6677,6 +6687,8 @@ export interface operations {
                 quantize?: boolean;
                 /** @description With a file: Compression of the arrays of glTF: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles have another order. No number changes; but together with `quantize`, normals change by at most 0.1°. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse `meshopt`. A service without the library refuses it, too (`compression_unavailable`); `GET /v1/formats` lists the compressions of the service. Default: "none". */
                 compression?: "none" | "meshopt";
+                /** @description With a file: Form of an STL file: `binary`, or `ascii`, a text with the same numbers and some four times the length. Other formats ignore this option. Default: "binary". */
+                stl?: "binary" | "ascii";
             };
             header?: never;
             path?: never;
@@ -6771,7 +6783,7 @@ export interface operations {
                     "Server-Timing": string;
                     /**
                      * @description URL of the job, without the host.
-                     * @example /v1/jobs/beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9
+                     * @example /v1/jobs/4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35
                      */
                     Location: string;
                     /**
@@ -6888,7 +6900,7 @@ export interface operations {
                     "Server-Timing": string;
                     /**
                      * @description URL of the job, without the host.
-                     * @example /v1/jobs/beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9
+                     * @example /v1/jobs/4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35
                      */
                     Location: string;
                     /**
@@ -6979,7 +6991,7 @@ export interface operations {
                     "Server-Timing": string;
                     /**
                      * @description URL of the job, without the host.
-                     * @example /v1/jobs/beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9
+                     * @example /v1/jobs/4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35
                      */
                     Location: string;
                     /**
@@ -7064,7 +7076,7 @@ export interface operations {
                     "Server-Timing": string;
                     /**
                      * @description URL of the job, without the host.
-                     * @example /v1/jobs/beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9
+                     * @example /v1/jobs/4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35
                      */
                     Location: string;
                     /**
@@ -7167,7 +7179,7 @@ export interface operations {
                     "Server-Timing": string;
                     /**
                      * @description URL of the job, without the host.
-                     * @example /v1/jobs/beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9
+                     * @example /v1/jobs/4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35
                      */
                     Location: string;
                     /**
@@ -7273,7 +7285,7 @@ export interface operations {
                     "Server-Timing": string;
                     /**
                      * @description URL of the job, without the host.
-                     * @example /v1/jobs/beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9
+                     * @example /v1/jobs/4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35
                      */
                     Location: string;
                     /**
@@ -7597,6 +7609,8 @@ export interface operations {
                 quantize?: boolean;
                 /** @description Compression of the arrays of glTF: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles have another order. No number changes; but together with `quantize`, normals change by at most 0.1°. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse `meshopt`. A service without the library refuses it, too (`compression_unavailable`); `GET /v1/formats` lists the compressions of the service. */
                 compression?: "none" | "meshopt";
+                /** @description Form of an STL file: `binary`, or `ascii`, a text with the same numbers and some four times the length. Other formats ignore this option. */
+                stl?: "binary" | "ascii";
                 /** @description Version of the engine. With this parameter, the URL of a surface whose id is a hash always returns the same mesh, byte for byte. A service with another version returns 410. */
                 engine?: 4;
                 /** @description Only in a signed URL: when it expires, in Unix time. */
@@ -7907,7 +7921,7 @@ export interface operations {
                     "Server-Timing": string;
                     /**
                      * @description URL of the job, without the host.
-                     * @example /v1/jobs/beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9
+                     * @example /v1/jobs/4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35
                      */
                     Location: string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
@@ -7929,7 +7943,7 @@ export interface operations {
                     "Server-Timing": string;
                     /**
                      * @description URL of the job, without the host.
-                     * @example /v1/jobs/beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9
+                     * @example /v1/jobs/4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35
                      */
                     Location: string;
                     /**
@@ -8116,11 +8130,11 @@ export interface operations {
                 content: {
                     /**
                      * @example event: progress
-                     *     data: {"id":"beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9","state":"running","engine":4,"parts":{"total":100,"queued":56,"running":2,"succeeded":41,"failed":1},"created":"2026-11-29T14:40:20.125Z","started":"2026-11-29T14:40:21.125Z","ended":null,"expires":"2026-12-06T14:40:20.125Z","rate":12.5,"seconds_left":5,"links":{"self":"/v1/jobs/beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9","events":"/v1/jobs/beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9/events","results":"/v1/jobs/beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9/results"}}
+                     *     data: {"id":"4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35","state":"running","engine":4,"parts":{"total":100,"queued":56,"running":2,"succeeded":41,"failed":1},"created":"2026-11-29T14:40:20.125Z","started":"2026-11-29T14:40:21.125Z","ended":null,"expires":"2026-12-06T14:40:20.125Z","rate":12.5,"seconds_left":5,"links":{"self":"/v1/jobs/4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35","events":"/v1/jobs/4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35/events","results":"/v1/jobs/4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35/results"}}
                      *     retry: 1000
                      *
                      *     event: end
-                     *     data: {"id":"beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9","state":"succeeded","engine":4,"parts":{"total":2,"queued":0,"running":0,"succeeded":2,"failed":0},"created":"2026-11-29T14:40:20.125Z","started":"2026-11-29T14:40:21.125Z","ended":"2026-11-29T14:40:22.125Z","expires":"2026-12-06T14:40:22.125Z","rate":0.0,"seconds_left":null,"links":{"self":"/v1/jobs/beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9","events":"/v1/jobs/beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9/events","results":"/v1/jobs/beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9/results"}}
+                     *     data: {"id":"4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35","state":"succeeded","engine":4,"parts":{"total":2,"queued":0,"running":0,"succeeded":2,"failed":0},"created":"2026-11-29T14:40:20.125Z","started":"2026-11-29T14:40:21.125Z","ended":"2026-11-29T14:40:22.125Z","expires":"2026-12-06T14:40:22.125Z","rate":0.0,"seconds_left":null,"links":{"self":"/v1/jobs/4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35","events":"/v1/jobs/4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35/events","results":"/v1/jobs/4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35/results"}}
                      *     retry: 1000
                      */
                     "text/event-stream": string;
@@ -8198,7 +8212,7 @@ export interface operations {
                 headers: {
                     /**
                      * @description The SHA-256 of the file, in quotes.
-                     * @example "beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9"
+                     * @example "4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35"
                      */
                     ETag: string;
                     /**
@@ -8241,7 +8255,7 @@ export interface operations {
                 headers: {
                     /**
                      * @description The SHA-256 of the file, in quotes.
-                     * @example "beb23fa2b3867359e7f5c83a5148961e3c92c353fe428e1411451e95e75697a9"
+                     * @example "4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35"
                      */
                     ETag: string;
                     /**

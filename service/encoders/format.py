@@ -58,6 +58,7 @@ def pack(buffers: tuple[bytes | memoryview, ...]) -> Content:
 
 OoglForm: TypeAlias = Literal["cquad", "mesh", "off", "bez"]
 Compression: TypeAlias = Literal["none", "meshopt"]
+StlForm: TypeAlias = Literal["binary", "ascii"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,11 +74,14 @@ class EncodeOptions:
         in fewer bits. Only for formats that are `compact`.
     compression : str
         Compression of the arrays. Only for formats that are `compact`.
+    stl : str
+        Form of an STL file.
     """
 
     oogl: OoglForm | None = None
     quantize: bool = False
     compression: Compression = "none"
+    stl: StlForm = "binary"
 
     @property
     def exact(self) -> bool:

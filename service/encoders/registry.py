@@ -86,6 +86,7 @@ FORMATS: tuple[Format, ...] = (
         byte_bound=stl.byte_bound,
         has_local_origin=False,
         has_exact_bound=True,
+        reads=frozenset({"stl"}),
     ),
     Format(
         name="obj",

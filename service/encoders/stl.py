@@ -1,21 +1,24 @@
-"""Binary STL: triangles in float32, each with its normal.
+"""STL: triangles in float32, each with its normal; binary, or as text with the same numbers.
 
-A file is a header of 80 zero bytes, the number of triangles, and the triangles. A triangle is its
-normal and its three corners as little-endian float32, and two zero bytes. The normal follows from
-the corners by the right-hand rule; it is zero if the triangle has no area.
+A binary file is a header of 80 zero bytes, the number of triangles, and the triangles. A triangle
+is its normal and its three corners as little-endian float32, and two zero bytes. The normal follows
+from the corners by the right-hand rule; it is zero if the triangle has no area.
 
 Triangles are encoded in chunks to save memory: an earlier encoder, by trimesh, needed seven times
 the memory of the file.
 """
 
 import struct
+from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray
 from service.bases.row_batches import row_runs
 from service.encoders.content import absolute, refuse_quads
 from service.encoders.format import EncodeOptions, MeshSize
+from service.encoders.text import FLOAT32_CHARS, rows
 from service.engine.mesh.mesh import Mesh
 
 HEADER_BYTES = 84
@@ -35,8 +38,20 @@ NO_AREA = 1e-13
 limit of trimesh, an absolute number, so that files have the bytes that trimesh writes."""
 
 
-def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
-    """The binary STL file, in model coordinates.
+BETWEEN = b"  |  /  /  "
+"""The separators of the 12 numbers of a triangle in a text; two of them become words."""
+
+WORDS = ((b"\n", b"\nendloop\nendfacet\n"), (b"|", b"\nouter loop\nvertex "), (b"/", b"\nvertex "))
+"""The words of a text in place of separators; each triangle also begins with `FACET`."""
+
+FACET, HEAD, END = b"facet normal ", b"solid surface\n", b"endsolid surface\n"
+
+TEXT_BYTES = 96 + 12 * (FLOAT32_CHARS + 1)
+"""The most bytes of one triangle in a text."""
+
+
+def encode(mesh: Mesh, options: EncodeOptions) -> bytes:
+    """The STL file, in model coordinates.
 
     Raises
     ------
@@ -45,21 +60,43 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
     """
     refuse_quads(mesh, "STL")
     count = len(mesh.triangles)
-    positions = np.ascontiguousarray(absolute(mesh.positions, mesh).T)
+    if options.stl == "ascii":
+        return b"".join((HEAD, *(_write_text(numbers) for _, numbers in _numbers(mesh)), END))
     records = np.zeros(count, dtype=TRIANGLE)
-    for begin, end in row_runs(count, CHUNK):
+    for chunk, numbers in _numbers(mesh):
+        records["numbers"][chunk] = numbers.view("V48")[:, 0]
+    return b"".join((bytes(HEADER_BYTES - 4), struct.pack("<I", count), records.data))
+
+
+def byte_bound(size: MeshSize, options: EncodeOptions) -> int:
+    """The number of bytes of a binary file, which is exact, or the most bytes of a text.
+
+    A quad counts as two triangles.
+    """
+    count = size.triangles + 2 * size.quads
+    if options.stl == "ascii":
+        return len(HEAD) + len(END) + TEXT_BYTES * count
+    return HEADER_BYTES + TRIANGLE_BYTES * count
+
+
+def _numbers(mesh: Mesh) -> Iterator[tuple[slice, NDArray[np.float32]]]:
+    """Yields the 12 numbers of triangles, (n, 12), and which rows of `mesh.triangles` they are."""
+    positions = np.ascontiguousarray(absolute(mesh.positions, mesh).T)
+    for begin, end in row_runs(len(mesh.triangles), CHUNK):
         corners = positions.take(mesh.triangles[begin:end].T, axis=1)
         columns = np.empty((4, 3, end - begin), dtype="<f4")
         columns[0] = _normals(corners)
         columns[1:] = corners.swapaxes(0, 1)
-        numbers = np.ascontiguousarray(columns.reshape(12, -1).T)
-        records["numbers"][begin:end] = numbers.view("V48")[:, 0]
-    return b"".join((bytes(HEADER_BYTES - 4), struct.pack("<I", count), records.data))
+        yield slice(begin, end), np.ascontiguousarray(columns.reshape(12, -1).T)
 
 
-def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
-    """The number of bytes of the file, which is exact; a quad counts as two triangles."""
-    return HEADER_BYTES + TRIANGLE_BYTES * (size.triangles + 2 * size.quads)
+def _write_text(numbers: NDArray[np.float32]) -> bytes:
+    """The facets of triangles, of which `numbers` (n, 12) are the normals and the corners."""
+    # Adding 0 turns −0 into 0, which is easier to read.
+    text = rows(numbers + np.float32(0), between=BETWEEN)
+    for separator, words in WORDS:
+        text = text.replace(separator, words + FACET if separator == b"\n" else words)
+    return FACET + text[: -len(FACET)]
 
 
 def _normals(corners: FloatArray) -> FloatArray:

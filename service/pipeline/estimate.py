@@ -173,7 +173,9 @@ def _estimate(
             certain &= byte_bound <= limits.max_bytes
             byte_bound = min(byte_bound, limits.max_bytes, options.accuracy.max_bytes or byte_bound)
         sizes[fmt.name] = byte_bound
-    is_exact = {fmt.name: prediction.exact and fmt.has_exact_bound for fmt in formats}
+    # The length of a text depends on its numbers.
+    is_binary = encode.stl == "binary"
+    is_exact = {f.name: prediction.exact and f.has_exact_bound and is_binary for f in formats}
     estimate = {
         **asdict(prediction.all_counts),
         "exact": prediction.exact,

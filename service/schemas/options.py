@@ -29,6 +29,7 @@ from service.schemas.fields import (
 from service.surface.checks import MAX_COORDINATE
 
 OoglForm: TypeAlias = Literal["cquad", "mesh", "off", "bez"]
+StlForm: TypeAlias = Literal["binary", "ascii"]
 Compression: TypeAlias = Literal["none", "meshopt"]
 """Equal to the types in `service.encoders.format`, which this layer must not import."""
 
@@ -213,6 +214,12 @@ class MeshOptionFields(StrictModel):
         "without the library refuses it, too (`compression_unavailable`); `GET /v1/formats` lists "
         "the compressions of the service.",
         examples=["meshopt"],
+    )
+    stl: StlForm = Field(
+        default="binary",
+        description="Form of an STL file: `binary`, or `ascii`, a text with the same numbers and "
+        "some four times the length. Other formats ignore this option.",
+        examples=["ascii"],
     )
 
     @model_validator(mode="after")
