@@ -44,7 +44,7 @@ def build_point_cases() -> Iterator[HostileBody]:
         "empty_list": "[] [[]]@/0",
         "wrong_type": "[0.5,0.5]@/0 {}",
         "wrong_dimension": "[[0.5]]@/0 [[0,0],[0,0,0]]@/1",
-        "outside_domain": "[[0,0],[0,1.0000000000000002]]@/1/1 [[-5e-324,0]]@/0/0 [[1e308,0]]@/0/0",
+        "outside_domain": "[[0,0],[0,1.00000000000001]]@/1/1 [[-1e-14,0]]@/0/0 [[1e308,0]]@/0/0",
     }
     yield from vary_body("uv", write_uv("?"), "/uv", faults)
     yield build_case("no uv", write_options('"derivatives":1'), "missing_field", "/uv")
