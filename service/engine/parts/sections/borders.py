@@ -13,6 +13,7 @@ import numpy as np
 
 from service.bases.arrays import AnyArray, Bools, FloatArray, Ints
 from service.bases.bernstein import bernstein
+from service.engine.brep.prepared import PreparedBrep
 from service.engine.parts.part import Part
 from service.engine.parts.sections.placed import PlacedBrep
 from service.engine.sections.cells import THICKNESS, LocalPlanes
@@ -172,7 +173,7 @@ class Borders:
         edges, images = [], []
         vertices = edge_count = coedge_count = loops = 0
         first_coedge = [0]
-        composed: dict[int, Splines] = {}
+        definitions: dict[int, tuple[_Curves, _Curves]] = {}
         for brep in breps:
             prepared = brep.prepared
             count = len(prepared.coedge_edges)
@@ -192,16 +193,11 @@ class Borders:
             for name, values in rows.items():
                 columns.setdefault(name, []).append(values)
             key = id(prepared.pcurves)
-            if key not in composed:
-                composed[key] = _compose(brep)
-            curved = (prepared.edge_curves >= 0).nonzero()[0]
-            low, high = prepared.edge_ranges[curved].T
-            parts = prepared.curves.cut(prepared.edge_curves[curved], low, high)
-            own = curved[parts.source] + edge_count
-            edges.append(_take_pieces(brep, prepared.curves, parts, own, (origin, scale)))
-            parts = composed[key].list_spans()
-            own = parts.curve + coedge_count
-            images.append(_take_pieces(brep, composed[key], parts, own, (origin, scale)))
+            if key not in definitions:
+                definitions[key] = _list_curves(prepared)
+            own_edges, own_images = definitions[key]
+            edges.append(_place_pieces(brep, own_edges, edge_count, (origin, scale)))
+            images.append(_place_pieces(brep, own_images, coedge_count, (origin, scale)))
             vertices += len(prepared.vertices)
             edge_count += len(prepared.edge_vertices)
             coedge_count += count
@@ -230,9 +226,28 @@ class Borders:
         return parameters
 
 
-def _compose(brep: PlacedBrep) -> Splines:
-    """The images of all coedges, in model coordinates without the placement."""
-    prepared = brep.prepared
+@dataclass(frozen=True, eq=False)
+class _Curves:
+    """Curves of a brep before its placement: pieces, their curves, and their nets by degree."""
+
+    curve: Ints
+    parts: Intervals
+    nets: list[tuple[Ints, FloatArray]]
+
+
+def _list_curves(prepared: PreparedBrep) -> tuple[_Curves, _Curves]:
+    """The edges that are curves, and the images of coedges; in model coordinates of the brep."""
+    curved = (prepared.edge_curves >= 0).nonzero()[0]
+    low, high = prepared.edge_ranges[curved].T
+    parts = prepared.curves.cut(prepared.edge_curves[curved], low, high)
+    edges = _Curves(curved[parts.source], parts, list(prepared.curves.restrict(parts)))
+    images = _compose(prepared)
+    spans = images.list_spans()
+    return edges, _Curves(spans.curve, spans, list(images.restrict(spans)))
+
+
+def _compose(prepared: PreparedBrep) -> Splines:
+    """The images of all coedges."""
     face, places = prepared.coedge_faces, prepared.places
     scale = places.extent[face] / SIZE
     pcurves = prepared.pcurves.map_points(-places.origin[face] / scale, scale)
@@ -240,24 +255,20 @@ def _compose(brep: PlacedBrep) -> Splines:
     return compose_curves(surfaces, face, pcurves, GOAL * prepared.diagonal)
 
 
-def _take_pieces(
-    brep: PlacedBrep,
-    curves: Splines,
-    parts: Intervals,
-    own: Ints,
-    frame: tuple[FloatArray, float],
+def _place_pieces(
+    brep: PlacedBrep, curves: _Curves, first: int, frame: tuple[FloatArray, float]
 ) -> CurvePieces:
-    """The pieces of parts of curves, with the numbers `own` of their curves."""
+    """The pieces of curves in the coordinates of a part, where they are numbered from `first`."""
     origin, scale = frame
     groups = []
-    for rows, nets in curves.restrict(parts):
+    for rows, nets in curves.nets:
         weights = nets[..., 3:] if nets.shape[-1] == 4 else np.ones((*nets.shape[:2], 1))
         weights = weights / weights.max(axis=1, keepdims=True)
         points = nets[..., :3] / (nets[..., 3:] if nets.shape[-1] == 4 else 1.0)
         points = weights * ((brep.place(points) - origin) / scale)
         values = np.concatenate([points, weights], axis=2)
         groups.append((rows, np.ascontiguousarray(values.transpose(1, 2, 0))))
-    return CurvePieces(own, parts.low, parts.high, tuple(groups))
+    return CurvePieces(curves.curve + first, curves.parts.low, curves.parts.high, tuple(groups))
 
 
 def _join_pieces(parts: Sequence[CurvePieces]) -> CurvePieces:
