@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, Ints
+from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import expand_runs
 from service.engine.brep.prepared import PreparedBrep
 from service.engine.nets.nets import group_nets
@@ -20,7 +20,7 @@ from service.engine.nets.query_nets import UNIT_CORNERS, QueryNets
 from service.engine.parts.edge_nets import center_curves
 from service.engine.parts.part import Part
 from service.engine.parts.placed_nets import Frame, place_nets
-from service.engine.parts.pole_gaps import bound_pole_gaps
+from service.engine.parts.seam_gaps import bound_all_gaps
 from service.engine.scenes.placing import scalings
 from service.engine.trims.border_pieces import JOIN
 from service.engine.vectors import Items, length
@@ -63,6 +63,8 @@ class BorderNets:
         A number of the edge or vertex that each net is a part of.
     reach : ndarray of float64, shape (N,)
         The radius of the tube or ball, in the coordinates of the nets.
+    is_border : ndarray of bool, shape (N,)
+        Whether the edge or vertex is a border of a face: no seam and no pole.
     first_side : ndarray of int, shape (N + 1,)
         The sides of net k are those from `first_side[k]` to `first_side[k + 1]` − 1.
     sides : BorderSides
@@ -71,6 +73,7 @@ class BorderNets:
     nets: QueryNets
     item: Ints
     reach: FloatArray
+    is_border: Bools
     first_side: Ints
     sides: BorderSides
 
@@ -86,6 +89,7 @@ class _Curves:
     nets: tuple[FloatArray, FloatArray, FloatArray, FloatArray]
     item: Ints
     gap: FloatArray
+    is_border: Bools
     count: Ints
     sides: BorderSides
 
@@ -97,16 +101,14 @@ class _Placed:
     values: FloatArray
     item: Ints
     reach: FloatArray
+    is_border: Bools
     count: Ints
     sides: BorderSides
 
 
-def build_border_nets(part: Part, *, only_borders: bool) -> BorderNets | None:
-    """The nets of all edges and vertices; None if there are none.
-
-    `only_borders`: without seams and poles, which are no borders of faces.
-    """
-    placed = _place(part, only_borders=only_borders)
+def build_border_nets(part: Part) -> BorderNets | None:
+    """The nets of all edges and vertices; None if there are none."""
+    placed = _place(part)
     by_shape: dict[tuple[int, ...], list[_Placed]] = {}
     for each in placed:
         by_shape.setdefault(each.values.shape[:3], []).append(each)
@@ -122,17 +124,18 @@ def build_border_nets(part: Part, *, only_borders: bool) -> BorderNets | None:
         QueryNets(groups, nets.origin, nets.scale, item, corners, nets.diagonal),
         item,
         np.concatenate([each.reach for each in ordered]),
+        np.concatenate([each.is_border for each in ordered]),
         find_starts(np.concatenate([each.count for each in ordered])),
         BorderSides.join([each.sides for each in ordered]),
     )
 
 
-def _place(part: Part, *, only_borders: bool) -> list[_Placed]:
+def _place(part: Part) -> list[_Placed]:
     """The edges and vertices of all copies of breps."""
     frame = Frame(part.nets.origin, part.nets.scale)
     members = part.members
     curves = [
-        list(_list_curves(prepared, speeds, only_borders=only_borders))
+        list(_list_curves(prepared, speeds))
         for prepared, speeds in zip(members.definitions, part.speeds, strict=True)
     ]
     errors = part.faces.errors
@@ -152,33 +155,31 @@ def _place(part: Part, *, only_borders: bool) -> list[_Placed]:
                 sides.high,
             )
             reach = each.gap * stretch + own_errors + error
-            placed.append(_Placed(values, first_item + each.item, reach, each.count, moved))
+            item = first_item + each.item
+            placed.append(_Placed(values, item, reach, each.is_border, each.count, moved))
         first_item += len(prepared.edge_curves) + len(prepared.vertices)
     return placed
 
 
-def _list_curves(
-    prepared: PreparedBrep, speeds: FloatArray, *, only_borders: bool
-) -> Iterator[_Curves]:
+def _list_curves(prepared: PreparedBrep, speeds: FloatArray) -> Iterator[_Curves]:
     """The edges of a brep that coedges run along, then the vertices at which coedges end."""
-    edge, face = prepared.coedge_edges, prepared.coedge_faces
-    is_curved = prepared.edge_curves[edge] >= 0
-    is_used = prepared.is_border & is_curved if only_borders else np.ones(len(edge), bool)
-    gaps = prepared.gaps + bound_pole_gaps(prepared)
+    face = prepared.coedge_faces
+    gaps = bound_all_gaps(prepared)
     gaps += ROUNDING * prepared.regions.margins[face] * speeds[face]
-    yield from _list_edges(prepared, np.flatnonzero(is_used & is_curved), gaps)
-    ends = gaps + _measure_joins(prepared, speeds)
-    yield from _list_vertices(prepared, np.flatnonzero(is_used), ends)
+    yield from _list_edges(prepared, gaps)
+    yield from _list_vertices(prepared, gaps + _measure_joins(prepared, speeds))
 
 
-def _list_edges(prepared: PreparedBrep, coedges: Ints, gaps: FloatArray) -> Iterator[_Curves]:
-    """The edges of coedges, with the greatest of their gaps."""
+def _list_edges(prepared: PreparedBrep, gaps: FloatArray) -> Iterator[_Curves]:
+    """The edges that have curves, with the greatest gaps of their coedges."""
     edge = prepared.coedge_edges
+    coedges = np.flatnonzero(prepared.edge_curves[edge] >= 0)
     coedges = coedges[np.argsort(edge[coedges], kind="stable")]
     edges, first, count = np.unique(edge[coedges], return_index=True, return_counts=True)
     if not len(edges):
         return
     gap = np.maximum.reduceat(gaps[coedges], first)
+    is_border = np.logical_or.reduceat(prepared.is_border[coedges], first)
     low, high = prepared.edge_ranges[edges].T
     parts = prepared.curves.cut(prepared.edge_curves[edges], low, high)
     for index, values in prepared.curves.restrict(parts):
@@ -187,15 +188,15 @@ def _list_edges(prepared: PreparedBrep, coedges: Ints, gaps: FloatArray) -> Iter
         ends = parts.low[index][net], parts.high[index][net]
         sides = BorderSides(coedges[row], np.zeros(len(row), np.intp), *ends)
         nets = center_curves(np.ascontiguousarray(values.transpose(0, 2, 1)))
-        yield _Curves(nets, edges[own], gap[own], count[own], sides)
+        yield _Curves(nets, edges[own], gap[own], is_border[own], count[own], sides)
 
 
-def _list_vertices(prepared: PreparedBrep, coedges: Ints, gaps: FloatArray) -> Iterator[_Curves]:
+def _list_vertices(prepared: PreparedBrep, gaps: FloatArray) -> Iterator[_Curves]:
     """The vertices at the ends of coedges, as nets of two equal points."""
-    side = np.concatenate([coedges, coedges])
+    side = np.tile(np.arange(len(gaps)), 2)
     edge = prepared.coedge_edges[side]
-    vertex = prepared.edge_vertices[prepared.coedge_edges[coedges]].T.ravel()
-    t = prepared.edge_ranges[prepared.coedge_edges[coedges]].T.ravel()
+    vertex = prepared.edge_vertices[prepared.coedge_edges].T.ravel()
+    t = prepared.edge_ranges[prepared.coedge_edges].T.ravel()
     apart = gaps[side]
     curved = np.flatnonzero(prepared.edge_curves[edge] >= 0)
     ends = prepared.curves.evaluate(prepared.edge_curves[edge[curved]], t[curved])
@@ -206,9 +207,10 @@ def _list_vertices(prepared: PreparedBrep, coedges: Ints, gaps: FloatArray) -> I
         return
     values = np.repeat(prepared.vertices[vertices][:, :, np.newaxis], 2, axis=2)
     gap = np.maximum.reduceat(apart[order], first)
+    is_border = np.logical_or.reduceat(prepared.is_border[side[order]], first)
     sides = BorderSides(side[order], np.zeros(len(order), np.intp), t[order], t[order])
     item = len(prepared.edge_curves) + vertices
-    yield _Curves(center_curves(values), item, gap, count, sides)
+    yield _Curves(center_curves(values), item, gap, is_border, count, sides)
 
 
 def _measure_joins(prepared: PreparedBrep, speeds: FloatArray) -> FloatArray:

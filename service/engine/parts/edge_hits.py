@@ -35,8 +35,8 @@ class EdgeFaces:
     def list_hits(self, passes: EdgePasses) -> Hits:
         """For each pass one hit for each face at the edge, on a net of this face.
 
-        Hits have the position of the edge and the partials of the face. Their label is `EDGE`, or
-        `LONG_EDGE` where the ray follows the edge.
+        Hits have the position of the edge and the partials of the face. Their label is `SEAM` at
+        seams and poles, else `EDGE`, or `LONG_EDGE` where the ray follows the edge.
         """
         first = self.borders.first_side[passes.net]
         row, side = expand_runs(self.borders.first_side[passes.net + 1] - first, first)
@@ -50,7 +50,9 @@ class EdgeFaces:
         reach = self.borders.reach[passes.net[row]] + self.thickness
         diagonal = self.faces.diagonal / self.faces.scale
         is_long = chosen.high - chosen.low > MIN_LENGTH_ALONG * np.sqrt(reach * diagonal)
-        label = np.where(is_long, Evidence.LONG_EDGE, Evidence.EDGE).astype(np.intp)
+        label = np.where(is_long, Evidence.LONG_EDGE, Evidence.EDGE)
+        is_border = self.borders.is_border[passes.net[row]]
+        label = np.where(is_border, label, Evidence.SEAM).astype(np.intp)
         is_near_edge = np.ones(len(row), bool)
         point = chosen.ray, net, parameters, chosen.position, du, dv
         ends = chosen.t, chosen.distance, chosen.low, chosen.high

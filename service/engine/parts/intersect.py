@@ -8,12 +8,11 @@ Proof in docs/proofs.md: "Hits on trimmed faces".
 from typing import Any
 
 from service.engine.cells.tree import WorkLimits
-from service.engine.parts.border_nets import BorderNets, build_border_nets
+from service.engine.parts.border_nets import build_border_nets
 from service.engine.parts.columns import PartColumns
 from service.engine.parts.edge_hits import EdgeFaces
 from service.engine.parts.net_places import NetPlaces
 from service.engine.parts.part import Part
-from service.engine.rays.edge_merging import NetSides
 from service.engine.rays.edge_search import EdgeSearch
 from service.engine.rays.intersect import (
     CHUNK_SIZES,
@@ -23,6 +22,7 @@ from service.engine.rays.intersect import (
     find_hits,
     list_kinds,
 )
+from service.engine.rays.net_sides import NetSides
 
 
 def intersect_part(part: Part, query: RayQuery, max_hits: int) -> dict[str, Any]:
@@ -47,7 +47,7 @@ def intersect_part(part: Part, query: RayQuery, max_hits: int) -> dict[str, Any]
     """
     faces = part.faces
     thickness = query.relative_thickness * (faces.diagonal / faces.scale)
-    borders = build_ray_borders(part, thickness, query.limits, only_borders=True)
+    borders = build_ray_borders(part, thickness, query.limits)
     rays, hits, columns = find_hits(RaySearch(faces, query, borders), query, max_hits)
     sides = borders.sides
     columns |= PartColumns(part).describe(hits.net, hits.parameters, hits.du, hits.dv)
@@ -55,14 +55,12 @@ def intersect_part(part: Part, query: RayQuery, max_hits: int) -> dict[str, Any]
     return columns | {"near_edge": hits.is_near_edge}
 
 
-def build_ray_borders(
-    part: Part, thickness: float, limits: WorkLimits, *, only_borders: bool
-) -> RayBorders:
-    """The trims and edges of a part; `only_borders` is that of `build_border_nets`."""
+def build_ray_borders(part: Part, thickness: float, limits: WorkLimits) -> RayBorders:
+    """The trims and edges of a part."""
     faces, count = part.faces, part.surface_nets
     patch = part.rows.patch[:count]
     sides = NetSides(patch, part.is_reversed[patch])
-    nets: BorderNets | None = build_border_nets(part, only_borders=only_borders)
+    nets = build_border_nets(part)
     if nets is None:
         return RayBorders(part.trims, None, sides, None)
     edges = EdgeSearch(nets.nets, nets.item, nets.reach, limits, CHUNK_SIZES)

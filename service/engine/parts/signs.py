@@ -82,7 +82,7 @@ def _sign_solids(part: Part, solids: Ints, points: FloatArray, low: FloatArray) 
     faces = part.faces
     query = RayQuery(points, points, only_first=False)
     thickness = query.relative_thickness * (faces.diagonal / faces.scale)
-    borders = build_ray_borders(part, thickness, query.limits, only_borders=False)
+    borders = build_ray_borders(part, thickness, query.limits)
     search = RaySearch(faces, query, borders)
     error = 0.0 if faces.errors is None else float(faces.errors.max())
     reach = 0.0 if borders.edges is None else float(borders.edges.reach.max())

@@ -24,7 +24,7 @@ from service.engine.rays.trimming import RayTrims
 def find_crossings(search: RaySearch, borders: RayBorders, rays: Rays) -> tuple[Hits, Bools]:
     """The crossings of the certain rays among m rays, and which rays are certain, (m,)."""
     passes, reached = borders.find_passes(rays)
-    reached[passes.ray] = False
+    reached[passes.ray[passes.high >= rays.near[passes.ray]]] = False
     chosen = np.flatnonzero(reached)
     is_certain = np.zeros(len(reached), bool)
     parts = [NO_HITS]
@@ -32,7 +32,7 @@ def find_crossings(search: RaySearch, borders: RayBorders, rays: Rays) -> tuple[
     for rows, budget in chunks:
         own = chosen[rows]
         taken = rays.take(own)
-        trims = RayTrims.of(borders.trims, NO_PASSES, len(own))
+        trims = RayTrims.of(borders.trims, NO_PASSES)
         levels = RayLevels(
             search.spheres,
             taken,

@@ -8,8 +8,6 @@ normals: then it comes from one side of the two faces to the other. Otherwise it
 other faces at the same place are merged by themselves (`hits`).
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
@@ -25,27 +23,9 @@ from service.engine.rays.hits import (
     are_nearly_equal,
     merge_hits,
 )
-from service.engine.rays.intervals import number_clusters
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class NetSides:
-    """The faces of N nets.
-
-    Attributes
-    ----------
-    patch : ndarray of int, shape (N,)
-    is_reversed : ndarray of bool, shape (N,)
-        Whether the normal of the face is −(du × dv).
-    """
-
-    patch: Ints
-    is_reversed: Bools
-
-    def find_sines(self, hits: Hits, rays: Rays) -> FloatArray:
-        """Sines (n,) of the angles between rays and faces, positive in the direction of normals."""
-        sines = hits.sines(rays.direction[:, hits.ray])
-        return np.where(self.is_reversed[hits.net], -sines, sines)
+from service.engine.rays.intervals import ApartIntervals, number_clusters
+from service.engine.rays.net_sides import NetSides
+from service.engine.rays.seam_merging import close_seams
 
 
 def merge_at_edges(hits: Hits, sides: NetSides, rays: Rays, min_length_along: float) -> Hits:
@@ -55,11 +35,13 @@ def merge_at_edges(hits: Hits, sides: NetSides, rays: Rays, min_length_along: fl
     """
     order = np.lexsort((*hits.parameters[::-1], hits.net, hits.label, hits.low, hits.ray))
     hits = hits.take(order)
+    is_seam = hits.label == Evidence.SEAM
+    seams, hits = hits.take(is_seam), hits.take(~is_seam)
     sines = sides.find_sines(hits, rays)
     joined = _find_joined(hits, sides.patch[hits.net], min_length_along)
     rest = merge_hits(hits.take(~joined), sines[~joined], rays, min_length_along)
     merged = _merge(hits.take(joined), sines[joined], sides, rays, min_length_along)
-    hits = Hits.join([rest, merged])
+    hits = close_seams(Hits.join([rest, merged]), seams, sides, rays)
     return hits.take(np.lexsort((hits.net, hits.t, hits.ray)))
 
 
@@ -89,11 +71,8 @@ def _number_places(hits: Hits, min_length_along: float) -> tuple[Ints, Ints]:
 def _list_near(hits: Hits, is_pass: Bools, patch: Ints) -> Bools:
     """Which hits (n,) overlap passes of edges of their own faces."""
     key = hits.ray * (int(patch.max(initial=0)) + 1) + patch
-    own, number = np.unique(key, return_inverse=True)
-    low, high = np.full(len(own), np.inf), np.full(len(own), -np.inf)
-    np.minimum.at(low, number[is_pass], hits.low[is_pass])
-    np.maximum.at(high, number[is_pass], hits.high[is_pass])
-    is_near: Bools = (hits.low <= high[number]) & (hits.high >= low[number])
+    passes = ApartIntervals.of(key[is_pass], hits.low[is_pass], hits.high[is_pass])
+    is_near: Bools = passes.find(key, hits.low, hits.high)[0] > 0
     return is_near
 
 

@@ -111,10 +111,11 @@ class EdgeSearch:
         self.spheres = BoundingSpheres(self.cells, MAX_ROOTS)
 
     def find(self, rays: Rays) -> tuple[EdgePasses, Bools]:
-        """All passes of m rays, in the order of rays and of `low`; and which rays are reached.
+        """All passes of the lines of m rays, by rays and by `low`; and which rays are reached.
 
-        Passes that end before the beginning of the ray do not count.
+        Passes behind the beginning of a ray count, too: they say where a strip is inside of trims.
         """
+        rays = replace(rays, near=np.full(len(rays.near), -np.inf))
         chunks = Chunks(self.cells, len(rays.near), self.sizes)
         parts, reached = [NO_PASSES], []
         for rows, budget in chunks:
@@ -168,7 +169,6 @@ class EdgeLevels(RayTree):
             net = self.cells.net[piece]
             reach = self.reach[net] + self.rays.thickness[item]
             is_met, is_done, passes = bound_passes(self.cells, self.rays, item, piece, reach)
-            is_met &= passes[1] >= self.rays.near[item]
             open_rows.append(own[is_met & ~is_done])
             done = np.flatnonzero(is_met & is_done)
             if len(done):

@@ -51,7 +51,7 @@ MAX_TANGENT_SINE = 1e-3
 class Evidence(IntEnum):
     """How a hit was found: as a proved root, near the border of a cell, as a strip or a point.
 
-    On trimmed faces there is also the ray that passes an edge, or follows it.
+    On trimmed faces there is also the ray that passes an edge, or follows it, or passes a seam.
     """
 
     PROVED = 0
@@ -60,6 +60,7 @@ class Evidence(IntEnum):
     POINT = 3
     EDGE = 4
     LONG_EDGE = 5
+    SEAM = 6
 
 
 class Kind(IntEnum):

@@ -35,10 +35,11 @@ from service.engine.cells.tree import CellTree, WorkLimits
 from service.engine.nets.query_nets import QueryNets, surface_nets
 from service.engine.points.surface_columns import surface_columns
 from service.engine.rays.bounds import Rays, local_rays
-from service.engine.rays.edge_merging import NetSides, merge_at_edges
+from service.engine.rays.edge_merging import merge_at_edges
 from service.engine.rays.edge_search import NO_PASSES, EdgePasses, EdgeSearch
 from service.engine.rays.hits import MIN_LENGTH_ALONG, NO_HITS, Hits, Kind, merge_hits
 from service.engine.rays.levels import MAX_STRAIN, RayLevels
+from service.engine.rays.net_sides import NetSides
 from service.engine.rays.newton import begin_at_origins
 from service.engine.rays.trimming import RayTrims
 from service.engine.trims.trimmed_nets import NetTrims
@@ -117,6 +118,7 @@ class RayBorders:
 
     def merge(self, hits: Hits, passes: EdgePasses, rays: Rays, min_length_along: float) -> Hits:
         """Merge hits and passes of edges to one hit for each place."""
+        passes = passes.take(passes.high >= rays.near[passes.ray])
         if self.list_hits is not None and len(passes.ray):
             hits = Hits.join([hits, self.list_hits(passes)])
         return merge_at_edges(hits, self.sides, rays, min_length_along)
@@ -330,7 +332,7 @@ class RaySearch:
         """Find the hits of some rays, merged to one for each place, and which rays are reached."""
         borders, trims = self.borders, None
         if borders is not None and passes is not None:
-            trims = RayTrims.of(borders.trims, passes, len(rays.near))
+            trims = RayTrims.of(borders.trims, passes)
         levels = RayLevels(
             self.spheres, rays, budget, only_first=only_first, can_split=can_split, trims=trims
         )

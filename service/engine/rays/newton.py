@@ -148,7 +148,12 @@ def find_roots(cells: CellTree, rays: Rays, bounds: RootBounds) -> Roots:
         hit_columns = np.flatnonzero(is_near & ~is_outside)
         if len(hit_columns):
             # Exact points make one more step, of the size of rounding errors.
-            points = points.move(np.where(is_exact, next_parameters, points.cell_parameters), d)
+            is_moved = is_exact
+            if cells.trims is not None:
+                # A step that ends at a side of the cell would lead off the ray, where this is
+                # almost parallel to the surface.
+                is_moved = is_exact & (np.abs(next_parameters) < 1).all(axis=0)
+            points = points.move(np.where(is_moved, next_parameters, points.cell_parameters), d)
             found, radius = points.take(hit_columns), radius[hit_columns]
             is_inside = (np.abs(found.cell_parameters) + radius <= 1).all(axis=0)
             # |S_a| + |S_b| is at most the sum of the lengths of the model's vectors, plus 3 REST;

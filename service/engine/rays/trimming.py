@@ -12,16 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.row_batches import expand_runs, find_begins
 from service.engine.cells.tree import CellTree
 from service.engine.rays.bounds import Rays
 from service.engine.rays.edge_search import EdgePasses
 from service.engine.rays.hits import Hits
-from service.engine.rays.intervals import number_clusters
+from service.engine.rays.intervals import ApartIntervals
 from service.engine.rays.newton import Roots
 from service.engine.trims.inside import INSIDE, OUTSIDE, UNDECIDED
 from service.engine.trims.trimmed_nets import NetTrims
-from service.surface.spline_tables import find_starts
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -31,47 +29,24 @@ class RayTrims:
     Attributes
     ----------
     trims : NetTrims
-    first : ndarray of int, shape (m + 1,)
-        The passes of ray k are the intervals from `first[k]` to `first[k + 1]` − 1.
-    low, high : ndarray of float64, shape (n,)
-        Intervals of t, ascending and apart for each ray.
+    passes : ApartIntervals
+        The intervals of t in which rays are near edges.
     """
 
     trims: NetTrims
-    first: Ints
-    low: FloatArray
-    high: FloatArray
+    passes: ApartIntervals
 
     @classmethod
-    def of(cls, trims: NetTrims, passes: EdgePasses, count: int) -> "RayTrims":
-        """The trims for `count` rays with these passes, which are in the order of rays."""
-        cluster = number_clusters(passes.ray, passes.low, passes.high)
-        begins = find_begins(cluster)
-        ray = passes.ray[begins]
-        first = find_starts(np.bincount(ray, minlength=count))
-        if not len(begins):
-            return cls(trims, first, passes.low, passes.high)
-        low = np.minimum.reduceat(passes.low, begins)
-        return cls(trims, first, low, np.maximum.reduceat(passes.high, begins))
+    def of(cls, trims: NetTrims, passes: EdgePasses) -> "RayTrims":
+        """The trims for rays with these passes."""
+        return cls(trims, ApartIntervals.of(passes.ray, passes.low, passes.high))
 
     def find_ends(self, near: FloatArray) -> FloatArray:
         """The end (m,) of the first pass of each ray that is not before `near`, or infinity."""
-        ends = np.full(len(near), np.inf)
-        ray = np.repeat(np.arange(len(near)), np.diff(self.first))
-        ahead = np.flatnonzero(self.high >= near[ray])
-        np.minimum.at(ends, ray[ahead], self.high[ahead])
+        passes, ends = self.passes, np.full(len(near), np.inf)
+        ahead = np.flatnonzero(passes.high >= near[passes.group])
+        np.minimum.at(ends, passes.group[ahead], passes.high[ahead])
         return ends
-
-    def find_passes(self, ray: Ints, low: FloatArray, high: FloatArray) -> tuple[Ints, Ints]:
-        """How many passes of rays (n,) overlap the intervals [low, high], and the last of these."""
-        count = np.zeros(len(ray), np.intp)
-        last = np.full(len(ray), -1)
-        row, number = expand_runs(self.first[ray + 1] - self.first[ray], self.first[ray])
-        if len(row):
-            met = np.flatnonzero((self.low[number] <= high[row]) & (self.high[number] >= low[row]))
-            np.add.at(count, row[met], 1)
-            last[row[met]] = number[met]
-        return count, last
 
     def find_inside(self, hits: Hits, is_cut: Bools) -> Ints:
         """Whether hits (n,) are inside; `is_cut` says whether a border may cut their cells."""
@@ -111,7 +86,7 @@ class RayTrims:
             inside[wide] = np.where(answers == UNDECIDED, inside[wide], answers)
         kept = inside != OUTSIDE
         hits = hits.take(kept)
-        is_near = self.find_passes(hits.ray, hits.low, hits.high)[0] > 0
+        is_near = self.passes.find(hits.ray, hits.low, hits.high)[0] > 0
         return hits, (inside[kept] == INSIDE) & ~is_near & ~is_unclear[kept], is_unclear[kept]
 
     def trim_strips(self, strips: Hits, is_cut: Bools) -> tuple[Hits, Bools]:
@@ -122,7 +97,7 @@ class RayTrims:
         it. Strips that pass more are not decided.
         """
         count = len(is_cut)
-        passes, number = self.find_passes(
+        passes, number = self.passes.find(
             strips.ray[:count], strips.low[:count], strips.high[:count]
         )
         passes[~is_cut] = 0
@@ -132,7 +107,7 @@ class RayTrims:
         is_one = np.tile(passes == 1, 2)
         which = np.tile(number, 2)[is_one]
         low, high = strips.low.copy(), strips.high.copy()
-        begin, end, lower = self.low[which], self.high[which], is_lower[is_one]
+        begin, end, lower = self.passes.low[which], self.passes.high[which], is_lower[is_one]
         high[is_one] = np.where(lower, np.minimum(high[is_one], begin), high[is_one])
         low[is_one] = np.where(lower, low[is_one], np.maximum(low[is_one], end))
         is_beside = np.where(lower, strips.t[is_one] < begin, strips.t[is_one] > end)

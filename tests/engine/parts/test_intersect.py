@@ -12,6 +12,7 @@ from oracles.solids import read_solid
 from service.engine.parts.build import build_part
 from service.engine.parts.intersect import intersect_part
 from service.engine.parts.part import Part
+from service.engine.parts.signs import compute_part_signs
 from service.engine.rays.intersect import LIMITS, RayQuery
 from service.errors import TooLarge
 from tests.breps import build_box
@@ -177,6 +178,29 @@ def test_seams_and_poles_are_no_edges(name: str) -> None:
     check_first(part, origins, directions, result)
 
 
+@pytest.mark.parametrize("shift", [-1e-6, 1e-6])
+def test_a_ray_through_a_seam_has_one_hit_if_its_sides_are_apart_or_overlap(shift: float) -> None:
+    document = read_solid("cylinder")
+    net = np.array(document["faces"][0]["surface"]["control_net"])
+    net[-1, :, 1] += shift
+    document["faces"][0]["surface"]["control_net"] = net.tolist()
+    part = build_part(lower(document))
+    origins = [[9, shift / 2, 1], [9, shift / 2, 7.7], [0, shift / 2, 5], [9, 4 * shift, 5]]
+    directions = np.array([[-1.0, 0, 0], [-1, 0, 0], [1, 0, 0], [-1, 0, 0]])
+    result = find_hits(part, origins, directions)
+    assert result["ray"].tolist() == [0, 0, 1, 1, 2, 3, 3]
+    assert result["kind"] == ["crossing"] * 7
+    assert result["entering"] == [True, False, True, False, False, True, False]
+    near = [True, False, True, False, True, False, False]
+    assert result["near_edge"].tolist() == (near if shift < 0 else [False] * 7)
+    np.testing.assert_allclose(result["t"], [4, 14, 4, 14, 5, 4, 14], atol=1e-9)
+    check_first(part, origins, directions, result)
+    # No ray through the seam is certain, so others say what is inside.
+    points = np.array([[4.0, shift / 2, 5], [6, shift / 2, 5], [5, shift / 2, 5]])
+    found = compute_part_signs(part, part.nets.local(points), np.full(3, 1e-12))
+    np.testing.assert_array_equal(found, [-1, 1, np.nan])
+
+
 def test_hits_of_a_torus_are_its_roots() -> None:
     part = build_part(lower(read_solid("torus")))
     rng = np.random.default_rng(4)
@@ -195,6 +219,10 @@ def test_a_ray_follows_a_face_on_both_sides_of_a_notch() -> None:
     result = find_hits(
         part, [[-1, 2, 1], [-1, 2.0, 1], [-1, 0.5, 1]], [[1, 0, 0], [1, 0.1, 0], [1, 0, 0]]
     )
+    # From inside of the notch the ray does not follow what is behind its origin.
+    notch = find_hits(part, [[3, 2, 1], [2.5, 2, 1]], [[1, 0, 0], [-1, 0.1, 0]])
+    np.testing.assert_allclose(notch["t"], [1.0, 0.5], atol=1e-6)
+    np.testing.assert_allclose(notch["t_bounds"], [[1.0, 3], [0.5, 2.5]], atol=1e-6)
     assert result["kind"] == ["along"] * 5
     assert result["ray"].tolist() == [0, 0, 1, 1, 2]
     np.testing.assert_allclose(

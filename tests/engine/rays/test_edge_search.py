@@ -10,7 +10,7 @@ from service.bases.arrays import Bools, Ints
 from service.engine.cells.tree import WorkLimits
 from service.engine.nets.nets import group_nets
 from service.engine.nets.query_nets import UNIT_CORNERS, QueryNets
-from service.engine.parts.border_nets import BorderNets, build_border_nets
+from service.engine.parts.border_nets import BorderNets, BorderSides, build_border_nets
 from service.engine.parts.build import build_part
 from service.engine.rays.bounds import make_rays
 from service.engine.rays.edge_search import EdgePasses, EdgeSearch
@@ -51,7 +51,7 @@ def sample(nets: QueryNets, item: Ints, shares: Array) -> tuple[Array, Ints]:
 @given(seeds)
 def test_passes_are_where_samples_of_edges_are_near(name: str, seed: int) -> None:
     if name not in _BORDERS:
-        borders = build_border_nets(build_part(lower(read_solid(name))), only_borders=False)
+        borders = build_border_nets(build_part(lower(read_solid(name))))
         assert borders is not None
         _BORDERS[name] = borders
     borders = _BORDERS[name]
@@ -76,7 +76,7 @@ def test_passes_are_where_samples_of_edges_are_near(name: str, seed: int) -> Non
         from_origin = points - rays.origin[:, k]
         t = from_origin @ rays.direction[:, k]
         distance = np.linalg.norm(np.cross(from_origin, rays.direction[:, k]), axis=1)
-        near = np.flatnonzero((distance < reach[0]) & (t > rays.near[k]))
+        near = np.flatnonzero(distance < reach[0])
         rows = np.flatnonzero(passes.ray == k)
         covers = (passes.low[rows] <= t[near, np.newaxis]) & (
             t[near, np.newaxis] <= passes.high[rows]
@@ -86,11 +86,13 @@ def test_passes_are_where_samples_of_edges_are_near(name: str, seed: int) -> Non
 
 
 def build_line(start: Array, end: Array) -> BorderNets:
-    values = np.stack([start, end])[:, np.newaxis, :, np.newaxis]
-    groups = group_nets([(np.zeros(1, np.intp), values)])
+    net = np.stack([start, end])[:, np.newaxis, :, np.newaxis]
+    groups = group_nets([(np.zeros(1, np.intp), net)])
     item, corners = np.zeros(1, np.intp), UNIT_CORNERS[np.newaxis]
     nets = QueryNets(groups, np.zeros(3), 1.0, item, corners, 1.0)
-    return BorderNets(nets, item, np.zeros(1), np.zeros(2, np.intp), None)  # type: ignore[arg-type]
+    none, values = np.zeros(0, np.intp), np.zeros(0)
+    sides = BorderSides(none, none, values, values)
+    return BorderNets(nets, item, np.zeros(1), np.ones(1, bool), np.zeros(2, np.intp), sides)
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-15, 1e-12, 1e-9, 1e-6, 1e-3, 0.1])
@@ -124,12 +126,8 @@ def test_rays_nearly_along_an_edge_have_tight_intervals(angle: float, reach: flo
     assert high - slack - 1e-12 <= expected[1] <= high + 1e-15
 
 
-def test_edges_behind_the_origin_and_limits() -> None:
-    line = build_line(np.array([-0.5, 0, 0]), np.array([0.5, 0, 0]))
-    origins = np.array([[0, 0, 0.4], [0, 0, -0.4], [0, 0, 0.0]])
-    passes, _ = find_passes(line, np.zeros(1), origins, np.tile([0.0, 0, 1], (3, 1)))
-    assert passes.ray.tolist() == [1, 2]
-    borders = build_border_nets(build_part(lower(read_solid("wavy"))), only_borders=True)
+def test_the_work_for_passes_is_bounded() -> None:
+    borders = build_border_nets(build_part(lower(read_solid("wavy"))))
     assert borders is not None
     points, _ = sample(borders.nets, borders.item, np.linspace(0, 1, 9))
     limits = WorkLimits(pairs=200, of_item=1000)
