@@ -27,15 +27,13 @@ from service.cancellation import checkpoint
 from service.encoders.content import add_opacity, bound_comment, refuse_quads, to_bytes
 from service.encoders.format import EncodeOptions, MeshSize
 from service.encoders.text import FLOAT32_CHARS, digits, row_chunks, rows
+from service.encoders.units import MILLIMETRE
 from service.engine.mesh.mesh import Mesh
 from service.engine.scenes.colors import tint
 from service.engine.scenes.placing import reverse_faces
 from service.engine.scenes.scene import Scene
 from service.surface.lowered import Color, PlacedModel
 from service.surface.placement import is_identity, is_mirroring, turn_upright
-
-MILLIMETRE = 0.001
-"""Metres in the unit of the file, and in the unit of models that have none."""
 
 CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
 MATERIALS = "http://schemas.microsoft.com/3dmanufacturing/material/2015/02"

@@ -12,6 +12,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.surface.brep import BrepSurface
+from service.surface.brep_columns import list_colors
 from service.surface.brep_lists import EdgeColumns, FaceColumns
 from service.surface.spline_tables import CurveTable, SurfaceTable, find_starts
 
@@ -76,18 +77,17 @@ def write_faces(brep: BrepSurface) -> list[Object]:
 
 def list_faces(columns: FaceColumns) -> list[Object]:
     """The faces of columns, with their loops."""
-    palette = [color[:3] if color[3] == 1 else color for color in columns.palette.tolist()]
     faces: list[Object] = []
     for name, color, is_reversed, surface in zip(
         columns.names,
-        columns.colors.tolist(),
+        list_colors(columns.palette, columns.colors),
         columns.is_reversed.tolist(),
         _write_surfaces(columns.surfaces),
         strict=True,
     ):
         face: Object = {"name": name} if name else {}
-        if color >= 0:
-            face["color"] = palette[color]
+        if color is not None:
+            face["color"] = list(color[:3] if color[3] == 1 else color)
         if is_reversed:
             face["reversed"] = True
         faces.append(face | {"surface": surface})

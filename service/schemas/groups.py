@@ -26,7 +26,7 @@ from service.schemas.fields import (
 )
 from service.schemas.kinds import KINDS, UNKNOWN_KIND, MemberKind
 from service.schemas.validation import limits_of, to_invalid, to_refusal
-from service.surface.group import MAX_MEMBERS, GroupSurface, nested_issue
+from service.surface.group import GroupSurface, needs_definitions, nested_issue
 from service.surface.member import Member
 from service.surface.sizes import SurfaceKind
 
@@ -192,7 +192,7 @@ class GroupDefinition(StrictModel):
                 raise to_refusal([(("members", number, "definition"), issue)])
         own = [member.surface for member in self.members if member.surface is not None]
         counted: list[BaseModel] = [*self.definitions, *own]
-        if self._repeats_surfaces(own):
+        if not self._has_definitions(own):
             # The stored group has a surface in each member.
             used = [
                 self.definitions[m.definition] for m in self.members if m.definition is not None
@@ -202,12 +202,16 @@ class GroupDefinition(StrictModel):
         check_faces(counted, "/members", info)
         return self
 
-    def _repeats_surfaces(self, own: Iterable[BaseModel]) -> bool:
-        """Whether the value of the group is without `GroupSurface.has_definitions`."""
-        return len(self.members) <= MAX_MEMBERS and not (
-            any(member.parent is not None for member in self.members)
-            or any(member.definition is None and member.surface is None for member in self.members)
-            or any(isinstance(each, BrepDefinition) for each in (*own, *self.definitions))
+    def _has_definitions(self, own: Iterable[BaseModel]) -> bool:
+        """`GroupSurface.has_definitions` of the group; `own` are the surfaces of members."""
+        members = self.members
+        return needs_definitions(
+            len(members),
+            has_parents=any(member.parent is not None for member in members),
+            has_frames=any(
+                member.definition is None and member.surface is None for member in members
+            ),
+            has_breps=any(isinstance(each, BrepDefinition) for each in (*own, *self.definitions)),
         )
 
     def to_surface(self) -> GroupSurface:

@@ -1,9 +1,13 @@
 """The columns of a brep, the same in a request and after lowering."""
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.surface.spline_tables import CurveTable, SurfaceTable
+
+FaceColor: TypeAlias = tuple[float, float, float, float]
+"""Red, green, blue, opacity; sRGB, 0 … 1."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -80,3 +84,9 @@ class BrepColumns:
     shell_counts: Ints
     shell_faces: Ints
     is_closed: Bools
+
+
+def list_colors(palette: FloatArray, numbers: Ints) -> list[FaceColor | None]:
+    """The colour of each face, from `palette` and `face_colors`; None for a face without one."""
+    colors: list[FaceColor] = [(r, g, b, opacity) for r, g, b, opacity in palette.tolist()]
+    return [colors[number] if number >= 0 else None for number in numbers.tolist()]

@@ -92,17 +92,13 @@ class GroupSurface(SurfaceKind):
 
     @property
     def has_definitions(self) -> bool:
-        """Whether the stored group has each distinct surface once, among its `definitions`.
-
-        It has if a member has a parent, no surface or a brep, or if there are more than
-        `MAX_MEMBERS`. Other groups have a surface in each member: so their ids stay as they were
-        when all groups were such groups.
-        """
-        return len(self.members) > MAX_MEMBERS or any(
-            member.parent is not None
-            or member.surface is None
-            or isinstance(member.surface, BrepSurface)
-            for member in self.members
+        """Whether the stored group has each distinct surface once, among its `definitions`."""
+        members = self.members
+        return needs_definitions(
+            len(members),
+            has_parents=any(member.parent is not None for member in members),
+            has_frames=any(member.surface is None for member in members),
+            has_breps=any(isinstance(member.surface, BrepSurface) for member in members),
         )
 
     @property
@@ -303,6 +299,16 @@ class GroupSurface(SurfaceKind):
             ],
             is_colored=any(member.color is not None for member in self.members),
         )
+
+
+def needs_definitions(count: int, *, has_parents: bool, has_frames: bool, has_breps: bool) -> bool:
+    """Whether a group of `count` members is stored with `definitions`.
+
+    It is if a member has a parent, no surface or a brep, or if there are more than `MAX_MEMBERS`.
+    Other groups have a surface in each member: so their ids stay as they were when all groups were
+    such groups.
+    """
+    return count > MAX_MEMBERS or has_parents or has_frames or has_breps
 
 
 def nested_issue(where: str) -> Issue:

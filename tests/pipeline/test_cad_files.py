@@ -2,6 +2,7 @@
 
 import tracemalloc
 from dataclasses import replace
+from time import thread_time
 
 import numpy as np
 import pytest
@@ -9,11 +10,12 @@ import pytest
 from service.encoders.cad.format import DefinitionFormat
 from service.encoders.cad.registry import DEFINITION_FORMATS, DEFINITIONS_BY_NAME
 from service.errors import InvalidRequest, TooLarge
-from service.pipeline.cad_files import plan_cad_file
+from service.pipeline.cad_files import BYTE_SECONDS, plan_cad_file
 from service.pipeline.limits import DEFAULT_LIMITS
 from service.surface.bspline import BsplineSurface
 from service.surface.convert.nets import SizeLimits
-from service.surface.convert.operations import Elevate, Untrim
+from service.surface.convert.operations import Elevate, ToBezier, Untrim
+from service.surface.convert.table import convert
 from service.surface.examples.catalogue import find
 from service.surface.group import GroupSurface
 from service.surface.kinds import Surface
@@ -59,14 +61,28 @@ def test_the_work_takes_no_more_memory_than_planned(name: str, fmt: DefinitionFo
     assert len(file.content) < peak < work.cost.memory
 
 
-def test_equal_members_add_little_to_the_time() -> None:
-    """The bodies of equal members are written once."""
+def test_equal_members_take_the_time_of_one_and_of_the_bytes_that_are_allowed() -> None:
+    """The bodies of equal members are written once; the bound of the bytes counts each of them."""
     gear = find("gear").surface()
     many = GroupSurface(tuple(Member(gear, f"m{k}") for k in range(200)))
-    one, all_members = (
-        plan_cad_file(each, (), SizeLimits(), DEFINITIONS_BY_NAME["step"]) for each in (gear, many)
-    )
-    assert all_members.cost.seconds < one.cost.seconds + 10
+    fmt = DEFINITIONS_BY_NAME["step"]
+    one, all_members = (plan_cad_file(each, (), SizeLimits(), fmt) for each in (gear, many))
+    sizes = (min(fmt.estimate(each.size()), DEFAULT_LIMITS.max_bytes) for each in (gear, many))
+    one_bytes, all_bytes = sizes
+    added = all_members.cost.seconds - one.cost.seconds
+    assert added == pytest.approx(BYTE_SECONDS * (all_bytes - one_bytes))
+
+
+def test_patches_that_meet_take_no_longer_than_planned() -> None:
+    u, v = np.meshgrid(np.linspace(0, 6, 15), np.linspace(0, 6, 15), indexing="ij")
+    net = np.stack([u, v, np.sin(u) * np.cos(v)], axis=-1)
+    spline = BsplineSurface(net, (3, 3), ("clamped", "clamped"))
+    patches = convert(spline, (ToBezier(),), SizeLimits())
+    for fmt in DEFINITION_FORMATS:
+        work = plan_cad_file(patches, (), SizeLimits(), fmt)
+        start = thread_time()
+        work.run()
+        assert thread_time() - start < 3 * work.cost.seconds
 
 
 @pytest.mark.parametrize("fmt", DEFINITION_FORMATS, ids=lambda fmt: fmt.name)

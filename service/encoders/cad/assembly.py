@@ -17,6 +17,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.encoders.cad.format import WritingReport
+from service.encoders.units import MILLIMETRE
 from service.engine.models import NOT_PATCHES
 from service.engine.outlines.complete import complete
 from service.engine.outlines.outline import outline
@@ -29,9 +30,6 @@ from service.surface.placement import is_identity
 
 RIGID = 1e-13
 """A matrix that differs from a rotation by at most this is one: rounding errors are about 1e-16."""
-
-MILLIMETRE = 0.001
-"""The unit of models that have none, in metres."""
 
 NO_GEOMETRY = Issue(
     "no_geometry",

@@ -15,7 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from service.encoders.cad.assembly import MILLIMETRE, Assembly, Definition, Instance, assemble
+from service.encoders.cad.assembly import Assembly, Definition, Instance, assemble
 from service.encoders.cad.bounds import bound_iges
 from service.encoders.cad.format import Allow, WrittenFile
 from service.encoders.cad.iges_faces import DEFINITION, DEPENDENT, FaceWriter
@@ -28,8 +28,8 @@ from service.encoders.cad.iges_records import (
     write_section,
     write_string,
 )
-from service.encoders.cad.units import match_unit
 from service.encoders.format import pack
+from service.encoders.units import MILLIMETRE, match_unit
 from service.surface.lowered import Model
 
 UNITS = {0.0254: (1, "IN"), 0.001: (2, "MM"), 0.3048: (4, "FT"), 1609.344: (5, "MI"), 1.0: (6, "M"),

@@ -19,6 +19,7 @@ import numpy as np
 from service.encoders.cad.assembly import Definition
 from service.encoders.cad.iges_borders import find_borders, sort_loops
 from service.encoders.cad.iges_records import Entities, list_numbers, write_reals, write_string
+from service.surface.brep_columns import list_colors
 from service.surface.brep_model import BrepModel
 from service.surface.lowered import Color
 from service.surface.spline_tables import CurveTable
@@ -74,7 +75,7 @@ class FaceWriter:
         loops: dict[int, list[int]] = {}
         for loop, face in enumerate(body.loop_faces.tolist()):
             loops.setdefault(face, []).append(loop)
-        palette = [(r, g, b, opacity) for r, g, b, opacity in body.palette.tolist()]
+        face_colors = list_colors(body.palette, body.face_colors)
         borders = find_borders(body)
         numbers = []
         for face in sorted(body.shell_faces.tolist()):
@@ -89,13 +90,12 @@ class FaceWriter:
             outer = f"1,{max(len(bounds) - 1, 0)},{list_numbers(bounds)}" if bounds else "0,0,0"
             name = self.write_name(body.face_names[face])
             tail = f",0,1,{name}" if name else ""
-            number = body.face_colors.item(face)
-            chosen = palette[number] if number >= 0 else color
+            own_color = face_colors[face]
             numbers.append(
                 self.entities.add(
                     144,
                     f"{surface},{outer}{tail}",
-                    color=self._find_color(chosen),
+                    color=self._find_color(color if own_color is None else own_color),
                     status=DEPENDENT,
                 )
             )

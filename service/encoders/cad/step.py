@@ -26,8 +26,8 @@ from service.encoders.cad.format import Allow, WrittenFile
 from service.encoders.cad.step_body import BodyItem, write_body
 from service.encoders.cad.step_geometry import write_axes
 from service.encoders.cad.step_records import Records, write_real, write_references, write_string
-from service.encoders.cad.units import match_unit
 from service.encoders.format import pack
+from service.encoders.units import match_unit
 from service.surface.lowered import Color, Model
 
 PREFIXES = {1e-9: ".NANO.", 1e-6: ".MICRO.", 1e-3: ".MILLI.", 0.01: ".CENTI.", 0.1: ".DECI.",

@@ -22,6 +22,7 @@ from service.encoders.cad.step_geometry import (
     write_surfaces,
 )
 from service.encoders.cad.step_records import Records, write_references, write_string
+from service.surface.brep_columns import list_colors
 from service.surface.brep_model import BrepModel
 from service.surface.lowered import Color
 from service.surface.spline_tables import CurveTable, find_starts
@@ -68,11 +69,11 @@ def write_body(
     surfaces = write_surfaces(records, body.surfaces, is_plane)
     edges = _write_edges(records, body, surfaces, is_plane, parameter_context)
     faces = _write_faces(records, body, surfaces, edges)
-    palette = [(r, g, b, opacity) for r, g, b, opacity in body.palette.tolist()]
-    face_colors = body.face_colors.tolist()
+    face_colors = list_colors(body.palette, body.face_colors)
     for face in sorted(body.shell_faces.tolist()):
-        if face_colors[face] >= 0:
-            style(faces[face], palette[face_colors[face]])
+        own_color = face_colors[face]
+        if own_color is not None:
+            style(faces[face], own_color)
     item = _write_shells(records, body, faces)
     if color is not None:
         style(item.number, color)

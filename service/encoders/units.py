@@ -2,6 +2,9 @@
 
 from collections.abc import Iterable
 
+MILLIMETRE = 0.001
+"""Metres in the unit of models that have none."""
+
 SAME = 1e-12
 """Units that differ by at most this share are one: factors such as 25.4 × 0.001 are rounded."""
 
