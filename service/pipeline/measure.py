@@ -5,11 +5,15 @@ from dataclasses import fields, replace
 from functools import partial
 from typing import Any
 
+from service.encoders.content import list_skipped_faces
 from service.encoders.text import LONGEST_ESCAPE, json_document
+from service.engine.measures.joined_surface import RequestSide
 from service.engine.measures.measure import measure
-from service.engine.measures.values import BUDGET, MAX_LISTED, MeasureQuery, Measures
+from service.engine.measures.values import BUDGET, MAX_LISTED, FaceEdge, MeasureQuery, Measures
+from service.engine.parts.measures.measure import measure_part
 from service.errors import InvalidRequest
 from service.measuring import Measured
+from service.pipeline.brep_checks import check_edges
 from service.pipeline.checks import check_surface
 from service.pipeline.cost import Work
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
@@ -19,11 +23,18 @@ from service.pipeline.query_costs import (
     measure_effort,
     measured_points,
 )
-from service.surface.lowered import PatchModel
+from service.surface.brep_model import BrepModel
+from service.surface.lowered import GroupModel, PatchModel
 from service.surface.sizes import SurfaceKind, SurfaceSize
 
 PART_BYTES, SIDE_BYTES = 800, 600
 """The most bytes of a response for each part, without its name; and for each side or border."""
+
+EDGE_BYTES, FACE_BYTES = 130, 500
+"""The most bytes of a response for the length of an edge, and for a face that is skipped."""
+
+PANEL_EFFORT = 4
+"""How much more work a panel of a trimmed face is than a patch: it is halved a few times."""
 
 POINT_EFFORT = 5000
 """The approximate number of multiplications for each control point of a cell."""
@@ -87,6 +98,9 @@ def _plan(surface: SurfaceKind, query: MeasureQuery, limits: Limits) -> Work[byt
         + LONGEST_ESCAPE * size.name_bytes
         + 2 * SIDE_BYTES * MAX_LISTED
     )
+    if size.faces:
+        check_edges(surface.stored_size(), limits)
+        file_bytes += PART_BYTES * MAX_LISTED + EDGE_BYTES * size.edges + FACE_BYTES * size.faces
     limits.check_bytes(file_bytes, "/surface")
     cost = measure_cost(size, query.budget, file_bytes)
     limits.check_memory(cost.memory, "The response", "/surface", "a smaller surface")
@@ -113,12 +127,36 @@ def _measure(surface: SurfaceKind, query: MeasureQuery, limits: Limits) -> bytes
         p, q = max(max(sides[2:]) for sides in degrees), max(max(sides[:2]) for sides in degrees)
         _check_effort(model.patch_count, (p, q), limits)
 
+    panels = PanelEffort(limits)
     try:
         lowered = surface.lower()
         with Measured("measure"):
-            return json_document(_measures_object(measure(lowered, query, check_split)))
+            if isinstance(lowered, BrepModel) or (
+                isinstance(lowered, GroupModel) and lowered.has_breps
+            ):
+                measures = measure_part(lowered, query, check_split, panels.check)
+            else:
+                measures = measure(lowered, query, check_split)
+            return json_document(_measures_object(measures))
     except InvalidRequest as error:
         raise error.within("/surface") from None
+
+
+class PanelEffort:
+    """The multiplications of all panels of the breps of a request."""
+
+    def __init__(self, limits: Limits) -> None:
+        self._limits, self._total = limits, 0
+
+    def check(self, count: int, degree: tuple[int, int]) -> None:
+        """Refuse a brep with too many panels, with those of the breps before it."""
+        self._total += PANEL_EFFORT * count * measure_effort(degree)
+        self._limits.check_effort(
+            self._total,
+            "The borders of the faces cross more patches than this service measures at once.",
+            "/surface",
+            "fewer faces, or surfaces with fewer knots",
+        )
 
 
 def _check_effort(patches: int, degree: tuple[int, int], limits: Limits) -> None:
@@ -128,9 +166,11 @@ def _check_effort(patches: int, degree: tuple[int, int], limits: Limits) -> None
     limits.check_effort(effort, message, "/surface", "fewer patches, or patches of a lower degree")
 
 
-def _measures_object(measures: Measures) -> dict[str, Any]:
+def _measures_object(measures: Measures[RequestSide | FaceEdge]) -> dict[str, Any]:
     """The measures as a JSON object; open surfaces have no volume and no centroid."""
-    return _fields_object(measures) | {
+    fields_of_measures = _fields_object(measures)
+    fields_of_measures.pop("skipped_faces", None)
+    return fields_of_measures | {
         "boundaries": [
             {
                 "length": each.length,
@@ -145,7 +185,15 @@ def _measures_object(measures: Measures) -> dict[str, Any]:
             for each in measures.faulty_edges
         ],
         "parts": [_fields_object(part) for part in measures.parts],
+        **_skipped_fields(measures),
     }
+
+
+def _skipped_fields(measures: Measures[RequestSide | FaceEdge]) -> dict[str, Any]:
+    """The faces of a part that are left out; no field without any."""
+    if not measures.skipped_faces:
+        return {}
+    return {"skipped_faces": list_skipped_faces(measures.skipped_faces, "patch")}
 
 
 def _fields_object(record: Any) -> dict[str, Any]:

@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 from service.encoders.content import SKIPPED_FACE_CHARS
 from service.encoders.json_mesh import points_bound
-from service.engine.measures.integrals import CHUNK, NODES
+from service.engine.measures.integrals import NODES
+from service.engine.measures.patch_cells import CHUNK
 from service.engine.parts.points import CHUNK as PLACED_NUMBERS
 from service.pipeline.brep_cost import prepared_bytes
 from service.pipeline.cost import MIN_SCRATCH_BYTES, Cost, lowering_memory, with_scratch
@@ -33,6 +34,10 @@ MEASURE_POINT_BYTES, MEASURE_CELL_BYTES, MEASURE_ARRAYS = 192, 400, 12
 """Bytes for each control point of the cells of a measure while the cells are halved, and for each
 cell in addition; and the number of work arrays of a batch of cells, each of which has at most
 `CHUNK` numbers, or those of one cell if these are more."""
+
+PANEL_BYTES, LENGTH_BYTES, MEASURING_SECONDS = 4000, 300, 1e-2
+"""While a part is measured: bytes for each piece of a border, and for each patch of a face; bytes
+for each length of an edge; and the time for a face."""
 
 CELL_BYTES, MAX_CELL_BYTES = 1000, 384 << 20
 """Bytes for each cell of a search, in addition to its net; and the most bytes of all cells, and of
@@ -183,6 +188,10 @@ def measure_cost(size: SurfaceSize, budget: int, file_bytes: int) -> Cost:
         + MEASURE_ARRAYS * 8 * batch
     )
     seconds = 0.1 + 3e-9 * measure_effort(size.degree) * size.patches
+    if size.faces:
+        memory += prepared_bytes(size) + PANEL_BYTES * (size.edge_pieces + size.face_patches)
+        memory += LENGTH_BYTES * size.edges
+        seconds += MEASURING_SECONDS * size.faces
     return Cost(memory + 2 * file_bytes, seconds, file_bytes)
 
 

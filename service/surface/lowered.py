@@ -268,6 +268,11 @@ class GroupModel:
         return sum(counts[member.model] for member in self.members)
 
     @property
+    def has_breps(self) -> bool:
+        """Whether a member is a brep."""
+        return any(isinstance(model, BrepModel) for model in self.models)
+
+    @property
     def bounds(self) -> Box:
         """Least and greatest coordinates of the control points of all copies."""
         lows, highs = place_copies(self.members, [model.bounds for model in self.models])

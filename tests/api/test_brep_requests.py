@@ -12,11 +12,6 @@ from tools.client import Client
 
 PATCH = {"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]}
 GROUP = {"type": "group", "members": [{"surface": PATCH}, {"surface": PLATE}]}
-TRIMMED = "POST /v1/convert with the operation `untrim`"
-
-QUESTIONS: list[tuple[str, dict[str, Any]]] = [
-    ("measure", {}),
-]
 
 
 def skip_all() -> Iterator[dict[str, Any]]:
@@ -31,19 +26,6 @@ def skip_all() -> Iterator[dict[str, Any]]:
     loop = {"pcurves": [{"control_points": corners[k : k + 2]} for k in range(4)]}
     face = {"surface": {"control_net": net}, "loops": [loop]}
     yield {"type": "brep", "faces": [face], "invalid_faces": "skip"}
-
-
-@pytest.mark.parametrize(("path", "fields"), QUESTIONS)
-@pytest.mark.parametrize("surface", [PLATE, GROUP], ids=["brep", "group"])
-def test_questions_refuse_breps_and_say_what_to_send(
-    client: Client, surface: dict[str, Any], path: str, fields: dict[str, Any]
-) -> None:
-    response = client.post(f"/v1/{path}", {"surface": surface} | fields)
-    assert response.status_code == 422
-    error = response.json()["errors"][0]
-    assert (error["code"], error["pointer"]) == ("not_parametric", "/surface")
-    assert error["got"] == "a brep"
-    assert TRIMMED in error["needed"]
 
 
 @pytest.mark.parametrize(

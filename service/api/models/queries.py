@@ -195,18 +195,22 @@ class Interval(ResponseModel):
 
 
 class EdgePlace(ResponseModel):
-    """A side of a patch."""
+    """A side of a patch; or an edge, as a face of a brep uses it."""
 
     surface: Count | Missing = None
-    """The index of the group's member. Only for groups."""
+    """The index of the group's member. Only for sides of patches in groups."""
     patch: Count | Missing = None
     """The index of the patch, or in a `multipatch` the index of the surface, in the order of the
-    request. Left out for a surface with one domain."""
-    side: Literal["u=0", "u=1", "v=0", "v=1", "s=0", "r=0", "t=0"]
+    request; left out for a surface with one domain. With `edge` it is the index of the face, and in
+    groups the faces and patches of all members are counted one after the other."""
+    side: Literal["u=0", "u=1", "v=0", "v=1", "s=0", "r=0", "t=0"] | Missing = None
     """The side: u or v for rectangular patches, s, r or t for triangles."""
-    uv: Annotated[list[Pair], Field(min_length=2, max_length=2)]
-    """Parameters at both ends: (u, v) in the domain of the surface if it has one, else in the
-    domain of the patch; (s, t) for triangles."""
+    uv: Annotated[list[Pair], Field(min_length=2, max_length=2)] | Missing = None
+    """Parameters at both ends of a side: (u, v) in the domain of the surface if it has one, else in
+    the domain of the patch; (s, t) for triangles."""
+    edge: Count | Missing = None
+    """The index of an edge in `edge_lengths`. Left out for borders that are given by parameter
+    curves alone."""
 
 
 class FaultyEdge(EdgePlace):
@@ -234,7 +238,7 @@ class Boundary(ResponseModel):
 
 
 class PartMeasures(ResponseModel):
-    """A named part, or a member of a group."""
+    """A named part, a member of a group, or a shell of a brep with several shells."""
 
     name: str
     """Its name."""
@@ -281,3 +285,12 @@ class SurfaceMeasures(ResponseModel):
     moved: Length
     """The largest distance by which control points were moved so that borders meet. The intervals
     include the effect of this."""
+    edge_lengths: list[Interval] | Missing = None
+    """The lengths of all edges of breps, member after member. This and the next fields are only for
+    breps, and groups with breps, whose areas are those of faces as parameter curves trim them."""
+    gap_bound: Length | Missing = None
+    """Proved: no point of an edge is further than this from the border of a face. The interval of
+    the volume includes all ways to close the gaps between faces within this distance of edges."""
+    skipped_faces: list[LeftOutFace] | Missing = None
+    """Invalid faces that were left out, with `"invalid_faces": "skip"`, if there are any. A brep
+    with such faces is not closed."""

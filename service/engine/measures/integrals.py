@@ -7,17 +7,17 @@ which its integrand changes more. The interval always includes the errors of all
 budget ends before they are small enough.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import fsum
+from typing import Protocol, Self
 
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.cancellation import checkpoint
-from service.engine.measures.cells import UPWARDS, CellNets, MeasuredCells
-from service.engine.measures.quadrature import Integrand, apply_rule
-from service.engine.measures.remainders import bound_remainders
+from service.engine.measures.quadrature import Integrand
 from service.engine.vectors import Items
 
 NODES = 10
@@ -25,9 +25,6 @@ NODES = 10
 
 ESTIMATE_NODES = 6
 """The number of nodes, in each direction, of the rule that estimates an integral."""
-
-CHUNK = 1 << 18
-"""How many numbers one array has at most, so that it stays in the processor's cache."""
 
 MAX_ROUNDS = 200
 """The most rounds of halving. The budget always ends earlier."""
@@ -64,15 +61,84 @@ class Integrals(Items):
         return sums, errors
 
 
+class Integrable(Protocol):
+    """K cells of one kind and degree that can be halved, and the rules that integrate over them."""
+
+    @property
+    def patch(self) -> Ints:
+        """Number of the patch, or of another unit of sums, of each cell, (K,)."""
+
+    @property
+    def size(self) -> int:
+        """Number of control points of all cells."""
+
+    def __len__(self) -> int:
+        """K."""
+
+    def take(self, index: Ints | Bools | slice) -> Self:
+        """The cells with these indices, or those that a mask marks."""
+
+    @classmethod
+    def join(cls, parts: Sequence[Self]) -> Self:
+        """The cells of several records, one record after the other."""
+
+    def halve(self, axis: int, /) -> Self:
+        """Both halves of every cell along axis 0 or 1: first halves come first."""
+
+    def find_exact_rule(self, integrand: Integrand, /) -> int:
+        """The number of nodes of a rule that is exact, or 0 if there is none."""
+
+    def chunks(self, count: int) -> list[slice]:
+        """Runs of cells whose arrays, for rules of `count` nodes, fit the processor's cache."""
+
+    def bound_remainders(self, integrand: Integrand, count: int) -> tuple[FloatArray, Bools]:
+        """Bounds of the errors of rules of `count` nodes, (1 or 2, K).
+
+        The second result says whether to halve a cell along axis 1, (K,).
+        """
+
+    def apply_rule(self, integrand: Integrand, count: int) -> tuple[FloatArray, FloatArray]:
+        """Sums by rules of `count` nodes, and bounds of their rounding, as `Integrals` has them."""
+
+
 @dataclass(frozen=True, eq=False, slots=True)
-class BoundedCells(MeasuredCells):
+class BoundedCells:
     """K cells of one degree, the remainders of their rules, and the directions of halving.
 
     `errors` (1 or 2, K) are the remainders; `along_v` (K,) says which cells to halve along v.
     """
 
+    cells: Integrable
     errors: FloatArray
     along_v: Bools
+
+    @classmethod
+    def of(cls, cells: Integrable, integrand: Integrand) -> "BoundedCells":
+        """The cells with the remainders of their rules."""
+        parts = []
+        for rows in cells.chunks(1):
+            checkpoint()
+            parts.append(cells.take(rows).bound_remainders(integrand, NODES))
+        errors, along_v = (np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True))
+        return cls(cells, errors, along_v)
+
+    def __len__(self) -> int:
+        return len(self.cells)
+
+    @property
+    def size(self) -> int:
+        """Number of control points of all cells."""
+        return self.cells.size
+
+    def take(self, rows: Bools) -> "BoundedCells":
+        """The cells that a mask marks."""
+        return BoundedCells(self.cells.take(rows), self.errors[:, rows], self.along_v[rows])
+
+    def halve(self, rows: Bools, integrand: Integrand) -> "list[BoundedCells]":
+        """The halves of the cells that a mask marks; an empty list without cells."""
+        directions = ((0, rows & ~self.along_v), (1, rows & self.along_v))
+        parts = [self.cells.take(each).halve(axis) for axis, each in directions if each.any()]
+        return [BoundedCells.of(self.cells.join(parts), integrand)] if parts else []
 
     def relative_errors(self, allowed: FloatArray) -> FloatArray:
         """The errors in units of the allowed errors, the larger of two for each cell, (K,)."""
@@ -87,8 +153,8 @@ class Refinement:
     Attributes
     ----------
     integrand : Integrand
-    exact : list of MeasuredCells
-        Cells for which a rule of 2 max(p, q) nodes is exact.
+    exact : list of Integrable
+        Cells that have an exact rule.
     bounded : list of BoundedCells
         Other cells, for which rules of `NODES` nodes have remainders.
     excess : float
@@ -98,39 +164,26 @@ class Refinement:
     """
 
     integrand: Integrand
-    exact: list[MeasuredCells]
+    exact: list[Integrable]
     bounded: list[BoundedCells]
     excess: float
     used_budget: bool
 
     def integrate(self) -> Integrals:
         """The integrals over all cells."""
-        parts = [_integrate(c, self.integrand, max(2, 2 * max(c.degree))) for c in self.exact]
+        parts = [
+            _integrate(cells, self.integrand, cells.find_exact_rule(self.integrand))
+            for cells in self.exact
+        ]
         parts += [
-            _integrate(cells, self.integrand, NODES, cells.errors)
-            for cells in self.bounded
-            if len(cells)
+            _integrate(bounded.cells, self.integrand, NODES, bounded.errors)
+            for bounded in self.bounded
+            if len(bounded)
         ]
         return Integrals.join(parts)
 
 
-def bound_growth(groups: list[MeasuredCells]) -> float:
-    """Bound the growth of the area if control points move by their errors.
-
-    With A ≥ |S_u| and B ≥ |S_v| over a cell, which become A + a and B + b, |S_u × S_v| grows by at
-    most (A + a) (B + b) − A B.
-    """
-    growths = []
-    for cells in groups:
-        for rows in chunks(cells, 1):
-            chunk = cells.take(rows)
-            exact_u, exact_v = CellNets(chunk).stretches  # A and B
-            moved_u, moved_v = CellNets(chunk, chunk.point_error).stretches  # A + a and B + b
-            growths.append(float((moved_u * moved_v - exact_u * exact_v).sum()))
-    return fsum(growths) * UPWARDS
-
-
-def estimate(groups: list[MeasuredCells], integrand: Integrand) -> tuple[FloatArray, FloatArray]:
+def estimate(groups: Sequence[Integrable], integrand: Integrand) -> tuple[FloatArray, FloatArray]:
     """Estimate the integrals by one rule for each patch, and bound the rounding of these rules."""
     parts = [_integrate(cells, integrand, ESTIMATE_NODES) for cells in groups]
     sums = [part.sums.sum(axis=1) for part in parts]
@@ -138,24 +191,25 @@ def estimate(groups: list[MeasuredCells], integrand: Integrand) -> tuple[FloatAr
 
 
 def refine(
-    groups: list[MeasuredCells], integrand: Integrand, allowed: FloatArray, budget: int
+    groups: Sequence[Integrable], integrand: Integrand, allowed: FloatArray, budget: int
 ) -> Refinement:
     """Halve cells until their remainders add up to the allowed errors, or the budget ends.
 
     Parameters
     ----------
-    groups : list of MeasuredCells
+    groups : sequence of Integrable
         The patches, grouped by degree.
     allowed : ndarray of float64, shape (1,) or (2,)
         The allowed errors of the sum over all cells.
     budget : int
         The most control points of all cells; but at least three times those of the patches.
     """
-    # The flux of a polynomial patch is a polynomial, for which a rule is exact.
-    has_closed_form = integrand == "flux"
-    exact = [cells for cells in groups if has_closed_form and not cells.is_rational]
+    is_exact = [cells.find_exact_rule(integrand) > 0 for cells in groups]
+    exact = [cells for cells, has_rule in zip(groups, is_exact, strict=True) if has_rule]
     open_cells = [
-        _bound(cells, integrand) for cells in groups if not has_closed_form or cells.is_rational
+        BoundedCells.of(cells, integrand)
+        for cells, has_rule in zip(groups, is_exact, strict=True)
+        if not has_rule
     ]
     accepted: list[BoundedCells] = []
     size = sum(bounded.size for bounded in open_cells)
@@ -189,53 +243,19 @@ def refine(
         remaining_points -= int(points_of_cells[is_halved].sum())
         splits = np.cumsum([len(cells) for cells in open_cells])[:-1]
         divided = list(zip(open_cells, np.split(is_halved, splits), strict=True))
-        accepted += [cells.take(~rows) for cells, rows in divided]
-        open_cells = [
-            half for cells, rows in divided for half in _halve(cells.take(rows), integrand)
-        ]
+        accepted += [bounded.take(~rows) for bounded, rows in divided]
+        open_cells = [half for bounded, rows in divided for half in bounded.halve(rows, integrand)]
     return Refinement(integrand, exact, [*accepted, *open_cells], excess, used_budget)
 
 
-def _halve(cells: BoundedCells, integrand: Integrand) -> list[BoundedCells]:
-    """The halves of all cells; an empty list without cells."""
-    directions = ((0, ~cells.along_v), (1, cells.along_v))
-    parts = [cells.take(rows).halve(axis) for axis, rows in directions if rows.any()]
-    return [_bound(MeasuredCells.join(parts), integrand)] if parts else []
-
-
-def _bound(cells: MeasuredCells, integrand: Integrand) -> BoundedCells:
-    """The cells with the remainders of their rules."""
-    parts = []
-    for rows in chunks(cells, 1):
-        checkpoint()
-        parts.append(bound_remainders(local_nets(cells.take(rows), integrand), integrand, NODES))
-    errors, along_v = (np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True))
-    return BoundedCells(cells.nets, cells.patch, cells.depth, cells.point_error, errors, along_v)
-
-
 def _integrate(
-    cells: MeasuredCells, integrand: Integrand, count: int, errors: FloatArray | float = 0.0
+    cells: Integrable, integrand: Integrand, count: int, errors: FloatArray | float = 0.0
 ) -> Integrals:
     """The integrals by rules of `count` nodes, and the sum of their rounding and `errors`."""
     parts = []
-    for rows in chunks(cells, count):
+    for rows in cells.chunks(count):
         checkpoint()
         chunk = cells.take(rows)
-        parts.append(
-            Integrals(*apply_rule(local_nets(chunk, integrand), integrand, count), chunk.patch)
-        )
+        parts.append(Integrals(*chunk.apply_rule(integrand, count), chunk.patch))
     sums = Integrals.join(parts)
     return replace(sums, errors=sums.errors + errors)
-
-
-def local_nets(cells: MeasuredCells, integrand: Integrand) -> CellNets:
-    """The nets of cells. A flux omits the errors of control points: `solids` adds their bound."""
-    return CellNets(cells, cells.point_error if integrand == "size" else 0.0)
-
-
-def chunks(cells: MeasuredCells, count: int) -> list[slice]:
-    """Runs of cells whose arrays, of `count`² nodes or of control points, fit the cache."""
-    p, q = cells.degree
-    numbers = 3 * max(count, p + 1) * max(count if q else 1, q + 1)
-    step = max(1, CHUNK // numbers)
-    return [slice(k, k + step) for k in range(0, len(cells), step)]

@@ -10,15 +10,14 @@ points by lowering, placing and joining (`cells`, `solids`).
 import numpy as np
 
 from service.bases.affine_combination import to_homogeneous
-from service.bases.arrays import Ints
 from service.engine.connectivity.orientation import LEFT, OrientedSides, orient_sides
 from service.engine.connectivity.seams import Seams
 from service.engine.joining.join import Allow, allow_any
-from service.engine.measures.cells import MeasuredCells, build_cells, group_cells
 from service.engine.measures.chains import chain_edges
-from service.engine.measures.integrals import estimate
-from service.engine.measures.joined_surface import JoinedSurface, place_and_join
-from service.engine.measures.precision import REMAINDER_SHARE, Precision
+from service.engine.measures.joined_surface import JoinedSurface, RequestSide, place_and_join
+from service.engine.measures.patch_cells import build_cells, group_cells
+from service.engine.measures.precision import Precision
+from service.engine.measures.sizes import measure_sizes
 from service.engine.measures.solids import measure_solids
 from service.engine.measures.values import (
     MAX_LISTED,
@@ -34,7 +33,7 @@ from service.surface.lowered import Model
 from service.surface.sides import BEGINS, ENDS
 
 
-def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Measures:
+def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Measures[RequestSide]:
     """Measure a surface, or all members of a group together.
 
     Parameters
@@ -59,7 +58,7 @@ def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Me
     precision = Precision(query)
     nets = surface_nets(patch_model.batches)
     groups = group_cells(nets, joined.point_error)
-    sizes = _measure_sizes("the area", groups, part_of_patch, len(patch_model.parts), precision)
+    sizes = measure_sizes("the area", groups, part_of_patch, len(patch_model.parts), precision)
     areas = [size.times(nets.scale**2) for size in sizes]
     oriented = orient_sides(joined.seams)
     closed_parts = oriented.find_closed_parts(joined.part, len(patch_model.parts))
@@ -100,28 +99,9 @@ def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Me
     )
 
 
-def _measure_sizes(
-    name: str, groups: list[MeasuredCells], part: Ints, count: int, precision: Precision
-) -> list[Interval]:
-    """The areas or lengths of all cells together, and then of each of `count` parts.
-
-    Patch k belongs to part `part[k]`. The results are in the coordinates of the cells, which do not
-    underflow. The list is empty if the query will be refused.
-    """
-    sizes, rounding = estimate(groups, "size")
-    integrals = precision.integrate(name, groups, "size", REMAINDER_SHARE * sizes, rounding)
-    if integrals is None:
-        return []
-    sums, errors = integrals.over_parts(part, count)
-    return [
-        Interval.about(value, error).without_negatives()
-        for value, error in zip(sums[0].tolist(), errors[0].tolist(), strict=True)
-    ]
-
-
 def _measure_boundaries(
     joined: JoinedSurface, oriented: OrientedSides, precision: Precision
-) -> tuple[Interval, list[Boundary]]:
+) -> tuple[Interval, list[Boundary[RequestSide]]]:
     """The length of all open edges together, and the open borders.
 
     The list is empty if the query will be refused.
@@ -145,7 +125,7 @@ def _measure_boundaries(
             groups.append(
                 build_cells(pieces[:, :, np.newaxis], border_of_edge[curves.ids[rows]], point_error)
             )
-    lengths = _measure_sizes("the borders", groups, numbers, len(borders), precision)
+    lengths = measure_sizes("the borders", groups, numbers, len(borders), precision)
     if not lengths:
         return Interval(0.0, 0.0, 0.0), []
     total, *each_length = [length.times(scale) for length in lengths]

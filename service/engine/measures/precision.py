@@ -6,14 +6,14 @@ quantity cannot reach any allowed tolerance (for example a volume of zero), the 
 refused, and the result has a wider interval.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import floor, log10
 
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.engine.measures.cells import MeasuredCells
-from service.engine.measures.integrals import Integrals, refine
+from service.engine.measures.integrals import Integrable, Integrals, refine
 from service.engine.measures.quadrature import Integrand
 from service.engine.measures.values import MAX_TOLERANCE, BudgetEnded, MeasureQuery
 from service.errors import Issue, TooLarge
@@ -22,8 +22,8 @@ REMAINDER_SHARE = 0.43
 """The share of the width of an interval that the remainder may take on each side; the rest is for
 rounding."""
 
-NEVER_REFUSED = frozenset({"the borders"})
-"""Quantities for which no query is refused: the length of a border may be costly where its curve
+NEVER_REFUSED = frozenset({"the borders", "the edges"})
+"""Quantities for which no query is refused: the length of an edge may be costly where its curve
 turns back, and then has a wider interval; areas and volumes do not depend on it."""
 
 MARGIN = 4
@@ -38,6 +38,9 @@ class Precision:
     Attributes
     ----------
     query : MeasureQuery
+    share : float
+        The share of the budget of the query that each integral may use: less than 1 while one of
+        several bodies is measured.
     reachable_tolerances : dict of str to float
         A tolerance for each quantity for which the budget does not suffice.
     has_wider_intervals : bool
@@ -46,13 +49,14 @@ class Precision:
     """
 
     query: MeasureQuery
+    share: float = 1.0
     reachable_tolerances: dict[str, float] = field(default_factory=dict)
     has_wider_intervals: bool = False
 
     def integrate(
         self,
         name: str,
-        groups: list[MeasuredCells],
+        groups: Sequence[Integrable],
         integrand: Integrand,
         scales: FloatArray,
         min_errors: FloatArray,
@@ -73,7 +77,8 @@ class Precision:
             The query is a trial, and a larger budget would change the result.
         """
         allowed = np.maximum(self.query.tolerance * scales, min_errors)
-        refinement = refine(groups, integrand, allowed, self.query.budget)
+        budget = int(self.query.budget * self.share)
+        refinement = refine(groups, integrand, allowed, budget)
         if refinement.used_budget and self.query.is_trial:
             raise BudgetEnded
         # The width that the remainders alone give to the interval, in units of the allowed width.

@@ -72,12 +72,52 @@ def at_nodes(net: Net, count: int, axes: int) -> FloatArray:
     return values.reshape(d, -1, cell_count)
 
 
-def bound_rounding(nets: CellNets, integrand: Integrand, count: int) -> FloatArray:
-    """Bound the rounding of sums: shape (1, K), or (2, K) for a flux and its moment."""
+def bound_rounding(
+    nets: CellNets, integrand: Integrand, count: int, shifts: FloatArray | None = None
+) -> FloatArray:
+    """Bound the rounding of sums: shape (1, K), or (2, K) for a flux and its moment.
+
+    `shifts` (2, K) bound the errors of the parameters u and v of nodes, by default 0.
+    """
+    max_distance = lengths(nets.center) + nets.radius
+    position_error, partial_errors = bound_value_errors(nets, shifts)
+    # A bound of |N| and of its error; of |S_u| and its error for curves.
+    max_normal, normal_error = nets.stretches[0], partial_errors[0]
+    if len(partial_errors) > 1:
+        (a, b), (alpha, beta) = nets.stretches, partial_errors
+        max_normal = a * b
+        normal_error = a * beta + alpha * b + alpha * beta + 8 * UNIT * max_normal
+    sum_rounding = (count**2 + 16) * UNIT
+    if integrand == "size":
+        return np.asarray((normal_error + sum_rounding * max_normal) * UPWARDS)[np.newaxis]
+    flux = (
+        max_distance * normal_error
+        + (position_error + (sum_rounding + 4 * UNIT) * max_distance) * max_normal
+    )
+    moment = max_distance * (
+        max_distance * normal_error
+        + (2 * position_error + (sum_rounding + 8 * UNIT) * max_distance) * max_normal
+    )
+    return np.asarray(np.stack([flux, moment]) * UPWARDS)
+
+
+def bound_value_errors(
+    nets: CellNets, shifts: FloatArray | None = None
+) -> tuple[FloatArray, list[FloatArray]]:
+    """Bound the errors of S − c, and those of S_u and S_v, at nodes: shape (K,) each.
+
+    `shifts` (2, K) bound the errors of the parameters u and v of nodes, by default 0.
+    """
     n, radius, min_weight = max(nets.degree), nets.radius, nets.least_weight
 
     def error_of(net: Net) -> FloatArray:
-        return np.asarray(net.error + 16 * (n + 2) * UNIT * net.largest)
+        error = net.error + 16 * (n + 2) * UNIT * net.largest
+        for axis, shift in enumerate(() if shifts is None else shifts, start=1):
+            degree = net.values.shape[axis] - 1
+            if degree:
+                steps = lengths(np.diff(net.values, axis=axis)).max(axis=(0, 1))
+                error = error + shift * degree * (steps + 2 * net.error)
+        return np.asarray(error)
 
     position_error = error_of(nets.x)
     if nets.w is not None:
@@ -92,25 +132,7 @@ def bound_rounding(nets: CellNets, integrand: Integrand, count: int) -> FloatArr
             error = (error + radius * error_of(w) + max_partial * error_of(nets.w)) / min_weight
             error = error + position_error * slope + 8 * UNIT * radius * slope
         partial_errors.append(error + 8 * UNIT * max_partial)
-    # A bound of |N| and of its error; of |S_u| and its error for curves.
-    max_normal, normal_error = nets.stretches[0], partial_errors[0]
-    if len(partial_errors) > 1:
-        (a, b), (alpha, beta) = nets.stretches, partial_errors
-        max_normal = a * b
-        normal_error = a * beta + alpha * b + alpha * beta + 8 * UNIT * max_normal
-    sum_rounding = (count**2 + 16) * UNIT
-    if integrand == "size":
-        return np.asarray((normal_error + sum_rounding * max_normal) * UPWARDS)[np.newaxis]
-    max_distance = lengths(nets.center) + radius
-    flux = (
-        max_distance * normal_error
-        + (position_error + (sum_rounding + 4 * UNIT) * max_distance) * max_normal
-    )
-    moment = max_distance * (
-        max_distance * normal_error
-        + (2 * position_error + (sum_rounding + 8 * UNIT) * max_distance) * max_normal
-    )
-    return np.asarray(np.stack([flux, moment]) * UPWARDS)
+    return position_error, partial_errors
 
 
 def gauss(count: int) -> tuple[FloatArray, FloatArray]:

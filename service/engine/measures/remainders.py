@@ -18,7 +18,9 @@ Trefethen, Approximation Theory and Approximation Practice (2013), chapter 3, an
 19.3.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from math import pi
 
 import numpy as np
@@ -56,43 +58,19 @@ def bound_remainders(nets: CellNets, integrand: Integrand, count: int) -> tuple[
     if integrand == "flux":
         max_distance = lengths(nets.center) + nets.radius
         limits = 2 * UPWARDS * limits * np.stack([max_distance, max_distance * max_distance])
-    # The errors with u complex and with v complex add up. For surfaces `length_of_normal` and
-    # `deviation` become |N₀| and D, for curves they are |A| and α.
+    # The errors with u complex and with v complex add up.
     for axis in range(len(stretches)):
-        (u_partial, *v_partials), radius = _bound_spreads(nets, axis)
-        length_of_normal, deviation = lengths(u_partial.value), u_partial.deviation
-        ripples[axis] = u_partial.ripple
-        if v_partials:
-            a, b = length_of_normal, lengths(v_partials[0].value)
-            ripples[axis] = a * v_partials[0].ripple + b * u_partial.ripple
-            length_of_normal = lengths(cross(u_partial.value, v_partials[0].value))
-            beta = v_partials[0].deviation
-            deviation = a * beta + b * deviation + deviation * beta
-        if integrand == "size":
-            e = (2 * length_of_normal + deviation) * deviation * UPWARDS
-            bounds = [
-                np.where(e < length_of_normal * length_of_normal, e / length_of_normal, np.inf)
-            ]
-            limits_on_smallest_ellipse = [
-                np.minimum(length_of_normal + deviation[0], 2 * deviation[0])
-            ]
-        else:
-            t = lengths(nets.center)
-            max_normal, max_distance = length_of_normal + deviation, t + radius
-            bounds = [
-                max_distance * max_normal - t * length_of_normal,
-                max_distance * max_distance * max_normal - t * t * length_of_normal,
-            ]
-            limits_on_smallest_ellipse = [2 * bound[0] for bound in bounds]
-        for row, bound in enumerate(bounds):
+        changes = bound_changes(nets, integrand, partial(_spread, axis=axis))
+        ripples[axis] = changes.ripple
+        for row, bound in enumerate(changes.bounds):
             scaled_bound = bound * factors * UPWARDS
             errors[row] += np.where(np.isfinite(scaled_bound), scaled_bound, np.inf).min(axis=0)
-        limits = np.fmin(limits, np.stack(limits_on_smallest_ellipse) * UPWARDS)
+        limits = np.fmin(limits, np.stack(changes.limits) * UPWARDS)
     return np.minimum(errors, limits), ripples[1] > ripples[0]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _Spread:
+class Spread:
     """Bounds of a function on the R ellipses.
 
     Attributes
@@ -111,31 +89,81 @@ class _Spread:
     ripple: FloatArray
 
 
-def _bound_spreads(nets: CellNets, axis: int) -> tuple[list[_Spread], FloatArray]:
-    """The spreads of S_u and, for surfaces, S_v; and s, a bound of |S − c| on each ellipse (R, K).
+@dataclass(frozen=True, eq=False, slots=True)
+class Changes:
+    """How far integrands are from constants on the R ellipses; a flux is followed by its moment.
 
-    The parameter of an axis is complex.
+    Attributes
+    ----------
+    constants : list of ndarray of float64, shape (K,)
+        The lengths of the constants f₀.
+    bounds : list of ndarray of float64, shape (R, K)
+        The bounds M of |f − f₀|.
+    limits : list of ndarray of float64, shape (K,)
+        Bounds of the error of every rule whose weights are positive.
+    ripple : ndarray of float64, shape (K,)
+        As in `Spread`.
     """
-    x = _spread(nets.x, axis)
-    x_partials = [_spread(net, axis) for net in nets.x_partials]
+
+    constants: list[FloatArray]
+    bounds: list[FloatArray]
+    limits: list[FloatArray]
+    ripple: FloatArray
+
+
+def bound_changes(nets: CellNets, integrand: Integrand, spread: Callable[[Net], Spread]) -> Changes:
+    """How far the integrand is from a constant where `spread` gives the spreads of nets.
+
+    For surfaces `length_of_normal` and `deviation` are |N₀| and D, for curves they are |A| and α.
+    """
+    (u_partial, *v_partials), radius = bound_spreads(nets, spread)
+    length_of_normal, deviation = lengths(u_partial.value), u_partial.deviation
+    ripple = u_partial.ripple
+    if v_partials:
+        a, b = length_of_normal, lengths(v_partials[0].value)
+        ripple = a * v_partials[0].ripple + b * u_partial.ripple
+        length_of_normal = lengths(cross(u_partial.value, v_partials[0].value))
+        beta = v_partials[0].deviation
+        deviation = a * beta + b * deviation + deviation * beta
+    if integrand == "size":
+        e = (2 * length_of_normal + deviation) * deviation * UPWARDS
+        bound = np.where(e < length_of_normal * length_of_normal, e / length_of_normal, np.inf)
+        limit = np.minimum(length_of_normal + deviation[0], 2 * deviation[0])
+        return Changes([length_of_normal], [bound], [limit], ripple)
+    t = lengths(nets.center)
+    max_normal, max_distance = length_of_normal + deviation, t + radius
+    constants = [t * length_of_normal, t * t * length_of_normal]
+    bounds = [
+        max_distance * max_normal - t * length_of_normal,
+        max_distance * max_distance * max_normal - t * t * length_of_normal,
+    ]
+    return Changes(constants, bounds, [2 * bound[0] for bound in bounds], ripple)
+
+
+def bound_spreads(
+    nets: CellNets, spread: Callable[[Net], Spread]
+) -> tuple[list[Spread], FloatArray]:
+    """The spreads of S_u and, for surfaces, S_v; and s, a bound of |S − c| on ellipses, (R, K)."""
+    x = spread(nets.x)
+    x_partials = [spread(net) for net in nets.x_partials]
     if nets.w is None:
         return x_partials, lengths(x.value) + x.deviation
-    w = _spread(nets.w, axis)
+    w = spread(nets.w)
     min_weight = w.value[0] - w.deviation * UPWARDS
     min_weight = np.where(min_weight > 0, min_weight, np.nan)
     radius = (lengths(x.value) + x.deviation) / min_weight
     partials = []
     for x_partial, net in zip(x_partials, nets.w_partials, strict=True):
-        w_partial = _spread(net, axis)
+        w_partial = spread(net)
         value = x_partial.value / w.value[0]
         max_w_partial = np.abs(w_partial.value[0]) + w_partial.deviation
         deviation = x_partial.deviation + radius * max_w_partial + lengths(value) * w.deviation
         ripple = x_partial.ripple + nets.radius * w_partial.ripple + lengths(value) * w.ripple
-        partials.append(_Spread(value, deviation / min_weight, ripple / w.value[0]))
+        partials.append(Spread(value, deviation / min_weight, ripple / w.value[0]))
     return partials, radius
 
 
-def _spread(net: Net, axis: int) -> _Spread:
+def _spread(net: Net, axis: int) -> Spread:
     """The bounds of a net if one parameter is complex."""
     degree = net.values.shape[1 + axis] - 1
     mean = net.values.mean(axis=(1, 2))
@@ -145,14 +173,14 @@ def _spread(net: Net, axis: int) -> _Spread:
     # most doubles, and the rounding of the product.
     constant_deviation = lengths(constant).max(axis=(0, 1)) + 4 * net.error
     if not degree:
-        return _Spread(
+        return Spread(
             mean,
             np.broadcast_to(constant_deviation, (len(RADII), len(constant_deviation))),
             0 * constant_deviation,
         )
     max_coefficients = lengths(coefficients).max(axis=1 - axis)[1:] + 4 * net.error
     deviation = ellipse_bounds(degree) @ max_coefficients + constant_deviation
-    return _Spread(mean, deviation * UPWARDS, max_coefficients.sum(axis=0))
+    return Spread(mean, deviation * UPWARDS, max_coefficients.sum(axis=0))
 
 
 def chebyshev(degree: int) -> FloatArray:

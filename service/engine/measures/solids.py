@@ -15,12 +15,13 @@ from typing import TypeAlias
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray
-from service.engine.measures.cells import UPWARDS, group_cells
-from service.engine.measures.integrals import bound_growth, estimate
+from service.engine.measures.cells import UPWARDS
+from service.engine.measures.integrals import estimate
 from service.engine.measures.joined_surface import JoinedSurface
+from service.engine.measures.patch_cells import bound_growth, group_cells
 from service.engine.measures.precision import REMAINDER_SHARE, Precision
 from service.engine.measures.values import Interval
-from service.engine.nets.query_nets import QueryNets, surface_nets
+from service.engine.nets.query_nets import surface_nets
 
 Solid: TypeAlias = tuple[Interval | None, tuple[Interval, ...] | None]
 """Volume and centroid; (None, None) for an open surface."""
@@ -67,29 +68,35 @@ def measure_solids(
     errors[0] += 3 * point_error * largest
     errors[1] += 4 * point_error * largest * (diagonal + point_error)
     return [
-        _solid(sums[:, k], errors[:, k] * UPWARDS, nets) if has_volume else (None, None)
+        find_solid(sums[:, k], errors[:, k] * UPWARDS, nets.origin, nets.scale)
+        if has_volume
+        else (None, None)
         for k, has_volume in enumerate(is_closed.tolist())
     ]
 
 
-def _solid(sums: FloatArray, errors: FloatArray, nets: QueryNets) -> Solid:
-    """Volume and centroid from the flux and the moment about the origin of the nets."""
+def find_solid(sums: FloatArray, errors: FloatArray, origin: FloatArray, scale: float) -> Solid:
+    """Volume and centroid from the flux and the moment about the origin of nets, (4,).
+
+    `errors` (2,) are those of the flux and of the moment. Coordinates of the model are origin +
+    scale · (coordinates of the nets); the scale is a power of two.
+    """
     flux, *moment = sums.tolist()
     error, moment_error = errors.tolist()
-    volume = Interval.about(flux / 3, error / 3, nets.scale**3)
+    volume = Interval.about(flux / 3, error / 3, scale**3)
     min_flux = abs(flux) - error
     if min_flux <= 0:
         return volume, None
     centroid = []
-    for value, origin in zip(moment, nets.origin.tolist(), strict=True):
+    for value, start in zip(moment, origin.tolist(), strict=True):
         # One coordinate of the centroid, in the coordinates of the nets.
         local = 0.75 * value / flux
         # For the exact flux F and moment G, and the computed f and g:
         # |G / F − g / f| ≤ (|G − g| + |g / f| |F − f|) / |F|
         error_of_local = (0.75 * moment_error + abs(local) * error) / min_flux * UPWARDS
         error_of_local += 2.0**-50 * abs(local)  # the rounding of `local` itself
-        coordinate = origin + local * nets.scale
+        coordinate = start + local * scale
         # 2^-52 is for the rounding of this sum. The product is exact: the scale is a power of two.
-        error_of_coordinate = error_of_local * nets.scale + 2.0**-52 * abs(coordinate)
+        error_of_coordinate = error_of_local * scale + 2.0**-52 * abs(coordinate)
         centroid.append(Interval.about(coordinate, error_of_coordinate))
     return volume, tuple(centroid)

@@ -1,11 +1,14 @@
 """Queries of measures, and their results."""
 
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
-from math import inf, nextafter
+from math import fsum, inf, nextafter
+from typing import Generic, TypeVar
 
 from service.engine.measures.joined_surface import RequestSide
 from service.engine.options import MeshOptions
+from service.surface.brep_model import SkippedFace
 
 TOLERANCE = 1e-6
 """The default relative width of intervals."""
@@ -81,6 +84,36 @@ class Interval:
             high = nextafter(high, inf)
         return Interval(self.value * unit, low, high)
 
+    @staticmethod
+    def total(intervals: Sequence["Interval"]) -> "Interval":
+        """The sum of intervals, rounded outwards."""
+        if len(intervals) == 1:
+            return intervals[0]
+        low, high = fsum(each.low for each in intervals), fsum(each.high for each in intervals)
+        value = fsum(each.value for each in intervals)
+        # A sum that is 0 is not rounded.
+        return Interval(value, low and nextafter(low, -inf), high and nextafter(high, inf))
+
+    def plus(self, number: float) -> "Interval":
+        """The interval moved by a number, rounded outwards."""
+        low, high = nextafter(self.low + number, -inf), nextafter(self.high + number, inf)
+        return Interval(self.value + number, low, high)
+
+    def product(self, other: "Interval") -> "Interval":
+        """The interval of all products of numbers of two intervals, rounded outwards."""
+        if self.low == self.high == 0 or other.low == other.high == 0:
+            return Interval(0.0, 0.0, 0.0)
+        ends = [a * b for a in (self.low, self.high) for b in (other.low, other.high)]
+        low, high = nextafter(min(ends), -inf), nextafter(max(ends), inf)
+        return Interval(self.value * other.value, low, high)
+
+    def inverse(self) -> "Interval | None":
+        """The interval of 1 / x, rounded outwards; None if 0 is in the interval."""
+        if self.low <= 0 <= self.high:
+            return None
+        low, high = nextafter(1 / self.high, -inf), nextafter(1 / self.low, inf)
+        return Interval(1 / self.value, low, high)
+
     def without_negatives(self) -> "Interval":
         """The part of the interval that is not below 0."""
         return Interval(self.value, max(self.low, 0.0), self.high)
@@ -101,18 +134,39 @@ class PartMeasures:
 
 
 @dataclass(frozen=True, slots=True)
-class Boundary:
+class FaceEdge:
+    """An edge as a face of a brep uses it.
+
+    Attributes
+    ----------
+    patch : int
+        The number of the face in the request.
+    edge : int or None
+        The number of the edge in `Measures.edge_lengths`; None for borders that are given by
+        parameter curves, and for the natural borders of surfaces.
+    """
+
+    patch: int
+    edge: int | None
+
+
+Place_co = TypeVar("Place_co", bound=RequestSide | FaceEdge, covariant=True)
+"""Where an edge is in the request: a side of a patch, or an edge of a face."""
+
+
+@dataclass(frozen=True, slots=True)
+class Boundary(Generic[Place_co]):
     """An open border: its length, its number of edges, whether it is a loop, and its first edge."""
 
     length: Interval
     edges: int
     closed: bool
-    first: RequestSide
+    first: Place_co
 
 
 @dataclass(frozen=True, slots=True)
-class FaultyEdge:
-    """A side whose edge is open or not balanced.
+class FaultyEdge(Generic[Place_co]):
+    """A side, or an edge of a face, that is open or not balanced.
 
     An edge is balanced if as many sides pass along it in one direction as in the other
     (`service.engine.connectivity.orientation`).
@@ -121,11 +175,11 @@ class FaultyEdge:
     """
 
     is_open: bool
-    request_side: RequestSide
+    request_side: Place_co
 
 
 @dataclass(frozen=True, slots=True)
-class Measures:
+class Measures(Generic[Place_co]):
     """The measures of a surface.
 
     Attributes
@@ -152,6 +206,12 @@ class Measures:
         as narrow as the query demands; those of parts may be wider.
     moved : float
         An upper bound of the distance by which joining moved any point, in model units.
+    edge_lengths : tuple of Interval, or None
+        For parts: of the edges of all breps, member after member.
+    gap_bound : float or None
+        For parts: no border of a face is further than this from its edge. Model units.
+    skipped_faces : tuple of SkippedFace, or None
+        For parts: the faces that are left out, by their numbers in the request.
     """
 
     area: Interval
@@ -160,10 +220,13 @@ class Measures:
     closed: bool
     boundary_length: Interval
     boundary_count: int
-    boundaries: tuple[Boundary, ...]
+    boundaries: tuple[Boundary[Place_co], ...]
     open_edges: int
     inconsistent_edges: int
-    faulty_edges: tuple[FaultyEdge, ...]
+    faulty_edges: tuple[FaultyEdge[Place_co], ...]
     parts: tuple[PartMeasures, ...]
     reached: bool
     moved: float
+    edge_lengths: tuple[Interval, ...] | None = None
+    gap_bound: float | None = None
+    skipped_faces: tuple[SkippedFace, ...] | None = None

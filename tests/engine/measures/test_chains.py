@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from service.engine.measures import precision as precision_module
 from service.engine.measures.chains import chain_edges
+from service.engine.measures.joined_surface import RequestSide
 from service.engine.measures.measure import measure
 from service.engine.measures.precision import Precision
 from service.engine.measures.values import MeasureQuery, Measures
@@ -15,7 +16,7 @@ from service.surface.multipatch import MultipatchSurface
 from tests.strategies import Array, apply_symmetry, symmetries
 
 
-def measure_nets(nets: list[Array]) -> Measures:
+def measure_nets(nets: list[Array]) -> Measures[RequestSide]:
     surface = MultipatchSurface(tuple(map(BezierSurface, nets)))
     return measure(surface.lower(), MeasureQuery())
 

@@ -12,9 +12,10 @@ from hypothesis import strategies as st
 from oracles import measures as oracle
 from oracles.exact import to_exact_net
 from oracles.sheets import build_sheets
-from service.engine.measures.cells import build_cells
 from service.engine.measures.integrals import refine
+from service.engine.measures.joined_surface import RequestSide
 from service.engine.measures.measure import measure
+from service.engine.measures.patch_cells import build_cells
 from service.engine.measures.values import Interval, MeasureQuery, Measures
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
@@ -33,7 +34,7 @@ MP.dps = 50
 
 def measure_surface(
     surface: SurfaceKind, tolerance: float = 1e-6, weld: float = 1e-12, budget: int = 1 << 18
-) -> Measures:
+) -> Measures[RequestSide]:
     """The measures of a surface; `budget` is the most control points of all cells."""
     return measure(surface.lower(), MeasureQuery(tolerance, weld, budget))
 

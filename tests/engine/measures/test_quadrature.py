@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from oracles.sheets import bernstein
-from service.engine.measures.cells import CellNets, MeasuredCells, build_cells
+from service.engine.measures.cells import CellNets, MeasuredCells
+from service.engine.measures.patch_cells import build_cells
 from service.engine.measures.quadrature import (
     Integrand,
     apply_rule,

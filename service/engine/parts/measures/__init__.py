@@ -1,0 +1,1 @@
+"""Areas, volumes, centroids and lengths of whole parts, each with a proved interval."""
