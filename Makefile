@@ -91,7 +91,7 @@ judge-files: $(VENV)/.dev build/occ/.ready ## Judge the readers of CAD files: 21
 	build/occ/bin/python -m tools.cad_files.write build/cad_files > /dev/null
 	$(BIN)/python -m tools.cad_files.judge build/cad_files/expected.jsonl build/cad_files/*.step build/cad_files/*.igs 2> build/cad_files/results.jsonl
 
-bench-queries: $(VENV)/.dev build/occ/.ready build/splines/.ready ## Measure queries; closest points against Open CASCADE, splinepy and geomdl
+bench-queries: $(VENV)/.dev build/occ/.ready build/splines/.ready ## Measure queries, also to parts; against Open CASCADE, splinepy and geomdl
 	$(BIN)/python -m tools.benchmarks queries
 
 # Mounts a disk, so it runs as root of a new namespace, if the system allows that.

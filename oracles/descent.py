@@ -51,7 +51,8 @@ def descend(
         ends = np.stack([domain.move_inside(begin + move) for move in moves], axis=1)
         shape = ends.shape
         found = _norm(
-            at(ends.reshape(-1, shape[2])).reshape(*shape[:2], -1) - target[:, np.newaxis]
+            at(ends.reshape(-1, shape[2])).reshape(*shape[:2], points.shape[1])
+            - target[:, np.newaxis]
         )
         best = found.argmin(axis=1)
         rows = np.arange(len(active))

@@ -11,6 +11,9 @@ import numpy as np
 
 from oracles.brep_documents import Array, Index
 
+STEPS = 2000
+"""The most steps along a ray."""
+
 
 class Form(Protocol):
     """A solid whose distances are known."""
@@ -158,14 +161,16 @@ def trace_rays(
 
     Rays are origins and directions (m, 3), followed over `lengths` (m,) in space. Returns the ray
     (n,) and the parameter (n,) of each crossing. Two crossings that are nearer to each other than
-    `step` may be missed, and no others.
+    `step` may be missed, and those of rays that run beside a surface for more than `STEPS` steps.
     """
     origins, directions = rays
     speed = np.linalg.norm(directions, axis=1)
     t, before = np.zeros(len(origins)), form.measure(origins)
     found: list[tuple[Index, Array]] = [(np.zeros(0, np.intp), np.zeros(0))]
     active = np.arange(len(origins))
-    while len(active):
+    for _ in range(STEPS):
+        if not len(active):
+            break
         # No crossing is nearer than the distance: the next step ends on the same side, or nearby.
         move = np.maximum(np.abs(before[active]), step)
         after = t[active] + move / speed[active]

@@ -30,6 +30,9 @@ PIECES = 2
 SAMPLES = 30
 """Samples of a span of a curve; between two of them it crosses a knot line of the surface once."""
 
+BISECTIONS = 30
+"""Halvings of the step in which a curve crosses a knot line."""
+
 GUESS = 1e-3
 """Flatness of traced parameter curves, from which the nearest points are searched."""
 
@@ -148,7 +151,7 @@ def _list_parameters(
                 if not len(row):
                     continue
                 low, high, is_below = t[row], t[row + 1], side[row]
-                for _ in range(55):
+                for _ in range(BISECTIONS):
                     middle = (low + high) / 2
                     is_first = (evaluate(middle)[:, axis] < value) == is_below
                     low, high = np.where(is_first, middle, low), np.where(is_first, high, middle)

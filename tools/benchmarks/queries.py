@@ -1,4 +1,4 @@
-"""Closest points per second compared with other libraries; rays, signs, sections and measures."""
+"""Queries per second: closest points, also of other libraries, rays, signs, sections; and parts."""
 
 import time
 from collections.abc import Callable
@@ -18,6 +18,7 @@ from service.surface.bezier import BezierSurface
 from service.surface.examples.catalogue import find
 from service.surface.lowered import PatchModel
 from service.surface.sizes import SurfaceKind
+from tools.benchmarks import part_queries
 from tools.benchmarks.closest_peers import print_closest
 from tools.certify.surfaces import FAMILIES
 
@@ -28,8 +29,8 @@ SIGNED_POINTS, PLANES = 2000, 20
 """Number of points whose signs are computed in each round, and of planes."""
 
 
-def run() -> None:
-    """Prints the tables."""
+def run() -> bool:
+    """Prints the tables; returns whether questions to parts are within their limits."""
     bicubic = FAMILIES["bicubic, moderate"].surface(1)
     assert isinstance(bicubic, BezierSurface)
     surfaces: dict[str, SurfaceKind] = {
@@ -46,6 +47,8 @@ def run() -> None:
     for name in ("sphere", "rounded-box", "utah-teapot"):
         values = measure_other_rates(find(name).surface())
         print(f"{name:24}" + "".join(f"{value:16,.0f}" for value in values), flush=True)
+    print()
+    return part_queries.run()
 
 
 def measure_other_rates(surface: SurfaceKind) -> tuple[float, float, float]:

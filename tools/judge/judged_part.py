@@ -85,7 +85,7 @@ class JudgedPart:
             if surface.get("type", "bezier") != "brep":
                 rows.append(np.zeros((2, 1)))
                 continue
-            model = _validate(surface).to_surface().lower()
+            model = validate(surface).to_surface().lower()
             assert isinstance(model, BrepModel)
             prepared = prepare(model)
             count, is_border = len(surface["faces"]), prepared.is_border
@@ -144,7 +144,8 @@ class JudgedPart:
         return points
 
 
-def _validate(surface: Document) -> Any:
+def validate(surface: Document) -> Any:
+    """The definition of a surface."""
     return TypeAdapter(SurfaceDefinition).validate_python(surface, context={})
 
 

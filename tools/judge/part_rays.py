@@ -34,6 +34,12 @@ LEAST_SINE = 1e-5
 STEP = 1e-7
 """The least step along rays towards closed forms, relative to the diagonal."""
 
+IN_INTERVAL, ROUNDS = 41, 6
+"""Points of the interval of a hit that are compared with edges, and rounds around the nearest."""
+
+GAPS = 2.5
+"""Gaps by which a hit near an edge may be further from its ray than the thickness."""
+
 DIGITS = 100
 """Crossings of the judge are this many roundings off, divided by the sine of the angle."""
 
@@ -131,8 +137,9 @@ def find_missed(judged: JudgedPart, rays: Rays, findings: Findings) -> None:
     for sign in (-1, 1):
         points = rays.origins[ray] + (t + sign * shift)[:, np.newaxis] * rays.directions[ray]
         sines += np.abs(form.measure(points)) / (20 * step)
-    _add_missed(rays, (ray, t, sines), np.ones(len(ray), bool), findings)
-    findings.counts["form"] = len(ray)
+    is_steep = sines > LEAST_SINE
+    _add_missed(rays, (ray, t, sines), is_steep, findings)
+    findings.counts["form"] = int(is_steep.sum())
 
 
 def _add_missed(
@@ -169,29 +176,56 @@ def check_hits(judged: JudgedPart, rays: Rays, findings: Findings) -> None:
 
     gaps = judged.gaps[face]
     thickness = 1.01 * THICKNESS * judged.diagonal + ON_PART * rays.reach[ray]
-    allowed = thickness + np.where(near_edge, gaps, 0.0)
-    on_ray = rays.origins[ray] + t[:, np.newaxis] * rays.directions[ray]
-    from_ray = np.linalg.norm(on_ray - positions, axis=1)
+    allowed = thickness + np.where(near_edge, GAPS * gaps, 0.0)
+    offset = positions - rays.origins[ray]
+    directions = rays.directions[ray] / rays.speeds[ray, np.newaxis]
+    from_ray = np.linalg.norm(np.cross(offset, directions), axis=1)
     findings.add("hit off its ray", from_ray > allowed, lambda n: f"{from_ray[n]}, {describe(n)}")
     on_face = judged.evaluate(face, places)
     from_face = np.linalg.norm(on_face - positions, axis=1)
     findings.add(
         "hit off its face", from_face > allowed, lambda n: f"{from_face[n]}, {describe(n)}"
     )
+    low, high = columns["t_bounds"].T
+    along = (offset * directions).sum(axis=1)
+    beyond = np.maximum(low * rays.speeds[ray] - along, along - high * rays.speeds[ray])
+    findings.add(
+        "hit off its interval", (beyond > allowed) | (t < low) | (t > high),
+        lambda n: f"{beyond[n]}, {describe(n)}",
+    )  # fmt: skip
     answers, from_edges = judged.classify(face, places, on_face)
     is_excused = near_edge & (from_edges <= 1.5 * gaps + 2 * thickness)
     findings.add(
         "hit outside of trims", (answers == OUTSIDE) & ~is_excused,
         lambda n: f"{from_edges[n]} from edges, {describe(n)}",
     )  # fmt: skip
-    from_all = judged.search.find_borders(positions)
+    from_all, most = judged.search.find_borders(positions), 1.5 * gaps + 2 * thickness
+    rows = np.flatnonzero(near_edge & (from_all > most))
+    if len(rows):
+        from_all[rows] = _measure_to_borders(judged, rays, rows)
     findings.add(
-        "near_edge of hit", near_edge & (from_all > 1.5 * gaps + 4 * thickness),
+        "near_edge of hit", near_edge & (from_all > most),
         lambda n: f"{from_all[n]} from all edges, {describe(n)}",
     )  # fmt: skip
     is_doubtful = near_edge | (columns["kind"] != "crossing")
     if judged.case.is_closed:
         check_parity(judged, rays, is_doubtful, findings)
+
+
+def _measure_to_borders(judged: JudgedPart, rays: Rays, rows: Index) -> Array:
+    """Distances from all edges of the parts of rays in the intervals of hits `rows` (h,)."""
+    ray, (low, high) = rays.columns["ray"][rows], rays.columns["t_bounds"][rows].T
+    least, every = np.full(len(rows), np.inf), np.arange(len(rows))
+    shares = np.linspace(0, 1, IN_INTERVAL)
+    for _ in range(ROUNDS):
+        t = low + shares[:, np.newaxis] * (high - low)
+        points = rays.origins[ray] + t[..., np.newaxis] * rays.directions[ray]
+        distances = judged.search.find_borders(points.reshape(-1, 3)).reshape(t.shape)
+        least = np.minimum(least, distances.min(axis=0))
+        # Next, the two steps beside the nearest of these points.
+        best, step = t[distances.argmin(axis=0), every], (high - low) / (IN_INTERVAL - 1)
+        low, high = np.maximum(low, best - step), np.minimum(high, best + step)
+    return least
 
 
 def check_parity(judged: JudgedPart, rays: Rays, is_doubtful: Bools, findings: Findings) -> None:

@@ -36,10 +36,10 @@ from tools.judge.part_rays import judge_rays
 POINTS, RAYS, SEEDS = 100_000, 100_000, 3
 """Points and rays of all parts together; parts of each family."""
 
-QUICK = ("solid cone", "thin parts 9000")
+QUICK = ("solid box", "thin parts 9000")
 """The parts of `--quick`."""
 
-QUESTIONS = ("inside",)
+QUESTIONS = ("inside", "closest", "rays")
 """The questions that are judged by default."""
 
 SEED = 37
@@ -106,7 +106,7 @@ def main(arguments: list[str]) -> int:
     names = names or list(QUICK if is_quick else list_names(SEEDS))
     points, rays = (-(-n // len(names)) for n in (*given, *(POINTS, RAYS)[len(given) :]))
     if is_quick:
-        points, rays = 60, 40
+        points, rays = 20, 12
     numbers = {each: rays if each == "rays" else points for each in questions}
     work = partial(judge_case, numbers=numbers, samples=2000 if is_quick else SAMPLES)
     totals: dict[str, Counter[str]] = {}
