@@ -210,7 +210,8 @@ export interface paths {
          *     A surface has a volume if it has no open edge and its patches are oriented consistently;
          *     otherwise `faulty_edges` lists the reasons. A `tolerance` that takes more work than one request
          *     may take is refused (`too_costly`); the error names the tolerance that can be reached for each
-         *     quantity. Tubes and ribbons are not measured (`not_parametric`).
+         *     quantity. Faces of a brep are measured inside their trims; `edge_lengths` has the lengths of its
+         *     edges. Tubes and ribbons are not measured (`not_parametric`).
          */
         post: operations["measureSurface"];
         delete?: never;
@@ -2186,18 +2187,19 @@ export interface components {
         };
         /**
          * EdgePlace
-         * @description A side of a patch.
+         * @description A side of a patch; or an edge, as a face of a brep uses it.
          */
         EdgePlace: {
             /**
              * Surface
-             * @description The index of the group's member. Only for groups.
+             * @description The index of the group's member. Only for sides of patches in groups.
              */
             surface?: number;
             /**
              * Patch
              * @description The index of the patch, or in a `multipatch` the index of the surface, in the order of the
-             *     request. Left out for a surface with one domain.
+             *     request; left out for a surface with one domain. With `edge` it is the index of the face, and in
+             *     groups the faces and patches of all members are counted one after the other.
              */
             patch?: number;
             /**
@@ -2205,16 +2207,22 @@ export interface components {
              * @description The side: u or v for rectangular patches, s, r or t for triangles.
              * @enum {string}
              */
-            side: "u=0" | "u=1" | "v=0" | "v=1" | "s=0" | "r=0" | "t=0";
+            side?: "u=0" | "u=1" | "v=0" | "v=1" | "s=0" | "r=0" | "t=0";
             /**
              * Uv
-             * @description Parameters at both ends: (u, v) in the domain of the surface if it has one, else in the
-             *     domain of the patch; (s, t) for triangles.
+             * @description Parameters at both ends of a side: (u, v) in the domain of the surface if it has one, else in
+             *     the domain of the patch; (s, t) for triangles.
              */
-            uv: [
+            uv?: [
                 number,
                 number
             ][];
+            /**
+             * Edge
+             * @description The index of an edge in `edge_lengths`. Left out for borders that are given by parameter
+             *     curves alone.
+             */
+            edge?: number;
         };
         /**
          * ElevateDefinition
@@ -2440,13 +2448,14 @@ export interface components {
         FaultyEdge: {
             /**
              * Surface
-             * @description The index of the group's member. Only for groups.
+             * @description The index of the group's member. Only for sides of patches in groups.
              */
             surface?: number;
             /**
              * Patch
              * @description The index of the patch, or in a `multipatch` the index of the surface, in the order of the
-             *     request. Left out for a surface with one domain.
+             *     request; left out for a surface with one domain. With `edge` it is the index of the face, and in
+             *     groups the faces and patches of all members are counted one after the other.
              */
             patch?: number;
             /**
@@ -2454,16 +2463,22 @@ export interface components {
              * @description The side: u or v for rectangular patches, s, r or t for triangles.
              * @enum {string}
              */
-            side: "u=0" | "u=1" | "v=0" | "v=1" | "s=0" | "r=0" | "t=0";
+            side?: "u=0" | "u=1" | "v=0" | "v=1" | "s=0" | "r=0" | "t=0";
             /**
              * Uv
-             * @description Parameters at both ends: (u, v) in the domain of the surface if it has one, else in the
-             *     domain of the patch; (s, t) for triangles.
+             * @description Parameters at both ends of a side: (u, v) in the domain of the surface if it has one, else in
+             *     the domain of the patch; (s, t) for triangles.
              */
-            uv: [
+            uv?: [
                 number,
                 number
             ][];
+            /**
+             * Edge
+             * @description The index of an edge in `edge_lengths`. Left out for borders that are given by parameter
+             *     curves alone.
+             */
+            edge?: number;
             /**
              * Open
              * @description True if no other side shares the edge. False if the sides on the edge are not pairs of
@@ -4007,7 +4022,7 @@ export interface components {
         };
         /**
          * PartMeasures
-         * @description A named part, or a member of a group.
+         * @description A named part, a member of a group, or a shell of a brep with several shells.
          */
         PartMeasures: {
             /**
@@ -5559,6 +5574,24 @@ export interface components {
              *     include the effect of this.
              */
             moved: number;
+            /**
+             * Edge Lengths
+             * @description The lengths of all edges of breps, member after member. This and the next fields are only for
+             *     breps, and groups with breps, whose areas are those of faces as parameter curves trim them.
+             */
+            edge_lengths?: components["schemas"]["Interval"][];
+            /**
+             * Gap Bound
+             * @description Proved: no point of an edge is further than this from the border of a face. The interval of
+             *     the volume includes all ways to close the gaps between faces within this distance of edges.
+             */
+            gap_bound?: number;
+            /**
+             * Skipped Faces
+             * @description Invalid faces that were left out, with `"invalid_faces": "skip"`, if there are any. A brep
+             *     with such faces is not closed.
+             */
+            skipped_faces?: components["schemas"]["LeftOutFace"][];
         };
         /**
          * SurfaceRequest

@@ -76,17 +76,6 @@ def test_an_estimate_counts_copies(client: Client) -> None:
     assert len(content) <= estimate["bytes"]["glb"]
 
 
-@pytest.mark.parametrize("path", ["measure"])
-def test_questions_that_need_whole_surfaces_refuse_breps(client: Client, path: str) -> None:
-    """As they refuse a brep alone."""
-    fields: dict[str, dict[str, Any]] = {
-        "measure": {},
-    }
-    response = client.post(f"/v1/{path}", {"surface": MACHINE, **fields[path]})
-    assert response.status_code == 422, response.text
-    assert response.json()["errors"][0]["code"] == "not_parametric"
-
-
 @pytest.mark.parametrize(
     ("change", "status", "code", "pointer"),
     [

@@ -40,6 +40,7 @@ COMMANDS = [
     ["project", "part.step", "--point", "0.1,0.1,0.1", "--point", "5,5,5", "--sign"],
     ["project", "open.STP", "--point", "0,0,9", "--invalid-faces", "refuse", "--up", "y"],
     ["intersect", "assembly.p21", "--ray", "0.1,0.1,9,0,0,-1", "--all"],
+    ["measure", "part.step", "--tolerance", "1e-3"],
     ["section", "part.step", "--normal", "0,0,1", "--offsets", "1", "--format", "json"],
 ]
 

@@ -376,12 +376,27 @@ def build_plane_cases() -> Iterator[HostileBody]:
     )
 
 
+def build_measure_cases() -> Iterator[HostileBody]:
+    """Requests to /v1/measure with invalid tolerances, and to measure invalid breps."""
+    for name in ("tolerance", "weld_tolerance"):
+        faults = {"out_of_range": "1 -1", "wrong_type": 'true "1" [1]', "null_value": "null"}
+        yield from vary_body(name, write_options(f'"{name}":?'), f"/{name}", faults)
+        yield build_case(f"{name} NaN", write_options(f'"{name}":NaN'), "not_finite", f"/{name}")
+    yield build_case("no surface", "{}", "missing_field", "/surface")
+    yield build_case("a field", write_options('"points":[[0,0,0]]'), "unknown_field", "/points")
+    yield from build_questions("measure", '"tolerance":0.01')
+
+
+MEASURES: tuple[HostileBody, ...] = tuple(build_measure_cases())
+"""Bodies for POST /v1/measure."""
+
 CALLS: Mapping[str, tuple[HostileBody, ...]] = {
     "/v1/mesh": (*HOSTILE, *BREPS),
     "/v1/points": QUERIES,
     "/v1/surfaces": STORES,
     "/v1/project": tuple(build_projection_cases()),
     "/v1/intersect": (*build_ray_cases(), *build_plane_cases()),
+    "/v1/measure": MEASURES,
     "/v1/convert": CONVERSIONS,
     "/v1/curve": CURVES,
 }

@@ -1,7 +1,7 @@
 // Shows area and volume of the surface on request, and hides them when the surface changes.
 
 import { announce, element } from './page.js';
-import { hasPart, hasSweep } from './settings.js';
+import { hasSweep } from './settings.js';
 import { measure } from './service.js';
 
 /** @typedef {import('./state.js').State} State */
@@ -22,7 +22,7 @@ export class Measure {
   forget() {
     this.changes += 1;
     const { surface } = this.state;
-    const hasNone = hasSweep(surface) || hasPart(surface);
+    const hasNone = hasSweep(surface);
     element('measure', HTMLButtonElement).hidden = hasNone;
     // The button, if it is shown, is in the place of the area.
     put('area', '', hasNone ? '–' : '');
