@@ -8,6 +8,7 @@ request, not a file.
 import re
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
+from typing import Any
 
 from service.decoders import cad_files, npy, oogl, teapot
 from service.decoders.format import Decoded, Decoder, FileLimits, Tree
@@ -84,59 +85,64 @@ NET_DECODERS: tuple[Decoder, ...] = (
 )
 """Formats of control nets."""
 
-CAD_DECODERS: tuple[Decoder, ...] = (
-    Decoder(
-        name="step",
-        title="STEP: ISO 10303-21 of AP203, AP214 and AP242",
-        media_type="model/step",
-        suffixes=("step", "stp", "p21"),
-        is_binary=True,  # its texts have whatever encoding the writing system chose
+
+def _cad(
+    name: str,
+    title: str,
+    suffixes: tuple[str, ...],
+    about: str,
+    *,
+    media_type: str = "",
+    memory_factor: float = 12,  # parts of machines take 8
+    **others: Any,
+) -> Decoder:
+    """The entry of a format of CAD systems, whose longer files are read in a child."""
+    return Decoder(
+        name=name,
+        title=title,
+        media_type=media_type or f"model/{name}",
+        suffixes=suffixes,
+        is_binary=True,  # texts have whatever encoding the writing system chose
         kinds=(),
-        decode=cad_files.cad_decoder("step"),
-        about="A STEP file (ISO 10303-21, clear text) with boundary representations of AP203, AP214"
+        decode=cad_files.cad_decoder(name),
+        about=about,
+        memory_factor=memory_factor,
+        base_memory=96 << 20,  # 20,000 faces take 100 MB, however short the file is
+        fields=cad_files.FIELDS,
+        is_cad=True,
+        **{"child_bytes": CHILD_BYTES} | others,
+    )
+
+
+CAD_DECODERS: tuple[Decoder, ...] = (
+    _cad(
+        "step",
+        "STEP: ISO 10303-21 of AP203, AP214 and AP242",
+        ("step", "stp", "p21"),
+        "A STEP file (ISO 10303-21, clear text) with boundary representations of AP203, AP214"
         " or AP242: solids, shells and loose faces, assemblies with all placements, names, colours "
         "and units. One part becomes a `brep`, an assembly a `group`. Every face that is not in the"
         " surface is in the report of reading. Other files that it names are never opened.",
-        memory_factor=12,  # parts of machines take 8
-        base_memory=96 << 20,  # 20,000 faces take 100 MB, however short the file is
-        fields=cad_files.FIELDS,
-        is_cad=True,
-        child_bytes=CHILD_BYTES,
     ),
-    Decoder(
-        name="iges",
-        title="IGES 5.3",
-        media_type="model/iges",
-        suffixes=("igs", "iges"),
-        is_binary=True,  # as of STEP
-        kinds=(),
-        decode=cad_files.cad_decoder("iges"),
-        about="An IGES file (version 5.3, of fixed form): trimmed surfaces (144, 143), solids (186)"
+    _cad(
+        "iges",
+        "IGES 5.3",
+        ("igs", "iges"),
+        "An IGES file (version 5.3, of fixed form): trimmed surfaces (144, 143), solids (186)"
         ", untrimmed surfaces, subfigures with all placements, names, colours and the unit. "
         "Neighbours are joined where whole edges agree within the file's uncertainty. Every face "
         "that is not in the surface is in the report of reading.",
-        memory_factor=12,  # parts of machines take 8
-        base_memory=96 << 20,  # 20,000 faces take 100 MB, however short the file is
-        fields=cad_files.FIELDS,
-        is_cad=True,
-        child_bytes=CHILD_BYTES,
     ),
-    Decoder(
-        name="3dm",
-        title="Rhino 3DM",
-        media_type="model/vnd.3dm",
-        suffixes=("3dm",),
-        is_binary=True,
-        kinds=(),
-        decode=cad_files.cad_decoder("3dm"),
-        about="A file of Rhino (openNURBS): breps, extrusions and surfaces, with names, instances, "
+    _cad(
+        "3dm",
+        "Rhino 3DM",
+        ("3dm",),
+        "A file of Rhino (openNURBS): breps, extrusions and surfaces, with names, instances, "
         "units and colours of objects. Meshes and SubD objects are skipped, and are in the report "
         "of reading. Needs the extra `rhino`.",
+        media_type="model/vnd.3dm",
         memory_factor=16,
-        base_memory=96 << 20,
         byte_seconds=2e-5,
-        fields=cad_files.FIELDS,
-        is_cad=True,
         child_bytes=0,  # a library in C++ reads it
         library="rhino3dm",
         extra="rhino",

@@ -16,8 +16,8 @@ import numpy as np
 from service.bases.arrays import FloatArray
 from service.decoders.cad.content import Coedge, Curve, Surface
 from service.decoders.cad.faults import InvalidGeometry
-from service.decoders.cad.inversion import cut_between
 from service.decoders.cad.parts import PartBuilder
+from service.decoders.cad.pieces import cut_between
 from service.decoders.cad.splines import drop_z, join, transform
 from service.decoders.iges.faults import Fault, Unsupported
 from service.decoders.iges.readers import Readers

@@ -20,8 +20,8 @@ from service.decoders.cad.conics import (
 from service.decoders.cad.content import Curve
 from service.decoders.cad.frames import Vector, scale, unit
 from service.decoders.cad.inversion import find_parameters
+from service.decoders.cad.profiles import cut_basis
 from service.decoders.cad.splines import find_domain, find_ends, join, reverse, segment, transform
-from service.decoders.cad.swept import cut_basis
 from service.decoders.step.entities import Entities, Entity, unsupported
 from service.decoders.step.faults import Fault
 from service.decoders.step.placements import read_direction, read_frame, read_matrix, read_point

@@ -14,8 +14,8 @@ from service.decoders.cad.conics import Line
 from service.decoders.cad.content import Coedge, Curve
 from service.decoders.cad.faults import InvalidGeometry
 from service.decoders.cad.frames import Vector, distance
-from service.decoders.cad.inversion import cut_between
 from service.decoders.cad.parts import PartBuilder
+from service.decoders.cad.pieces import cut_between
 from service.decoders.cad.splines import evaluate, find_domain
 from service.decoders.step.curves import SURFACE_CURVES, CurveReader
 from service.decoders.step.entities import Entities, unsupported

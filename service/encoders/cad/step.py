@@ -26,16 +26,10 @@ from service.encoders.cad.format import Allow, WrittenFile
 from service.encoders.cad.step_body import BodyItem, write_body
 from service.encoders.cad.step_geometry import write_axes
 from service.encoders.cad.step_records import Records, write_real, write_references, write_string
+from service.encoders.cad.step_styles import StyleWriter
+from service.encoders.cad.step_units import write_unit
 from service.encoders.format import pack
-from service.encoders.units import match_unit
-from service.surface.lowered import Color, Model
-
-PREFIXES = {1e-9: ".NANO.", 1e-6: ".MICRO.", 1e-3: ".MILLI.", 0.01: ".CENTI.", 0.1: ".DECI.",
-            1.0: "$", 1e3: ".KILO."}  # fmt: skip
-"""The prefixes of a metre, by their factors."""
-
-UNITS = {0.0254: "INCH", 0.3048: "FOOT", 0.9144: "YARD", 1609.344: "MILE"}
-"""Other units of length, in metres."""
+from service.surface.lowered import Model
 
 SCHEMA = "AUTOMOTIVE_DESIGN { 1 0 10303 214 3 1 1 1 }"
 
@@ -93,8 +87,7 @@ class _Writer:
     def __init__(self, assembly: Assembly) -> None:
         self.assembly = assembly
         self.records = Records()
-        self.styled: list[int] = []
-        self._styles: dict[Color, int] = {}
+        self._styles = StyleWriter(self.records)
         self._contexts: dict[float, int] = {}
         self._product_count = 0
 
@@ -104,12 +97,8 @@ class _Writer:
         own = [self._write_definition(each) for each in self.assembly.definitions]
         if self.assembly.instances:
             self._write_tree(own)
-        if self.styled:
-            context = self._find_context(min(self._contexts))
-            self.records.add(
-                "MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION('',"
-                f"{write_references(self.styled)},#{context})"
-            )
+        if self._styles.styled:
+            self._styles.finish(self._find_context(min(self._contexts)))
         return self.records.finish()
 
     def _write_frame(self) -> None:
@@ -126,7 +115,7 @@ class _Writer:
         self.design_context = add(
             f"PRODUCT_DEFINITION_CONTEXT('part definition',#{application},'design')"
         )
-        length = self._write_unit(self.assembly.metres_per_unit)
+        length = write_unit(self.records, self.assembly.metres_per_unit)
         angle = add("(NAMED_UNIT(*) PLANE_ANGLE_UNIT() SI_UNIT($,.RADIAN.))")
         solid_angle = add("(NAMED_UNIT(*) SI_UNIT($,.STERADIAN.) SOLID_ANGLE_UNIT())")
         self.length_unit = length
@@ -134,21 +123,6 @@ class _Writer:
         self.parameter_context = add(
             "(GEOMETRIC_REPRESENTATION_CONTEXT(2) PARAMETRIC_REPRESENTATION_CONTEXT() "
             "REPRESENTATION_CONTEXT('2D SPACE',''))"
-        )
-
-    def _write_unit(self, metres: float) -> int:
-        """The unit of length."""
-        add = self.records.add
-        known = match_unit(metres, (*PREFIXES, *UNITS)) or metres
-        if known in PREFIXES:
-            return add(f"(LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT({PREFIXES[known]},.METRE.))")
-        metre = add("(LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT($,.METRE.))")
-        measure = f"LENGTH_MEASURE({write_real(known)})"
-        factor = add(f"LENGTH_MEASURE_WITH_UNIT({measure},#{metre})")
-        exponents = add("DIMENSIONAL_EXPONENTS(1.,0.,0.,0.,0.,0.,0.)")
-        name = UNITS.get(known, "UNIT")
-        return add(
-            f"(CONVERSION_BASED_UNIT('{name}',#{factor}) LENGTH_UNIT() NAMED_UNIT(#{exponents}))"
         )
 
     def _find_context(self, uncertainty: float) -> int:
@@ -171,7 +145,8 @@ class _Writer:
         uncertainty = 0.0
         for body in definition.transformed_bodies():
             context = self.parameter_context
-            items.append(write_body(self.records, body, context, definition.color, self._style))
+            add_style = self._styles.add
+            items.append(write_body(self.records, body, context, definition.color, add_style))
             uncertainty = max(uncertainty, body.uncertainty)
         kind = "MANIFOLD_SURFACE_SHAPE_REPRESENTATION"
         if all(item.is_solid for item in items):
@@ -274,30 +249,3 @@ class _Writer:
             shape = add(f"PRODUCT_DEFINITION_SHAPE('','',#{usage})")
             add(f"CONTEXT_DEPENDENT_SHAPE_REPRESENTATION(#{relation},#{shape})")
         return whole
-
-    def _style(self, item: int, color: Color) -> None:
-        """Give an item a colour; a face in place of the colour of its solid."""
-        style = self._styles.get(color)
-        if style is None:
-            style = self._styles[color] = self._write_style(color)
-        self.styled.append(self.records.add(f"STYLED_ITEM('',(#{style}),#{item})"))
-
-    def _write_style(self, color: Color) -> int:
-        """The presentation of surfaces in a colour."""
-        add = self.records.add
-        *rgb, opacity = color
-        number = add(f"COLOUR_RGB('',{','.join(map(write_real, rgb))})")
-        fill = add(f"FILL_AREA_STYLE_COLOUR('',#{number})")
-        area = add(f"FILL_AREA_STYLE('',(#{fill}))")
-        styles = [add(f"SURFACE_STYLE_FILL_AREA(#{area})")]
-        if opacity < 1:
-            clear = add(f"SURFACE_STYLE_TRANSPARENT({write_real(1.0 - opacity)})")
-            styles.append(
-                add(
-                    "SURFACE_STYLE_RENDERING_WITH_PROPERTIES(.NORMAL_SHADING.,"
-                    f"#{number},(#{clear}))"
-                )
-            )
-        side = add(f"SURFACE_SIDE_STYLE('',{write_references(styles)})")
-        usage = add(f"SURFACE_STYLE_USAGE(.BOTH.,#{side})")
-        return add(f"PRESENTATION_STYLE_ASSIGNMENT((#{usage}))")

@@ -23,9 +23,9 @@ from service.decoders.cad.elementary import (
 )
 from service.decoders.cad.faults import InvalidGeometry
 from service.decoders.cad.frames import Frame, Vector, build_frame, check_point
-from service.decoders.cad.inversion import cut_between
 from service.decoders.cad.outline import Outline
 from service.decoders.cad.parts import PartBuilder
+from service.decoders.cad.pieces import cut_between
 from service.decoders.cad.swept import Extrusion, Revolution
 from service.surface.spline_checks import check_curves, check_surfaces
 from tests.decoders.cad.tables import tabulate_curves, tabulate_surface

@@ -14,8 +14,9 @@ from service.decoders.cad.conics import Ellipse, Hyperbola, Line, Parabola
 from service.decoders.cad.content import Curve
 from service.decoders.cad.faults import InvalidGeometry
 from service.decoders.cad.frames import Vector, build_frame
-from service.decoders.cad.inversion import cut_between, find_parameters
+from service.decoders.cad.inversion import find_parameters
 from service.decoders.cad.newton import find_middle
+from service.decoders.cad.pieces import cut_between
 from service.decoders.cad.splines import build_curve, evaluate, find_domain, find_ends
 from tests.spline_strategies import KnotVector, knot_vectors, random_points, random_weights
 

@@ -8,9 +8,9 @@ from service.decoders.cad.conics import Ellipse
 from service.decoders.cad.content import Coedge, Part
 from service.decoders.cad.elementary import Cone, Cylinder, Elementary, Plane, Sphere, Torus
 from service.decoders.cad.frames import Vector, build_frame, scale
-from service.decoders.cad.inversion import cut_between
 from service.decoders.cad.outline import NO_OUTLINE
 from service.decoders.cad.parts import PartBuilder
+from service.decoders.cad.pieces import cut_between
 from tests.decoders.cad.part_meshes import measure_part, prepare_part
 
 FRAME = build_frame((1.0, 2.0, 3.0), (0.3, -0.2, 0.9), (1.0, 0.2, 0.0))

@@ -15,8 +15,9 @@ from service.decoders.cad.faults import InvalidGeometry
 from service.decoders.cad.frames import Vector, build_frame
 from service.decoders.cad.outline import NO_OUTLINE, Outline
 from service.decoders.cad.parts import PartBuilder
+from service.decoders.cad.profiles import cut_basis
 from service.decoders.cad.splines import build_curve, evaluate, evaluate_surface, find_domain
-from service.decoders.cad.swept import Extrusion, Revolution, cut_basis, rule
+from service.decoders.cad.swept import Extrusion, Revolution, rule
 from tests.decoders.cad.part_meshes import measure_part
 from tests.decoders.cad.test_solids import measure_spindle
 from tests.spline_strategies import KnotVector, knot_vectors, random_points, random_weights
