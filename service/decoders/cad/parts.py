@@ -80,6 +80,11 @@ class PartBuilder:
         """The number of the edge with this key, or None if there is none yet."""
         return self._edge_numbers.get(key)
 
+    def find_ends(self, coedge: Coedge) -> tuple[int, int]:
+        """The vertices from which and to which a loop runs along an edge."""
+        first, last = self._edges[coedge.edge].vertices
+        return (last, first) if coedge.is_reversed else (first, last)
+
     def add_edge(
         self,
         key: Hashable,
@@ -250,10 +255,7 @@ class PartBuilder:
 
     def _check_loop(self, loop: Sequence[Coedge]) -> None:
         """Refuse a loop whose edges don't follow each other from vertex to vertex."""
-        ends = []
-        for coedge in loop:
-            first, last = self._edges[coedge.edge].vertices
-            ends.append((last, first) if coedge.is_reversed else (first, last))
+        ends = [self.find_ends(coedge) for coedge in loop]
         for (_, last), (first, _) in zip(ends, [*ends[1:], ends[0]], strict=True):
             if last != first:
                 raise InvalidGeometry("the edges of a loop do not follow each other")

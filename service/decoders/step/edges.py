@@ -8,15 +8,17 @@ vertex_loop.
 
 import re
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
-from service.decoders.cad.conics import Line
+from service.decoders.cad.chains import find_turned
+from service.decoders.cad.conics import Ellipse, Line
 from service.decoders.cad.content import Coedge, Curve
 from service.decoders.cad.faults import InvalidGeometry
 from service.decoders.cad.frames import Vector, distance
 from service.decoders.cad.parts import PartBuilder
 from service.decoders.cad.pieces import cut_between
-from service.decoders.cad.splines import evaluate, find_domain
+from service.decoders.cad.splines import evaluate, find_domain, find_ends
 from service.decoders.step.curves import SURFACE_CURVES, CurveReader
 from service.decoders.step.entities import Entities, unsupported
 from service.decoders.step.faults import Fault
@@ -98,7 +100,7 @@ class EdgeReader:
         entity = self._entities.read(number)
         if entity.keyword == "EDGE_LOOP":
             numbers = as_references(entity.parameter(1))
-            return Loop([self._read_oriented(each) for each in numbers])
+            return Loop(self._turn_swapped([self._read_oriented(each) for each in numbers]))
         if entity.keyword == "POLY_LOOP":
             return Loop(self._read_polygon(as_references(entity.parameter(1))))
         if entity.keyword == "VERTEX_LOOP":
@@ -126,6 +128,27 @@ class EdgeReader:
             begin = tuple(evaluate(basis, [low])[0].tolist())
             is_forward = distance(begin, source.start) <= distance(begin, source.end)
         return (low, high) if is_forward else (high, low)
+
+    def _turn_swapped(self, coedges: list[Coedge]) -> list[Coedge]:
+        """The coedges of a loop; those of edges with swapped vertices are turned around."""
+        ends = [self.builder.find_ends(coedge) for coedge in coedges]
+        if not ends or all(a[1] == b[0] for a, b in pairwise([*ends, ends[0]])):
+            return coedges
+        for number in find_turned(ends, [self._can_turn(each.edge) for each in coedges]):
+            each = coedges[number]
+            coedges[number] = Coedge(each.edge, not each.is_reversed, each.pcurve)
+        return coedges
+
+    def _can_turn(self, edge: int) -> bool:
+        """Whether an edge is the only piece of its curve between its vertices."""
+        source = self._sources.get(edge)
+        if source is None:
+            return False
+        basis = self.curves.read(source.data.curve).curve
+        if isinstance(basis, Curve):
+            first, last = map(tuple, find_ends(basis).tolist())
+            return distance(first, last) > self._tolerance
+        return not isinstance(basis, Ellipse)
 
     def _read_oriented(self, number: int) -> Coedge:
         is_forward = True

@@ -287,3 +287,55 @@ def test_faces_that_refer_to_themselves_end(keyword: str) -> None:
     face = writer(keyword)
     content = writer.read(writer.shell(face, writer.square()))
     assert [each.entity for each in content.reading.skipped_faces] == [face]
+
+
+def write_square_with_swapped_vertices(writer: Writer, *swapped: int) -> str:
+    """The loop of a square; some of its edges have their vertices the wrong way around."""
+    corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+    vertices = [writer.vertex(*corner) for corner in corners]
+    edges = []
+    for first, start in enumerate(corners):
+        last = (first + 1) % 4
+        end = corners[last]
+        ends = (last, first) if first in swapped else (first, last)
+        if first % 2:
+            curve = writer.line(start, (end[0] - start[0], end[1] - start[1], 0))
+        else:
+            middle = writer.point((start[0] + end[0]) / 2, (start[1] + end[1]) / 2, 0)
+            points = f"({writer.point(*start)},{middle},{writer.point(*end)})"
+            curve = writer(f"BEZIER_CURVE('',2,{points},.UNSPECIFIED.,.F.,.F.)")
+        edges.append(writer.edge(vertices[ends[0]], vertices[ends[1]], curve))
+    return writer.loop(*edges)
+
+
+@pytest.mark.parametrize("swapped", [(0,), (1,), (3,)])
+def test_edges_whose_vertices_are_swapped_are_turned_around(swapped: tuple[int, ...]) -> None:
+    writer = Writer()
+    loop = write_square_with_swapped_vertices(writer, *swapped)
+    part = read_part(writer, writer.face(writer(f"PLANE('',{writer.frame()})"), writer.bound(loop)))
+    assert area_vector(part) == pytest.approx([0, 0, 2])
+    assert [coedge.is_reversed for coedge in part.faces[0].loops[0]] == [
+        number in swapped for number in range(4)
+    ]
+
+
+def test_half_of_the_edges_say_as_well_that_the_loop_runs_the_other_way() -> None:
+    writer = Writer()
+    loop = write_square_with_swapped_vertices(writer, 0, 2)
+    face = writer.face(writer(f"PLANE('',{writer.frame()})"), writer.bound(loop))
+    (skipped,) = writer.read(writer.shell(face, writer.square())).reading.skipped_faces
+    assert "do not follow" in skipped.reason
+
+
+def test_arcs_are_not_turned_around() -> None:
+    """The other arc would be the rest of the circle."""
+    writer = Writer()
+    a, b, c = (writer.vertex(*p) for p in ((1, 0, 0), (0, 1, 0), (0, 0, 0)))
+    edges = [
+        writer.edge(b, a, writer.circle(1)),
+        writer.edge(b, c, writer.line((0, 1, 0), (0, -1, 0))),
+        writer.edge(c, a, writer.line((0, 0, 0), (1, 0, 0))),
+    ]
+    face = writer.face(writer(f"PLANE('',{writer.frame()})"), writer.bound(writer.loop(*edges)))
+    (skipped,) = writer.read(writer.shell(face, writer.square())).reading.skipped_faces
+    assert "do not follow" in skipped.reason
