@@ -292,9 +292,7 @@ def test_a_system_that_cannot_confine_children_is_logged_once(
 @is_linux
 def test_a_step_may_have_less_time_than_the_file() -> None:
     """The payload computes for 0.3 s, in a step of 0.1 s; or in one of 1 s, and the limit stays."""
-    start = time.monotonic()
     assert refuse("step", [0.1, 0.3]) == (InvalidRequest, "malformed_file")
-    assert time.monotonic() - start < 5
     assert 4 < read("step", [1.0, 0.3]).tree["left"] < 4.8
 
 
