@@ -41,8 +41,9 @@ export const requests: MeshRequest[] = [
 
 // @ts-expect-error a surface needs a control net
 export const empty: SurfaceDefinition = { type: 'bezier' };
-// @ts-expect-error a point needs three numbers
 export const flat: SurfaceDefinition = { control_net: [[[0, 0], [0, 1]], [[1, 0], [1, 1]]] };
+// @ts-expect-error a point needs two or three numbers
+export const line: SurfaceDefinition = { control_net: [[[0], [1]], [[1], [2]]] };
 // @ts-expect-error a coordinate is a number, not a text
 export const text: SurfaceDefinition = { control_net: [[['0', 0, 0]]] };
 // @ts-expect-error no kind of surface has this name
