@@ -155,10 +155,11 @@ test-properties: $(VENV)/.dev ## Try every property of the tests on 300 random e
 test-recipes: $(VENV)/.dev tests/web/node_modules/.package-lock.json ## Follow the recipes of CONTRIBUTING.md with small examples, then leave out one step at a time
 	$(BIN)/python -m tools.recipes
 
-judge-queries: $(VENV)/.dev ## Search for nearer points and missed hits on surfaces and parts of every family (two hours)
+judge-queries: $(VENV)/.dev build/occ/.ready ## Search for nearer points and missed hits on surfaces and parts of every family (two hours)
 	$(BIN)/python -m tools.judge.closest
 	$(BIN)/python -m tools.judge.rays
 	$(BIN)/python -m tools.judge.parts
+	$(BIN)/python -m tools.judge.part_measures build/occ/bin/python
 	$(BIN)/python -m tools.judge.sections
 
 web: $(SWAGGER)/LICENSE $(THREE)/LICENSE ## Fetch the scripts of / and /docs from the npm registry

@@ -1,5 +1,7 @@
 """Partials of the curves and surfaces of a brep's document, with 64 bits of mantissa."""
 
+from typing import Any
+
 import numpy as np
 
 from oracles.brep_documents import Array, Long, Net, Spline, evaluate_basis
@@ -28,23 +30,36 @@ def _derive(knots: Array, points: Long, degree: int) -> tuple[Array, Long, int]:
     return knots[1:-1], degree * np.diff(points, axis=0) / length, degree - 1
 
 
-def evaluate_surface(net: Net, places: Array) -> tuple[Long, Long]:
-    """Points (m, 3) and partials (m, 2, 3) of a surface at places (m, 2)."""
+def evaluate_surface(net: Net, places: Array, *, is_long: bool = True) -> tuple[Long, Long]:
+    """Points (m, 3) and partials (m, 2, 3) of a surface at places (m, 2).
+
+    Without `is_long` sums have 53 bits of mantissa, which is five times faster.
+    """
     weights = net.weights[..., np.newaxis].astype(np.longdouble)
     points = np.concatenate([net.points * weights, weights], axis=2)
+    kind: Any = np.longdouble if is_long else np.float64
+    bases = [
+        [
+            (rows, values.astype(kind))
+            for rows, values in (
+                evaluate_basis(knots, degree, at),
+                evaluate_basis(knots[1:-1], degree - 1, at),
+            )
+        ]
+        for knots, degree, at in zip(net.knots, net.degree, places.T, strict=True)
+    ]
     values = []
-    for order in ((0, 0), (1, 0), (0, 1)):
-        grid, knots, degrees = points, list(net.knots), list(net.degree)
-        for axis in range(2):
-            if order[axis]:
-                moved = np.moveaxis(grid, axis, 0)
-                knots[axis], moved, degrees[axis] = _derive(knots[axis], moved, degrees[axis])
-                grid = np.moveaxis(moved, 0, axis)
-        (rows, u), (columns, v) = (
-            evaluate_basis(knots[k], degrees[k], places[:, k]) for k in range(2)
-        )
-        at = rows[:, :, np.newaxis], columns[:, np.newaxis, :]
-        values.append(np.einsum("mi,mj,mijk->mk", u, v, grid[at]))
+    for i, j in ((0, 0), (1, 0), (0, 1)):
+        grid = points
+        if i:
+            grid = _derive(net.knots[0], grid, net.degree[0])[1]
+        if j:
+            grid = _derive(net.knots[1], grid.transpose(1, 0, 2), net.degree[1])[1]
+            grid = grid.transpose(1, 0, 2)
+        (rows, u), (columns, v) = bases[0][i], bases[1][j]
+        nets = grid.astype(kind)[rows[:, :, np.newaxis], columns[:, np.newaxis, :]]
+        sums = (u[:, :, np.newaxis, np.newaxis] * nets).sum(axis=1)
+        values.append((v[:, :, np.newaxis] * sums).sum(axis=1))
     w = values[0][:, 3:]
     point = values[0][:, :3] / w
     return point, np.stack([(each[:, :3] - each[:, 3:] * point) / w for each in values[1:]], axis=1)

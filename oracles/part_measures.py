@@ -10,31 +10,18 @@ nearest to the edge.
 The errors are those of the rule: all is computed with pieces and with halves of pieces.
 """
 
-from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from oracles.brep_documents import Array, Long, Spline
 from oracles.brep_partials import evaluate_curve, evaluate_surface
-from oracles.coedges import Coedge, iterate_coedges, read_edge
-from oracles.feet import find_nearest_places
+from oracles.coedges import iterate_coedges, read_edge
+from oracles.loop_nodes import GUESS, divide_curve, list_nodes, place_nodes
 from oracles.parts import Document, Face, Part
 
-NODES = 16
-"""Nodes of the rule of Gauss in each piece."""
-
-PIECES = 2
+PIECES = 1
 """Pieces of a span, at first."""
-
-SAMPLES = 30
-"""Samples of a span of a curve; between two of them it crosses a knot line of the surface once."""
-
-BISECTIONS = 30
-"""Halvings of the step in which a curve crosses a knot line."""
-
-GUESS = 1e-3
-"""Flatness of traced parameter curves, from which the nearest points are searched."""
 
 AT_A_TIME = 40_000
 """Points of a surface that are evaluated together."""
@@ -43,7 +30,8 @@ AT_A_TIME = 40_000
 class Measured(NamedTuple):
     """Area, volume and first moments (x, y, z) about an origin, (5,), and errors (5,).
 
-    An open part has the volumes of the cones from the origin to its faces.
+    The volume of a closed part is that inside of its faces and of the strips between these and the
+    edges; an open part has the volumes of the cones from the origin to its faces and strips.
     """
 
     values: Array
@@ -66,7 +54,7 @@ def _measure_face(face: Face, origin: Array, pieces: int) -> Array:
     # Outer loops run counter-clockwise: towards greater v where u is greatest.
     sign = -1.0 if outer == 0 else 1.0
     total, turns = np.zeros(5, np.longdouble), 0.0
-    for nodes, weights in _list_nodes(face, entry, outer, pieces):
+    for nodes, weights in list_nodes(face, entry, outer, pieces):
         total += sign * _integrate(face, (nodes, weights), outer, origin, pieces)
         turns += float(weights.sum())
     low, high = face.domain
@@ -84,118 +72,52 @@ def _measure_face(face: Face, origin: Array, pieces: int) -> Array:
         spline = Spline(
             1, np.concatenate([inner[:1], inner, inner[-1:]]), places, np.ones(len(inner))
         )
-        nodes, rates, steps = _divide(face, spline, pieces)
+        nodes, rates, steps = divide_curve(face, spline, pieces)
         weights = rates[:, outer] * steps
         total += _integrate(face, (nodes, weights), outer, origin, pieces)
+    total[1:] += _measure_strips(face, entry, origin, pieces)
     flips = bool(entry.get("reversed")) + (np.linalg.det(face.matrix[:3, :3]) < 0)
     if flips % 2:
         total[1:] *= -1
     return total.astype(np.float64)
 
 
-def _list_nodes(
-    face: Face, entry: Document, outer: int, pieces: int
-) -> Iterator[tuple[Array, Long]]:
-    """Places (m, 2) along each coedge of a face, and their weights (m,) of the outer integral."""
+def _measure_strips(face: Face, entry: Document, origin: Array, pieces: int) -> Long:
+    """Volume and moments (4,) of the strips between the parameter curves of a face and its edges.
+
+    A strip consists of the lines between points of both at equal parameters.
+    """
+    total = np.zeros(4, np.longdouble)
+    x, w = np.polynomial.legendre.leggauss(4)
     for loop in entry.get("loops") or []:
-        assert face.document is not None
-        coedges = list(iterate_coedges(face.document, entry, loop, face.net, GUESS))
-        edges = loop.get("edges") or [None] * len(coedges)
-        ends = []
-        for coedge, edge in zip(coedges, edges, strict=True):
-            if coedge.is_traced:
-                places, rates, steps = _trace(face, coedge, read_edge(face.document, edge), pieces)
-            else:
-                places, rates, steps = _divide(face, coedge.curve, pieces)
-            sign = -1.0 if coedge.is_reversed else 1.0
-            yield face.move_inside(places), sign * rates[:, outer] * steps
-            t = np.array(coedge.curve.domain)
-            ends.append(coedge.curve.at(t[::-1] if coedge.is_reversed else t).astype(np.float64))
-        for (_, end), (start, _) in zip(ends, [*ends[1:], ends[0]], strict=True):
-            turns = np.abs(start - end) / np.where(face.periods > 0, face.periods, np.inf)
-            if (end != start).any() and turns.max() < 0.5:
-                spline = Spline(1, np.array([0.0, 0, 1, 1]), np.stack([end, start]), np.ones(2))
-                places, rates, steps = _divide(face, spline, 1)
-                yield face.move_inside(places), rates[:, outer] * steps
-
-
-def _divide(face: Face, curve: Spline, pieces: int) -> tuple[Array, Long, Long]:
-    """Nodes of a parameter curve: places (m, 2), derivatives (m, 2), and weights (m,)."""
-
-    def evaluate(t: Array) -> Array:
-        return curve.at(t).astype(np.float64)
-
-    t, steps = _list_parameters(face, curve, evaluate, pieces)
-    places, rates = evaluate_curve(curve, t)
-    return places.astype(np.float64), rates, steps
-
-
-def _list_parameters(
-    face: Face, curve: Spline, evaluate: Callable[[Array], Array], pieces: int
-) -> tuple[Array, Long]:
-    """Nodes and weights between the knots of a curve, and where it crosses knots of the surface."""
-    first, last = curve.domain
-    knots = np.unique(curve.knots[(curve.knots >= first) & (curve.knots <= last)])
-    share = np.linspace(0, 1, SAMPLES)[:-1]
-    t = np.append((knots[:-1, np.newaxis] + np.diff(knots)[:, np.newaxis] * share).ravel(), last)
-    places = evaluate(t)
-    breaks = [knots]
-    for axis in range(2):
-        period = face.periods[axis]
-        turns = (-1, 0, 1) if period > 0 else (0,)
-        for knot in np.unique(face.net.knots[axis]):
-            for turn in turns:
-                value = knot + turn * period
-                side = places[:, axis] < value
-                row = np.flatnonzero(side[1:] != side[:-1])
-                if not len(row):
-                    continue
-                low, high, is_below = t[row], t[row + 1], side[row]
-                for _ in range(BISECTIONS):
-                    middle = (low + high) / 2
-                    is_first = (evaluate(middle)[:, axis] < value) == is_below
-                    low, high = np.where(is_first, middle, low), np.where(is_first, high, middle)
-                breaks.append(high)
-    ends = np.unique(np.concatenate(breaks))
-    # Crossings at knots of the curve are found up to rounding.
-    kept = np.append(True, np.diff(ends) > 1e-12 * (last - first))
-    kept[-1] = True
-    return _place_nodes(ends[kept], pieces)
-
-
-def _place_nodes(knots: Array, pieces: int) -> tuple[Array, Long]:
-    """Nodes and weights of the rule of Gauss in pieces of all spans between knots."""
-    x, w = np.polynomial.legendre.leggauss(NODES)
-    share = np.linspace(0, 1, pieces + 1)[:-1]
-    starts = (knots[:-1, np.newaxis] + np.diff(knots)[:, np.newaxis] * share).ravel()
-    halves = np.repeat(np.diff(knots) / (2 * pieces), pieces)
-    t = starts[:, np.newaxis] + halves[:, np.newaxis] * (1 + x)
-    return t.ravel(), (halves[:, np.newaxis] * w).ravel().astype(np.longdouble)
-
-
-def _trace(face: Face, coedge: Coedge, space: Spline, pieces: int) -> tuple[Array, Long, Long]:
-    """Places (m, 2) of the surface nearest to an edge, their derivatives, and weights (m,)."""
-    guess = coedge.curve
-
-    def evaluate(t: Array) -> Array:
-        return find_nearest_places(face.net, space.at(t), guess.at(t).astype(np.float64))
-
-    t, steps = _list_parameters(face, space, evaluate, pieces)
-    _, rates = evaluate_curve(space, t)
-    places = evaluate(t)
-    _, partials = evaluate_surface(face.net, places)
-    # The foot moves as the part of the derivative along the surface says, up to the gap.
-    gram = np.einsum("mki,mli->mkl", partials, partials)
-    right = np.einsum("mki,mi->mk", partials, rates)
-    determinant = gram[:, 0, 0] * gram[:, 1, 1] - gram[:, 0, 1] ** 2
-    solution = np.stack(
-        [
-            gram[:, 1, 1] * right[:, 0] - gram[:, 0, 1] * right[:, 1],
-            gram[:, 0, 0] * right[:, 1] - gram[:, 0, 1] * right[:, 0],
-        ],
-        axis=1,
-    )
-    return places, solution / determinant[:, np.newaxis], steps
+        if face.document is None or not loop.get("edges"):
+            continue
+        coedges = iterate_coedges(face.document, entry, loop, face.net, GUESS)
+        for coedge, edge in zip(coedges, loop["edges"], strict=True):
+            if coedge.is_traced or face.document["edges"][edge].get("degenerate"):
+                continue
+            space, (first, last) = read_edge(face.document, edge), coedge.curve.domain
+            low, high = space.domain
+            knots = first + (space.knots - low) * ((last - first) / (high - low))
+            knots = np.concatenate([knots, coedge.curve.knots])
+            t, steps = place_nodes(np.unique(np.clip(knots, first, last)), pieces)
+            places, rates = evaluate_curve(coedge.curve, t)
+            on_face, partials = evaluate_surface(
+                face.net, face.move_inside(places.astype(np.float64))
+            )
+            along_face = np.einsum("mk,mki->mi", rates, partials)
+            share = np.clip(low + (t - first) * ((high - low) / (last - first)), low, high)
+            on_edge, along_edge = evaluate_curve(space, share)
+            along_edge = along_edge * ((high - low) / (last - first))
+            turn = face.matrix[:3, :3].T.astype(np.longdouble)
+            for s, weight in zip((1 + x) / 2, w / 2, strict=True):
+                point = ((1 - s) * on_face + s * on_edge) @ turn + face.matrix[:3, 3] - origin
+                along = ((1 - s) * along_face + s * along_edge) @ turn
+                normal = np.cross((on_edge - on_face) @ turn, along)
+                values = np.column_stack([(point * normal).sum(axis=1) / 3, point**2 * normal / 2])
+                sign = -1.0 if coedge.is_reversed else 1.0
+                total += sign * weight * (steps[:, np.newaxis] * values).sum(axis=0)
+    return total
 
 
 def _integrate(
@@ -209,7 +131,7 @@ def _integrate(
     total = np.zeros(5, np.longdouble)
     for begin, end in zip(breaks, [*breaks[1:], np.inf], strict=True):
         rows = np.flatnonzero(places[:, inner] > begin)
-        x, w = _place_nodes(np.array([0.0, 1.0]), pieces)
+        x, w = place_nodes(np.array([0.0, 1.0]), pieces)
         for first in range(0, len(rows), max(1, AT_A_TIME // len(x))):
             some = rows[first : first + max(1, AT_A_TIME // len(x))]
             length = np.minimum(places[some, inner], end) - begin
@@ -224,7 +146,7 @@ def _integrate(
 
 def _list_integrands(face: Face, places: Array, origin: Array) -> Long:
     """The integrands (m, 5): |N|, (S − o) · N / 3, (S − o)² N / 2, where N = S_u × S_v."""
-    point, partials = evaluate_surface(face.net, places)
+    point, partials = evaluate_surface(face.net, places, is_long=False)
     turn = face.matrix[:3, :3].T.astype(np.longdouble)
     offset = point @ turn + face.matrix[:3, 3] - origin
     normal = np.cross(partials[:, 0] @ turn, partials[:, 1] @ turn)

@@ -15,6 +15,7 @@ from tools.judge.findings import Findings
 from tools.judge.judged_part import JudgedPart, open_case
 from tools.judge.part_cases import build_case, list_names
 from tools.judge.part_closest import check_places, compare_distances, compare_signs, find_signs
+from tools.judge.part_measures import compare, compare_others, judge_case
 from tools.judge.part_points import judge_points
 from tools.judge.part_rays import Rays, check_first, check_hits, find_missed
 from tools.judge.parts import main
@@ -110,3 +111,30 @@ def test_hits_that_are_missed_or_invented_are_found(box: JudgedPart) -> None:
         check_hits(box, rays, findings)
         check_first(rays, first, findings)
         assert bool(findings.counts["wrong"]) == (number > 0), number
+
+
+def test_measures_that_are_not_true_are_found(box: JudgedPart) -> None:
+    """The box has the area 2200 and the volume 6000."""
+    row = judge_case("solid box")
+    assert not row.faults
+    assert set(row.intervals) == {"area", "volume"}
+
+    def enclose(value: float) -> dict[str, float]:
+        return {"value": value, "low": value - 1e-6, "high": value + 1e-6}
+
+    right = {
+        "area": enclose(2200), "volume": enclose(6000), "centroid": [*map(enclose, (5, 10, 15))]
+    }  # fmt: skip
+    assert not compare(box, right).faults
+    for wrong in (
+        right | {"area": enclose(2200.1)},
+        right | {"volume": enclose(-6000)},
+        right | {"centroid": [*map(enclose, (5, 10, 15.1))]},
+        {"area": enclose(2200)},
+    ):
+        assert len(compare(box, wrong).faults) == 1
+    values = {"area": [2200.0], "volume": [6000.1, 6000.0]}
+    assert compare_others(row, {"file": values})[1:] == ([], [])
+    # The judge says that the interval is right, so a value beyond it is disputed.
+    _, faults, disputed = compare_others(row, {"file": values | {"area": [2200.1]}})
+    assert (len(faults), len(disputed)) == (0, 1)

@@ -112,7 +112,8 @@ def check_places(judged: JudgedPart, points: Array, answer: Any, findings: Findi
     places, near_edge = np.array(answer["uv"]), np.array(answer["near_edge"])
     on_face = judged.evaluate(face, places)
     from_face = np.linalg.norm(on_face - positions, axis=1)
-    gaps = judged.gaps[face]
+    # The gap of an edge is that of any of its faces.
+    gaps = np.where(near_edge, judged.gaps.max(), judged.gaps[face])
     allowed = ON_PART * size + np.where(near_edge, gaps, 0.0)
     findings.add(
         "position of point", from_face > allowed,

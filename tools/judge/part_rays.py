@@ -174,7 +174,8 @@ def check_hits(judged: JudgedPart, rays: Rays, findings: Findings) -> None:
             f"{face[number]} at {places[number].tolist()}, near_edge {near_edge[number]}"
         )
 
-    gaps = judged.gaps[face]
+    # The gap of an edge is that of any of its faces.
+    gaps = np.where(near_edge, judged.gaps.max(), judged.gaps[face])
     thickness = 1.01 * THICKNESS * judged.diagonal + ON_PART * rays.reach[ray]
     allowed = thickness + np.where(near_edge, GAPS * gaps, 0.0)
     offset = positions - rays.origins[ray]
