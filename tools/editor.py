@@ -14,7 +14,7 @@ READY = 'html[data-state="ready"]'
 
 SADDLE = "/?surface=saddle&resolution=6"
 WINDOW: ViewportSize = {"width": 880, "height": 440}
-DEFAULT_CHOICES = {"look": "shaded", "accuracy": "resolution"}
+DEFAULT_CHOICES = {"look": "shaded", "accuracy": "resolution", "section": "off"}
 
 
 def open_profile(browser: Browser) -> Stage:

@@ -125,6 +125,107 @@ def test_area_and_volume_are_measured_after_a_click(page: Page) -> None:
     assert read_value(page, "volume") == pytest.approx(4 / 3 * math.pi, rel=1e-5)
 
 
+def cut(page: Page, axis: str) -> tuple[float, str]:
+    """Chooses the axis of the section; returns the length of its lines, and the text about them."""
+    with page.expect_response(lambda response: response.url.endswith("/v1/intersect")):
+        page.check(f'input[name="section"][value="{axis}"]', force=True)
+    page.wait_for_selector("#section-row:visible")
+    return read_value(page, "section"), page.inner_text("#section")
+
+
+def list_offsets(documents: list[Any]) -> list[float]:
+    """The offsets of the planes in these requests."""
+    requests = [document for document in documents if document and "planes" in document]
+    return [offset for request in requests for offset in request["planes"]["offsets"]]
+
+
+def cut_and_click(page: Page) -> tuple[tuple[float, str], str, str, list[float]]:
+    """The section across z, its offset, and face and parameters of a click on the surface."""
+    section, offset = cut(page, "z"), page.inner_text("#section-offset-value")
+    page.check('input[name="section"][value="off"]', force=True)
+    box = page.locator("#view").bounding_box()
+    assert box is not None
+    page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] * 0.35)
+    page.wait_for_selector("#probe-row:visible")
+    parameters = (page.locator("#probe").get_attribute("value") or "").split(",")
+    face = page.inner_text("#probe").split(", ")[0]
+    return section, offset, face, [float(parameter) for parameter in parameters]
+
+
+def test_a_section_follows_its_slider_and_the_surface(page: Page) -> None:
+    assert page.is_hidden("#section-slider")
+    # The saddle is z = x y: a plane x = 0 cuts it in one line of length 2.
+    length, text = cut(page, "x")
+    assert length == pytest.approx(2)
+    assert text == "0 loops, 1 open line, length 2"
+    page.click("#open")
+    with page.expect_response(lambda response: response.url.endswith("/v1/intersect")):
+        page.click('[data-example="sphere"]')
+    page.wait_for_selector("#section:has-text('1 loop, 0 open lines')")
+    assert read_value(page, "section") == pytest.approx(2 * math.pi, rel=1e-3)
+    assert page.inner_text("#section-offset-value") == "x = 0"
+    documents: list[Any] = []
+    page.on("request", lambda request: documents.append(request.post_data_json))
+    # The slider moves in one go from the middle to 0.8 of the way from −1 to 1.
+    page.locator("#section-offset").evaluate(
+        """slider => [0.6, 0.7, 0.8].forEach((value) => {
+            slider.value = value;
+            slider.dispatchEvent(new Event('input'));
+        })"""
+    )
+    page.wait_for_function(
+        "length => Math.abs(Number(document.getElementById('section').value) - length) < 0.01",
+        arg=2 * math.pi * 0.8,
+    )
+    assert list_offsets(documents) == [0.6]
+    assert page.get_attribute("#section-offset", "aria-valuetext") == "x = 0.6"
+    with page.expect_response(lambda response: response.url.endswith("/v1/intersect")):
+        page.fill("#section-offset", "0.5")
+    page.check('input[name="section"][value="off"]', force=True)
+    assert page.is_hidden("#section-row")
+    assert page.is_hidden("#section-slider")
+    page.fill("#resolution", "7")
+    page.wait_for_selector(READY)
+    assert page.is_hidden("#section-row")
+    assert list_offsets(documents) == [0.6, 0]
+
+
+def test_sections_of_a_part_are_loops_in_any_unit(page: Page) -> None:
+    """A unit scales the scene to metres, but the numbers that the page shows are in the unit."""
+    page.click("#open")
+    surface = perform(page, lambda: page.click('[data-example="plate-with-holes"]'))["surface"]
+    found = cut_and_click(page)
+    # Half way up, the border of the plate and those of its three holes: two of radius 3, one of 8.
+    (length, text), offset, face, parameters = found
+    assert offset == "z = 4"
+    assert text.startswith("4 loops, 0 open lines, length ")
+    assert length > 2 * math.pi * (3 + 3 + 8)
+    assert face.startswith("face ")
+    page.click("#open")
+    page.fill("#paste", json.dumps(surface | {"metres_per_unit": 0.001}))
+    perform(page, lambda: page.click("#paste-open"))
+    *others, parameters_in_unit = cut_and_click(page)
+    assert others == [*found[:3]]
+    assert parameters_in_unit == pytest.approx(parameters, abs=2)  # the view has moved a little
+    page.click("#open")
+    perform(page, lambda: page.click('[data-example="hair"]'))  # later tests need the resolution
+
+
+def test_a_refused_section_is_an_error_until_it_is_switched_off(editor: Stage) -> None:
+    """This test ignores the console, because the browser itself writes refused requests there."""
+    page = editor.page
+    reset_editor(page)
+    cut(page, "y")
+    page.click("#open")
+    page.click('[data-example="hair"]')  # a tube
+    page.wait_for_selector("#problem:visible")
+    assert "Tubes and ribbons" in page.inner_text("#problem")
+    assert page.is_hidden("#section-row")
+    page.wait_for_selector(READY)  # the mesh is shown
+    page.check('input[name="section"][value="off"]', force=True)
+    assert page.is_hidden("#problem")
+
+
 def test_a_drag_with_an_axis_changes_one_coordinate(page: Page) -> None:
     start, old_point = select_point(page, 4), read_point(page)
     page.check('input[name="axis"][value="x"]', force=True)

@@ -97,6 +97,38 @@ def test_changes_of_points_and_weights_return_a_changed_copy(page: Page) -> None
     assert result["sharesPatches"]
 
 
+def test_the_lines_of_a_section_are_in_the_scene_until_there_are_none(page: Page) -> None:
+    """The document has z up and half metres; the scene has y up and metres."""
+    result = page.evaluate(
+        """async () => {
+          const { Scene, Vector3 } = await import('/page/three.js');
+          const { SectionView } = await import('/page/section-view.js');
+          const { toDocument, toScene } = await import('/page/frame.js');
+          const surface = { up: 'z', metres_per_unit: 0.5 };
+          const scene = new Scene();
+          const view = new SectionView({ scene, draw: () => {} });
+          const lines = [[[2, 4, 6], [2, 8, 6], [2, 8, 4]], [[0, 0, 0], [2, 0, 0]]];
+          view.show(lines.map((points) => points.map((point) => toScene(surface, point))));
+          scene.updateMatrixWorld(true);
+          const [group] = scene.children;
+          const ends = group.children.map((object) => {
+            const position = object.geometry.getAttribute('position');
+            return Array.from({ length: position.count }, (_, i) => {
+              const point = new Vector3().fromBufferAttribute(position, i);
+              return toDocument(surface, point.applyMatrix4(object.matrixWorld).toArray());
+            });
+          });
+          const first = toScene(surface, lines[0][0]);
+          view.show([]);
+          return { ends, first, remaining: scene.children.length };
+        }"""
+    )
+    pairs = [[2, 4, 6], [2, 8, 6], [2, 8, 6], [2, 8, 4], [0, 0, 0], [2, 0, 0]]
+    assert np.array_equal(result["ends"], [pairs, pairs])  # drawn faintly, and strongly
+    assert result["first"] == [1, 3, -2]
+    assert result["remaining"] == 0
+
+
 def test_only_one_request_runs_and_the_newest_document_is_sent_next(page: Page) -> None:
     result = page.evaluate(
         """async () => {

@@ -28,7 +28,7 @@ FOCUS = """() => {
 TAB_ORDER = [
     *("open", "help", "theme", "view", "fit", "point-previous", "point", "point-next"),
     *("x", "y", "z", "weight-slider", "weight", "axis"),
-    *("look", "show-net", "show-wires", "accuracy", "resolution"),
+    *("look", "show-net", "show-wires", "accuracy", "resolution", "section"),
     *(fmt.suffix for fmt in FORMATS),
     *("copy-link", "copy-curl", "copy-snippet"),
 ]
@@ -69,6 +69,8 @@ def test_axe_finds_no_violations_in_the_page_and_its_dialogs(
         assert list_violations(page) == [], opener
         page.keyboard.press("Escape")
     select_point(page, 2)
+    page.check('input[name="section"][value="x"]', force=True)
+    page.wait_for_selector("#section-row:visible")
     assert list_violations(page) == []
     # The page is not wider than the window, so it does not scroll sideways.
     assert page.evaluate("document.documentElement.scrollWidth") == size[0]

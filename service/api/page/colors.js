@@ -8,14 +8,15 @@
  * @property {string} wires  the wireframe of the mesh
  * @property {string} point
  * @property {string} chosen
+ * @property {string} section  lines of a section
  * @property {string} alarm  the chosen point, if an error names it
  * @property {number} shadow  opacity of the shadow on the floor
  */
 
 /** @type {{light: Palette, dark: Palette}} */
 export const PALETTES = {
-  light: { name: 'black', glaze: '#2f86a0', net: '#5b4a36', wires: '#0d2833', point: '#3b2f22', chosen: '#e2711d', alarm: '#c8102e', shadow: 0.26 },
-  dark: { name: 'white', glaze: '#3a93ae', net: '#d8cdb9', wires: '#04141b', point: '#efe6d6', chosen: '#ffa04d', alarm: '#ff5c6c', shadow: 0.5 },
+  light: { name: 'black', glaze: '#2f86a0', net: '#5b4a36', wires: '#0d2833', point: '#3b2f22', chosen: '#e2711d', section: '#f012a6', alarm: '#c8102e', shadow: 0.26 },
+  dark: { name: 'white', glaze: '#3a93ae', net: '#d8cdb9', wires: '#04141b', point: '#efe6d6', chosen: '#ffa04d', section: '#ff6fd0', alarm: '#ff5c6c', shadow: 0.5 },
 };
 
 /** Blue, through a light grey, to orange: readers with any kind of colour vision can distinguish the

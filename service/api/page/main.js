@@ -14,6 +14,7 @@ import { hideProblem, showProblem, watchProblems } from './problems.js';
 import { clearReadouts, showReadouts, speakReadouts } from './readouts.js';
 import { readReport } from './report.js';
 import { createContext } from './scene.js';
+import { Section } from './section.js';
 import { NoResponse, Refusal } from './service.js';
 import { fromQuery, meshOptions } from './settings.js';
 import { watchShare } from './share.js';
@@ -66,7 +67,9 @@ const requests = new MeshRequests({
     // After a refusal too; when no request waits, `idle` makes it `ready`.
     root.dataset.state = 'busy';
     showReadouts(report, { bytes, serverTime, roundTrip });
-    if (!coarse) speakReadouts(report);
+    if (coarse) return;
+    speakReadouts(report);
+    section.showMesh(report.bounds);
   },
   failed: (error) => fail(error),
   idle: () => { if (root.dataset.state === 'busy') root.dataset.state = 'ready'; },
@@ -124,6 +127,11 @@ state.listen((change) => {
 watchTheme(() => view?.updateLook());
 const probe = new Probe(state);
 const measures = new Measure(state);
+const section = new Section(state, {
+  show: (polylines) => view?.showSection(polylines),
+  failed: (error) => showProblem(error, state),
+  mended: () => { if (root.dataset.state !== 'refused' && root.dataset.state !== 'away') hideProblem(); },
+});
 element('measure', HTMLButtonElement).addEventListener('click', () => { measures.ask().catch(fail); });
 if (view) {
   view.clicked = (point) => {

@@ -182,7 +182,7 @@ function buildDotTexture() {
  * @template {import('./three.js').Material} M
  * @param {M} material @returns {M}
  */
-function drawNearer(material) {
+export function drawNearer(material) {
   material.onBeforeCompile = (shader) => {
     const project = '#include <project_vertex>';
     shader.vertexShader = shader.vertexShader

@@ -92,6 +92,19 @@ export async function measure(surface) {
   return post('v1/measure', { surface, tolerance: 1e-6 });
 }
 
+/** A line of a section; a closed one ends at its first point. @typedef {{closed: boolean, points: number[][]}} Polyline */
+
+/**
+ * The lines in which the plane of all points with this coordinate cuts a surface.
+ * @param {Surface} surface @param {number} axis  0 for x, 1 for y, 2 for z @param {number} offset  the coordinate
+ * @returns {Promise<Polyline[]>}
+ */
+export async function section(surface, axis, offset) {
+  const planes = { normals: [[0, 1, 2].map((k) => Number(k === axis))], offsets: [offset] };
+  const { sections: [{ polylines }] } = await post('v1/intersect', { surface, planes, relative_tolerance: 1e-4 });
+  return polylines;
+}
+
 /** @param {string} path @param {object} content @returns {Promise<any>} */
 async function post(path, content) {
   const headers = { 'Content-Type': 'application/json' };

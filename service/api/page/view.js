@@ -2,11 +2,13 @@
 // page still works.
 
 import { paintLegend, PALETTES } from './colors.js';
+import { toDocument, toScene } from './frame.js';
 import { Raycaster } from './three.js';
 import { NetView } from './net-view.js';
 import { checkRadio, getChecked, element, write } from './page.js';
 import { watchPointer } from './pointer.js';
 import { Stage } from './scene.js';
+import { SectionView } from './section-view.js';
 import { hasSweep, chooseLook } from './settings.js';
 import { SurfaceView } from './surface-view.js';
 import { theme } from './theme.js';
@@ -26,6 +28,7 @@ export class View {
     this.stage = new Stage(element('view', HTMLCanvasElement), context);
     this.surfaceView = new SurfaceView(this.stage);
     this.netView = new NetView(this.stage);
+    this.sectionView = new SectionView(this.stage);
     /** Whether the open document has not been shown yet. */
     this.isNew = true;
     /** Number of the control point that an error names, or -1. */
@@ -65,10 +68,13 @@ export class View {
     caster.setFromCamera(mouse, this.stage.camera);
     const [hit] = caster.intersectObjects(this.surfaceView.meshes, false);
     if (!hit) return;
-    const { x, y, z } = hit.point;
     this.surfaceView.markFace(hit);
-    // In the scene the y axis points up; the document may have z up.
-    this.clicked(this.state.surface.up === 'z' ? [x, -z, y] : [x, y, z]);
+    this.clicked(toDocument(this.state.surface, hit.point.toArray()));
+  }
+
+  /** Draws the lines of a section of the document, in place of the present ones. @param {{points: number[][]}[]} polylines */
+  showSection(polylines) {
+    this.sectionView.show(polylines.map(({ points }) => points.map((point) => toScene(this.state.surface, point))));
   }
 
   /** Removes the mesh: it belongs to a document that is no longer open. */
@@ -111,6 +117,7 @@ export class View {
     // The invitation to move a point is hidden after the first move.
     hide('invitation', this.isNew || history.canUndo || !settings.net || net.handles.length === 0);
     this.netView.paint(palette, chosen >= 0 && chosen === this.errorIndex);
+    this.sectionView.paint(palette);
     this.stage.paint(palette);
   }
 
