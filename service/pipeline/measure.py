@@ -9,7 +9,14 @@ from service.encoders.content import list_skipped_faces
 from service.encoders.text import LONGEST_ESCAPE, json_document
 from service.engine.measures.joined_surface import RequestSide
 from service.engine.measures.measure import measure
-from service.engine.measures.values import BUDGET, MAX_LISTED, FaceEdge, MeasureQuery, Measures
+from service.engine.measures.values import (
+    BUDGET,
+    MAX_EDGES,
+    MAX_LISTED,
+    FaceEdge,
+    MeasureQuery,
+    Measures,
+)
 from service.engine.parts.measures.measure import measure_part
 from service.errors import InvalidRequest
 from service.measuring import Measured
@@ -22,13 +29,20 @@ from service.pipeline.query_costs import (
     measure_cost,
     measure_effort,
     measured_points,
+    part_budget,
+    part_measures_cost,
 )
 from service.surface.brep_model import BrepModel
 from service.surface.lowered import GroupModel, PatchModel
-from service.surface.sizes import SurfaceKind, SurfaceSize
+from service.surface.sizes import SurfaceKind
 
 PART_BYTES, SIDE_BYTES = 800, 600
 """The most bytes of a response for each part, without its name; and for each side or border."""
+
+FIRST_PART_POINTS, FIRST_PART_GROWTH = 1 << 16, 64
+"""The budget of the first trial for a part is larger by `FIRST_PART_POINTS`, and by
+`FIRST_PART_GROWTH` for each piece of a border and each patch of a face: most parts need no second
+trial."""
 
 EDGE_BYTES, FACE_BYTES = 130, 500
 """The most bytes of a response for the length of an edge, and for a face that is skipped."""
@@ -62,7 +76,11 @@ def plan_trials(
     last = plan_measure(surface, query, limits)
     size = surface.size()
     budget = FIRST_POINTS + FIRST_GROWTH * measured_points(size)
-    while budget < _max_budget(size, limits):
+    if size.faces:
+        stored = surface.stored_size()
+        pieces = stored.edge_pieces + stored.face_patches
+        budget += FIRST_PART_POINTS + FIRST_PART_GROWTH * pieces
+    while budget < _max_budget(surface, limits):
         trial = replace(query, budget=budget, is_trial=True)
         yield _plan(surface, trial, limits)
         budget *= TRIAL_GROWTH
@@ -79,12 +97,16 @@ def plan_measure(
     TooLarge
         The surface exceeds a limit.
     """
-    return _plan(surface, replace(query, budget=_max_budget(surface.size(), limits)), limits)
+    return _plan(surface, replace(query, budget=_max_budget(surface, limits)), limits)
 
 
-def _max_budget(size: SurfaceSize, limits: Limits) -> int:
+def _max_budget(surface: SurfaceKind, limits: Limits) -> int:
     """The most control points of cells: by the time and half the memory that a request may take."""
-    by_memory = measure_budget(size, limits.max_memory // 2)
+    size, memory = surface.size(), limits.max_memory // 2
+    if size.faces:
+        by_memory = part_budget(size, surface.stored_size(), memory)
+    else:
+        by_memory = measure_budget(size, memory)
     return min(BUDGET, limits.max_multiplications // POINT_EFFORT, by_memory)
 
 
@@ -99,10 +121,14 @@ def _plan(surface: SurfaceKind, query: MeasureQuery, limits: Limits) -> Work[byt
         + 2 * SIDE_BYTES * MAX_LISTED
     )
     if size.faces:
-        check_edges(surface.stored_size(), limits)
-        file_bytes += PART_BYTES * MAX_LISTED + EDGE_BYTES * size.edges + FACE_BYTES * size.faces
+        stored = surface.stored_size()
+        check_edges(stored, limits)
+        file_bytes += PART_BYTES * MAX_LISTED + FACE_BYTES * stored.faces
+        file_bytes += EDGE_BYTES * min(size.edges, MAX_EDGES)
+        cost = part_measures_cost(size, stored, query.budget, file_bytes)
+    else:
+        cost = measure_cost(size, query.budget, file_bytes)
     limits.check_bytes(file_bytes, "/surface")
-    cost = measure_cost(size, query.budget, file_bytes)
     limits.check_memory(cost.memory, "The response", "/surface", "a smaller surface")
     return Work(cost, partial(_measure, surface, query, limits))
 

@@ -36,7 +36,7 @@ cell in addition; and the number of work arrays of a batch of cells, each of whi
 `CHUNK` numbers, or those of one cell if these are more."""
 
 PANEL_BYTES, LENGTH_BYTES, MEASURING_SECONDS = 4000, 300, 1e-2
-"""While a part is measured: bytes for each piece of a border, and for each patch of a face; bytes
+"""Bytes for each piece of a border, and for each patch of a face, while a part is measured; bytes
 for each length of an edge; and the time for a face."""
 
 CELL_BYTES, MAX_CELL_BYTES = 1000, 384 << 20
@@ -188,17 +188,36 @@ def measure_cost(size: SurfaceSize, budget: int, file_bytes: int) -> Cost:
         + MEASURE_ARRAYS * 8 * batch
     )
     seconds = 0.1 + 3e-9 * measure_effort(size.degree) * size.patches
-    if size.faces:
-        memory += prepared_bytes(size) + PANEL_BYTES * (size.edge_pieces + size.face_patches)
-        memory += LENGTH_BYTES * size.edges
-        seconds += MEASURING_SECONDS * size.faces
     return Cost(memory + 2 * file_bytes, seconds, file_bytes)
+
+
+def part_measures_cost(
+    size: SurfaceSize, stored: SurfaceSize, budget: int, file_bytes: int
+) -> Cost:
+    """The cost of the measures of a brep, or of a group with breps.
+
+    Equal breps are measured once: `stored` is `SurfaceKind.stored_size`.
+    """
+    base = measure_cost(size if size.patches else stored, budget, file_bytes)
+    memory = base.memory + PANEL_BYTES * (stored.edge_pieces + stored.face_patches)
+    memory += LENGTH_BYTES * size.edges
+    seconds = MEASURING_SECONDS * stored.faces + 1e-5 * size.edges
+    return replace(base, memory=memory, seconds=base.seconds + seconds)
 
 
 def measure_budget(size: SurfaceSize, memory: int) -> int:
     """The budget with which a measure takes about `memory` bytes; 0 if it always takes more."""
+    return _find_budget(size, memory - measure_cost(size, 0, 0).memory)
+
+
+def part_budget(size: SurfaceSize, stored: SurfaceSize, memory: int) -> int:
+    """As `measure_budget`, for breps and groups with breps."""
+    return _find_budget(size, memory - part_measures_cost(size, stored, 0, 0).memory)
+
+
+def _find_budget(size: SurfaceSize, room: int) -> int:
+    """The most control points of cells in a number of bytes."""
     p, q = size.degree
-    room = memory - measure_cost(size, 0, 0).memory
     return max(0, int(room / (MEASURE_POINT_BYTES + MEASURE_CELL_BYTES / ((p + 1) * (q + 1)))))
 
 

@@ -99,6 +99,7 @@ MEASURED: dict[str, SurfaceKind] = {
     "folded": BezierSurface(FOLDED, np.array([[1, 2], [1.5, 3]])),
     "goblet": find("nurbs-goblet").surface(),
     "triangle": TriangleSurface(np.random.default_rng(4).normal(size=(10, 3))),
+    "part": find("crossed-holes").surface(),
 }
 
 

@@ -286,8 +286,9 @@ class SurfaceMeasures(ResponseModel):
     """The largest distance by which control points were moved so that borders meet. The intervals
     include the effect of this."""
     edge_lengths: list[Interval] | Missing = None
-    """The lengths of all edges of breps, member after member. This and the next fields are only for
-    breps, and groups with breps, whose areas are those of faces as parameter curves trim them."""
+    """The lengths of the edges of breps, member after member: the first 100,000. This and the next
+    fields are only for breps, and groups with breps, whose areas are those of faces as parameter
+    curves trim them."""
     gap_bound: Length | Missing = None
     """Proved: no point of an edge is further than this from the border of a face. The interval of
     the volume includes all ways to close the gaps between faces within this distance of edges."""

@@ -80,6 +80,12 @@ class BorderCurves:
         return np.asarray(steps / self.least_weight * UPWARDS)
 
     @cached_property
+    def sway(self) -> FloatArray:
+        """Approximately, how far x moves along a side, (K,)."""
+        x = self.x if self.w is None else self.x / self.w
+        return np.asarray(np.ptp(x, axis=1).max(axis=0))
+
+    @cached_property
     def steepness(self) -> FloatArray:
         """Bounds of |x′| of the second side and of |y′|, (2, K)."""
         steps = np.abs([self.x_slope_net, self.slope_net]).max(axis=1)
@@ -222,4 +228,6 @@ def _find_axis(z: FloatArray, w: FloatArray | None, error: FloatArray) -> FloatA
         ends = np.abs(1 - z[0] - linear) + np.abs(1 + z[0] - linear)
         return np.asarray(np.maximum(AXES[:, np.newaxis] * linear + ends / 2 + rest, 1.0) * UPWARDS)
     value = Discs.of(z, powers, error).over(Discs.of(w, powers, error))
-    return np.asarray(np.sqrt(1 + np.square(value.largest)) * UPWARDS)
+    center = value.center
+    near = (np.abs(1 - center) + np.abs(1 + center)) / 2 + value.radius
+    return np.asarray(np.minimum(near, np.sqrt(1 + np.square(value.largest))) * UPWARDS)

@@ -183,15 +183,22 @@ class _LocalPanels:
         if integrand == "flux":
             distance = lengths(nets.center) + nets.radius
             limits = limits * np.stack([distance, distance * distance])
-        # If both are alike, the direction along which partials change more is halved.
-        along_tau, along_t = errors[:, 0], errors[:, 1]
-        changes = nets.changes
-        along_v = changes[1] > changes[0]
-        is_known = ~(np.isinf(along_tau[0]) & np.isinf(along_t[0]))
-        along_v = np.where(is_known & (along_t[0] > ALIKE * along_tau[0]), True, along_v)
-        along_v = np.where(is_known & (along_tau[0] > ALIKE * along_t[0]), False, along_v)
-        errors_of_both = np.minimum(along_tau + along_t, limits)
-        return errors_of_both * np.abs(self.rows.sign), along_v
+        errors_of_both = np.minimum(errors.sum(axis=1), limits) * np.abs(self.rows.sign)
+        return errors_of_both, self._choose_directions(errors[0], np.isfinite(heights[1, 0]))
+
+    def _choose_directions(self, errors: FloatArray, is_bounded: Bools) -> Bools:
+        """Whether to halve along t, from the errors (2, K) along τ and along t.
+
+        If both are alike, or not known, the direction is that along which partials change more.
+        `is_bounded` (K,) says whether heights have a bound for complex t.
+        """
+        along_tau, along_t = errors
+        along_u, along_v = self.nets.changes
+        is_more = along_v + along_u * self.curves.sway > along_u * self.curves.width
+        is_known = np.isfinite(along_tau) & np.isfinite(along_t)
+        is_more[is_known & (along_t > ALIKE * along_tau)] = True
+        is_more[is_known & (along_tau > ALIKE * along_t)] = False
+        return np.asarray(is_more | ~is_bounded)
 
     def _bound_integrands(
         self, integrand: Integrand, axis_u: FloatArray, axis_v: FloatArray

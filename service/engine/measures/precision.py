@@ -22,7 +22,13 @@ REMAINDER_SHARE = 0.43
 """The share of the width of an interval that the remainder may take on each side; the rest is for
 rounding."""
 
-NEVER_REFUSED = frozenset({"the borders", "the edges"})
+EDGES, OPEN_EDGES = "the edges", "the open edges"
+"""Names of the lengths of edges of parts, which have a budget of their own."""
+
+EDGE_BUDGET = 1 << 16
+"""The most control points of the cells of edges of a part."""
+
+NEVER_REFUSED = frozenset({"the borders", EDGES, OPEN_EDGES})
 """Quantities for which no query is refused: the length of an edge may be costly where its curve
 turns back, and then has a wider interval; areas and volumes do not depend on it."""
 
@@ -77,9 +83,10 @@ class Precision:
             The query is a trial, and a larger budget would change the result.
         """
         allowed = np.maximum(self.query.tolerance * scales, min_errors)
-        budget = int(self.query.budget * self.share)
+        has_own = name in {EDGES, OPEN_EDGES}
+        budget = int((EDGE_BUDGET if has_own else self.query.budget) * self.share)
         refinement = refine(groups, integrand, allowed, budget)
-        if refinement.used_budget and self.query.is_trial:
+        if refinement.used_budget and self.query.is_trial and not has_own:
             raise BudgetEnded
         # The width that the remainders alone give to the interval, in units of the allowed width.
         width = 2 * REMAINDER_SHARE * refinement.excess

@@ -30,6 +30,10 @@ MAX_LISTED = 100
 """The most edges and borders that a response lists."""
 
 
+MAX_EDGES = 100_000
+"""The most lengths of edges that a response lists."""
+
+
 @dataclass(frozen=True, slots=True)
 class MeasureQuery:
     """The width of the intervals, and the most work for a query.
@@ -207,7 +211,7 @@ class Measures(Generic[Place_co]):
     moved : float
         An upper bound of the distance by which joining moved any point, in model units.
     edge_lengths : tuple of Interval, or None
-        For parts: of the edges of all breps, member after member.
+        For parts: of the edges of all breps, member after member; the first `MAX_EDGES`.
     gap_bound : float or None
         For parts: no border of a face is further than this from its edge. Model units.
     skipped_faces : tuple of SkippedFace, or None

@@ -14,7 +14,7 @@ from service.engine.measures.cells import UPWARDS
 from service.engine.measures.integrals import Integrable, estimate
 from service.engine.measures.panels import Panels
 from service.engine.measures.patch_cells import PatchCells
-from service.engine.measures.precision import REMAINDER_SHARE, Precision
+from service.engine.measures.precision import EDGES, OPEN_EDGES, REMAINDER_SHARE, Precision
 from service.engine.measures.sizes import measure_sizes
 from service.engine.measures.solids import Solid, find_solid
 from service.engine.measures.values import Interval
@@ -38,8 +38,10 @@ class BrepMeasures:
         Of the brep, and of each shell.
     solids : list of Solid
         Likewise; (None, None) for those that are not closed.
+    edge_length : Interval
+        Of all edges of the model together.
     edge_lengths : list of Interval
-        Of the edges of the model.
+        Of each edge.
     boundary_length : Interval
     boundary_lengths : list of Interval
         Of each open border of `borders`.
@@ -50,6 +52,7 @@ class BrepMeasures:
 
     areas: list[Interval]
     solids: list[Solid]
+    edge_length: Interval
     edge_lengths: list[Interval]
     boundary_length: Interval
     boundary_lengths: list[Interval]
@@ -77,15 +80,16 @@ def measure_brep(
     if len(prepared.coedge_edges):
         areas, solids = _measure_faces(placed, uses, precision, allow)
     every = np.arange(len(prepared.model.edge_curves))
-    lengths = _measure_lengths("the edges", list_edge_cells(placed), len(every), precision)
+    lengths = _measure_lengths(EDGES, list_edge_cells(placed), len(every), precision)
     borders = uses.chain_open()
     coedges = np.concatenate([np.zeros(0, np.intp), *(chain for chain, _ in borders)])
     border = np.repeat(np.arange(len(borders)), [len(chain) for chain, _ in borders])
     cells = list_border_cells(placed, coedges, border)
-    boundaries = _measure_lengths("the borders", cells, len(borders), precision)
+    boundaries = _measure_lengths(OPEN_EDGES, cells, len(borders), precision)
     return BrepMeasures(
         [area.times(scale**2) for area in areas],
         solids,
+        lengths[0].times(scale),
         [length.times(scale) for length in lengths[1:]],
         boundaries[0].times(scale),
         [length.times(scale) for length in boundaries[1:]],

@@ -46,6 +46,7 @@ def place_measures(measures: BrepMeasures, matrix: FloatArray, scaling: Interval
     return BrepMeasures(
         scale(measures.areas, square),
         [place(solid) for solid in measures.solids],
+        measures.edge_length.product(scaling),
         scale(measures.edge_lengths, scaling),
         measures.boundary_length.product(scaling),
         scale(measures.boundary_lengths, scaling),

@@ -1,6 +1,7 @@
 """The measures of several bodies together."""
 
 from collections.abc import Sequence
+from itertools import islice
 from math import dist
 
 import numpy as np
@@ -8,6 +9,7 @@ import numpy as np
 from service.engine.measures.joined_surface import RequestSide
 from service.engine.measures.solids import Solid
 from service.engine.measures.values import (
+    MAX_EDGES,
     MAX_LISTED,
     Boundary,
     FaceEdge,
@@ -71,8 +73,8 @@ def join_measures(
         prepared = members.definitions[copy.definition]
         largest = float(prepared.gaps.max(initial=prepared.left_out_gap))
         gap = max(gap, largest * scalings(copy.matrix)[1])
-    lengths = [length for each in copies for length in each.edge_lengths]
-    total_length = Interval.total(lengths) if lengths else Interval(0.0, 0.0, 0.0)
+    lengths = islice((length for each in copies for length in each.edge_lengths), MAX_EDGES)
+    total_length = Interval.total([each.edge_length for each in copies])
     widths = [
         (area, tolerance * area.value),
         (border, tolerance * border.value),
