@@ -5576,8 +5576,9 @@ export interface components {
             moved: number;
             /**
              * Edge Lengths
-             * @description The lengths of all edges of breps, member after member. This and the next fields are only for
-             *     breps, and groups with breps, whose areas are those of faces as parameter curves trim them.
+             * @description The lengths of the edges of breps, member after member: the first 100,000. This and the next
+             *     fields are only for breps, and groups with breps, whose areas are those of faces as parameter
+             *     curves trim them.
              */
             edge_lengths?: components["schemas"]["Interval"][];
             /**

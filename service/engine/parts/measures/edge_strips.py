@@ -57,7 +57,7 @@ def close_faces(placed: PlacedBrep, borders: BorderPieces) -> Closing:
     stretch, radius = placed.stretch, placed.radius
     faces, drifts = len(prepared.surfaces), stretch * pieces.drifts
     coedge, has_edge = pieces.coedge, pieces.edge_span >= 0
-    reaches = np.where(has_edge, stretch * prepared.gaps[coedge] + drifts, np.inf)
+    reaches = np.where(has_edge, stretch * prepared.close_gaps[coedge] + drifts, np.inf)
     strips, rows = _build_strips(placed, borders, reaches)
     for each, piece in zip(strips, rows, strict=True):
         reaches[piece] = np.minimum(reaches[piece], each.bound_gaps())

@@ -71,7 +71,7 @@ def join_measures(
         open_edges += int(measures.uses.is_open.sum())
         inconsistent += int((~measures.uses.is_open).sum())
         prepared = members.definitions[copy.definition]
-        largest = float(prepared.gaps.max(initial=prepared.left_out_gap))
+        largest = float(prepared.close_gaps.max(initial=prepared.left_out_gap))
         gap = max(gap, largest * scalings(copy.matrix)[1])
     lengths = islice((length for each in copies for length in each.edge_lengths), MAX_EDGES)
     total_length = Interval.total([each.edge_length for each in copies])

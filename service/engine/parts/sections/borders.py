@@ -178,7 +178,7 @@ class Borders:
             prepared = brep.prepared
             count = len(prepared.coedge_edges)
             gaps = np.zeros(len(prepared.edge_vertices))
-            np.maximum.at(gaps, prepared.coedge_edges, prepared.gaps)
+            np.maximum.at(gaps, prepared.coedge_edges, prepared.close_gaps)
             rows: dict[str, AnyArray] = {
                 "vertices": (brep.place(prepared.vertices) - origin) / scale,
                 "edge_vertices": prepared.edge_vertices + vertices,
