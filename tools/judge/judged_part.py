@@ -12,6 +12,7 @@ from oracles.part_search import PartSearch
 from oracles.parts import INSIDE, UNSURE, Answers, Part, iterate_members, read_part
 from service.engine.brep.preparation.prepare import prepare
 from service.schemas.surfaces import SurfaceDefinition
+from service.settings.values import Settings
 from service.surface.brep_model import BrepModel
 from tools.certify.part_documents import Document
 from tools.client import Client
@@ -34,6 +35,10 @@ GAP_ROUNDING = 2.0**-42
 
 NEAR = 2.0
 """Regions of the service and of the judge may differ up to this many gaps from an edge."""
+
+
+SETTINGS = Settings(request_timeout=3600)
+"""The time of a request is not judged: the machine may be busy."""
 
 
 class Refused(Exception):

@@ -32,9 +32,8 @@ from oracles.solids import VALID, read_solid
 from service.api.app import create_app
 from service.encoders.cad.registry import DEFINITIONS_BY_NAME
 from service.settings.runtime import pin_blas
-from service.settings.values import Settings
 from tools.client import start_client
-from tools.judge.judged_part import JudgedPart, Refused, open_case, validate
+from tools.judge.judged_part import SETTINGS, JudgedPart, Refused, open_case, validate
 from tools.judge.part_cases import build_case, list_names
 
 TOLERANCE = 1e-8
@@ -74,7 +73,7 @@ class Row(NamedTuple):
 
 def judge_case(name: str) -> Row:
     """The measures of one part, compared with those of the judge."""
-    with start_client(create_app(Settings())) as client:
+    with start_client(create_app(SETTINGS)) as client:
         judged = open_case(build_case(name), client, SAMPLES)
         try:
             answer = _ask(judged)

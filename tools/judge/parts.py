@@ -24,10 +24,9 @@ from typing import TypeAlias
 
 from service.api.app import create_app
 from service.settings.runtime import pin_blas
-from service.settings.values import Settings
 from tools.client import start_client
 from tools.judge.findings import Findings
-from tools.judge.judged_part import SAMPLES, JudgedPart, Refused, open_case
+from tools.judge.judged_part import SAMPLES, SETTINGS, JudgedPart, Refused, open_case
 from tools.judge.part_cases import build_case, list_names
 from tools.judge.part_closest import judge_closest
 from tools.judge.part_points import judge_points
@@ -74,7 +73,7 @@ def judge_case(
     counts: Counter[str] = Counter()
     lines: list[str] = []
     width = 0.0
-    with start_client(create_app(Settings())) as client:
+    with start_client(create_app(SETTINGS)) as client:
         judged = open_case(build_case(name), client, samples)
         for question, number in numbers.items():
             try:
