@@ -68,9 +68,12 @@ def test_operations_stand_in_the_query(client: Client) -> None:
     assert converted.json()["reading"] == document["reading"]
 
 
-def test_a_call_that_needs_surfaces_without_trims_says_so(client: Client) -> None:
-    response = post(client, "/v1/measure?tolerance=0.01")
-    assert (response.status_code, first_error(response)["code"]) == (422, "not_parametric")
+def test_a_file_is_measured(client: Client) -> None:
+    measures = post(client, "/v1/measure?tolerance=0.01").json()
+    document = post(client, "/v1/convert").json()
+    assert client.post("/v1/measure", document | {"tolerance": 0.01}).json() == measures
+    assert measures["closed"]
+    assert measures["volume"]["low"] > 0
 
 
 def test_every_face_is_in_the_mesh_or_in_the_report(client: Client) -> None:

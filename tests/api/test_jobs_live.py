@@ -103,11 +103,13 @@ def test_parts_with_a_file_have_the_results_of_the_call(service: httpx.Client) -
         "/v1/mesh?format=glb&tolerance=0.1&name=tip",
         "/v1/convert?invalid_faces=refuse",
         "/v1/convert?format=step",
+        "/v1/measure",
     ]
-    parts = [{"path": path, "file": file} for path in (*paths, "/v1/measure")]
+    refused = "/v1/convert?format=vtu"
+    parts = [{"path": path, "file": file} for path in (*paths, refused)]
     job = service.post("/v1/jobs", json={"parts": parts}).json()
     state = follow(service, job)
-    assert (state["state"], state["parts"]["succeeded"]) == ("failed", 3)
+    assert (state["state"], state["parts"]["succeeded"]) == ("failed", 4)
     listed = service.get(job["links"]["results"]).json()["results"]
     for path, each in zip(paths, listed, strict=False):
         response = service.post(path, content=OPEN_TETRAHEDRON, headers=headers)
@@ -118,9 +120,9 @@ def test_parts_with_a_file_have_the_results_of_the_call(service: httpx.Client) -
         written = response.headers.get("surface-writing")
         assert result.headers.get("surface-writing") == written
         assert (written is not None) == path.endswith("step")
-    problem = service.post("/v1/measure", content=OPEN_TETRAHEDRON, headers=headers).json()
-    assert listed[3]["problem"]["code"] == problem["code"]
-    assert listed[3]["problem"]["errors"][0]["pointer"].startswith("/parts/3/file")
+    problem = service.post(refused, content=OPEN_TETRAHEDRON, headers=headers).json()
+    assert listed[4]["problem"]["code"] == problem["code"]
+    assert listed[4]["problem"]["errors"][0]["pointer"].startswith("/parts/4/path")
 
 
 def test_a_file_that_is_preferred_later_becomes_a_job(service: httpx.Client) -> None:
