@@ -274,10 +274,10 @@ def test_a_full_or_broken_disk_ends_the_batch_which_can_be_run_again(
         patch.setattr(kind, "write", fail_from(2, kind.write, error))
         result = run(Task(lines, store, LIMITS, 60.0))
     assert result.end == end
-    assert [record["part"] for record in result.records] == [0]
+    (done,) = (record["part"] for record in result.records)  # whichever was written first
     paths = count_runs(monkeypatch)
     assert run(Task(lines, store, LIMITS, 60.0)).end == DONE
-    assert paths == list(PATHS[1:])
+    assert sorted(paths) == sorted(path for k, path in enumerate(PATHS) if k != done)
 
 
 def test_stored_surfaces_are_read_from_the_store(store: str) -> None:
