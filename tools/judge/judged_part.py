@@ -94,7 +94,7 @@ class JudgedPart:
             assert isinstance(model, BrepModel)
             prepared = prepare(model)
             count, is_border = len(surface["faces"]), prepared.is_border
-            face, gap = prepared.coedge_faces[is_border], prepared.gaps[is_border]
+            face, gap = prepared.coedge_faces[is_border], prepared.close_gaps[is_border]
             least, largest = np.full(count, np.inf), np.zeros(count)
             np.minimum.at(least, face, gap)
             np.maximum.at(largest, face, gap)

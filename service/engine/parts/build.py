@@ -110,14 +110,7 @@ class _Builder:
 
     def add_faces(self, nets: FaceNets, reaches: FloatArray, copy: BrepCopy) -> None:
         """Add the nets of faces of a copy of a brep."""
-        values, errors = place_nets(
-            nets.values,
-            nets.middles,
-            nets.sizes,
-            nets.errors,
-            matrix=copy.matrix,
-            frame=self._frame,
-        )
+        values, errors = self._place(nets, copy)
         spans = nets.spans
         (a, c), (b, d) = spans.begin, spans.end
         corners = np.stack([a, c, b, c, a, d, b, d])
@@ -159,14 +152,7 @@ class _Builder:
 
     def add_edges(self, nets: EdgeNets, copy: BrepCopy) -> None:
         """Add the nets of edges of a copy of a brep."""
-        values, errors = place_nets(
-            nets.values,
-            nets.middles,
-            nets.sizes,
-            nets.errors,
-            matrix=copy.matrix,
-            frame=self._frame,
-        )
+        values, errors = self._place(nets, copy)
         edges = nets.rows
         size = len(errors)
         is_edge = edges.edge != NO_EDGE
@@ -204,6 +190,17 @@ class _Builder:
             none, zero = np.zeros(0, np.intp), np.zeros(0)
             edges = [EdgeRows(none, zero, zero, zero, none, none, np.zeros(0, bool))]
         return group_nets(self._parts), NetRows.join(rows), EdgeRows.join(edges)
+
+    def _place(self, nets: FaceNets | EdgeNets, copy: BrepCopy) -> tuple[FloatArray, FloatArray]:
+        """The nets of a copy of a brep in the frame of the part, and how far they may be off."""
+        return place_nets(
+            nets.values,
+            nets.middles,
+            nets.sizes,
+            nets.errors,
+            matrix=copy.matrix,
+            frame=self._frame,
+        )
 
     def _find_stretch(self, copy: BrepCopy) -> float:
         """The longest that a length 1 of a brep may be in the coordinates of the nets."""

@@ -10,9 +10,9 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.nets.query_nets import QueryNets
-from service.engine.parts.closure import is_closed
 from service.engine.parts.copies import Members
 from service.engine.parts.edge_nets import EdgeRows
+from service.engine.parts.edge_uses import EdgeUses
 from service.engine.parts.placed_nets import NetRows
 from service.engine.trims.trimmed_nets import NetTrims
 from service.engine.vectors import project
@@ -99,7 +99,7 @@ class Part:
         solids = np.full(self.members.patch_count, -1)
         for number, copy in enumerate(self.members.copies):
             prepared = self.members.definitions[copy.definition]
-            if is_closed(prepared):
+            if EdgeUses.of(prepared).is_closed:
                 faces = slice(copy.first_patch, copy.first_patch + len(prepared.surfaces))
                 solids[faces] = number
         return solids

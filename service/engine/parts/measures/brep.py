@@ -18,10 +18,10 @@ from service.engine.measures.precision import EDGES, OPEN_EDGES, REMAINDER_SHARE
 from service.engine.measures.sizes import measure_sizes
 from service.engine.measures.solids import Solid, find_solid
 from service.engine.measures.values import Interval
+from service.engine.parts.edge_uses import EdgeUses
 from service.engine.parts.measures.border_pieces import BorderPieces, cut_borders
 from service.engine.parts.measures.edge_lengths import list_border_cells, list_edge_cells
 from service.engine.parts.measures.edge_strips import close_faces
-from service.engine.parts.measures.edge_uses import EdgeUses
 from service.engine.parts.measures.placed import PlacedBrep
 from service.engine.parts.measures.region_panels import PanelPlan
 
