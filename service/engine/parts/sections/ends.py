@@ -16,7 +16,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import find_begins
 from service.engine.parts.sections.borders import Borders, clear_heights, measure_heights
-from service.engine.parts.sections.edge_sides import SignChanges, find_changes
+from service.engine.parts.sections.sign_changes import SignChanges, find_changes
 from service.engine.sections.cells import LocalPlanes
 from service.engine.vectors import Items
 

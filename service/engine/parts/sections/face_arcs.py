@@ -18,6 +18,7 @@ from service.bases.row_batches import expand_runs, find_begins
 from service.cancellation import checkpoint
 from service.engine.clustering import find_components
 from service.engine.parts.sections.borders import Borders
+from service.engine.parts.sections.clusters import CLUSTER, Clusters
 from service.engine.parts.sections.ends import Ends
 from service.engine.parts.sections.face_lines import FaceNets
 from service.engine.sections.arc_search import ArcNodes
@@ -35,8 +36,6 @@ NEAR = 2.0**-12
 NARROW = 2.0**-20
 """On a graph that is narrower than this, as a share of the face, places are found on the chord."""
 
-CLUSTER = 2.0**-20
-"""Ends on an arc that are nearer to each other than this share of the face may be in any order."""
 
 TESTS = 3
 """This number of points is tested where no end decides."""
@@ -203,7 +202,7 @@ class ArcsOfFaces:
         self._move_to_nodes(arc, share, lengths, is_flat)
         # Along an arc with the positive side on its right, sections leave where they seem to enter.
         enters = ends.enters ^ (arcs.sense[arc] < 0)
-        clusters = _Clusters.of(arc, share, enters, lengths)
+        clusters = Clusters.of(arc, share, enters, lengths)
         whole = (~is_flat).nonzero()[0]
         cuts = np.bincount(clusters.arc, minlength=len(self.face))[whole]
         row, number = expand_runs(cuts + 1)
@@ -253,7 +252,7 @@ class ArcsOfFaces:
         borders: Borders,
         parts: tuple[Ints, Ints, Ints],
         source: Ints,
-        ends: tuple[FloatArray, "_Clusters", Ints],
+        ends: tuple[FloatArray, "Clusters", Ints],
     ) -> Bools:
         """Which parts of arcs are inside.
 
@@ -318,84 +317,6 @@ class ArcsOfFaces:
         result = np.empty(len(label), bool)
         result[order] = np.repeat((outside == 0) & (inside > 0), size)
         return result
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Clusters:
-    """Ends that are at one place of an arc, up to rounding: c clusters in the order of the arcs.
-
-    Attributes
-    ----------
-    arc : ndarray of int, shape (c,)
-    first, last : ndarray of int, shape (c + 1,)
-        Rows of `end`; those of the last entry have no meaning.
-    net : ndarray of int, shape (c,)
-        How many more ends enter than leave.
-    end : ndarray of int, shape (k,)
-        The ends on arcs, cluster after cluster.
-    cluster, turn : ndarray of int, shape (k,)
-        The cluster of each of these, and its number among those of its cluster that enter, or
-        leave, like it.
-    enters : ndarray of bool, shape (k,)
-    """
-
-    arc: Ints
-    first: Ints
-    last: Ints
-    net: Ints
-    end: Ints
-    cluster: Ints
-    turn: Ints
-    enters: Bools
-
-    @classmethod
-    def of(cls, arc: Ints, share: FloatArray, enters: Bools, lengths: FloatArray) -> "_Clusters":
-        """The clusters of ends at shares of arcs; those on no arc are in none."""
-        located = (arc >= 0).nonzero()[0]
-        end = located[np.lexsort((located, share[located], arc[located]))]
-        is_new = np.ones(len(end), bool)
-        step = (share[end[1:]] - share[end[:-1]]) * lengths[arc[end[1:]]]
-        is_new[1:] = (arc[end[1:]] != arc[end[:-1]]) | (step > CLUSTER)
-        first = is_new.nonzero()[0]
-        last = np.append(first[1:], len(end)) - 1
-        cluster = np.cumsum(is_new) - 1
-        own = enters[end]
-        net = np.bincount(cluster, np.where(own, 1, -1), minlength=len(first)).astype(np.intp)
-        # Number those that enter, and those that leave.
-        turn = np.zeros(len(end), np.intp)
-        for kind in (own, ~own):
-            total = np.cumsum(kind)
-            turn[kind] = (total - total[first[cluster]] + kind[first[cluster]])[kind] - 1
-        return cls(
-            arc[end[first]],
-            np.append(first, 0),
-            np.append(last, 0),
-            net,
-            end if len(end) else np.zeros(1, np.intp),
-            cluster,
-            turn,
-            own,
-        )
-
-    def order_ends(self, is_inside: Bools, before: Ints) -> Ints:
-        """The ends of each cluster in turns: one that enters, one that leaves, and so on.
-
-        Where as many enter as leave, those begin that leave if the arc is inside before, as the
-        parts after clusters `before` say; otherwise the more frequent ones begin.
-        """
-        enters_first = self.net > 0
-        rows = (before >= 0) & (self.net[before] == 0 if len(self.net) else False)
-        enters_first[before[rows]] = ~is_inside[rows]
-        is_late = self.enters != enters_first[self.cluster]
-        order = np.lexsort((2 * self.turn + is_late, self.cluster))
-        return self.end[order] if len(order) else self.end
-
-    def list_inner(self, ordered: Ints, enters: Bools) -> tuple[Ints, Ints]:
-        """Pairs of ends of a cluster, one after the other, between which sections are inside."""
-        step = (self.cluster[1:] == self.cluster[:-1]).nonzero()[0]
-        one, two = ordered[step], ordered[step + 1]
-        is_inside = enters[one] & ~enters[two]
-        return one[is_inside], two[is_inside]
 
 
 def find_inside(borders: Borders, face: Ints, parameters: FloatArray) -> Ints:

@@ -15,10 +15,10 @@ from service.bases.arrays import FloatArray, Ints
 from service.cancellation import checkpoint
 from service.engine.curves.polyline import Polyline
 from service.engine.parts.sections.borders import Borders
+from service.engine.parts.sections.clusters import CLUSTER
 from service.engine.parts.sections.edge_sides import EdgeSides, find_edge_sides
 from service.engine.parts.sections.ends import find_ends
 from service.engine.parts.sections.face_arcs import (
-    CLUSTER,
     ArcsOfFaces,
     FaceArcs,
     find_inside,
