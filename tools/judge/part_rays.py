@@ -37,8 +37,8 @@ STEP = 1e-7
 IN_INTERVAL, ROUNDS = 41, 6
 """Points of the interval of a hit that are compared with edges, and rounds around the nearest."""
 
-GAPS = 2.5
-"""Gaps by which a hit near an edge may be further from its ray than the thickness."""
+GAPS, NEAR_THICKNESS = 2.5, 1 / 8
+"""Gaps, and share of the thickness, by which a hit near an edge may be further from its ray."""
 
 DIGITS = 100
 """Crossings of the judge are this many roundings off, divided by the sine of the angle."""
@@ -177,7 +177,7 @@ def check_hits(judged: JudgedPart, rays: Rays, findings: Findings) -> None:
     # The gap of an edge is that of any of its faces.
     gaps = np.where(near_edge, judged.gaps.max(), judged.gaps[face])
     thickness = 1.01 * THICKNESS * judged.diagonal + ON_PART * rays.reach[ray]
-    allowed = thickness + np.where(near_edge, GAPS * gaps, 0.0)
+    allowed = thickness + np.where(near_edge, GAPS * gaps + NEAR_THICKNESS * thickness, 0.0)
     offset = positions - rays.origins[ray]
     directions = rays.directions[ray] / rays.speeds[ray, np.newaxis]
     from_ray = np.linalg.norm(np.cross(offset, directions), axis=1)
