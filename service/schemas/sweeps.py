@@ -95,8 +95,8 @@ class RibbonDefinition(StrictModel):
 
     The line across the ribbon is at right angles to the curve and to the direction that the ribbon
     faces. `resolution` is the number of divisions of each Bézier piece of the curve. Corners up to
-    90° are mitred, and sharper corners are rounded. Where the line turns round at a corner, no
-    faces join its two directions.
+    90° are mitred, and sharper corners are rounded. Where the line turns round at a corner, or gets
+    another width at a control point that is repeated, no faces join its two directions or widths.
     """
 
     type: Literal["ribbon"] = Field(description="The kind of surface.")

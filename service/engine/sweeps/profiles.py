@@ -138,7 +138,7 @@ def build_ribbons(
         positions=positions,
         normals=np.broadcast_to(normals[:, :, None], positions.shape),
         uvs=uvs,
-        has_faces=~(paths.is_mitred[1:] | _find_reversals(paths, offsets)),
+        has_faces=~(paths.is_mitred[1:] | _find_lines(paths, offsets)),
         is_point=width == 0,
         is_repeated=_find_repeats(paths, offsets),
         equal_row=_find_equal_rows(paths),
@@ -218,18 +218,24 @@ def _find_narrow_bands(paths: Paths, offsets: FloatArray) -> Ints:
     return np.flatnonzero(is_narrow.any(axis=0) & ~paths.is_mitred[1:])
 
 
-def _find_reversals(paths: Paths, offsets: FloatArray) -> Bools:
-    """Whether crossbars of all curves turn round between two frames at one point: (m−1,).
+def _find_lines(paths: Paths, offsets: FloatArray) -> Bools:
+    """Whether crossbars of all curves are on one line between two frames at one point: (m−1,).
 
-    At such a corner the direction that the ribbon faces is between the directions of the curve. The
-    two crossbars are one line, and a face between them would have no area.
+    A face between them would have no area. They turn round at a corner if the direction that the
+    ribbon faces is between the directions of the curve; and they have other widths where a control
+    point is repeated. Crossbars that are equal are one, and no line in this sense.
     """
+    is_corner: Bools = (paths.points[:, :-1] == paths.points[:, 1:]).all(axis=(0, 2))
+    if not is_corner.any():
+        return is_corner
     before, after = offsets[:, :-1], offsets[:, 1:]
-    points = paths.points[:, :-1, None]
-    is_opposite = length(before + after, -1) <= _bound_offset_rounding(before, after, points)
-    is_corner = points == paths.points[:, 1:, None]
-    has_reversal: Bools = (is_opposite & is_corner.all(axis=-1)).all(axis=(0, 2))
-    return has_reversal
+    rounding = _bound_offset_rounding(before, after, paths.points[:, :-1, None])
+    first, second = before[:, :, 1], after[:, :, 1]
+    longer = np.maximum(length(first, -1), length(second, -1))
+    is_line = length(cross(first, second, -1), -1) <= rounding[..., 0] * longer
+    is_equal = length(after - before, -1) <= rounding
+    has_line: Bools = is_corner & is_line.all(axis=0) & ~is_equal.all(axis=(0, 2))
+    return has_line
 
 
 def _bound_offset_rounding(before: FloatArray, after: FloatArray, points: FloatArray) -> FloatArray:

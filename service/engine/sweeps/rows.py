@@ -79,6 +79,8 @@ def join_rows(rows: Rows, faces: Faces) -> SweptGrids:
     equal_row = rows.equal_row
     while (equal_row[equal_row] != equal_row).any():  # some rows lead to rows that lead further
         equal_row = equal_row[equal_row]
+    # A closed curve of one division has the same row twice, and no faces between.
+    rows = replace(rows, has_faces=rows.has_faces & (equal_row[1:] != equal_row[:-1]))
     # For each sample of one curve, the number of a sample at the same position.
     equal_sample = number[equal_row]
     equal_sample[rows.is_point] = equal_sample[rows.is_point, :1]

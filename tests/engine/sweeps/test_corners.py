@@ -77,7 +77,8 @@ def test_no_face_at_a_corner_has_zero_area(
     tube = TubeSurface(curve, np.array([radius]), sides=sides)
     pointed_tube = TubeSurface(curve, np.array([radius, 0.0]), sides=sides, caps=False)
     ribbon = RibbonSurface(curve, np.array([radius]), facing=np.array([1.0, 1, 0]))
-    surfaces: tuple[SweptSurface, ...] = (tube, pointed_tube, ribbon)
+    pointed_ribbon = RibbonSurface(curve, np.array([radius, 0.0]), facing=np.array([1.0, 1, 0]))
+    surfaces: tuple[SweptSurface, ...] = (tube, pointed_tube, ribbon, pointed_ribbon)
     for surface in surfaces:
         mesh = build(surface.lower(), MeshOptions((2, 1), faces=faces, weld=weld))
         assert find_areas(mesh).min() > 1e-13 * radius**2
@@ -124,3 +125,19 @@ def test_a_repeated_point_of_a_curve_adds_no_faces() -> None:
     assert len(meshes[0].triangles) == len(meshes[1].triangles)
     cquads = [encode_oogl(mesh, EncodeOptions(oogl="cquad")) for mesh in meshes]
     assert len(cquads[0].splitlines()) == len(cquads[1].splitlines())
+
+
+@pytest.mark.parametrize("repeats", [0, 1, 3])
+def test_a_ribbon_that_gets_narrower_at_a_repeated_point_has_no_faces_there(repeats: int) -> None:
+    points = np.array([[0.1, 0, 0], *[[2, 0, 0]] * repeats, [2, 0, 0], [3, 0, 0]])
+    ribbon = RibbonSurface(BsplineCurve(points, 1), np.array([0.4, 0.1]))
+    mesh = build(ribbon.lower(), MeshOptions((3, 1)))
+    assert find_areas(mesh).min() > 1e-3
+    assert len(mesh.triangles) == 12
+
+
+def test_a_closed_curve_of_one_division_has_no_faces() -> None:
+    loop = BezierCurve(np.array([[0.0, 0, 0], [3, 0, 1], [0, 3, 0], [0, 0, 0]]))
+    for surface in (RibbonSurface(loop, np.array([0.1])), TubeSurface(loop, np.array([0.1]))):
+        assert len(build(surface.lower(), MeshOptions((1, 1))).triangles) == 0
+        assert find_areas(build(surface.lower(), MeshOptions((2, 1)))).min() > 1e-3
