@@ -1,9 +1,11 @@
 """On which side of its nearest loop a place is, if pieces of loops are too coarse to tell.
 
 The region of a face is on the left of its loops. A place whose nearest point of all loops is not
-at a corner is inside if it is on the left of the loop there. Seams and poles are no borders: the
-region is on both sides of a seam. Parameter curves that were traced are only near their edges; then
-the side is that of the edge in space, seen along the normal of the surface.
+at a corner is inside if it is on the left of the loop there. Coedges that do not meet are joined by
+lines, which may run backwards: curves that are nearly as near as a join count as nearest, too.
+Seams and poles are no borders: the region is on both sides of a seam. Parameter curves that were
+traced are only near their edges; then the side is that of the edge in space, seen along the normal
+of the surface.
 """
 
 from collections import Counter
@@ -75,10 +77,14 @@ class Side:
 
 @dataclass(frozen=True, eq=False)
 class LoopSides:
-    """The coedges of a face; unit coordinates are (place − low) / size."""
+    """The coedges of a face; unit coordinates are (place − low) / size.
+
+    `joined` is the length of the longest line that joins two coedges.
+    """
 
     net: Net
     sides: list[Side]
+    joined: float
     low: Array
     size: Array
     periods: Array
@@ -94,7 +100,7 @@ class LoopSides:
         ]
         distances, lefts = (np.array(each) for each in zip(*every, strict=True))
         least = distances.min(axis=0)
-        is_near = distances <= least * (1 + TIE)
+        is_near = distances <= least * (1 + TIE) + self.joined
         # Where no border is near, there is only a seam or a pole.
         is_left = (lefts | ~is_near).all(axis=0) | (least > REACH)
         is_right = (~lefts | ~is_near).all(axis=0) & (least <= REACH)
@@ -136,7 +142,7 @@ def build_sides(
 ) -> LoopSides:
     """The coedges of a face, with the straight lines that join them where they do not meet."""
     entry = brep["faces"][number]
-    sides = []
+    sides, joined = [], 0.0
     uses = Counter(edge for loop in entry["loops"] for edge in loop.get("edges") or [])
     no_borders = {
         edge
@@ -157,8 +163,9 @@ def build_sides(
         for (_, end), (start, _) in zip(ends, [*ends[1:], ends[0]], strict=True):
             turns = np.abs(start - end) * size / np.where(periods > 0, periods, np.inf)
             if np.abs(end - start).max() > LEAST and turns.max() < 0.5:
+                joined = max(joined, float(np.hypot(*(end - start))))
                 sides.append(Side(read_line(end.tolist(), start.tolist()), False, None))
-    return LoopSides(net, sides, low, size, periods)
+    return LoopSides(net, sides, joined, low, size, periods)
 
 
 def _move(curve: Spline, low: Array, size: Array) -> Spline:

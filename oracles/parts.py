@@ -128,11 +128,11 @@ class Face:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """All faces and borders; `patches` (n, 3) are for each number of a patch in the request: its
-    face, and whether u and v in the answers are those of the unit square, and mirrored."""
+    """All faces and borders; `seams` are the edges that are seams."""
 
     faces: list[Face]
     borders: list[Border]
+    seams: list[Border]
 
     @cached_property
     def corners(self) -> Array:
@@ -160,7 +160,7 @@ def read_part(document: Document, truth: Document | None = None) -> Part:
     Regions are those of `truth`, a document with the right parameter curves, if it is given; edges
     are those of `document`.
     """
-    part = Part([], [])
+    part = Part([], [], [])
     for surface, matrix in iterate_members(document):
         if surface.get("type", "bezier") == "brep":
             _add_brep(part, surface, truth or surface, matrix)
@@ -196,8 +196,10 @@ def _add_brep(part: Part, brep: Document, truth: Document, matrix: Array) -> Non
         loops = entry.get("loops") or []
         edges = [e for loop in loops for e in loop.get("edges") or []]
         for edge in dict.fromkeys(edges):
-            is_seam = edges.count(edge) > 1 and (face.periods > 0).any()
-            if is_seam or brep["edges"][edge].get("degenerate"):
+            if brep["edges"][edge].get("degenerate"):
+                continue
+            if edges.count(edge) > 1 and (face.periods > 0).any():
+                part.seams.append(_make_border(read_edge(brep, edge), matrix))
                 continue
             if edge not in numbers:
                 numbers[edge] = len(part.borders)

@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import TypeAdapter
 
 from oracles.brep_documents import Array, Index
+from oracles.brep_partials import evaluate_surface
 from oracles.part_search import PartSearch
 from oracles.parts import INSIDE, UNSURE, Answers, Part, iterate_members, read_part
 from service.engine.brep.preparation.prepare import prepare
@@ -32,6 +33,9 @@ FORM = 1e-14
 
 GAP_ROUNDING = 2.0**-42
 """Share of the largest coordinate that the service adds to gaps."""
+
+PARAMETER_ROUNDING = 2.0**-32
+"""Share of the parameters of a face by which the places are rounded that rays pass near edges."""
 
 NEAR = 2.0
 """Regions of the service and of the judge may differ up to this many gaps from an edge."""
@@ -78,6 +82,20 @@ class JudgedPart:
     def least_gaps(self) -> Array:
         """The least of the gaps of each face."""
         return np.asarray(self._bound_gaps[0])
+
+    @cached_property
+    def drifts(self) -> Array:
+        """How far rounding of parameters moves points of each face near its edges, (F,)."""
+        share = np.linspace(0, 1, 9)
+        grid = np.stack(np.meshgrid(share, share), axis=-1).reshape(-1, 2)
+        rows = []
+        for face in self.part.faces:
+            low, high = face.box
+            _, partials = evaluate_surface(face.net, low + grid * (high - low), is_long=False)
+            moves = np.linalg.norm(partials, axis=2) @ (high - low)
+            stretch = np.linalg.norm(face.matrix[:3, :3], 2)
+            rows.append(PARAMETER_ROUNDING * moves.max() * stretch)
+        return np.array(rows)
 
     @cached_property
     def _bound_gaps(self) -> Array:

@@ -16,6 +16,7 @@ import numpy as np
 
 from oracles.brep_documents import Array, Index
 from oracles.forms import trace_rays
+from oracles.part_samples import sample_border
 from oracles.parts import INSIDE, OUTSIDE
 from service.bases.arrays import Bools
 from tools.judge.findings import Findings
@@ -34,8 +35,8 @@ LEAST_SINE = 1e-5
 STEP = 1e-7
 """The least step along rays towards closed forms, relative to the diagonal."""
 
-IN_INTERVAL, ROUNDS = 41, 6
-"""Points of the interval of a hit that are compared with edges, and rounds around the nearest."""
+NEXT, ROUNDS = 41, 7
+"""Points of edges that are compared with a ray, around the nearest so far, and rounds of this."""
 
 GAPS, NEAR_THICKNESS = 2.5, 1 / 8
 """Gaps, and share of the thickness, by which a hit near an edge may be further from its ray."""
@@ -174,8 +175,8 @@ def check_hits(judged: JudgedPart, rays: Rays, findings: Findings) -> None:
             f"{face[number]} at {places[number].tolist()}, near_edge {near_edge[number]}"
         )
 
-    # The gap of an edge is that of any of its faces.
-    gaps = np.where(near_edge, judged.gaps.max(), judged.gaps[face])
+    # The gap of an edge is that of any of its faces, and parameters of borders are rounded.
+    gaps = np.where(near_edge, (judged.gaps + judged.drifts).max(), judged.gaps[face])
     thickness = 1.01 * THICKNESS * judged.diagonal + ON_PART * rays.reach[ray]
     allowed = thickness + np.where(near_edge, GAPS * gaps + NEAR_THICKNESS * thickness, 0.0)
     offset = positions - rays.origins[ray]
@@ -203,29 +204,34 @@ def check_hits(judged: JudgedPart, rays: Rays, findings: Findings) -> None:
     from_all, most = judged.search.find_borders(positions), 1.5 * gaps + 2 * thickness
     rows = np.flatnonzero(near_edge & (from_all > most))
     if len(rows):
-        from_all[rows] = _measure_to_borders(judged, rays, rows)
+        from_all[rows] = _measure_to_edges(judged, rays, rows)
     findings.add(
         "near_edge of hit", near_edge & (from_all > most),
-        lambda n: f"{from_all[n]} from all edges, {describe(n)}",
+        lambda n: f"{from_all[n]} from all edges and seams, {describe(n)}",
     )  # fmt: skip
     is_doubtful = near_edge | (columns["kind"] != "crossing")
     if judged.case.is_closed:
         check_parity(judged, rays, is_doubtful, findings)
 
 
-def _measure_to_borders(judged: JudgedPart, rays: Rays, rows: Index) -> Array:
-    """Distances from all edges of the parts of rays in the intervals of hits `rows` (h,)."""
-    ray, (low, high) = rays.columns["ray"][rows], rays.columns["t_bounds"][rows].T
+def _measure_to_edges(judged: JudgedPart, rays: Rays, rows: Index) -> Array:
+    """Distances from all edges, seams too, of the parts of rays in the intervals of hits `rows`."""
+    ray, ends = rays.columns["ray"][rows], rays.columns["t_bounds"][rows].T
+    origins, directions = (each[ray, np.newaxis] for each in (rays.origins, rays.directions))
     least, every = np.full(len(rows), np.inf), np.arange(len(rows))
-    shares = np.linspace(0, 1, IN_INTERVAL)
-    for _ in range(ROUNDS):
-        t = low + shares[:, np.newaxis] * (high - low)
-        points = rays.origins[ray] + t[..., np.newaxis] * rays.directions[ray]
-        distances = judged.search.find_borders(points.reshape(-1, 3)).reshape(t.shape)
-        least = np.minimum(least, distances.min(axis=0))
-        # Next, the two steps beside the nearest of these points.
-        best, step = t[distances.argmin(axis=0), every], (high - low) / (IN_INTERVAL - 1)
-        low, high = np.maximum(low, best - step), np.minimum(high, best + step)
+    for curve in (*judged.part.borders, *judged.part.seams):
+        places = np.sort(sample_border(curve).places[:, 0])
+        places = np.broadcast_to(places, (len(rows), len(places)))
+        for _ in range(ROUNDS):
+            points = curve.at(places.ravel()).astype(np.float64).reshape(*places.shape, 3)
+            t = ((points - origins) * directions).sum(axis=2) / (directions**2).sum(axis=2)
+            on_ray = origins + np.clip(t, *ends[..., np.newaxis])[..., np.newaxis] * directions
+            distances = np.linalg.norm(points - on_ray, axis=2)
+            least = np.minimum(least, distances.min(axis=1))
+            # Next, the two steps beside the nearest of these points.
+            best, last = distances.argmin(axis=1), places.shape[1] - 1
+            low, high = (places[every, np.clip(best + step, 0, last)] for step in (-1, 1))
+            places = low[:, np.newaxis] + np.linspace(0, 1, NEXT) * (high - low)[:, np.newaxis]
     return least
 
 
