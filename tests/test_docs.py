@@ -15,7 +15,7 @@ from service.schemas.document import MAX_FACES, STRINGS_PER_OBJECT, VALUES_PER_O
 from service.schemas.options import MeshOptionFields
 from service.surface.examples.catalogue import EXAMPLES
 from tests.breps import PLATE
-from tools.picture import write_examples_page
+from tools.picture import CURVE_EXAMPLES, write_examples_page
 
 DOCS = Path(__file__).parents[1] / "docs"
 METHODS = (DOCS / "methods.md").read_text(encoding="utf-8")
@@ -26,7 +26,7 @@ def test_the_page_of_examples_lists_all_examples() -> None:
 
 
 def test_each_example_has_one_picture() -> None:
-    for folder, names in (("examples", EXAMPLES), ("curves", REQUESTS["createCurve"])):
+    for folder, names in (("examples", EXAMPLES), ("curves", CURVE_EXAMPLES)):
         pictures = [path.read_bytes()[:4] for path in (DOCS / folder).iterdir()]
         assert pictures == [b"\x89PNG"] * len(names)
         assert {path.stem for path in (DOCS / folder).iterdir()} == set(names)

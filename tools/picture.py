@@ -82,9 +82,17 @@ Curves have no URLs. Send these bodies to `POST /v1/curve`, or save them as file
 """
 
 
+CURVE_EXAMPLES = {
+    name: example
+    for name, example in REQUESTS["createCurve"].items()
+    if "parameters" not in example["value"]
+}
+"""The examples of curves that are lines; those with parameters have no picture."""
+
+
 def write_examples_page() -> str:
     """The text of docs/examples.md."""
-    curves = [_write_curve(name, example) for name, example in REQUESTS["createCurve"].items()]
+    curves = [_write_curve(name, example) for name, example in CURVE_EXAMPLES.items()]
     return "\n".join([HEAD, *map(_write_entry, EXAMPLES.values()), CURVES, *curves])
 
 
@@ -162,7 +170,7 @@ def main(folder: Path, chosen: Sequence[str] = ()) -> None:
         query = "overlays=boundary" if example in PARTS else "resolution=24"
         url = f"/v1/surfaces/{example}/mesh.glb?{query}"
         pictures[folder / "examples" / f"{example}.png"] = (url, SMALL)
-    for name, request in REQUESTS["createCurve"].items():
+    for name, request in CURVE_EXAMPLES.items():
         url = _build_curve_url({"curve": request["value"]["curve"], "resolution": 32})
         pictures[folder / "curves" / f"{name}.png"] = (url, SMALL)
     with (

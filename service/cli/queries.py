@@ -21,7 +21,7 @@ TOLERANCES = ("tolerance", "relative_tolerance")
 PLANE_FIELDS = ("surface", "planes", *TOLERANCES)
 """The fields of a request with planes. `/v1/intersect` also takes requests with rays."""
 
-CURVE_ACCURACY = ("resolution", "tolerance")
+SAMPLINGS = ("resolution", "tolerance", "parameters")
 """Options of a curve that replace each other."""
 
 
@@ -92,12 +92,15 @@ def _merge_planes(document: Document, values: Document) -> Document:
 
 
 def _merge_curve_options(document: Document, values: Document) -> Document:
-    """Reads the texts of options as those of a query; a new accuracy replaces the old one."""
+    """Reads the texts of options as those of a query; a new choice of points replaces the old."""
     from service.schemas.query import values_from_text
 
+    lists = values.pop("parameters", None)
     values.update(values_from_text(option_texts(values).items()))
-    is_new = any(name in values for name in CURVE_ACCURACY)
-    return _drop(document, CURVE_ACCURACY) if is_new else document
+    if lists is not None:
+        values["parameters"] = [number for numbers in lists for number in numbers]
+    is_new = any(name in values for name in SAMPLINGS)
+    return _drop(document, SAMPLINGS) if is_new else document
 
 
 POINTS = Query(
@@ -244,6 +247,15 @@ CURVE = Query(
     (
         flag("--resolution", "divisions of every piece (16)", "N"),
         flag("--tolerance", "instead of --resolution: largest deviation", "DISTANCE"),
+        flag(
+            "--at --parameters",
+            "instead of these: the parameters of the points; may be repeated",
+            "T,T,…",
+            type=parse_numbers,
+            action="append",
+            dest="parameters",
+        ),
+        flag("--derivatives", "0 (default) to 3: derivatives, curvature, torsion", "N"),
         flag("--tangents", "unit tangents (yes)", action=BooleanOptionalAction),
         flag("--arc-lengths", "arc length up to each point (yes)", action=BooleanOptionalAction),
     ),

@@ -20,7 +20,7 @@ from service.engine.options import MeshOptions
 from service.engine.parts.sections.cut import cut_part
 from service.engine.sections.section import cut_surface
 from service.engine.sections.values import Planes, Sections, SectionTolerance
-from service.errors import Issue, TooLarge, count_nouns
+from service.errors import Issue, TooLarge, UnsupportedByFormat, count_nouns
 from service.measuring import Measured
 from service.pipeline.checks import check_bytes, require_numbered_patches
 from service.pipeline.cost import MAX_SCRATCH_BYTES, MEMORY_SHARE, POINT_BYTES, Work, curve_cost
@@ -59,38 +59,56 @@ def plan_curve(
     ------
     TooLarge
         The curve or the file exceeds a limit.
+    UnsupportedByFormat
+        Only JSON has derivatives, and points at chosen parameters.
     """
+    where = f"/{options.field}"
+    for pointer, is_asked in (
+        ("/parameters", options.parameters is not None),
+        ("/derivatives", options.order > 0),
+    ):
+        if is_asked and not fmt.has_columns:
+            message, got = "This format stores lines, and no columns.", "a format of lines"
+            raise UnsupportedByFormat(Issue("unsupported_by_format", message, pointer, got, "json"))
     pieces = curve.lower()  # takes no time: the curve was lowered when it was created
     degree, numbers = pieces.degree, pieces.points.size
     slowness = max(1.0, (degree / EASY_DEGREE) ** 3)
     effort = POINT_EFFORT + SQUARE_EFFORT * degree**2
+
+    def count_bytes(points: int) -> int:
+        """The most bytes of the file of this number of points."""
+        return fmt.byte_bound(PolylineSize(points, len(curve.name.encode()), order=options.order))
+
     max_points = max(
         2, min(int(limits.max_vertices / slowness), limits.max_multiplications // effort)
     )
     points = pieces.count * options.resolution + 1
+    if options.parameters is not None:
+        points = len(options.parameters)
+        # The length of each piece is measured, too.
+        max_points = max(1, min(limits.max_points, max_points - pieces.count))
+        check_items("too_many_points", points, max_points, where)
     if options.tolerance is not None:
         # The number of points is known only after sampling: allow the number that fits into a share
         # of the memory. A point takes 1/1,000 of the difference between the bytes of files of
         # 1,001 points and of 1 point.
-        point_memory = (
-            POINT_BYTES + 2 * (_count_bytes(curve, fmt, 1001) - _count_bytes(curve, fmt, 1)) // 1000
-        )
+        point_memory = POINT_BYTES + 2 * (count_bytes(1001) - count_bytes(1)) // 1000
         free_memory = limits.max_memory // MEMORY_SHARE - 8 * numbers - MAX_SCRATCH_BYTES
         points = max_points = max(2, min(max_points, free_memory // point_memory))
-    file_bytes = min(_count_bytes(curve, fmt, points), limits.max_bytes)
-    cost = curve_cost(points, degree, numbers, file_bytes)
+    file_bytes = min(count_bytes(points), limits.max_bytes)
+    measured = points + pieces.count if options.parameters is not None else points
+    cost = curve_cost(measured, degree, numbers, file_bytes)
 
     def check(points: int) -> None:
         """Refuse a polyline with more points, or a file with more bytes, than allowed."""
-        where = "/resolution" if options.tolerance is None else "/tolerance"
         issue = Issue("too_many_vertices", "The polyline would have too many points.", where)
         check_count(points, max_points, "points", issue)
-        check_bytes(_count_bytes(curve, fmt, points), fmt, limits, where)
+        check_bytes(count_bytes(points), fmt, limits, where)
 
     if options.tolerance is None:
         check(points)
-        instead = "a lower resolution takes less"
-        limits.check_memory(cost.memory, "The curve", "/resolution", instead)
+        instead = "fewer points take less"
+        limits.check_memory(cost.memory, "The curve", where, instead)
 
     def run() -> bytes:
         """Sample the curve, and write the file; refuses a tolerance below the rounding."""
@@ -102,11 +120,6 @@ def plan_curve(
         return fmt.encode(polyline)
 
     return Work(cost, run)
-
-
-def _count_bytes(curve: Curve, fmt: CurveFormat, points: int) -> int:
-    """The most bytes of a file with a polyline of `points` points."""
-    return fmt.byte_bound(PolylineSize(points, len(curve.name.encode())))
 
 
 def plan_sections(

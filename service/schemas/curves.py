@@ -7,6 +7,7 @@ from pydantic import Field, Tag, ValidationInfo, model_validator
 from typing_extensions import TypeAliasType
 
 from service.bases.arrays import FloatArray
+from service.engine.curves.derivatives import MAX_ORDER
 from service.engine.curves.polyline import CurveOptions
 from service.engine.options import MAX_RESOLUTION
 from service.errors import InvalidRequest, Issue
@@ -123,6 +124,12 @@ CurveDefinition = TypeAliasType(
 
 _DEFAULTS = CurveOptions()
 
+SAMPLINGS = ("resolution", "tolerance", "parameters")
+"""The fields that choose the points of a curve, of which a request has at most one."""
+
+
+PARAMETERS = NumberGrid(("parameters",))
+
 
 class CurveOptionFields(StrictModel):
     """The options of a curve. All of them have defaults."""
@@ -138,6 +145,19 @@ class CurveOptionFields(StrictModel):
         "straight lines between its points. Pieces are halved until this is proved.",
         0.001,
     )
+    parameters: Annotated[FloatArray | None, PARAMETERS] = optional(
+        "In place of a resolution or a tolerance: the parameters of the points, in any order, in "
+        "the domain of the curve; for a Bézier curve from 0 to 1. A knot belongs to the span that "
+        "begins at it, and the end of the domain belongs to the last span. Only for JSON.",
+        [0, 0.5, 1],
+    )
+    derivatives: Annotated[int, Field(ge=0, le=MAX_ORDER)] = Field(
+        default=_DEFAULTS.order,
+        description="Order of the derivatives that points carry. 1 adds `dt` and `degenerate`; 2 "
+        "adds `dtt` and `curvature`; 3 adds `dttt` and, for curves in space, `torsion`. Only for "
+        "JSON.",
+        examples=[2],
+    )
     tangents: bool = Field(
         default=_DEFAULTS.tangents, description="Whether points carry unit tangents."
     )
@@ -149,15 +169,23 @@ class CurveOptionFields(StrictModel):
 
     @model_validator(mode="after")
     def _check_one_form(self) -> "CurveOptionFields":
-        if {"resolution", "tolerance"} <= self.model_fields_set:
-            message = "The points follow from the resolution or from the tolerance."
-            issue = conflict_issue("resolution", "tolerance", message, is_neither=False)
-            raise to_invalid(replace(issue, needed="one of resolution and tolerance"))
+        names = [name for name in SAMPLINGS if name in self.model_fields_set]
+        if len(names) > 1:
+            message = "The points follow from a resolution, a tolerance or parameters."
+            issue = conflict_issue(names[0], names[1], message, is_neither=False)
+            raise to_invalid(replace(issue, needed=f"one of {names[0]} and {names[1]}"))
         return self
 
     def curve_options(self) -> CurveOptions:
         """The options for the engine."""
-        return CurveOptions(self.resolution, self.tolerance, self.tangents, self.arc_lengths)
+        return CurveOptions(
+            self.resolution,
+            self.tolerance,
+            self.tangents,
+            self.arc_lengths,
+            self.parameters,
+            self.derivatives,
+        )
 
 
 class CurveRequest(RequestModel, CurveOptionFields):

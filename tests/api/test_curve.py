@@ -11,14 +11,14 @@ import pytest
 from oracles.gltf import read_glb
 from service.api.app import create_app
 from service.encoders.polylines.format import CurveFormat, PolylineSize
-from service.encoders.polylines.registry import CURVE_FORMATS
+from service.encoders.polylines.registry import CURVE_FORMATS, CURVES_BY_NAME
 from service.encoders.registry import FORMATS
 from service.engine.curves.polyline import CurveOptions
 from service.errors import TooLarge
 from service.pipeline.limits import Limits
 from service.pipeline.polylines import plan_curve
 from service.settings.values import Settings
-from service.surface.curve import BezierCurve
+from service.surface.curve import BezierCurve, BsplineCurve
 from tests.clients.gltf_validator import list_issues
 from tools.client import Client, start_client
 from tools.programs import find_program
@@ -194,3 +194,76 @@ def test_no_file_is_longer_than_its_bound(fmt: CurveFormat) -> None:
         work = plan_curve(curve, CurveOptions(resolution=resolution), fmt)
         size = PolylineSize(resolution + 1, len(curve.name.encode()))
         assert len(work.run()) <= fmt.byte_bound(size)
+
+
+def test_points_at_parameters_have_derivatives_and_bends(client: Client) -> None:
+    document = {"curve": LOOP, "parameters": [4, 0.5, 0.5, 1], "derivatives": 3}
+    response = client.post("/v1/curve", document).json()
+    assert response["parameters"] == [4, 0.5, 0.5, 1]
+    assert response["points"][1] == response["points"][2]
+    assert len(response["dt"][0]) == 3
+    assert len(response["torsion"]) == len(response["curvature"]) == 4
+    report = response["report"]
+    assert (report["points"], report["pieces"], report["closed"]) == (4, 4, True)
+    assert "deviation_bound" not in report
+    # Lengths are those up to each point, whatever their order.
+    full = client.post("/v1/curve", {"curve": LOOP, "resolution": 2}).json()
+    lengths = full["arc_lengths"]
+    expected = [lengths[8], lengths[1], lengths[1], lengths[2]]
+    assert response["arc_lengths"] == pytest.approx(expected, rel=1e-12)
+    assert report["length"] == pytest.approx(full["report"]["length"], rel=1e-12)
+    assert response["tangents"][3] == full["tangents"][2]
+
+
+def test_derivatives_may_be_at_the_points_of_a_resolution(client: Client) -> None:
+    plain = client.post("/v1/curve", {"curve": QUARTER, "resolution": 4}).json()
+    response = client.post(
+        "/v1/curve", {"curve": QUARTER, "resolution": 4, "derivatives": 2}
+    ).json()
+    assert response["curvature"] == pytest.approx([1] * 5, rel=1e-14)
+    assert {name: response[name] for name in plain} == plain
+    assert response.keys() - plain.keys() == {"dt", "degenerate", "dtt", "curvature"}
+
+
+def test_infinite_numbers_are_null(client: Client) -> None:
+    cusp = {"control_points": [[0, 0], [0, 0], [1, 0], [1, 1]]}
+    document = {"curve": cusp, "parameters": [0], "derivatives": 2}
+    response = client.post("/v1/curve", document).json()
+    assert (response["degenerate"], response["curvature"]) == ([True], [None])
+
+
+@pytest.mark.parametrize(
+    ("options", "pointer"),
+    [({"parameters": [0.5]}, "/parameters"), ({"derivatives": 1}, "/derivatives")],
+)
+@pytest.mark.parametrize("fmt", ["glb", "gltf", "oogl", "obj"])
+def test_only_json_has_columns(
+    client: Client, fmt: str, options: dict[str, Any], pointer: str
+) -> None:
+    response = client.post(f"/v1/curve?format={fmt}", {"curve": QUARTER, **options})
+    assert response.status_code == 422
+    (error,) = response.json()["errors"]
+    assert (error["code"], error["pointer"]) == ("unsupported_by_format", pointer)
+    assert error["needed"] == "json"
+
+
+def test_the_end_of_the_domain_may_be_missed_by_roundings(client: Client) -> None:
+    document = {"curve": QUARTER, "parameters": [1 + 2**-50, -(2**-50)], "arc_lengths": False}
+    response = client.post("/v1/curve", document).json()
+    assert response["points"] == [[0, 1], [1, 0]]
+    document["parameters"] = [0, 1 + 1e-13]
+    (error,) = client.post("/v1/curve", document).json()["errors"]
+    assert (error["code"], error["pointer"]) == ("outside_domain", "/parameters/1")
+    assert error["needed"] == "0 to 1"
+
+
+def test_columns_are_not_longer_than_their_bound() -> None:
+    rng = np.random.default_rng(3)
+    points = -rng.random((300, 3)) * 1e-7
+    curve = BsplineCurve(points, knots=np.cumsum(rng.random(304)))
+    fmt = CURVES_BY_NAME["json"]
+    low, high = curve.lower().breaks[[0, -1]]
+    for order in range(4):
+        options = CurveOptions(parameters=rng.uniform(low, high, 500), order=order)
+        size = PolylineSize(500, len(curve.name), order=order)
+        assert len(plan_curve(curve, options, fmt).run()) <= fmt.byte_bound(size)

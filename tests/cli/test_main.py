@@ -340,6 +340,13 @@ def test_curves_are_read_from_files(
     response = json.loads(capsysbinary.readouterr().out)
     assert response["report"]["deviation_bound"] <= 0.01
     assert len(response["tangents"]) == response["report"]["points"]
+    arguments = ["curve", str(request), "-o", "-", "--format", "json", "--derivatives", "2"]
+    assert main([*arguments, "--at", "0.5,1", "--at", "0"]) == 0
+    response = json.loads(capsysbinary.readouterr().out)
+    assert response["parameters"] == [0.5, 1, 0]
+    assert response["curvature"] == pytest.approx([-1, -(0.5**1.5), -(0.5**1.5)])
+    assert main([*arguments, "--at", "2"]) == 1
+    assert b"--parameters: The parameter lies outside" in capsysbinary.readouterr().err
     assert main(["curve", str(curve), "-o", str(tmp_path / "curve.stl")]) == 2
     assert main(["curve", str(tmp_path / "none.json"), "-o", str(output)]) == 2
     assert main(["curve", str(curve), "-o", str(output), "--tolerance", "-1"]) == 1

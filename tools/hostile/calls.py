@@ -256,12 +256,27 @@ def build_curve_cases() -> Iterator[HostileBody]:
     pointer = "/curve/control_points"
     yield from vary_body("points", '{"curve":{"control_points":?}}', pointer, faults)
     faults = {
-        "out_of_range": '"resolution":0@resolution "tolerance":0@tolerance',
-        "wrong_type": '"resolution":[4,4]@resolution "tangents":1@tangents',
+        "out_of_range": '"resolution":0@resolution "tolerance":0@tolerance'
+        ' "derivatives":4@derivatives "derivatives":-1@derivatives',
+        "wrong_type": '"resolution":[4,4]@resolution "tangents":1@tangents'
+        ' "parameters":0.5@parameters "parameters":[[0]]@parameters/0'
+        ' "derivatives":1.0@derivatives',
+        "empty_list": '"parameters":[]@parameters',
+        "null_value": '"parameters":null@parameters "parameters":[0,null]@parameters/1',
+        "outside_domain": '"parameters":[0,1.00000000000001]@parameters/1'
+        ' "parameters":[-1e-14]@parameters/0 "parameters":[1,1e308]@parameters/1',
         "tolerance_too_small": '"tolerance":1e-300@tolerance',
-        "conflicting_options": '"resolution":4,"tolerance":0.1@tolerance',
+        "conflicting_options": '"resolution":4,"tolerance":0.1@tolerance'
+        ' "parameters":[0],"resolution":4@parameters "parameters":[0],"tolerance":1@parameters',
     }
     yield from vary_body("option", f'{{"curve":{{{quarter}}},?}}', "/", faults)
+    many = '{"curve":{"control_points":[[0,0],[1,1]]},"parameters":'
+    yield build_long_case(
+        "parameters",
+        lambda: f"{many}[{repeat_word('0', 300_001)}]}}",
+        "too_many_points",
+        "/parameters",
+    )
 
 
 CURVES: tuple[HostileBody, ...] = tuple(build_curve_cases())

@@ -15,6 +15,7 @@ VectorOrNull: TypeAlias = Annotated[
     tuple[float | None, float | None, float | None], schema_of_row(_NUMBER_OR_NULL, 3)
 ]
 Point: TypeAlias = Annotated[list[float], Field(min_length=2, max_length=3)]
+PointOrNull: TypeAlias = Annotated[list[float | None], Field(min_length=2, max_length=3)]
 
 
 class Points(ResponseModel):
@@ -73,7 +74,7 @@ class CurveBounds(ResponseModel):
 class CurveReport(ResponseModel):
     """Facts about a curve."""
 
-    points: Annotated[int, Field(ge=2)]
+    points: Annotated[int, Field(ge=1)]
     """Number of points."""
     pieces: Annotated[int, Field(ge=1)]
     """Number of Bézier pieces."""
@@ -81,9 +82,9 @@ class CurveReport(ResponseModel):
     """Length of the curve itself, to about 12 digits."""
     closed: bool
     """Whether the curve ends where it begins; its last point is then equal to the first."""
-    deviation_bound: Length
+    deviation_bound: Length | Missing = None
     """Proved, in model units: no point of the curve is further than this from the lines. The lines
-    join the points as they are in the file, after rounding."""
+    join the points as they are in the file, after rounding. Left out with `parameters`."""
     bounds: CurveBounds
     engine: int
     """Version of the engine: equal requests give equal numbers while it is the same."""
@@ -101,4 +102,19 @@ class Curve(ResponseModel):
     """Parameters in the domain of the curve."""
     arc_lengths: list[float] | Missing = None
     """Length of the curve up to each point; left out if `arc_lengths` is false."""
+    dt: list[PointOrNull] | Missing = None
+    """First derivatives, by the parameter of the curve; at a knot from the right."""
+    degenerate: list[bool] | Missing = None
+    """Whether the first derivative vanishes, as at a cusp: tangents, curvatures and torsions there
+    are limits from the right, at the end of the curve from the left."""
+    dtt: list[PointOrNull] | Missing = None
+    """Second derivatives."""
+    curvature: list[float | None] | Missing = None
+    """Curvatures, 1/r on a circle of radius r; of a curve in the plane positive where it turns
+    left. Null where they are infinite, as at most cusps, and where the curve is one point."""
+    dttt: list[PointOrNull] | Missing = None
+    """Third derivatives."""
+    torsion: list[float | None] | Missing = None
+    """Torsions of a curve in space, positive where it twists like a right-handed screw; null where
+    they are infinite, and where the curve is straight."""
     report: CurveReport

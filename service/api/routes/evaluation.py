@@ -56,13 +56,13 @@ _POINTS, _CONVERSIONS, _CURVES = (
 )
 
 
-def _select_example(examples: Json, name: str) -> Json:
-    return {name: examples[name]}
+def _select_examples(examples: Json, *names: str) -> Json:
+    return {name: examples[name] for name in names}
 
 
 show_responses(
     "queryPoints",
-    _select_example(_POINTS, "patch"),
+    _select_examples(_POINTS, "patch"),
     PointsRequest,
     lambda body: plan_points(body.to_surface(), body.to_query()).run(),
 )
@@ -74,7 +74,7 @@ show_responses(
 )
 show_responses(
     "createCurve",
-    _select_example(_CURVES, "quarter"),
+    _select_examples(_CURVES, "quarter", "parameters"),
     CurveRequest,
     lambda body: plan_curve(body.to_curve(), body.curve_options(), CURVES_BY_NAME["json"]).run(),
 )
@@ -170,10 +170,13 @@ async def convert_surface(body: ConvertRequest, context: ContextDep) -> Response
     openapi_extra=json_body(_CURVES, format_parameter(CURVE_FORMATS)),
 )
 async def create_curve(body: CurveRequest, context: ContextDep) -> Response:
-    """Samples the curve.
+    """Samples the curve, evenly, within a tolerance, or at parameters of your choice.
+
+    Row k of each column belongs to point k. Derivatives are with respect to the parameter of the
+    curve.
 
     The response is in the format that `format` names or `Accept` prefers; JSON without either. In
-    glTF, OOGL and OBJ a plane curve has z = 0.
+    glTF, OOGL and OBJ a plane curve has z = 0; these formats have no derivatives.
     """
     services, computation, _, fmt = context
     work = plan_curve(body.to_curve(), body.curve_options(), fmt, services.limits)

@@ -24,7 +24,7 @@ class PolylineSize:
 
     `name_bytes` are the UTF-8 bytes of the name. Of sections, `touching` counts the points where
     the surface only touches a plane, `coplanar` the patches that lie in a plane, and `skipped` the
-    faces of breps that were left out.
+    faces of breps that were left out. Of a curve, `order` is the order of its derivatives.
     """
 
     points: int
@@ -34,14 +34,20 @@ class PolylineSize:
     touching: int = 0
     coplanar: int = 0
     skipped: int = 0
+    order: int = 0
 
 
 @dataclass(frozen=True, slots=True)
 class PolylineFormat(FileFormat, Generic[Lines]):
-    """A format of curves, or of sections; `byte_bound` bounds the number of bytes of `encode`."""
+    """A format of curves, or of sections.
+
+    `byte_bound` bounds the number of bytes of `encode`. `has_columns` says whether the format
+    stores derivatives, and points that are no polyline.
+    """
 
     encode: Callable[[Lines], bytes]
     byte_bound: Callable[[PolylineSize], int]
+    has_columns: bool = False
 
 
 CurveFormat: TypeAlias = PolylineFormat[SampledCurve]
@@ -91,7 +97,7 @@ def number_points(polylines: Sequence[Polyline]) -> list[Ints]:
 
 def report_curve(report: CurveReport) -> dict[str, object]:
     """The report on a curve as a JSON object, for the formats that store a report."""
-    return {
+    facts = {
         "points": report.points,
         "pieces": report.pieces,
         "length": report.length,
@@ -100,6 +106,7 @@ def report_curve(report: CurveReport) -> dict[str, object]:
         "bounds": {"min": report.bounds_min, "max": report.bounds_max},
         "engine": report.engine,
     }
+    return {name: value for name, value in facts.items() if value is not None}
 
 
 def report_sections(sections: Sections, rounding: float = 0.0) -> dict[str, object]:

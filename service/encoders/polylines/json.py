@@ -23,6 +23,7 @@ def encode_curve(curve: SampledCurve) -> bytes:
         ("arc_lengths", curve.arc_lengths),
     )
     document |= {name: values for name, values in columns if values is not None}
+    document |= curve.derivatives
     return json_document(document | {"report": report_curve(curve.report)})
 
 
@@ -50,8 +51,9 @@ def encode_sections(sections: Sections) -> bytes:
 def curve_bound(size: PolylineSize) -> int:
     """The most bytes of the document of a curve: all lists, with three coordinates."""
     # The report has 8 float64. A point has 3, its tangent 3, its parameter and arc length 1 each;
-    # point and tangent have brackets.
-    return 512 + 8 * FLOAT64_CHARS + size.points * (8 * (FLOAT64_CHARS + 1) + 4)
+    # point and tangent have brackets. An order of derivatives has 3 in brackets, and 1 or a bool.
+    row_bytes = (8 + 4 * size.order) * (FLOAT64_CHARS + 1) + 4 + 2 * size.order
+    return 512 + 32 * size.order + 8 * FLOAT64_CHARS + size.points * row_bytes
 
 
 def sections_bound(size: PolylineSize) -> int:

@@ -21,6 +21,8 @@ def _build(
     encode: Callable[[Lines], bytes],
     byte_bound: Callable[[PolylineSize], int],
     title: str = "",
+    *,
+    has_columns: bool = False,
 ) -> PolylineFormat[Lines]:
     """A format that is a format of meshes, too, with its name, media type and suffix.
 
@@ -28,7 +30,14 @@ def _build(
     """
     fmt = BY_NAME[name]
     return PolylineFormat(
-        fmt.name, title or fmt.title, fmt.media_type, fmt.suffix, fmt.is_float32, encode, byte_bound
+        fmt.name,
+        title or fmt.title,
+        fmt.media_type,
+        fmt.suffix,
+        fmt.is_float32,
+        encode,
+        byte_bound,
+        has_columns,
     )
 
 
@@ -58,7 +67,13 @@ def _build_gltf(
 
 CURVE_FORMATS: tuple[CurveFormat, ...] = (
     *_build_gltf(gltf.build_curve, gltf.bound_curve_text, gltf.CURVE_POINT_BYTES),
-    _build("json", json.encode_curve, json.curve_bound, "Points, tangents and lengths as JSON"),
+    _build(
+        "json",
+        json.encode_curve,
+        json.curve_bound,
+        "Points, tangents and lengths as JSON",
+        has_columns=True,
+    ),
     _build("oogl", oogl.encode_curve, oogl.curve_bound),
     _build("obj", obj.encode_curve, obj.curve_bound),
 )

@@ -66,6 +66,20 @@ def arc_lengths(pieces: CurvePieces, samples: CurveSamples) -> FloatArray:
     return np.concatenate([[0.0], np.cumsum(lengths)])
 
 
+def find_lengths(pieces: CurvePieces, samples: CurveSamples) -> FloatArray:
+    """Length of the curve up to each of N samples in any order, and of the whole curve: (N+1,).
+
+    The samples are sorted, together with the beginnings of all pieces and the end of the curve.
+    """
+    ends = CurveSamples.uniform(pieces.count, 1)
+    piece = np.concatenate([samples.piece, ends.piece])
+    t = np.concatenate([samples.t, ends.t])
+    order = np.lexsort((t, piece))
+    lengths = np.empty(len(order))
+    lengths[order] = arc_lengths(pieces, CurveSamples(piece[order], t[order]))
+    return lengths[[*range(len(samples)), len(lengths) - 1]]
+
+
 def _refine(
     speeds: "Speeds",
     lengths: FloatArray,

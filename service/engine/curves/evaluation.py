@@ -13,7 +13,9 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import bernstein
 from service.bases.row_batches import row_slices
 from service.engine.extent import find_unit_scales
+from service.engine.points.places import round_to_ends
 from service.engine.vectors import dot, length
+from service.errors import MAX_ISSUES, InvalidRequest, Issue, format_number, pointer
 from service.surface.curve_model import CurvePieces
 
 CHUNK = 1 << 18
@@ -41,6 +43,38 @@ class CurveSamples:
         piece = np.minimum(number // divisions, count - 1)
         return CurveSamples(piece, (number - piece * divisions) / divisions)
 
+    @staticmethod
+    def locate(parameters: FloatArray, breaks: FloatArray) -> "CurveSamples":
+        """The samples at parameters (N,) of the curve's domain.
+
+        A parameter between two pieces belongs to the second, the end of the domain to the last. A
+        parameter that a few roundings led out of the domain is its end.
+
+        Raises
+        ------
+        InvalidRequest
+            `outside_domain`.
+        """
+        low, high = float(breaks[0]), float(breaks[-1])
+        inside = round_to_ends(parameters, np.array(low), np.array(high))
+        outside = np.flatnonzero(~((inside >= low) & (inside <= high)))[:MAX_ISSUES]
+        if len(outside):
+            raise InvalidRequest(
+                *(
+                    Issue(
+                        "outside_domain",
+                        "The parameter lies outside the curve.",
+                        pointer(("parameters", row)),
+                        format_number(parameters[row]),
+                        f"{format_number(low)} to {format_number(high)}",
+                    )
+                    for row in outside.tolist()
+                )
+            )
+        piece = np.searchsorted(breaks[1:-1], inside, side="right")
+        begin, end = breaks[piece], breaks[piece + 1]
+        return CurveSamples(piece, (inside - begin) / (end - begin))
+
     def __len__(self) -> int:
         return len(self.t)
 
@@ -65,7 +99,7 @@ def evaluate_positions(pieces: CurvePieces, samples: CurveSamples) -> FloatArray
     for rows in samples.chunks((pieces.degree + 1) * (pieces.dimension + 1)):
         piece, t = samples.piece[rows], samples.t[rows]
         weights = None if pieces.weights is None else pieces.weights[piece]
-        points = _evaluate(pieces.points[piece], weights, bernstein(pieces.degree, t))
+        points = evaluate_nets(pieces.points[piece], weights, bernstein(pieces.degree, t))
         for end, index in ((0.0, 0), (1.0, -1)):
             is_end = t == end
             points[is_end] = pieces.points[piece[is_end], index]
@@ -87,7 +121,7 @@ def evaluate_tangents(
     For a rational curve, C − C(t) = X / w with X_i = w_i (P_i − C(t)): the first derivative of X
     that does not vanish has the same direction.
     """
-    local_pieces = _LocalPieces(pieces)
+    local_pieces = LocalPieces(pieces)
     out = np.empty((len(samples), pieces.dimension))
     for rows in samples.chunks((pieces.degree + 1) * (pieces.dimension + 1)):
         out[rows] = local_pieces.directions(samples.piece[rows], samples.t[rows], before)
@@ -97,7 +131,7 @@ def evaluate_tangents(
     return out
 
 
-class _LocalPieces:
+class LocalPieces:
     """The pieces translated by their middles, each scaled by a power of two to a size near 1."""
 
     def __init__(self, pieces: CurvePieces) -> None:
@@ -105,13 +139,13 @@ class _LocalPieces:
         middle = low + (high - low) / 2
         local = pieces.points - middle[:, None]
         size = np.abs(local).max(axis=(1, 2))
-        scale = find_unit_scales(size)
-        self.points: FloatArray = local * scale[:, None, None]
+        self.scale: FloatArray = find_unit_scales(size)
+        self.points: FloatArray = local * self.scale[:, None, None]
         self.weights: FloatArray | None = None
         if pieces.weights is not None:
             self.weights = pieces.weights / pieces.weights.max(axis=1, keepdims=True)
         # Far from zero, the rounding of the control points limits the precision, too.
-        max_distance = np.abs(middle).max(axis=1) * scale
+        max_distance = np.abs(middle).max(axis=1) * self.scale
         self.zero_limit: FloatArray = ZERO_DERIVATIVE + 2.0**-50 * max_distance
         self.has_length: Bools = size > 0
         self.degree, self.dimension = pieces.degree, pieces.dimension
@@ -126,7 +160,7 @@ class _LocalPieces:
             derivative = dot(lower_basis[:, :, None], np.diff(points, axis=1))
         else:
             weights = self.weights[piece]
-            centre = _evaluate(points, weights, bernstein(self.degree, t))
+            centre = evaluate_nets(points, weights, bernstein(self.degree, t))
             net = weights[:, :, None] * (points - centre[:, None])
             derivative = dot(lower_basis[:, :, None], np.diff(net, axis=1))
         lengths = length(derivative, -1)
@@ -143,7 +177,7 @@ class _LocalPieces:
         """Directions (N, d) at samples where C′ vanishes; NaN where all derivatives vanish."""
         points = self.points[piece]
         weights = np.ones(points.shape[:2]) if self.weights is None else self.weights[piece]
-        centre = _evaluate(points, weights, bernstein(self.degree, t))
+        centre = evaluate_nets(points, weights, bernstein(self.degree, t))
         net = weights[:, :, None] * (points - centre[:, None])
         from_left = (t == 1.0) | (before & (t > 0.0))
         directions = np.full(centre.shape, np.nan)
@@ -183,7 +217,7 @@ class _LocalPieces:
         return self.directions(piece, t.astype(np.float64), False)[number.ravel()]
 
 
-def _evaluate(points: FloatArray, weights: FloatArray | None, basis: FloatArray) -> FloatArray:
+def evaluate_nets(points: FloatArray, weights: FloatArray | None, basis: FloatArray) -> FloatArray:
     """Points of curves, one for each row of control points: (N, n+1, d) → (N, d)."""
     if weights is None:
         return dot(basis[:, :, None], points)

@@ -4,13 +4,14 @@ from dataclasses import dataclass
 from math import inf
 
 from service.bases.arrays import FloatArray, RealArray
+from service.engine.curves.derivatives import Columns
 from service.engine.mesh.mesh import ENGINE
 from service.engine.options import MAX_RESOLUTION
 from service.errors import InvalidRequest, Issue
 from service.surface.checks import Up
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class CurveOptions:
     """The options that choose the samples of a curve, and the data computed for each sample.
 
@@ -20,6 +21,10 @@ class CurveOptions:
         Divisions of every piece. Not used if there is a tolerance.
     tolerance : float or None
         Model units. The curve stays within this distance of the polyline of its samples.
+    parameters : ndarray of float64, shape (N,), or None
+        The samples, in any order, in place of `resolution` and `tolerance`.
+    order : 0, 1, 2 or 3
+        The order of the derivatives that samples carry.
     tangents, arc_lengths : bool
         Whether samples carry unit tangents, and the length of the curve up to them.
     """
@@ -28,6 +33,15 @@ class CurveOptions:
     tolerance: float | None = None
     tangents: bool = True
     arc_lengths: bool = True
+    parameters: FloatArray | None = None
+    order: int = 0
+
+    @property
+    def field(self) -> str:
+        """The name of the request's field that chooses the samples."""
+        if self.parameters is not None:
+            return "parameters"
+        return "resolution" if self.tolerance is None else "tolerance"
 
     def __post_init__(self) -> None:
         if not 1 <= self.resolution <= MAX_RESOLUTION:
@@ -71,15 +85,16 @@ class CurveReport:
 
     `length` is that of the curve, not of the polyline. The last point of a `closed` curve repeats
     the first. `deviation_bound` bounds the distance of every point of the curve from the polyline
-    through the stored points. `bounds_min` and `bounds_max` are the bounds of the stored points, in
-    model coordinates. `engine` is the version of the engine (`ENGINE`).
+    through the stored points; it is None for points at chosen parameters, which are no polyline.
+    `bounds_min` and `bounds_max` are the bounds of the stored points, in model coordinates.
+    `engine` is the version of the engine (`ENGINE`).
     """
 
     points: int
     pieces: int
     length: float
     closed: bool
-    deviation_bound: float
+    deviation_bound: float | None
     bounds_min: tuple[float, ...]
     bounds_max: tuple[float, ...]
     engine: int = ENGINE
@@ -87,7 +102,7 @@ class CurveReport:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SampledCurve:
-    """Samples of a curve in order, from its beginning to its end.
+    """Samples of a curve: in order, from its beginning to its end, or at chosen parameters.
 
     Attributes
     ----------
@@ -99,6 +114,8 @@ class SampledCurve:
         In the curve's own domain.
     arc_lengths : ndarray of float64, shape (N,), or None
         Length of the curve up to each sample.
+    derivatives : Columns
+        The columns of `evaluate_derivatives`.
     origin : ndarray of float64, shape (d,)
         Model coordinates of the zero of `points`.
     """
@@ -108,6 +125,7 @@ class SampledCurve:
     tangents: FloatArray | None
     parameters: FloatArray
     arc_lengths: FloatArray | None
+    derivatives: Columns
     origin: FloatArray
     up: Up
     report: CurveReport
