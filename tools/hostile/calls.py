@@ -273,7 +273,7 @@ def build_curve_cases() -> Iterator[HostileBody]:
     many = '{"curve":{"control_points":[[0,0],[1,1]]},"parameters":'
     yield build_long_case(
         "parameters",
-        lambda: f"{many}[{repeat_word('0', 300_001)}]}}",
+        lambda: f"{many}{repeat_word('0', 300_001)}}}",
         "too_many_points",
         "/parameters",
     )
