@@ -4,7 +4,8 @@ A tube that is pinched flat has at its end a curve that is passed twice, there a
 curve turns inside an edge, both halves of the edge are one curve: a cut at the turn makes them one
 edge with two sides, for meshes and for measures alike. A Bézier curve C that runs back along itself
 is an even function about the parameter τ of the turn: C(τ + s) = C(τ − s). So C′ vanishes at τ, and
-has opposite directions on both sides of it.
+has opposite directions on both sides of it. No curve but a point is even about two parameters: it
+would be periodic.
 """
 
 import numpy as np
@@ -35,7 +36,7 @@ def find_folds(edges: OpenEdges, radius: float) -> tuple[Ints, FloatArray, Float
     Returns
     -------
     edge : ndarray of int, shape (K,)
-        Numbers of edges; of several turns of one edge only the first.
+        Numbers of edges, each once.
     at, slack : ndarrays of float64, shape (K,)
         The parameters of the turns, and the largest difference of parameters that count as equal.
     """
@@ -50,14 +51,15 @@ def find_folds(edges: OpenEdges, radius: float) -> tuple[Ints, FloatArray, Float
             [evaluate_with_slope(curves, weights, np.full(len(curves), t))[1] for t in samples], 1
         )
         is_turn = dot(slopes[:, 1:], slopes[:, :-1], -1) < 0
-        rows = np.flatnonzero(is_turn.any(axis=1))
+        rows, before = np.nonzero(is_turn)
         if not len(rows):
             continue
-        first = is_turn[rows].argmax(axis=1)
         nets, w = curves[rows], None if weights is None else weights[rows]
-        at = _find_turns(nets, w, slopes[rows, first], samples[first], samples[first + 1])
+        direction = slopes[rows, before]
+        at = _find_turns(nets, w, direction, samples[before], samples[before + 1])
         is_fold = _is_even(nets, w, at, radius) & (at > MIN_TURN) & (at < 1 - MIN_TURN)
-        found.append((group.ids[rows[is_fold]], at[is_fold]))
+        rows, first = np.unique(rows[is_fold], return_index=True)
+        found.append((group.ids[rows], at[is_fold][first]))
     if not found:
         return np.empty(0, np.intp), np.empty(0), np.empty(0)
     edge, at = (np.concatenate(parts) for parts in zip(*found, strict=True))

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from service.engine.measures.measure import measure
 from service.engine.measures.values import MeasureQuery
+from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from tests.engine.meshing import build_mesh, check_sound
 from tests.strategies import Array
@@ -97,3 +98,21 @@ def test_a_border_that_turns_at_any_parameter_is_open_where_it_is_alone(
         assert result.boundary_count == 1
         lengths.append(result.boundary_length.value)
     assert lengths[1:] == pytest.approx(lengths[:1] * 2, rel=1e-6)
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-3])
+def test_a_border_that_turns_several_times_is_folded_where_it_is_even(scale: float) -> None:
+    """T4, the polynomial of Chebyshev, turns three times, but is even about the second one only."""
+    v = np.arange(5) / 4
+    bernstein = BSpline.design_matrix(v, [0] * 5 + [1] * 5, 4).toarray()
+    chebyshev = np.polynomial.Chebyshev.basis(4)(2 * v - 1)
+    border = np.linalg.solve(bernstein, np.stack([chebyshev, 0.3 * chebyshev, 0 * v], axis=1))
+    opposite = np.array([[-1, 0, 2], [-0.5, 0.2, 2], [0, 0, 2.1], [0.5, -0.1, 2], [1, 0, 2]])
+    turn = Rotation.random(random_state=3).as_matrix()
+    surface = BezierSurface(np.stack([border, opposite]) @ turn.T * scale)
+    mesh = build_mesh(surface.lower(), resolution=(3, 3))
+    check_sound(mesh)
+    # The border is one edge with two sides; the opposite side is two edges.
+    assert mesh.report.boundary_edges == 3 * 4
+    result = measure(surface.lower(), MeasureQuery())
+    assert (result.open_edges, result.boundary_count) == (4, 1)

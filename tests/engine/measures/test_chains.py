@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 from service.engine.measures import precision as precision_module
 from service.engine.measures.chains import chain_edges
@@ -12,6 +13,8 @@ from service.engine.measures.measure import measure
 from service.engine.measures.precision import Precision
 from service.engine.measures.values import MeasureQuery, Measures
 from service.surface.bezier import BezierSurface
+from service.surface.convert.operations import Elevate
+from service.surface.convert.table import convert
 from service.surface.multipatch import MultipatchSurface
 from tests.strategies import Array, apply_symmetry, symmetries
 
@@ -34,15 +37,28 @@ def build_ring(corners: int, *, half_turns: int) -> list[Array]:
     return [np.stack([lines[k], lines[k + 1]]) for k in range(corners)]
 
 
-@given(st.integers(3, 7), st.integers(0, 2), st.data())
+def elevate(net: Array, degree: tuple[int, int]) -> Array:
+    """The net of the same patch in a higher degree."""
+    result = convert(BezierSurface(net), [Elevate(degree)])
+    assert isinstance(result, BezierSurface)
+    return result.control_net
+
+
+@given(st.integers(3, 7), st.integers(0, 2), st.sampled_from([1.0, 1e-4, 1e5]), st.data())
 def test_a_ring_has_two_borders_and_a_moebius_strip_one(
-    corners: int, half_turns: int, data: st.DataObject
+    corners: int, half_turns: int, scale: float, data: st.DataObject
 ) -> None:
-    """Each patch is turned in its own way: reversed, or with u and v exchanged."""
+    """Each patch is turned in its own way, reversed or with u and v exchanged, in any degree."""
     turns = data.draw(st.lists(symmetries, min_size=corners, max_size=corners))
-    nets = build_ring(corners, half_turns=half_turns)
+    degree = st.tuples(st.integers(1, 3), st.integers(1, 3))
+    degrees = data.draw(st.lists(degree, min_size=corners, max_size=corners))
+    turn = Rotation.random(random_state=data.draw(st.integers(0, 9))).as_matrix()
+    nets = [net @ turn.T * scale for net in build_ring(corners, half_turns=half_turns)]
     result = measure_nets(
-        [apply_symmetry(net, turn) for net, turn in zip(nets, turns, strict=True)]
+        [
+            apply_symmetry(elevate(net, each), symmetry)
+            for net, each, symmetry in zip(nets, degrees, turns, strict=True)
+        ]
     )
     expected = measure_nets(nets)
     assert [loop.closed for loop in result.boundaries] == [True] * (1 if half_turns == 1 else 2)

@@ -63,11 +63,15 @@ def check_exchanged(
     st.integers(0, 2**32 - 1),
     st.tuples(st.integers(1, 4), st.integers(1, 4)),
     st.sampled_from([-1.0, -0.4, 1.0, 2.5]),
-    turns,
+    st.tuples(turns, st.sampled_from([1.0, 1e-4, 1e5])),
     st.data(),
 )
 def test_parallel_partials_at_a_corner_give_one_answer(
-    seed: int, degree: tuple[int, int], ratio: float, turn: Array, data: st.DataObject
+    seed: int,
+    degree: tuple[int, int],
+    ratio: float,
+    placement: tuple[Array, float],
+    data: st.DataObject,
 ) -> None:
     assume(degree != (1, 1))  # such a patch is a triangle with parallel sides at one corner
     net = np.random.default_rng(seed).uniform(-1, 1, (degree[0] + 1, degree[1] + 1, 3))
@@ -76,7 +80,8 @@ def test_parallel_partials_at_a_corner_give_one_answer(
     rows, columns = (slice(None, None, -1 if corner >> k & 1 else 1) for k in (1, 0))
     oriented = net[rows, columns]
     oriented[0, 1] = oriented[0, 0] + ratio * (oriented[1, 0] - oriented[0, 0])
-    check_exchanged(net @ turn.T, weights, None, [CORNERS[corner]])
+    turn, scale = placement
+    check_exchanged(net @ turn.T * scale, weights, None, [CORNERS[corner]])
 
 
 @given(
