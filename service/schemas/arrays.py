@@ -9,6 +9,7 @@ the first position that has this error.
 """
 
 from collections.abc import Iterable
+from dataclasses import replace
 from itertools import chain
 from math import prod
 from typing import Any, TypeAlias
@@ -104,20 +105,31 @@ class NumberGrid(GridRules):
             return values
         return np.pad(values, [(0, 0)] * (values.ndim - 1) + [(0, 1)])
 
+    def to_homogeneous(self) -> "NumberGrid":
+        """The rules for homogeneous points, which have one number more than points in space."""
+        return replace(
+            self,
+            width=(self.width or 0) + 1,
+            may_be_planar=False,
+            width_rule="A homogeneous control point has four numbers, [w x, w y, w z, w].",
+        )
+
     def __get_pydantic_core_schema__(
         self, source: object, handler: GetCoreSchemaHandler
     ) -> core_schema.CoreSchema:
         """The validator of the field; it refuses null, and every other value that is not a list."""
 
         def validate(value: object, info: ValidationInfo) -> Array:
-            limits = limits_of(info)
+            limits, grid = limits_of(info), self
+            if self.may_be_homogeneous and getattr(info, "data", {}).get("homogeneous"):
+                grid = self.to_homogeneous()
             # Clients often send the same indices with other points, so arrays of indices are
             # cached.
             if self.integers:
                 return build_by_text(
                     value, (limits, *self.levels), lambda: self.array(value, limits)
                 )
-            return self.array(value, limits)
+            return grid.array(value, limits)
 
         return core_schema.with_info_plain_validator_function(validate)
 
@@ -128,8 +140,8 @@ class NumberGrid(GridRules):
         result: dict[str, Any] = (
             {"type": "integer", "minimum": 0} if self.integers else {"type": "number"}
         )
-        if self.positive:
-            result["exclusiveMinimum"] = 0
+        if self.is_weight:
+            result["minimum"] = 0
         for level in reversed(range(len(self.levels))):
             result = {"type": "array", "items": result, "minItems": 1}
             if level in self.degree_levels:
@@ -142,8 +154,10 @@ class NumberGrid(GridRules):
                     result = tuple_schema(result["items"], self.width)
                 result |= self.list_schema
                 if self.may_be_planar:
-                    plane = tuple_schema(result["items"], PLANAR_WIDTH)
-                    result = {"oneOf": [result, plane]}
+                    items = result["items"]
+                    result = {"oneOf": [result, tuple_schema(items, PLANAR_WIDTH)]}
+                    if self.may_be_homogeneous and self.width:
+                        result["oneOf"].append(tuple_schema(items, self.width + 1))
         return result
 
 
@@ -256,13 +270,14 @@ def _count_points(definition: BaseModel) -> int:
 
     Such arrays are control points, weights, indices, colours and uvs; attributes are not counted.
     For a multipatch it is the sum over its surfaces; for a tube or ribbon it is that of its curve.
-    A brep counts its own points.
+    Breps, and nets whose degree is raised, count their own points.
     """
     if (point_count := getattr(definition, "point_count", None)) is not None:
         return int(point_count)
     if surfaces := getattr(definition, "surfaces", ()):
         return sum(map(_count_points, surfaces))
-    definition = getattr(definition, "curve", definition)
+    if (curve := getattr(definition, "curve", None)) is not None:
+        return _count_points(curve)
     return max(
         (
             # In a triangle, the list of the rows and the rows are one axis.

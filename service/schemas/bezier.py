@@ -6,30 +6,48 @@ rows are one axis of (n+1)(n+2)/2 entries.
 
 import re
 from dataclasses import replace
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, ValidationInfo, model_validator
 
 from service.bases.arrays import AnyArray, FloatArray
+from service.bases.raising import Raising, TriangleDirection
 from service.bases.triangle import degree_of, degree_or_none, row_starts
 from service.errors import InvalidRequest, Issue, pointer
 from service.schemas.arrays import NumberGrid
 from service.schemas.channels import NET, TRIANGLE, build_channels
-from service.schemas.fields import SURFACE_WEIGHTS, NameField, StrictModel, UpField
+from service.schemas.document import DocumentLimits
+from service.schemas.fields import SURFACE_WEIGHTS, NameField, UpField
+from service.schemas.homogeneous import (
+    Homogeneous,
+    RationalModel,
+    divide,
+    find_weights,
+    lift,
+)
+from service.schemas.raising import (
+    bezier_directions,
+    find_corners,
+    least_of_patches,
+    least_of_triangles,
+    plan_net,
+)
+from service.schemas.validation import limits_of
 from service.surface.bezier import BezierSurface, TriangleSurface
 
 CONTROL_NET = NumberGrid(
     ("rows", "control points", "coordinates"),
     width=3,
     may_be_planar=True,
+    may_be_homogeneous=True,
     point_levels=2,
     degree_levels=(0, 1),
 )
-NET_WEIGHTS = NumberGrid(("rows", "weights"), positive=True, degree_levels=(0, 1))
+NET_WEIGHTS = NumberGrid(("rows", "weights"), is_weight=True, degree_levels=(0, 1))
 
 
-class BezierNet(StrictModel):
+class BezierNet(RationalModel):
     """One tensor-product Bézier patch: the surface of a face of a `brep`.
 
     S(u, v) = Σ B_i(u) B_j(v) w_ij P_ij / Σ B_i(u) B_j(v) w_ij for u and v from 0 to 1. A net of
@@ -40,6 +58,7 @@ class BezierNet(StrictModel):
     type: Literal["bezier"] = Field(
         default="bezier", description="The kind of surface; `bezier` is the default."
     )
+    homogeneous: Homogeneous = False
     control_net: Annotated[FloatArray, CONTROL_NET] = Field(
         description="Control points [x, y, z], or [x, y] in the plane z = 0, row by row. Rows "
         "follow each other along u, points in a row along v; rows have equal lengths. At least "
@@ -49,6 +68,31 @@ class BezierNet(StrictModel):
     weights: Annotated[FloatArray | None, NET_WEIGHTS, SURFACE_WEIGHTS] = Field(
         default=None, examples=[[[1, 0.7071067811865476, 1], [1, 0.7071067811865476, 1]]]
     )
+
+    @model_validator(mode="after")
+    def _check(self, info: ValidationInfo) -> Self:
+        return self.prepare(limits_of(info))
+
+    def _plan(self, limits: DocumentLimits) -> Raising | None:
+        weights = find_weights(self.control_net, self.weights, is_homogeneous=self.homogeneous)
+        if weights is None:
+            return None
+        field = "control_net" if self.homogeneous else "weights"
+        return plan_net(
+            weights,
+            bezier_directions(weights.shape),
+            limits,
+            corners=[(field, *index) for index in find_corners(weights)],
+            look=lambda: least_of_patches(weights[np.newaxis]),
+        )
+
+    def divided(self) -> Self:
+        """The net with points and positive weights."""
+        if self.raising is None:
+            return self
+        values = lift(self.control_net, self.weights, is_homogeneous=self.homogeneous)
+        points, weights = divide(self.raising.apply(values))
+        return self.replaced(control_net=points, weights=weights)
 
 
 class BezierDefinition(BezierNet):
@@ -70,7 +114,8 @@ class BezierDefinition(BezierNet):
     def to_surface(self) -> BezierSurface:
         """The surface as a value; raises `InvalidRequest` with pointers relative to the surface."""
         channels = build_channels(self.colors, self.uvs, self.attributes)
-        return BezierSurface(self.control_net, self.weights, self.up, self.name, channels)
+        net = self.divided()
+        return BezierSurface(net.control_net, net.weights, self.up, self.name, channels)
 
 
 TRIANGLE_RULE = "A triangle of n + 1 rows is one patch of degree n."
@@ -78,6 +123,7 @@ TRIANGLE_NET = NumberGrid(
     ("rows", "control points", "coordinates"),
     width=3,
     may_be_planar=True,
+    may_be_homogeneous=True,
     point_levels=2,
     degree_levels=(0,),
     degree_rule=TRIANGLE_RULE,
@@ -85,7 +131,7 @@ TRIANGLE_NET = NumberGrid(
 )
 TRIANGLE_WEIGHTS = NumberGrid(
     ("rows", "weights"),
-    positive=True,
+    is_weight=True,
     degree_levels=(0,),
     degree_rule=TRIANGLE_RULE,
     triangle_level=1,
@@ -94,7 +140,7 @@ TRIANGLE_WEIGHTS = NumberGrid(
 _NETS = ("control_net", "weights", "colors", "uvs")
 
 
-class TriangleDefinition(StrictModel):
+class TriangleDefinition(RationalModel):
     """One triangular Bézier patch of any degree, rational if weights are given.
 
     S(r, s, t) = Σ n!/(i! j! k!) r^i s^j t^k w_ijk b_ijk / Σ n!/(i! j! k!) r^i s^j t^k w_ijk for
@@ -104,6 +150,7 @@ class TriangleDefinition(StrictModel):
     """
 
     type: Literal["triangle"] = Field(description="The kind of surface.")
+    homogeneous: Homogeneous = False
     control_net: Annotated[FloatArray, TRIANGLE_NET] = Field(
         description="Control points [x, y, z], or [x, y] in the plane z = 0, row by row. Each row "
         "has one point less than the row before. At least two rows; every coordinate is finite and "
@@ -124,11 +171,39 @@ class TriangleDefinition(StrictModel):
     up: UpField = "y"
     name: NameField = "surface"
 
+    @model_validator(mode="after")
+    def _check(self, info: ValidationInfo) -> Self:
+        return self.prepare(limits_of(info))
+
+    def _plan(self, limits: DocumentLimits) -> Raising | None:
+        weights = find_weights(self.control_net, self.weights, is_homogeneous=self.homogeneous)
+        if weights is None:
+            return None
+        degree = degree_of(len(weights))
+        field = "control_net" if self.homogeneous else "weights"
+        rows = {0: (0, 0), degree: (0, degree), len(weights) - 1: (degree, 0)}
+        return plan_net(
+            weights,
+            [TriangleDirection(0, degree)],
+            limits,
+            corners=[(field, *row) for index, row in rows.items() if weights[index] <= 0],
+            look=lambda: least_of_triangles(weights[np.newaxis]),
+        )
+
+    def divided(self) -> Self:
+        """The triangle with points and positive weights."""
+        if self.raising is None:
+            return self
+        values = lift(self.control_net, self.weights, is_homogeneous=self.homogeneous)
+        points, weights = divide(self.raising.apply(values))
+        return self.replaced(control_net=points, weights=weights)
+
     def to_surface(self) -> TriangleSurface:
         """The surface as a value; raises `InvalidRequest` with pointers relative to the surface."""
         try:
             channels = build_channels(self.colors, self.uvs, self.attributes)
-            return TriangleSurface(self.control_net, self.weights, self.up, self.name, channels)
+            net = self.divided()
+            return TriangleSurface(net.control_net, net.weights, self.up, self.name, channels)
         except InvalidRequest as error:
             nets = {f"/{name}": getattr(self, name) for name in _NETS}
             nets |= {pointer(("attributes", name)): net for name, net in self.attributes.items()}

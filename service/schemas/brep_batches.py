@@ -19,6 +19,7 @@ from service.schemas.batches import (
     require_type,
     take,
 )
+from service.schemas.divided_splines import CURVES, NETS, divide_splines
 from service.schemas.document import DocumentLimits
 from service.schemas.spline_batches import read_curves, read_surfaces
 from service.surface.brep_lists import (
@@ -48,7 +49,7 @@ def read_edges(items: Objects, limits: DocumentLimits) -> EdgeColumns:
         read_indices(list(chain.from_iterable(vertices))), np.repeat(3 - lengths, lengths)
     ).reshape(-1, 2)
     has_curve = np.array(["curve" in item for item in items], bool)
-    curves = read_curves([item["curve"] for item in items if "curve" in item], 3, limits)
+    curves = _read_curves([item["curve"] for item in items if "curve" in item], 3, limits)
     uncertainties = np.full(count, np.nan)
     if "uncertainty" in used:
         is_given = ["uncertainty" in item for item in items]
@@ -76,7 +77,7 @@ def read_faces(items: Objects, limits: DocumentLimits) -> FaceColumns:
         for number, name in zip(named, given, strict=True):
             names[number] = name
     palette, colors = _read_colors(items)
-    surfaces = read_surfaces(take(items, "surface"), limits)
+    surfaces = read_surfaces(divide_splines(take(items, "surface"), NETS, limits), limits)
     lists = [item.get("loops", ()) for item in items]
     require(set(map(type, lists)) <= {list, tuple})
     loop_counts = np.fromiter(map(len, lists), np.intp, len(lists))
@@ -100,6 +101,11 @@ def check_face_columns(faces: FaceColumns, limits: DocumentLimits) -> FaceColumn
     """`check_faces` of columns whose names have not been read either."""
     read_names([name for name in faces.names if name])
     return check_faces(faces, limits)
+
+
+def _read_curves(curves: Objects, dimension: int, limits: DocumentLimits) -> CurveTable:
+    """The table of curves, of which some may have homogeneous points or weights of 0."""
+    return read_curves(divide_splines(curves, CURVES, limits), dimension, limits)
 
 
 def _check_curves(curves: CurveTable, limits: DocumentLimits) -> CurveTable:
@@ -136,7 +142,7 @@ def _read_loops(
     curves = _join(pcurves, counts, None)
     has_pcurve = np.array([curve is not None for curve in curves], bool)
     require((has_pcurve | has_edge).all())
-    table = read_curves([curve for curve in curves if curve is not None], 2, limits)
+    table = _read_curves([curve for curve in curves if curve is not None], 2, limits)
     numbers = np.array(counts, np.intp), coedge_edges, np.array(flags, bool)
     return *numbers, number_given(has_pcurve), table
 

@@ -94,6 +94,7 @@ class EdgeDefinition(StrictModel):
 
 def _check_curve(curve: Any, path: tuple[str | int, ...], dimension: int) -> None:
     """Refuse a curve as its own class does, and control points of another dimension."""
+    curve = curve.divided()
     found = curve.control_points.shape[-1]
     if found != dimension:
         message = {
@@ -244,6 +245,7 @@ class FaceDefinition(StrictModel):
 
 def _check_surface(surface: BezierNet | BsplineNet) -> None:
     """Refuse a surface as its own class does, and a surface that is not continuous."""
+    surface = surface.divided()
     if isinstance(surface, BezierNet):
         BezierSurface(surface.control_net, surface.weights)
         return

@@ -1,7 +1,7 @@
 """The JSON language of one tensor-product B-spline surface, NURBS included."""
 
 from dataclasses import replace
-from typing import Annotated, Any, Literal, TypeAlias, cast
+from typing import Annotated, Any, Literal, Self, TypeAlias, cast
 
 import numpy as np
 from pydantic import (
@@ -14,27 +14,45 @@ from pydantic import (
 )
 
 from service.bases.arrays import FloatArray
+from service.bases.raising import Raising
 from service.errors import Issue
 from service.schemas.arrays import NumberGrid
 from service.schemas.channels import SPLINE, build_channels
+from service.schemas.document import DocumentLimits
 from service.schemas.fields import (
     SURFACE_WEIGHTS,
     NameField,
-    StrictModel,
     UpField,
     list_of_two,
     one_or_two,
     whole_numbers,
 )
+from service.schemas.homogeneous import (
+    Homogeneous,
+    RationalModel,
+    divide,
+    find_weights,
+    lift,
+)
+from service.schemas.raising import (
+    plan_spline,
+    raised_spline,
+)
 from service.schemas.validation import limits_of, to_invalid, wrong_type
 from service.surface.bspline import BsplineSurface
 from service.surface.checks import MAX_DEGREE
+from service.surface.convert.nets import map_channels
+from service.surface.convert.refine_spline import avoid_shape
 from service.surface.knots import NAMED, KnotName, Knots
 
 SPLINE_NET = NumberGrid(
-    ("rows", "control points", "coordinates"), width=3, may_be_planar=True, point_levels=2
+    ("rows", "control points", "coordinates"),
+    width=3,
+    may_be_planar=True,
+    may_be_homogeneous=True,
+    point_levels=2,
 )
-SPLINE_WEIGHTS = NumberGrid(("rows", "weights"), positive=True, point_levels=2)
+SPLINE_WEIGHTS = NumberGrid(("rows", "weights"), is_weight=True, point_levels=2)
 KNOTS = NumberGrid(("knots",))
 
 
@@ -109,7 +127,7 @@ KnotVectors: TypeAlias = Annotated[
 ]
 
 
-class BsplineNet(StrictModel):
+class BsplineNet(RationalModel):
     """One tensor-product B-spline surface: the surface of a face of a `brep`.
 
     S(u, v) = Σ N_i(u) N_j(v) w_ij P_ij / Σ N_i(u) N_j(v) w_ij over the domain of its knots. A net
@@ -118,6 +136,7 @@ class BsplineNet(StrictModel):
     """
 
     type: Literal["bspline"] = Field(description="The kind of surface.")
+    homogeneous: Homogeneous = False
     control_net: Annotated[FloatArray, SPLINE_NET] = Field(
         description="Control points [x, y, z], or [x, y] in the plane z = 0, row by row. Rows "
         "follow each other along u, points in a row along v; rows have equal lengths. At least "
@@ -156,9 +175,25 @@ class BsplineNet(StrictModel):
     )
 
     @model_validator(mode="after")
-    def _check_degree(self, info: ValidationInfo) -> "BsplineNet":
+    def _check(self, info: ValidationInfo) -> Self:
         check_degree_limits(self.degree, info)
-        return self
+        return self.prepare(limits_of(info))
+
+    def _plan(self, limits: DocumentLimits) -> Raising | None:
+        weights = find_weights(self.control_net, self.weights, is_homogeneous=self.homogeneous)
+        if weights is None:
+            return None
+        field = "control_net" if self.homogeneous else "weights"
+        return plan_spline(weights, self.knots, self.degree, field, limits)
+
+    def divided(self) -> Self:
+        """The net with points and positive weights."""
+        if self.raising is None:
+            return self
+        values = lift(self.control_net, self.weights, is_homogeneous=self.homogeneous)
+        points, weights = divide(self.raising.apply(values))
+        degree, knots = raised_spline(self.raising, self.knots)
+        return self.replaced(control_net=points, weights=weights, degree=degree, knots=knots)
 
 
 class BsplineDefinition(BsplineNet):
@@ -180,6 +215,14 @@ class BsplineDefinition(BsplineNet):
     def to_surface(self) -> BsplineSurface:
         """The surface as a value; raises `InvalidRequest` with pointers relative to the surface."""
         channels = build_channels(self.colors, self.uvs, self.attributes)
+        net = self.divided()
+        old, new = self.control_net.shape[:2], net.control_net.shape[:2]
+        if self.raising is not None and old != new:
+            apply = self.raising.apply
+            channels = map_channels(
+                channels,
+                lambda each: apply(each) if each.shape[:2] == old else avoid_shape(each, new),
+            )
         return BsplineSurface(
-            self.control_net, self.degree, self.knots, self.weights, self.up, self.name, channels
+            net.control_net, net.degree, net.knots, net.weights, self.up, self.name, channels
         )

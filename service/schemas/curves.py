@@ -1,18 +1,20 @@
 """The JSON language of curves: a model for each kind, their union, and the request of a curve."""
 
 from dataclasses import replace
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Literal, Self, TypeAlias
 
 from pydantic import Field, Tag, ValidationInfo, model_validator
 from typing_extensions import TypeAliasType
 
 from service.bases.arrays import FloatArray
+from service.bases.raising import Raising
 from service.engine.curves.derivatives import MAX_ORDER
 from service.engine.curves.polyline import CurveOptions
 from service.engine.options import MAX_RESOLUTION
-from service.errors import InvalidRequest, Issue
+from service.errors import InvalidRequest, Issue, count_nouns
 from service.schemas.arrays import NumberGrid
 from service.schemas.bspline import KnotVector, check_degree_limits
+from service.schemas.document import DocumentLimits
 from service.schemas.fields import (
     CURVE_WEIGHTS,
     NameField,
@@ -24,7 +26,22 @@ from service.schemas.fields import (
     one_of_kinds,
     optional,
 )
-from service.schemas.validation import to_invalid
+from service.schemas.homogeneous import (
+    Homogeneous,
+    RationalModel,
+    divide,
+    find_weights,
+    lift,
+)
+from service.schemas.raising import (
+    bezier_directions,
+    find_corners,
+    least_of_curve,
+    plan_net,
+    plan_spline,
+    raised_spline,
+)
+from service.schemas.validation import limits_of, to_invalid, to_refusal
 from service.surface.checks import MAX_DEGREE
 from service.surface.curve import BezierCurve, BsplineCurve, Curve
 
@@ -33,17 +50,17 @@ BEZIER_POINTS = NumberGrid(
     point_levels=1,
     degree_levels=(0,),
     degree_rule="n + 1 control points are one Bézier curve of degree n.",
-    list_schema={"minItems": 2, "maxItems": 3},
+    list_schema={"minItems": 2, "maxItems": 4},
 )
 SPLINE_POINTS = NumberGrid(
-    ("control points", "coordinates"), point_levels=1, list_schema={"minItems": 2, "maxItems": 3}
+    ("control points", "coordinates"), point_levels=1, list_schema={"minItems": 2, "maxItems": 4}
 )
 Weights: TypeAlias = Annotated[
-    FloatArray | None, NumberGrid(("weights",), positive=True, point_levels=1), CURVE_WEIGHTS
+    FloatArray | None, NumberGrid(("weights",), is_weight=True, point_levels=1), CURVE_WEIGHTS
 ]
 
 
-class BezierCurveDefinition(StrictModel):
+class BezierCurveDefinition(RationalModel):
     """One Bézier curve of any degree, in the plane or in space, rational if weights are given.
 
     C(t) = Σ B_i(t) w_i P_i / Σ B_i(t) w_i for t from 0 to 1. A curve of n + 1 control points has
@@ -53,6 +70,7 @@ class BezierCurveDefinition(StrictModel):
     type: Literal["bezier"] = Field(
         default="bezier", description="The kind of curve; `bezier` is the default."
     )
+    homogeneous: Homogeneous = False
     control_points: Annotated[FloatArray, BEZIER_POINTS] = Field(
         description="The control polygon: at least two points, all [x, y] or all [x, y, z].",
         examples=[[[0, 0, 0], [1, 2, 0], [3, 2, 1], [4, 0, 1]], [[1, 0], [1, 1], [0, 1]]],
@@ -61,12 +79,38 @@ class BezierCurveDefinition(StrictModel):
     up: UpField = "y"
     name: NameField = "curve"
 
+    @model_validator(mode="after")
+    def _check(self, info: ValidationInfo) -> Self:
+        return self.prepare(limits_of(info))
+
+    def _plan(self, limits: DocumentLimits) -> Raising | None:
+        weights = find_curve_weights(self)
+        if weights is None:
+            return None
+        field = "control_points" if self.homogeneous else "weights"
+        return plan_net(
+            weights,
+            bezier_directions(weights.shape),
+            limits,
+            corners=[(field, *index) for index in find_corners(weights)],
+            look=lambda: least_of_curve(weights),
+        )
+
+    def divided(self) -> Self:
+        """The curve with points and positive weights."""
+        if self.raising is None:
+            return self
+        values = lift(self.control_points, self.weights, is_homogeneous=self.homogeneous)
+        points, weights = divide(self.raising.apply(values))
+        return self.replaced(control_points=points, weights=weights)
+
     def to_curve(self) -> BezierCurve:
         """The curve as a value; raises `InvalidRequest` with pointers relative to the curve."""
-        return BezierCurve(self.control_points, self.weights, self.up, self.name)
+        curve = self.divided()
+        return BezierCurve(curve.control_points, curve.weights, self.up, self.name)
 
 
-class BsplineCurveDefinition(StrictModel):
+class BsplineCurveDefinition(RationalModel):
     """One B-spline curve in the plane or in space; with weights it is a NURBS curve.
 
     C(t) = Σ N_i(t) w_i P_i / Σ N_i(t) w_i over the domain of its knots; n control points need
@@ -75,6 +119,7 @@ class BsplineCurveDefinition(StrictModel):
     """
 
     type: Literal["bspline"] = Field(description="The kind of curve.")
+    homogeneous: Homogeneous = False
     control_points: Annotated[FloatArray, SPLINE_POINTS] = Field(
         description="The control polygon: at least degree + 1 points, all [x, y] or all [x, y, z]. "
         "A periodic curve needs at least 3 points, and they are not repeated.",
@@ -97,15 +142,48 @@ class BsplineCurveDefinition(StrictModel):
     name: NameField = "curve"
 
     @model_validator(mode="after")
-    def _check_degree(self, info: ValidationInfo) -> "BsplineCurveDefinition":
+    def _check(self, info: ValidationInfo) -> Self:
         check_degree_limits((self.degree,), info)
-        return self
+        return self.prepare(limits_of(info))
+
+    def _plan(self, limits: DocumentLimits) -> Raising | None:
+        weights = find_curve_weights(self)
+        if weights is None:
+            return None
+        field = "control_points" if self.homogeneous else "weights"
+        return plan_spline(weights, (self.knots,), (self.degree,), field, limits)
+
+    def divided(self) -> Self:
+        """The curve with points and positive weights."""
+        if self.raising is None:
+            return self
+        values = lift(self.control_points, self.weights, is_homogeneous=self.homogeneous)
+        points, weights = divide(self.raising.apply(values))
+        (degree,), (knots,) = raised_spline(self.raising, (self.knots,))
+        return self.replaced(control_points=points, weights=weights, degree=degree, knots=knots)
 
     def to_curve(self) -> BsplineCurve:
         """The curve as a value; raises `InvalidRequest` with pointers relative to the curve."""
+        curve = self.divided()
         return BsplineCurve(
-            self.control_points, self.degree, self.knots, self.weights, self.up, self.name
+            curve.control_points, curve.degree, curve.knots, curve.weights, self.up, self.name
         )
+
+
+def find_curve_weights(
+    curve: BezierCurveDefinition | BsplineCurveDefinition,
+) -> FloatArray | None:
+    """`find_weights` of a curve, whose homogeneous points have three or four numbers."""
+    points = curve.control_points
+    if curve.homogeneous and points.shape[-1] not in (3, 4):
+        message = (
+            "Homogeneous control points are [w x, w y, w] in the plane, [w x, w y, w z, w] else."
+        )
+        got, needed = count_nouns(points.shape[-1], "numbers"), "3 or 4 numbers"
+        raise to_refusal(
+            [(("control_points",), Issue("wrong_dimension", message, "", got, needed))]
+        )
+    return find_weights(points, curve.weights, is_homogeneous=curve.homogeneous)
 
 
 CurveDefinition = TypeAliasType(

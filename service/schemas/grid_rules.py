@@ -41,10 +41,13 @@ class GridRules:
     may_be_planar : bool
         Whether the innermost lists may have one number less than `width`, all of them: points in a
         plane, which get the last coordinate 0.
+    may_be_homogeneous : bool
+        Whether the innermost lists have one number more than `width` if the field `homogeneous` of
+        the same object is true.
     integers : bool
         Whether the numbers are indices.
-    positive : bool
-        Whether the JSON Schema requires positive numbers; the class of the surface checks them.
+    is_weight : bool
+        Whether the JSON Schema refuses negative numbers; the class of the surface checks them.
     point_levels : int
         The items of the lists at this depth (1 for the outermost list) are counted as control
         points, also if they are weights or indices; 0 if nothing is counted.
@@ -66,8 +69,9 @@ class GridRules:
     levels: tuple[str, ...]
     width: int | None = None
     may_be_planar: bool = False
+    may_be_homogeneous: bool = False
     integers: bool = False
-    positive: bool = False
+    is_weight: bool = False
     point_levels: int = 0
     degree_levels: tuple[int, ...] = ()
     min_degree: int = 1
@@ -194,6 +198,8 @@ class GridRules:
             count_nouns(length, self.levels[level]) for length in (got, needed)
         )
         if self.is_last(level) and self.width is not None:
+            if self.may_be_homogeneous and got == self.width + 1:
+                needed_text += ", or `homogeneous`: true beside the points"
             return Issue("wrong_dimension", self.width_rule, got=got_text, needed=needed_text)
         if level == self.triangle_level:
             return ragged_triangle(got_text, needed_text)

@@ -1,7 +1,7 @@
 """The JSON language of many patches: Bézier patches over shared vertices, and multipatches."""
 
 from math import prod
-from typing import Annotated, Any, Literal, TypeAlias, cast
+from typing import Annotated, Any, Literal, Self, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,14 +15,23 @@ from service.schemas import bezier, bspline
 from service.schemas.arrays import NumberGrid, check_total
 from service.schemas.bezier import TRIANGLE_RULE, point_to_rows
 from service.schemas.channels import VERTEX, build_channels
+from service.schemas.document import DocumentLimits
 from service.schemas.fields import NameField, Parts, StrictModel, UpField, one_of_kinds
+from service.schemas.homogeneous import Homogeneous, PlannedModel, divide, find_weights, lift
+from service.schemas.raised_patches import RaisedPatches, plan_patches
 from service.schemas.validation import limits_of, to_refusal
 from service.surface.grids import NO_GRIDS, Grids
 from service.surface.multipatch import MAX_SURFACES, MultipatchSurface, Single
 from service.surface.patches import NO_TRIANGLES, PatchSurface
 
-VERTICES = NumberGrid(("vertices", "coordinates"), width=3, may_be_planar=True, point_levels=1)
-VERTEX_WEIGHTS = NumberGrid(("weights",), positive=True, point_levels=1)
+VERTICES = NumberGrid(
+    ("vertices", "coordinates"),
+    width=3,
+    may_be_planar=True,
+    may_be_homogeneous=True,
+    point_levels=1,
+)
+VERTEX_WEIGHTS = NumberGrid(("weights",), is_weight=True, point_levels=1)
 PATCHES = NumberGrid(
     ("patches", "rows", "indices"), integers=True, point_levels=3, degree_levels=(1, 2)
 )
@@ -67,7 +76,7 @@ def _shape(grid: object) -> tuple[int, ...]:
     return len(grid), len(grid[0])
 
 
-class PatchesDefinition(StrictModel):
+class PatchesDefinition(PlannedModel):
     """Many Bézier patches over shared vertices, as in the files of the teapot.
 
     Patches are grids of one degree or of several, triangles of one degree, or both. If neighbouring
@@ -76,6 +85,7 @@ class PatchesDefinition(StrictModel):
     """
 
     type: Literal["patches"] = Field(description="The kind of surface.")
+    homogeneous: Homogeneous = False
     vertices: Annotated[FloatArray, VERTICES] = Field(
         description="Control points [x, y, z], or [x, y] in the plane z = 0, that the patches "
         "share.",
@@ -83,7 +93,8 @@ class PatchesDefinition(StrictModel):
     )
     weights: Annotated[FloatArray | None, VERTEX_WEIGHTS] = Field(
         default=None,
-        description="One positive weight for every vertex.",
+        description="One weight for every vertex, positive, or 0 for a point that does not pull; "
+        "that of a corner is positive.",
         examples=[[1, 1, 0.5, 0.5, 1, 1]],
     )
     patches: Annotated[Any, PATCHES, WrapValidator(_parse_grids)] = Field(
@@ -117,10 +128,28 @@ class PatchesDefinition(StrictModel):
     up: UpField = "y"
     name: NameField = "surface"
 
+    @model_validator(mode="after")
+    def _check(self, info: ValidationInfo) -> Self:
+        return self.prepare(limits_of(info))
+
+    def _plan(self, limits: DocumentLimits) -> RaisedPatches | None:
+        weights = find_weights(self.vertices, self.weights, is_homogeneous=self.homogeneous)
+        if weights is None:
+            return None
+        field = "vertices" if self.homogeneous else "weights"
+        return plan_patches(weights, self.patches, self.triangles, field, limits)
+
     def to_surface(self) -> PatchSurface:
         """The surface as a value; raises `InvalidRequest` with pointers relative to the surface."""
         parts = tuple((name, tuple(members.tolist())) for name, members in self.parts.items())
         channels = build_channels(self.colors, self.uvs, self.attributes)
+        vertices, weights, patches, triangles = (
+            self.vertices, self.weights, self.patches, self.triangles,
+        )  # fmt: skip
+        if self.raising is not None:
+            values = lift(vertices, weights, is_homogeneous=self.homogeneous)
+            values, patches, triangles, channels = self.raising.apply(values, channels)
+            vertices, weights = divide(values)
         if not len(self.patches) + len(self.triangles):
             raise InvalidRequest(
                 Issue(
@@ -133,14 +162,7 @@ class PatchesDefinition(StrictModel):
             )
         try:
             return PatchSurface(
-                self.vertices,
-                self.patches,
-                self.weights,
-                parts,
-                self.up,
-                self.name,
-                channels,
-                self.triangles,
+                vertices, patches, weights, parts, self.up, self.name, channels, triangles
             )
         except InvalidRequest as error:
             raise point_to_rows(error, r"/triangles/\d+", self.triangles.shape[1]) from None

@@ -288,7 +288,7 @@ def _not_positive(where: str, value: float) -> Issue:
         "Weights are positive: only then does the surface stay within its control points.",
         where,
         f"{value:.6g}",
-        "a number above 0",
+        "a number above 0, or 0 for a point that does not pull and is no corner",
     )
 
 

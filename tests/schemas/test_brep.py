@@ -313,7 +313,7 @@ REFUSALS: list[tuple[str, object, str, str]] = [
     (f"{CURVE}/knots/3", -1, "knots_decrease", f"/{CURVE}/knots/3"),
     (f"{CURVE}/knots/5", 1, "knot_multiplicity", f"/{CURVE}/knots/5"),
     (f"{CURVE}/knots", "cubic", "wrong_value", f"/{CURVE}/knots"),
-    (f"{CURVE}/weights/3", 0, "weight_not_positive", f"/{CURVE}/weights/3"),
+    (f"{CURVE}/weights/3", -1, "weight_not_positive", f"/{CURVE}/weights/3"),
     (f"{CURVE}/weights/3", 1e-9, "weight_ratio", f"/{CURVE}/weights"),
     (f"{CURVE}/weights", [1, 2], "weights_shape", f"/{CURVE}/weights"),
     (f"{CURVE}/control_points/2", [5, 7], "ragged", f"/{CURVE}/control_points/2"),

@@ -105,7 +105,7 @@ def test_options_have_the_defaults_of_the_engine() -> None:
 
 def test_issues_of_values_have_their_pointer_in_the_request() -> None:
     request = validate_document(
-        MeshRequest, {"surface": {"control_net": NET, "weights": [[1, 1], [1, 0]]}}, LIMITS
+        MeshRequest, {"surface": {"control_net": NET, "weights": [[1, 1], [1, -1]]}}, LIMITS
     )
     with pytest.raises(InvalidRequest) as refusal:
         request.to_surface()

@@ -117,13 +117,13 @@ def build_array_cases() -> Iterator[HostileFile]:
     yield build_case(
         "1e39", change_number(1e39, 1, 2, 0), 422, "coordinate_too_large", f"{pointer}/1/2/0"
     )
-    for value in (0, -1):
+    for value, row, column in ((0, 0, 3), (-1, 1, 2)):
         yield build_case(
             f"weight {value}",
-            change_number(value, 1, 2, 3, dimension=4),
+            change_number(value, row, column, 3, dimension=4),
             422,
             "weight_not_positive",
-            "/surface/weights/1/2",
+            f"/surface/weights/{row}/{column}",
         )
     yield HostileFile(
         "too many control points",

@@ -285,7 +285,7 @@ def build_triangle_cases() -> Iterator[HostileBody]:
             "wrong_type": "[1,1,1,1,1,1]@/0",
             "weights_shape": "[[1,1],[1]]",
             "ragged": "[[1,1,1],[1,1,1],[1]]@/1",
-            "weight_not_positive": "[[1,1,1],[1,0],[1]]@/1/1",
+            "weight_not_positive": "[[1,1,1],[1,1],[0]]@/2/0 [[1,1,1],[1,-1],[1]]@/1/1",
         },
         "colors": {
             "out_of_range": "[[[0,0,0],[1,1,1]],[[1,0,2]]]@/1/0/2",

@@ -13,9 +13,9 @@ import numpy as np
 from service.bases import knots as knot
 from service.bases import polynomials
 from service.bases.affine_combination import combine
-from service.bases.arrays import FloatArray, Ints
+from service.bases.arrays import FloatArray
 from service.bases.blossoms import find_refinement, raise_knots
-from service.bases.extraction import SAME_SHARE
+from service.bases.closing import close_rows
 from service.bases.polynomials import Net, map_net
 from service.errors import InvalidRequest, Issue, TooLarge
 from service.surface.bspline import BsplineSurface
@@ -81,7 +81,7 @@ def refine_over(
         if is_periodic:
             # `knot_vectors` is for a net whose first p rows are repeated at its end.
             net = map_net(net, lambda values: knot.wrap_points(values, old_degree))
-        return _close_rows(combine(*net, index, shares), net, index, shares)
+        return close_rows(combine(*net, index, shares), net, index, shares)
 
     points, weights = apply_along((surface.control_net, surface.weights), axis, refine)
     new_counts = _change_one((old_counts[0], old_counts[1]), axis, new_count)
@@ -93,7 +93,7 @@ def refine_over(
         if net.shape[:2] == old_counts:
             return apply_along((net, None), axis, refine)[0]
         restrict = partial(polynomials.restrict, first=ends[0], last=ends[1])
-        return _avoid_shape(apply_along((net, None), axis, restrict)[0], new_counts)
+        return avoid_shape(apply_along((net, None), axis, restrict)[0], new_counts)
 
     return replace(
         surface,
@@ -110,26 +110,7 @@ def _change_one(pair: tuple[Value, Value], axis: int, value: Value) -> tuple[Val
     return (value, pair[1]) if axis == 0 else (pair[0], value)
 
 
-def _close_rows(new_net: Net, old_net: Net, index: Ints, shares: FloatArray) -> Net:
-    """Copy the first row of `new_net` to its last if both are equal but for rounding.
-
-    The ends of a periodic spline are equal in exact arithmetic, and must stay equal after rounding.
-    Both rows are weighted means of rows of `old_net`, by `index` and `shares`: they are equal if
-    these rows are equal and the shares differ by rounding alone.
-    """
-    first, last = (np.flatnonzero(shares[:, end]) for end in (0, -1))
-    has_same_shares = len(first) == len(last) and bool(
-        (np.abs(shares[first, 0] - shares[last, -1]) <= SAME_SHARE).all()
-    )
-    begin, end = index[first, 0], index[last, -1]
-    if has_same_shares and all(np.array_equal(v[begin], v[end]) for v in old_net if v is not None):
-        for values in new_net:
-            if values is not None:
-                values[-1] = values[0]
-    return new_net
-
-
-def _avoid_shape(net: FloatArray, counts: tuple[int, int]) -> FloatArray:
+def avoid_shape(net: FloatArray, counts: tuple[int, int]) -> FloatArray:
     """The Bézier net of a channel, elevated by one degree if its shape begins with `counts`.
 
     `counts` are the rows and columns of the control net: a channel with as many would count as a
