@@ -66,6 +66,7 @@ CONVERT = Query(
         _operation_flag("reverse", "u|v", "reverse u or v"),
         _operation_flag("bezier", None, "convert a B-spline to Bézier patches"),
         _operation_flag("triangle", "lower|upper", "make a triangular patch of half a patch"),
+        _operation_flag("patch", "K", "change only this patch, by the operation before this flag"),
         _operation_flag("untrim", "[M:]FACE", "take the whole surface of a face of a brep"),
         _operation_flag(
             "select", "[M:]FACE,FACE", "take some faces of a brep; of a group, member M"
@@ -96,10 +97,23 @@ def operations_from_text(arguments: Iterable[tuple[str, str]]) -> tuple[list[str
     flags: list[str] = []
     operations: list[Any] = []
     for name, text in arguments:
+        if name == "patch":
+            _choose_patch(operations, text)
+            continue
         parsed = _parse_list(text) if name == "operations" else [_parse_operation(name, text)]
         operations += parsed
         flags += [name] * len(parsed)
     return flags, operations
+
+
+def _choose_patch(operations: list[Any], text: str) -> None:
+    """Limit the last operation to a patch; a malformed number stays a string."""
+    from service.schemas.query import number_from_text
+
+    if not operations or not isinstance(operations[-1], dict):
+        texts = "A patch belongs to an operation.", "--patch", "no operation before it"
+        raise InvalidRequest(Issue("missing_field", *texts, "an operation, then --patch"))
+    operations[-1]["patch"] = number_from_text(text)
 
 
 def _parse_operation(name: str, text: str) -> dict[str, object]:

@@ -7,7 +7,7 @@ from typing import Any
 
 from service.encoders.text import json_bound, json_document
 from service.engine.models import NOT_PATCHES
-from service.errors import InvalidRequest, Issue
+from service.errors import InvalidRequest
 from service.pipeline.cost import (
     Cost,
     Work,
@@ -19,18 +19,10 @@ from service.pipeline.cost import (
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.schemas.surfaces import definition
 from service.surface.convert.nets import SizeLimits
-from service.surface.convert.operations import Operation, Select, Untrim
+from service.surface.convert.operations import Operation
 from service.surface.convert.table import convert
 from service.surface.group import GroupSurface
 from service.surface.kinds import Surface
-
-NOT_PARAMETRIC = Issue(
-    "not_parametric",
-    "A group has no parameters; each of its surfaces has its own.",
-    "/surface",
-    "a group",
-    "one of its members",
-)
 
 
 def plan_conversion(
@@ -50,7 +42,7 @@ def plan_conversion(
     Raises
     ------
     InvalidRequest
-        `not_parametric`: a group, a tube or a ribbon. But faces are taken from breps in groups too.
+        `not_parametric`: a tube or a ribbon.
     """
     if not operations:
         return _plan_document(surface, limits, "/surface", reading)
@@ -74,12 +66,9 @@ def limit_conversion(
     InvalidRequest
         `not_parametric`, as `plan_conversion`.
     """
-    size = surface.size()
-    if not isinstance(operations[0], Untrim | Select):
-        if isinstance(surface, GroupSurface):
-            raise InvalidRequest(NOT_PARAMETRIC)
-        if size.curves:
-            raise InvalidRequest(replace(NOT_PATCHES, pointer="/surface"))
+    size = surface.written_size()
+    if size.curves and not isinstance(surface, GroupSurface):
+        raise InvalidRequest(replace(NOT_PATCHES, pointer="/surface"))
     # A result with more control points than fit into memory is refused as too large.
     max_points = min(allowed.control_points, max_converted_points(size, limits))
     cost = conversion_cost(size, min(max_points, conversion_points(size, operations)))

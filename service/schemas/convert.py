@@ -8,7 +8,7 @@ line in `OPERATIONS` and its line in `OperationDefinition`. If it adds control p
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import BeforeValidator, Field, Tag
 from typing_extensions import TypeAliasType
@@ -61,6 +61,24 @@ Barycentric: TypeAlias = Annotated[
 ]
 
 
+FaceNumber: TypeAlias = Annotated[int, Field(ge=0)]
+PatchNumber: TypeAlias = Annotated[FaceNumber | None, Omittable()]
+
+
+def _patch_field(what: str) -> Any:
+    """The field `patch` of an operation; `what` says what happens without it."""
+    return optional(
+        "For `patches`, `multipatch` and `group`: the number of the patch that is changed, from 0, "
+        "as POST /v1/points counts it. Its surface or member keeps its place, its name and its "
+        f"placement; a B-spline in a group is changed as a whole. {what}",
+        0,
+    )
+
+
+_ALL = "By default all are changed."
+_ONE = "Needed if there are several."
+
+
 class ElevateDefinition(StrictModel):
     """Raises the degree without changing the points of the surface. Degrees cannot be lowered.
 
@@ -73,15 +91,17 @@ class ElevateDefinition(StrictModel):
         description="The new degree, [p, q] or one number for both; of triangles one number.",
         examples=[[3, 3], 4],
     )
+    patch: PatchNumber = _patch_field(_ALL)
 
 
 class SplitDefinition(StrictModel):
     """Splits one patch or a B-spline into two or four pieces, or a triangle into three.
 
     A patch becomes `patches` over shared vertices. A B-spline becomes a `group` of B-splines that
-    keep their parameters. Piece k along u and l along v has the number k · (number of pieces along
-    v) + l. A triangle is split at a point into three triangles, each between the point and one
-    side: the point replaces the corner r = 1 in the first, s = 1 in the second, t = 1 in the third.
+    keep their parameters; as a member of a group, a `multipatch` of them. Piece k along u and l
+    along v has the number k · (number of pieces along v) + l. A triangle is split at a point into
+    three triangles, each between the point and one side: the point replaces the corner r = 1 in the
+    first, s = 1 in the second, t = 1 in the third.
     """
 
     op: Literal["split"] = Field(description="The operation.")
@@ -95,6 +115,7 @@ class SplitDefinition(StrictModel):
         "Where to cut a triangle: barycentric coordinates [r, s, t] of a point inside.",
         [0.25, 0.25, 0.5],
     )
+    patch: PatchNumber = _patch_field(_ONE)
 
 
 class RestrictDefinition(StrictModel):
@@ -113,12 +134,14 @@ class RestrictDefinition(StrictModel):
     v: Annotated[Interval | None, Omittable()] = optional(
         "First and last v of the piece; by default the whole range.", [0, 0.5]
     )
+    patch: PatchNumber = _patch_field(_ONE)
 
 
 class TransposeDefinition(StrictModel):
     """Exchanges u and v of every patch, or s and t of a triangle. Normals change their sign."""
 
     op: Literal["transpose"] = Field(description="The operation.")
+    patch: PatchNumber = _patch_field(_ALL)
 
 
 class ReverseDefinition(StrictModel):
@@ -133,6 +156,7 @@ class ReverseDefinition(StrictModel):
     direction: values.Direction = Field(
         description="The parameter that runs backwards.", examples=["u"]
     )
+    patch: PatchNumber = _patch_field(_ALL)
 
 
 class BezierConversion(StrictModel):
@@ -142,6 +166,7 @@ class BezierConversion(StrictModel):
     """
 
     op: Literal["bezier"] = Field(description="The operation.")
+    patch: PatchNumber = _patch_field(_ALL)
 
 
 class TriangleConversion(StrictModel):
@@ -157,9 +182,9 @@ class TriangleConversion(StrictModel):
         description="Which half: `lower` or `upper` of the diagonal from (1, 0) to (0, 1).",
         examples=["lower"],
     )
+    patch: PatchNumber = _patch_field(_ONE)
 
 
-FaceNumber: TypeAlias = Annotated[int, Field(ge=0)]
 _MEMBER = (
     "Of a group, the number of the member, from 0, which is a brep; the result has no placement."
 )
@@ -173,8 +198,15 @@ class UntrimDefinition(StrictModel):
     """
 
     op: Literal["untrim"] = Field(description="The operation.")
-    face: FaceNumber = Field(description="The number of the face, from 0.", examples=[0])
+    face: Annotated[FaceNumber | None, Omittable()] = optional(
+        "The number of the face, from 0. Needed without `patch`.", 0
+    )
     member: Annotated[FaceNumber | None, Omittable()] = optional(_MEMBER, 0)
+    patch: PatchNumber = optional(
+        "In place of both: the number of the face among all faces and patches, as POST /v1/points "
+        "counts them.",
+        0,
+    )
 
 
 class SelectDefinition(StrictModel):

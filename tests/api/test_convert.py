@@ -74,16 +74,24 @@ def test_converted_surfaces_are_valid_surfaces(
     assert second_response.content == response.content
 
 
-def test_groups_are_refused(client: Client) -> None:
-    """A group cannot be converted, neither one in the request nor one that `split` returns."""
+def test_groups_are_converted(client: Client) -> None:
+    """Also one that `split` returns; an operation on one patch needs its number."""
     split = {"op": "split", "u": 1}
     document = {"surface": SURFACES["bspline"], "operations": [split, {"op": "transpose"}]}
-    error = client.post("/v1/convert", document).json()["errors"][0]
-    assert (error["code"], error["pointer"]) == ("not_parametric", "/operations/1")
+    response = client.post("/v1/convert", document)
+    assert response.status_code == 200
     group = client.post("/v1/convert", document | {"operations": [split]}).json()
     assert group["surface"]["type"] == "group"
     error = client.post("/v1/convert", group | {"operations": [split]}).json()["errors"][0]
-    assert (error["code"], error["pointer"]) == ("not_parametric", "/surface")
+    assert (error["code"], error["pointer"]) == ("missing_field", "/operations/0/patch")
+    operations = [{"op": "transpose"}, {"op": "reverse", "direction": "u", "patch": 3}]
+    converted = client.post("/v1/convert", group | {"operations": operations}).json()
+    assert converted["surface"]["type"] == "group"
+    points = [
+        client.post("/v1/points", {**each, "uv": [uv], "patch": 0}).json()["positions"][0]
+        for each, uv in ((group, [0.25, 0.5]), (converted, [0.5, 0.25]))
+    ]
+    assert points[0] == pytest.approx(points[1])
 
 
 def test_each_operation_converts_the_result_of_the_previous_one(client: Client) -> None:

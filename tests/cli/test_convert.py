@@ -53,6 +53,13 @@ def test_flags_become_operations(name: str, text: str, expected: dict[str, Any])
     assert operations_from_text([(name, text)]) == ([name], [{"op": name, **expected}])
 
 
+def test_a_patch_belongs_to_the_operation_before_it() -> None:
+    words = [("elevate", "3"), ("patch", "1"), ("transpose", ""), ("patch", "x")]
+    elevate, transpose = {"op": "elevate", "degree": 3}, {"op": "transpose"}
+    expected = [elevate | {"patch": 1}, transpose | {"patch": "x"}]
+    assert operations_from_text(words) == (["elevate", "transpose"], expected)
+
+
 def test_operations_are_applied_in_the_order_of_the_flags(tmp_path: Path, net: Path) -> None:
     output = tmp_path / "out.json"
     flags = ["--elevate", "2,3", "--reverse", "u", "--split", "v=0.5", "--transpose"]
@@ -104,6 +111,9 @@ REFUSALS = [
     (["--restrict", "w=0:1"], "--restrict: No field has this name."),
     (["--reverse", "w"], "--reverse: The value is not one of those allowed."),
     (["--split", "u=0.5", "--split", "v=0.5"], "--split: The patches of this surface"),
+    (["--patch", "0"], "--patch: A patch belongs to an operation."),
+    (["--split", "u=0.5", "--patch", "0"], "--split: The surface is one patch"),
+    (["--split", "u=0.5", "--transpose", "--patch", "2"], "--transpose: Patches are numbered"),
     (["--operations", '[{"op": "paint"}]'], "--operations: No operation has this name."),
     (
         ["--operations", '[{"op": "split", "u": 0.5, "u": 0.25}]'],

@@ -236,9 +236,11 @@ def build_brep_conversions() -> Iterator[HostileBody]:
         "wrong_length": '{"op":"select","faces":[]}@/faces',
         "out_of_range": '{"op":"untrim","face":-1}@/face',
         "unknown_face": '{"op":"untrim","face":1}@/face {"op":"select","faces":[0,7]}@/faces/1'
-        ' {"op":"untrim","face":18446744073709551615}@/face'
+        ' {"op":"untrim","patch":1}@/patch {"op":"untrim","face":18446744073709551615}@/face'
         ' {"op":"select","faces":[18446744073709551615]}@/faces/0',
         "repeated_face": '{"op":"select","faces":[0,0]}@/faces/1',
+        "conflicting_options": '{"op":"untrim","face":0,"patch":0}@/patch'
+        ' {"op":"untrim","member":0,"patch":0}@/patch',
         "unknown_field": '{"op":"untrim","face":0,"member":0}@/member',
         "not_parametric": '{"op":"elevate","degree":3} {"op":"bezier"} {"op":"transpose"}',
     }

@@ -192,7 +192,24 @@ def build_conversion_cases() -> Iterator[HostileBody]:
     yield from vary_operation("reverse", faults)
     faults = {"missing_field": "@/half", "wrong_value": ',"half":"left"@/half'}
     yield from vary_operation("triangle", faults)
-    yield from vary_operation("transpose", {"unknown_field": ',"u":1@/u'})
+    faults = {
+        "unknown_field": ',"u":1@/u',
+        "unexpected_patch": ',"patch":0@/patch',
+        "wrong_type": ',"patch":"0"@/patch ,"patch":[0]@/patch ,"patch":0.5@/patch',
+        "out_of_range": ',"patch":-1@/patch',
+        "null_value": ',"patch":null@/patch',
+    }
+    yield from vary_operation("transpose", faults)
+    member = '{"surface":{"control_net":[[[0,0,0],[0,1,1]],[[1,0,1],[1,1,2]]]}}'
+    group = f'{{"surface":{{"type":"group","members":[{member},{member}]}},"operations":[?]}}'
+    faults = {
+        "missing_field": '{"op":"split","u":0.5}@/patch {"op":"triangle","half":"lower"}@/patch',
+        "index_out_of_range": '{"op":"transpose","patch":2}@/patch'
+        ' {"op":"bezier","patch":18446744073709551615}@/patch',
+        "out_of_range": '{"op":"split","u":0,"patch":1}@/u',
+        "unsupported_operation": '{"op":"untrim","patch":1}@/patch',
+    }
+    yield from vary_body("group", group, "/operations/0", faults)
     yield from vary_operation("bezier", {"unknown_field": ',"degree":3@/degree'})
     pointer = "/operations"
     faults = {"null_value": "null", "wrong_type": transpose, "wrong_length": "[]"}

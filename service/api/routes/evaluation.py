@@ -129,7 +129,8 @@ async def convert_surface(body: ConvertRequest, context: ContextDep) -> Response
     """Applies the operations in their order and returns the converted surface.
 
     The operations may be left out: a CAD file, sent as the body, then becomes JSON, with the report
-    of reading it (`reading`). The response is in the format that `format` names or `Accept`
+    of reading it (`reading`). Of several patches or members, operations change all, or the one that
+    `patch` names. The response is in the format that `format` names or `Accept`
     prefers; JSON without either. JSON is a body for the other calls. Corner points keep their
     digits, and patches that shared an edge still share it. Colours, texture coordinates and
     attributes are converted too.

@@ -9,6 +9,7 @@ from service.errors import InvalidRequest, Issue
 from service.surface.bezier import BezierSurface
 from service.surface.brep import BrepSurface
 from service.surface.bspline import BsplineSurface
+from service.surface.convert.members import find_member
 from service.surface.convert.nets import SizeLimits
 from service.surface.convert.operations import Select, Untrim
 from service.surface.group import GroupSurface
@@ -26,8 +27,11 @@ def untrim(
         `unknown_face`, or `unknown_field` if the operation names a member.
     """
     _refuse_member(operation)
-    face = operation.face
-    _require_face(brep, face, "/face")
+    face, where = operation.face, "/face"
+    if face is None:
+        assert operation.patch is not None  # `Untrim` refuses an operation without both
+        face, where = operation.patch, "/patch"
+    _require_face(brep, face, where)
     name = brep.face_names[face] or brep.name
     one = brep.surfaces.select(np.array([face]))
     (p, q), counts = one.degrees[0].tolist(), one.counts[0].tolist()
@@ -101,6 +105,11 @@ def untrim_member(
     group: GroupSurface, operation: Untrim, allowed: SizeLimits
 ) -> BezierSurface | BsplineSurface:
     """`untrim` of a member of a group, without its placement."""
+    if operation.patch is not None:
+        member, face = find_member(group, operation.patch)
+        if not isinstance(group.members[member].surface, BrepSurface):
+            raise InvalidRequest(_not_a_brep("/patch"))
+        operation = Untrim(face, member)
     return untrim(_take_member(group, operation), replace(operation, member=None), allowed)
 
 
@@ -122,12 +131,15 @@ def _take_member(group: GroupSurface, operation: Untrim | Select) -> BrepSurface
         raise InvalidRequest(issue)
     surface = group.members[member].surface
     if not isinstance(surface, BrepSurface):
-        message = "Only breps have faces with trims."
-        issue = Issue("unsupported_operation", message, "/member", "another kind", "a brep")
-        raise InvalidRequest(issue)
+        raise InvalidRequest(_not_a_brep("/member"))
     if surface.metres_per_unit == group.metres_per_unit:
         return surface
     return replace(surface, metres_per_unit=group.metres_per_unit)  # its own has no effect
+
+
+def _not_a_brep(where: str) -> Issue:
+    message = "Only breps have faces with trims."
+    return Issue("unsupported_operation", message, where, "another kind", "a brep")
 
 
 def _refuse_member(operation: Untrim | Select) -> None:

@@ -75,7 +75,7 @@ def require_patch(surface: BezierSurface | PatchSurface) -> BezierSurface:
                 "",
                 f"{count_nouns(grid_count, 'four-sided patches')} and "
                 f"{count_nouns(triangle_count, 'triangles')}",
-                "a surface of one four-sided patch, or a B-spline",
+                "a surface of one four-sided patch, or a B-spline; or `patch` for one of several",
             )
         )
     (points, weights), channels = Batch.of_patches(surface, surface.patches[0])

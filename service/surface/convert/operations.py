@@ -1,4 +1,8 @@
-"""The operations of a conversion: frozen values, checked when they are created."""
+"""The operations of a conversion: frozen values, checked when they are created.
+
+`patch` is the number of the patch to which an operation is limited
+(`service.surface.convert.chosen`, and for groups `members`).
+"""
 
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
@@ -32,6 +36,7 @@ class Elevate:
     """Raise the degree to (p, q); triangles take p, which must equal q."""
 
     degree: tuple[int, int]
+    patch: int | None = None
 
     def __post_init__(self) -> None:
         for axis, degree in enumerate(self.degree):
@@ -54,6 +59,7 @@ class Split:
     u: float | None = None
     v: float | None = None
     at: tuple[float, float, float] | None = None
+    patch: int | None = None
 
     def __post_init__(self) -> None:
         if (self.at is None) == (self.u is None and self.v is None):
@@ -87,6 +93,7 @@ class Restrict:
 
     u: Interval | None = None
     v: Interval | None = None
+    patch: int | None = None
 
     def __post_init__(self) -> None:
         if self.u is None and self.v is None:
@@ -116,17 +123,22 @@ class Restrict:
 class Transpose:
     """Exchange u and v; the normal changes its sign."""
 
+    patch: int | None = None
+
 
 @dataclass(frozen=True, slots=True)
 class Reverse:
     """Reverse one parameter; the normal changes its sign."""
 
     direction: Direction
+    patch: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class ToBezier:
     """Convert a B-spline to the Bézier patches of its spans."""
+
+    patch: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,14 +146,29 @@ class ToTriangle:
     """Convert half of a patch to a triangular patch: lower for u + v ≤ 1, upper for u + v ≥ 1."""
 
     half: Half
+    patch: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Untrim:
-    """Take the whole surface of one face of a brep; `member` is the number of a group's member."""
+    """Take the whole surface of one face of a brep, or of a member of a group.
 
-    face: int
+    Either `face` is given, in a group with the number of the `member`; or `patch`, the number of
+    the face among all faces and patches.
+    """
+
+    face: int | None = None
     member: int | None = None
+    patch: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.face is None and self.patch is None:
+            message, needed = "One face is taken.", "`face`, or `patch`"
+            raise InvalidRequest(Issue("missing_field", message, "/face", "no number", needed))
+        if self.patch is not None and (self.face, self.member) != (None, None):
+            message, needed = "`patch` names the face, and its member.", "`patch` alone"
+            got = "`patch` beside `face` or `member`"
+            raise InvalidRequest(Issue("conflicting_options", message, "/patch", got, needed))
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,6 +188,7 @@ class Select:
             seen.add(face)
 
 
-Operation: TypeAlias = (
-    Elevate | Split | Restrict | Transpose | Reverse | ToBezier | ToTriangle | Untrim | Select
-)
+PatchOperation: TypeAlias = Elevate | Split | Restrict | Transpose | Reverse | ToBezier | ToTriangle
+"""The operations that change patches: all, or the one with the number `patch`."""
+
+Operation: TypeAlias = PatchOperation | Untrim | Select

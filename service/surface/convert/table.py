@@ -1,6 +1,7 @@
 """Which function converts which kind of surface, and conversions by several operations."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any, TypeAlias
 
@@ -8,6 +9,7 @@ from service.errors import InvalidRequest, Issue, SurfaceError, pointer
 from service.surface.bezier import BezierSurface, TriangleSurface
 from service.surface.brep import BrepSurface
 from service.surface.bspline import BsplineSurface
+from service.surface.convert.chosen import convert_patch, convert_surface_of
 from service.surface.convert.cut import (
     restrict_bezier,
     restrict_patches,
@@ -18,6 +20,7 @@ from service.surface.convert.cut import (
 )
 from service.surface.convert.elevate import elevate_bezier, elevate_patches, elevate_triangle
 from service.surface.convert.faces import select, select_of_member, untrim, untrim_member
+from service.surface.convert.members import convert_group
 from service.surface.convert.multipatch import bezier_of_multipatch, convert_each
 from service.surface.convert.nets import SizeLimits
 from service.surface.convert.operations import (
@@ -120,7 +123,8 @@ CONVERSIONS: Mapping[type[Operation], Mapping[type[Surface], Conversion]] = Mapp
         Select: {BrepSurface: select, GroupSurface: select_of_member},
     }
 )
-"""For each operation, the function for each kind of surface. Kinds that are missing are refused."""
+"""For each operation, the function for each kind of surface. Kinds that are missing are refused;
+groups, and operations on one of several patches, have functions for all operations (`apply`)."""
 
 
 def convert(
@@ -136,13 +140,44 @@ def convert(
     """
     for number, operation in enumerate(operations):
         try:
-            conversion = CONVERSIONS[type(operation)].get(type(surface))
-            if conversion is None:
-                raise InvalidRequest(_refusal(surface, operation))
-            surface = conversion(surface, operation, allowed)
+            surface = apply(surface, operation, allowed)
         except SurfaceError as error:
             raise error.within(pointer(("operations", number))) from None
     return surface
+
+
+def apply(surface: Surface, operation: Operation, allowed: SizeLimits) -> Surface:
+    """The surface after one operation; pointers of errors are relative to the operation."""
+    if isinstance(operation, Untrim | Select):
+        return _find_conversion(surface, operation)(surface, operation, allowed)
+    if isinstance(surface, GroupSurface):
+        return convert_group(surface, operation, allowed, apply)
+    number = operation.patch
+    if number is None:
+        return _find_conversion(surface, operation)(surface, operation, allowed)
+    operation = replace(operation, patch=None)
+    if isinstance(surface, PatchSurface):
+        return convert_patch(surface, number, operation, allowed, apply)
+    if isinstance(surface, MultipatchSurface):
+        return convert_surface_of(surface, number, operation, allowed, apply)
+    _find_conversion(surface, operation)
+    raise InvalidRequest(
+        Issue(
+            "unexpected_patch",
+            "The surface is one patch or one B-spline, which the operation changes as a whole.",
+            "/patch",
+            "a patch number",
+            "none for this kind of surface",
+        )
+    )
+
+
+def _find_conversion(surface: Surface, operation: Operation) -> Conversion:
+    """The function of the operation for this kind of surface."""
+    conversion = CONVERSIONS[type(operation)].get(type(surface))
+    if conversion is None:
+        raise InvalidRequest(_refusal(surface, operation))
+    return conversion
 
 
 def _refusal(surface: Surface, operation: Operation) -> Issue:
@@ -162,7 +197,7 @@ def _refusal(surface: Surface, operation: Operation) -> Issue:
             "not_parametric",
             "The surface as a whole has no parameters; each of its pieces has its own.",
             "",
-            "a group, a tube or a ribbon",
+            "a tube or a ribbon",
             needed,
         )
     return Issue(

@@ -175,7 +175,7 @@ def test_a_restricted_spline_has_the_points_of_the_spline(
             begin, end = low + a * (high - low), low + b * (high - low)
             assume(_has_room(surface.knot_vectors[axis], begin, end))
             intervals[axis] = begin, end
-    result = convert_to_spline(surface, Restrict(*intervals))
+    result = convert_to_spline(surface, Restrict(intervals[0], intervals[1]))
     for axis, interval in enumerate(intervals):
         # A parameter within rounding of an end of the domain counts as that end.
         expected = interval or find_domain(surface, axis)
