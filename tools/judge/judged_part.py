@@ -8,13 +8,15 @@ import numpy as np
 from pydantic import TypeAdapter
 
 from oracles.brep_documents import Array, Index
-from oracles.brep_partials import evaluate_surface
 from oracles.part_search import PartSearch
-from oracles.parts import INSIDE, UNSURE, Answers, Part, iterate_members, read_part
+from oracles.parts import INSIDE, UNSURE, Answers, Part, iterate_members, place, read_part
 from service.engine.brep.preparation.prepare import prepare
+from service.engine.parts.border_nets import build_border_nets
+from service.engine.parts.build import build_part
 from service.schemas.surfaces import SurfaceDefinition
 from service.settings.values import Settings
 from service.surface.brep_model import BrepModel
+from service.surface.lowered import GroupModel
 from tools.certify.part_documents import Document
 from tools.client import Client
 from tools.judge.part_cases import Case
@@ -33,9 +35,6 @@ FORM = 1e-14
 
 GAP_ROUNDING = 2.0**-42
 """Share of the largest coordinate that the service adds to gaps."""
-
-PARAMETER_ROUNDING = 2.0**-32
-"""Share of the parameters of a face by which the places are rounded that rays pass near edges."""
 
 NEAR = 2.0
 """Regions of the service and of the judge may differ up to this many gaps from an edge."""
@@ -65,8 +64,17 @@ class JudgedPart:
 
     @cached_property
     def diagonal(self) -> float:
-        """The diagonal of the box of control points; tolerances are relative to no larger one."""
-        return float(np.linalg.norm(np.ptp(self.part.corners, axis=0)))
+        """The diagonal of the box of all points and control points.
+
+        Tolerances are relative to no larger one.
+        """
+        rows = [self.part.corners]
+        for surface, matrix in iterate_members(self.case.document):
+            edges = [each["curve"] for each in surface.get("edges", []) if each.get("curve")]
+            points = [surface.get("vertices", []), *(each["control_points"] for each in edges)]
+            placed = [place(np.array(each, np.longdouble), matrix) for each in points if each]
+            rows += [each.astype(np.float64) for each in placed]
+        return float(np.linalg.norm(np.ptp(np.concatenate(rows), axis=0)))
 
     def list_samples(self) -> tuple[Array, Array]:
         """Points (n, 3) of faces, and points (m, 3) of borders; both are not empty."""
@@ -84,18 +92,15 @@ class JudgedPart:
         return np.asarray(self._bound_gaps[0])
 
     @cached_property
-    def drifts(self) -> Array:
-        """How far rounding of parameters moves points of each face near its edges, (F,)."""
-        share = np.linspace(0, 1, 9)
-        grid = np.stack(np.meshgrid(share, share), axis=-1).reshape(-1, 2)
-        rows = []
-        for face in self.part.faces:
-            low, high = face.box
-            _, partials = evaluate_surface(face.net, low + grid * (high - low), is_long=False)
-            moves = np.linalg.norm(partials, axis=2) @ (high - low)
-            stretch = np.linalg.norm(face.matrix[:3, :3], 2)
-            rows.append(PARAMETER_ROUNDING * moves.max() * stretch)
-        return np.array(rows)
+    def reach(self) -> float:
+        """How far from an edge or vertex rays may be that pass it, besides their thickness.
+
+        It is the largest radius of the tubes and balls in which the engine closes gaps.
+        """
+        model = validate(self.case.document).to_surface().lower()
+        assert isinstance(model, BrepModel | GroupModel)
+        nets = build_border_nets(build_part(model))
+        return 0.0 if nets is None else float(nets.reach.max() * nets.nets.scale)
 
     @cached_property
     def _bound_gaps(self) -> Array:

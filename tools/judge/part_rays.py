@@ -38,8 +38,8 @@ STEP = 1e-7
 NEXT, ROUNDS = 41, 7
 """Points of edges that are compared with a ray, around the nearest so far, and rounds of this."""
 
-GAPS, NEAR_THICKNESS = 2.5, 1 / 8
-"""Gaps, and share of the thickness, by which a hit near an edge may be further from its ray."""
+NEAR = 9 / 8
+"""Rays pass edges at no more than this number of thicknesses and reaches together."""
 
 DIGITS = 100
 """Crossings of the judge are this many roundings off, divided by the sine of the angle."""
@@ -175,10 +175,10 @@ def check_hits(judged: JudgedPart, rays: Rays, findings: Findings) -> None:
             f"{face[number]} at {places[number].tolist()}, near_edge {near_edge[number]}"
         )
 
-    # The gap of an edge is that of any of its faces, and parameters of borders are rounded.
-    gaps = np.where(near_edge, (judged.gaps + judged.drifts).max(), judged.gaps[face])
+    # A hit near an edge is on any of its faces, or between them.
+    gaps = np.where(near_edge, judged.reach, judged.gaps[face])
     thickness = 1.01 * THICKNESS * judged.diagonal + ON_PART * rays.reach[ray]
-    allowed = thickness + np.where(near_edge, GAPS * gaps + NEAR_THICKNESS * thickness, 0.0)
+    allowed = np.where(near_edge, NEAR * (thickness + gaps), thickness)
     offset = positions - rays.origins[ray]
     directions = rays.directions[ray] / rays.speeds[ray, np.newaxis]
     from_ray = np.linalg.norm(np.cross(offset, directions), axis=1)
