@@ -1,8 +1,8 @@
-"""Compares the memory that meshes use, in all formats, with the prediction: `make memory`.
+"""Compares the memory of meshes in all formats, and of questions to parts, with the prediction.
 
-For small meshes the program traces the allocations of Python and NumPy. For large meshes it
-measures the resident memory of a process of its own. The exit status is 1 if a mesh uses more
-memory than predicted.
+`make memory` runs it. For small meshes and for questions the program traces the allocations of
+Python and NumPy. For large meshes it measures the resident memory of a process of its own. The exit
+status is 1 if one of them uses more memory than predicted.
 
     python -m tools.memory [name of a surface …]
 """
@@ -10,30 +10,38 @@ memory than predicted.
 import sys
 import tracemalloc
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from multiprocessing import get_context
+from multiprocessing.pool import Pool
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from oracles.solids import read_solid
+from service.bases.cache import MESH_PLANS
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.accuracy import Accuracy
+from service.engine.measures.values import BudgetEnded
 from service.engine.options import MeshOptions, OverlayName
 from service.errors import SurfaceError
-from service.pipeline.cost import lowering_memory
+from service.pipeline.cost import Work, lowering_memory
 from service.pipeline.mesh import plan_mesh
 from service.pipeline.mesh_plan import build_plan
-from service.schemas.request import MeshRequest
+from service.schemas.request import MeshRequest, SurfaceRequest
 from service.schemas.validation import validate_document
 from service.settings.runtime import pin_blas, share_heap
 from service.surface.bezier import BezierSurface, TriangleSurface
+from service.surface.brep import BrepSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.channels import Channels
 from service.surface.examples.catalogue import EXAMPLES, find
 from service.surface.kinds import Surface
 from service.surface.patches import PatchSurface
+from tools.breps import build_sheet, repeat_solid
+from tools.part_questions import list_questions
 from tools.processes import peak_memory, reset_peak, resident_memory
 
 RESOLUTIONS = (1, 1), (3, 7)
@@ -42,6 +50,9 @@ LARGE = ("saddle", 900), ("utah-teapot", 150), ("tea-service", 60), ("spline", 6
 
 BREPS, BREP_TOLERANCES = ("box", "plate", "thread", "tee", "pipe", "sphere"), (1e-2, 1e-3, 1e-4)
 """Solids whose meshes are measured, and their tolerances, as shares of the diagonal."""
+
+ASKED = ("box", "plate", "gear", "impeller", "thread", "tee", "pipe")
+"""Solids that are asked all questions."""
 
 CACHE_BYTES = 16 << 20
 """Bytes that a process keeps in caches after the first large mesh: bases, plans, work arrays."""
@@ -169,6 +180,21 @@ def measure_brep(name: str, tolerance: float) -> Iterator[Measurement]:
             yield Measurement(title, measure_memory(work.run), work.cost.memory)
 
 
+def measure_questions(name: str, document: dict[str, Any]) -> Iterator[Measurement]:
+    """Measures all questions to a part, each as if it were the first to this part."""
+    surface = validate_document(SurfaceRequest, {"surface": document}).to_surface()
+    assert isinstance(surface, BrepSurface)
+    for title, work in list_questions(surface):
+        MESH_PLANS.clear()
+        yield Measurement(f"{name}, {title}", measure_memory(partial(_try, work)), work.cost.memory)
+
+
+def _try(work: Work[bytes]) -> None:
+    """Runs work that may end because its budget is too small, or the answer too long."""
+    with suppress(BudgetEnded, SurfaceError):
+        work.run()
+
+
 def measure_resident(name: str, divisions: int, fmt: str) -> Measurement:
     """Measures a large mesh in this process, which must have done no work before."""
     pin_blas()
@@ -203,30 +229,35 @@ def print_measurement(measurement: Measurement) -> bool:
     return exceeds_prediction
 
 
-def main(names: list[str]) -> int:
-    """Measures all surfaces, or the named ones; returns the exit status."""
-    pin_blas()
-    excess_count = count = 0
-    for name, surface in build_surfaces().items():
-        if not names or name in names:
-            for measurement in measure_surface(name, surface):
-                count += 1
-                excess_count += print_measurement(measurement)
-    for name in BREPS:
-        if not names or name in names:
-            for tolerance in BREP_TOLERANCES:
-                for measurement in measure_brep(name, tolerance):
-                    count += 1
-                    excess_count += print_measurement(measurement)
+def measure_all(names: list[str]) -> Iterator[Measurement]:
+    """Measures all surfaces and parts, or the named ones."""
+    asked = {name: read_solid(name) for name in ASKED}
+    asked |= {"300 faces": repeat_solid(read_solid("plate"), 10), "sheet": build_sheet(40, 40)}
+    by_name: list[tuple[str, Callable[[], Iterator[Measurement]]]] = [
+        *((name, partial(measure_surface, name, each)) for name, each in build_surfaces().items()),
+        *((name, partial(measure_brep, name, each)) for name in BREPS for each in BREP_TOLERANCES),
+        *((name, partial(measure_questions, name, each)) for name, each in asked.items()),
+    ]
     with get_context("spawn").Pool(1, maxtasksperchild=1) as pool:
         for name, divisions in LARGE:
+            calls = [(name, divisions, fmt.name) for fmt in FORMATS]
+            by_name.append((name, partial(_measure_in, pool, calls)))
+        for name, measure in by_name:
             if not names or name in names:
-                for fmt in FORMATS:
-                    count += 1
-                    excess_count += print_measurement(
-                        pool.apply(measure_resident, (name, divisions, fmt.name))
-                    )
-    print(f"{count} meshes, {excess_count} of which used more than predicted.")
+                yield from measure()
+
+
+def _measure_in(pool: Pool, calls: list[tuple[str, int, str]]) -> Iterator[Measurement]:
+    """Measures large meshes, each in a process of its own."""
+    return (pool.apply(measure_resident, call) for call in calls)
+
+
+def main(names: list[str]) -> int:
+    """Prints the measurements that matter; returns the exit status."""
+    pin_blas()
+    exceeds = [print_measurement(each) for each in measure_all(names)]
+    count, excess_count = len(exceeds), sum(exceeds)
+    print(f"{count} meshes and questions, {excess_count} of which used more than predicted.")
     return 1 if excess_count else 0
 
 
