@@ -12,6 +12,7 @@ import numpy as np
 import orjson
 
 from service.bases.arrays import AnyArray
+from service.cancellation import checkpoint
 
 
 class Sized(Protocol):
@@ -24,6 +25,9 @@ class Sized(Protocol):
 Value = TypeVar("Value", bound=Sized)
 Array = TypeVar("Array", bound=AnyArray)
 Result = TypeVar("Result")
+
+WAITING_SECONDS = 0.05
+"""A thread that waits for another one looks this often whether its own work is cancelled."""
 
 
 class _PendingValue:
@@ -64,6 +68,11 @@ class Cache(Generic[Value]):
         """The value of this key; if it is not cached, `build` builds it.
 
         Values with the same key must be equal.
+
+        Raises
+        ------
+        Cancelled, OutOfTime
+            The work ends while another thread builds the value; or an error of `build`.
         """
         with self._lock:
             value = self._values.get(key)
@@ -73,7 +82,10 @@ class Cache(Generic[Value]):
                 return value
             self.misses += 1
             pending_value = self._builds.setdefault(key, _PendingValue())
-        with pending_value.lock:
+        # The event loop may wait here, for a value that takes a thread seconds.
+        while not pending_value.lock.acquire(timeout=WAITING_SECONDS):
+            checkpoint()
+        try:
             if pending_value.value is None:
                 try:
                     pending_value.value = build()
@@ -81,6 +93,8 @@ class Cache(Generic[Value]):
                     with self._lock:
                         self._builds.pop(key, None)
                         self._keep(key, pending_value.value)
+        finally:
+            pending_value.lock.release()
         return cast(Value, pending_value.value)
 
     def find(self, key: Hashable) -> Value | None:
@@ -166,7 +180,8 @@ def derive_once(
 
 
 MESH_PLANS: Cache[Sized] = Cache(256 << 20, share=4)
-"""Data that depend on connectivity, resolution, options, knots or indices alone, such as faces.
+"""Data that depend on connectivity, resolution, options, knots or indices alone, such as faces; and
+breps that are prepared for meshes and questions (`service.bases.kept`).
 
 The service sets the capacity at its start (`service.settings.runtime`). A quarter of 256 MiB is a
 plan of about 3,000,000 vertices.

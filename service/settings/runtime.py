@@ -17,7 +17,7 @@ MIN_MEMORY = 1 << 24
 """Bytes of memory: with less, the service could hardly compute any mesh."""
 
 MAX_PLAN_BYTES = 256 << 20
-"""The most bytes of all mesh plans, enough for 12 plans of 1,000,000 vertices."""
+"""The most bytes of all plans and prepared parts, enough for 12 plans of 1,000,000 vertices."""
 
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, M_ARENA_MAX = -1, -3, -8
 """Numbers of the parameters of `mallopt`, from glibc's `malloc.h`."""
@@ -55,7 +55,7 @@ def share_heap() -> None:
 
 
 def limit_plans(memory: int) -> None:
-    """Lets mesh plans take 1/16 of `memory` bytes, and at most `MAX_PLAN_BYTES`."""
+    """Lets plans and prepared parts take 1/16 of `memory` bytes, and at most `MAX_PLAN_BYTES`."""
     MESH_PLANS.capacity = min(memory // 16, MAX_PLAN_BYTES)
 
 

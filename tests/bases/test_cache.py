@@ -1,13 +1,15 @@
 """The cache of arrays: bounded in bytes, read-only, safe between threads."""
 
+import time
 from collections.abc import Callable
-from threading import Barrier, Thread
+from threading import Barrier, Event, Thread
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from service.bases.cache import ArrayCache
+from service.cancellation import Cancellation, OutOfTime, cancelled_by
 
 KIB = 1024
 
@@ -81,3 +83,22 @@ def test_threads_get_the_right_arrays_while_others_evict() -> None:
         thread.join()
     assert not wrong_keys
     assert cache.nbytes == KIB * len(cache) <= cache.capacity
+
+
+def test_a_thread_that_waits_for_another_can_be_cancelled() -> None:
+    """It ends at its own deadline, not when the other thread has built the value."""
+    cache, is_building, may_end = ArrayCache(8 * KIB), Event(), Event()
+
+    def build_slowly() -> NDArray[np.float64]:
+        is_building.set()
+        assert may_end.wait(30)
+        return np.zeros(8)
+
+    builder = Thread(target=cache.array, args=("key", build_slowly))
+    builder.start()
+    assert is_building.wait(30)
+    with cancelled_by(Cancellation(time.monotonic())), pytest.raises(OutOfTime):
+        cache.array("key", fail_to_build)
+    may_end.set()
+    builder.join()
+    assert cache.array("key", fail_to_build) is not None

@@ -17,6 +17,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import IO
 
+from service.bases.cache import MESH_PLANS
 from service.decoders.format import FileLimits
 from service.decoders.registry import BY_SUFFIX
 from service.encoders.format import EncodeOptions
@@ -40,6 +41,7 @@ DIAGONAL = (120.0**2 + 90.0**2 + 8.0**2) ** 0.5
 
 def convert(source: Path, target: Path) -> list[float]:
     """The seconds of the service to read, and to mesh and write."""
+    MESH_PLANS.clear()  # a brep that was meshed before is kept prepared
     start = time.process_time()
     decoded = BY_SUFFIX["step"].decode(source.read_bytes(), None, FileLimits())
     request = validate_document(SurfaceRequest, {"surface": decoded.tree}, DocumentLimits())

@@ -21,10 +21,12 @@ from typing import IO, Any, TypeAlias
 import numpy as np
 
 from service.bases.arrays import FloatArray
+from service.bases.cache import MESH_PLANS
 from service.encoders.cad.registry import DEFINITIONS_BY_NAME
 from service.engine.closest.project import ProjectQuery, project_on_surface
 from service.engine.parts.build import build_part
 from service.engine.parts.intersect import intersect_part
+from service.engine.parts.part import Part
 from service.engine.parts.project import project_on_part
 from service.engine.rays.intersect import RayQuery, intersect_rays
 from service.surface.brep import BrepSurface
@@ -80,7 +82,7 @@ def compare(name: str, surface: BrepSurface, worker: "_Worker | None") -> bool:
     hits = 10**7
     work: dict[str, tuple[Callable[[], Any], ...]] = {
         "with trims": (
-            lambda: build_part(surface.lower()),
+            lambda: _build_anew(surface),
             lambda: project_on_part(part, closest),
             *(lambda each=each: intersect_part(part, each, hits) for each in rays),
         ),
@@ -134,6 +136,12 @@ def draw_questions(low: FloatArray, high: FloatArray) -> Questions:
     origins = middle + 0.75 * np.linalg.norm(size) * outward
     directions = rng.uniform(low, high, (RAYS, 3)) - origins
     return Questions(points, origins, directions)
+
+
+def _build_anew(surface: BrepSurface) -> Part:
+    """The part of a surface that no request has had before."""
+    MESH_PLANS.clear()
+    return build_part(surface.lower())
 
 
 def _add(times: dict[str, Times], row: str, kind: str, seconds: float) -> None:

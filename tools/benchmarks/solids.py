@@ -24,6 +24,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from oracles.solids import VALID, read_solid
+from service.bases.cache import MESH_PLANS
 from service.engine.accuracy import Accuracy
 from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
@@ -79,6 +80,7 @@ def time_mesh(name: str, tolerance: float) -> tuple[Mesh, float]:
     """A mesh without normals, and the CPU time in seconds from the parsed document to it."""
     document = read_solid(name)
     options = MeshOptions(accuracy=Accuracy(tolerance=tolerance), normals=False)
+    MESH_PLANS.clear()  # a brep that was meshed before is kept prepared
     start = time.process_time()
     model = BrepDefinition.model_validate(document).to_surface().lower()
     mesh = build(model, options)

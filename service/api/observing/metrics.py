@@ -204,9 +204,13 @@ class StateCollector(Collector):
             _gauge("cache_bytes", "Memory of cached responses.", responses.bytes),
             _gauge("cache_limit_bytes", "Most memory of cached responses.", responses.max_bytes),
             _gauge("cache_entries", "Number of cached responses.", len(responses)),
-            _counter("plan_hits", "Mesh plans found in the cache.", MESH_PLANS.hits),
-            _counter("plan_misses", "Mesh plans that were not in the cache.", MESH_PLANS.misses),
-            _gauge("plan_bytes", "Memory of mesh plans.", MESH_PLANS.nbytes),
+            _counter("plan_hits", "Plans and prepared parts found in the cache.", MESH_PLANS.hits),
+            _counter(
+                "plan_misses",
+                "Plans and prepared parts that were not in the cache.",
+                MESH_PLANS.misses,
+            ),
+            _gauge("plan_bytes", "Memory of mesh plans and prepared parts.", MESH_PLANS.nbytes),
             _counter(
                 "key_requests", "Requests with a valid key, by its name.", requests.by_key, "key"
             ),

@@ -140,7 +140,7 @@ class EdgeTree:
         low, high = prepared.edge_ranges[prepared.coedge_edges[coedge]].T
         parts = prepared.curves.cut(curve[coedge], low, high)
         owner = coedge[parts.source]
-        reaches = prepared.gaps[owner] + ROUNDING * float(np.abs(prepared.box).max())
+        reaches = prepared.close_gaps[owner] + ROUNDING * float(np.abs(prepared.box).max())
         counts = np.bincount(prepared.coedge_faces[owner], minlength=len(prepared.surfaces))
         return cls.of(prepared.curves, parts, reaches, counts, points)
 

@@ -5,10 +5,12 @@ Proof in docs/proofs.md: "Nets of a part".
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
+from service.bases.kept import keep
 from service.cancellation import checkpoint
 from service.engine.brep.prepared import PreparedBrep
 from service.engine.nets.nets import Nets, group_nets
@@ -27,12 +29,13 @@ from service.engine.trims.trimmed_nets import COVER, WHOLE, NetTrims
 from service.engine.vectors import project
 from service.errors import InvalidRequest, Issue
 from service.surface.brep_model import BrepModel
+from service.surface.content_key import content_key
 from service.surface.lowered import GroupModel, PatchModel
 from service.surface.placement import Box
 
 
 def build_part(model: BrepModel | GroupModel) -> Part:
-    """The part of a brep, or of a group that has breps.
+    """The part of a brep, or of a group that has breps; or the one kept of an equal model.
 
     Raises
     ------
@@ -40,6 +43,11 @@ def build_part(model: BrepModel | GroupModel) -> Part:
         A brep is invalid (`prepare`), or a member is a tube or a ribbon; pointers are relative to
         the surface. `no_faces`: all faces are skipped, or have no area.
     """
+    return keep(("part", content_key(model)), partial(_build_part, model))
+
+
+def _build_part(model: BrepModel | GroupModel) -> Part:
+    """The part; see `build_part`."""
     members = Members.of(model)
     definitions, patches = members.definitions, members.patches
     low, high = members.bounds

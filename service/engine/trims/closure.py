@@ -33,6 +33,9 @@ class ClosedSurfaces:
     surfaces : FaceSurfaces
     is_closed : ndarray of bool, shape (F, 2)
         Whether the two sides across an axis are one curve.
+    apart : ndarray of float64, shape (F,)
+        A bound of the distances of points that x and x + period stand for: the sides may be one up
+        to a tolerance only. 0 if they are equal; infinite if weights differ.
     is_pole : ndarray of bool, shape (F, 2, 2)
         Whether the side where the parameter of axis a (second index) is least or greatest (third
         index) is one point.
@@ -41,12 +44,14 @@ class ClosedSurfaces:
     surfaces: FaceSurfaces
     is_closed: Bools
     is_pole: Bools
+    apart: FloatArray
 
     @classmethod
     def open(cls, surfaces: FaceSurfaces) -> "ClosedSurfaces":
         """Surfaces without continuation and without poles."""
         count = len(surfaces)
-        return cls(surfaces, np.zeros((count, 2), bool), np.zeros((count, 2, 2), bool))
+        none = np.zeros((count, 2), bool)
+        return cls(surfaces, none, np.zeros((count, 2, 2), bool), np.zeros(count))
 
     @cached_property
     def low(self) -> FloatArray:
@@ -126,7 +131,7 @@ def find_closure(surfaces: FaceSurfaces, tolerance: float) -> ClosedSurfaces:
     that share as long as the other side or the middle.
     """
     count = len(surfaces)
-    is_closed = np.zeros((count, 2), bool)
+    is_closed, all_apart = np.zeros((count, 2), bool), np.zeros(count)
     is_pole = np.zeros((count, 2, 2), bool)
     faces = surfaces.faces
     curved = (~surfaces.is_planar).nonzero()[0]
@@ -152,13 +157,16 @@ def find_closure(surfaces: FaceSurfaces, tolerance: float) -> ClosedSurfaces:
         same = np.logical_and.reduceat(same_weights, starts)
         is_closed[curved, axis] = (apart <= tolerance) & (apart <= THIN * wide) & same
         is_closed[curved, axis] &= wide > noise
+        equal = np.logical_and.reduceat((begin_weights == end_weights).all(axis=1), starts)
+        bound = np.where(equal, np.where(apart > 0.0, apart + noise, 0.0), np.inf)
+        all_apart[curved] += np.where(is_closed[curved, axis], bound, 0.0)
         rows = begin, end, middle
         lengths = np.array([_reach(row, row[starts][:, :1][run], starts) for row in rows])
         limit = np.minimum(np.maximum(THIN * lengths.max(axis=0), noise), tolerance)
         is_pole[curved, axis] = (lengths[:2] <= limit).T
         # Of a torus that touches its axis both sides are one point, but it ends there.
         is_closed[:, axis] &= ~is_pole[:, axis].all(axis=1)
-    return ClosedSurfaces(surfaces, is_closed, is_pole)
+    return ClosedSurfaces(surfaces, is_closed, is_pole, all_apart)
 
 
 def _reach(a: FloatArray, b: FloatArray, starts: Ints) -> FloatArray:

@@ -11,7 +11,7 @@ from service.bases.arrays import Ints
 from service.engine.adaptive.limits import Effort, MeshLimits
 from service.engine.bounds.goal import Goal
 from service.engine.brep.meshing import triangulate_brep
-from service.engine.brep.preparation.prepare import prepare
+from service.engine.brep.preparation.prepare import prepare, prepare_anew
 from service.surface.brep_model import BrepModel
 from tests.engine.brep.solid_documents import lower
 from tests.engine.trims.test_calls import count_calls
@@ -71,7 +71,7 @@ def test_calls_do_not_depend_on_the_number_of_edges(name: str) -> None:
     for count in (2, 6):
         copies = repeat(model, count)
         prepared = prepare(copies)
-        steps = partial(prepare, copies), partial(triangulate_brep, prepared, goal, limits)
+        steps = partial(prepare_anew, copies), partial(triangulate_brep, prepared, goal, limits)
         calls.append([count_calls(step) for step in steps])
     (few_prepared, few), (many_prepared, many) = calls
     assert few_prepared == many_prepared

@@ -44,7 +44,7 @@ def ask(prepared: PreparedBrep, uv: FloatArray) -> list[int]:
 def test_points_nearer_to_an_edge_than_its_gap_are_undecided(gap: float) -> None:
     prepared = prepare(lower(build_apart(gap)))
     assert prepared.pcurves_replaced == 0
-    bound = float(prepared.gaps.max())
+    bound = float(prepared.close_gaps.max())
     assert abs(gap) <= bound <= 1.5 * abs(gap)
     u = np.linspace(0.2, 0.8, 13)
     for distance, expected in ((0.9, UNDECIDED), (1.3, INSIDE)):
@@ -59,7 +59,7 @@ def test_points_nearer_to_an_edge_than_its_gap_are_undecided(gap: float) -> None
 def test_gaps_are_distances_in_all_directions() -> None:
     """Boxes about edges reach further along their diagonals than gaps do."""
     prepared = prepare(lower(build_apart(0.5)))
-    bound = float(prepared.gaps.max())
+    bound = float(prepared.close_gaps.max())
     way = np.array([0.0, 1.0, 1.0]) / np.sqrt(2.0)
     points = np.array([5.0, 0.5, 0.0]) + bound * np.outer([0.99, 1.01, 1.24, 1.26, 1.4], way)
     is_near = find_near_edges(prepared, np.zeros(len(points), np.intp), points)
@@ -89,7 +89,7 @@ def test_distances_agree_with_samples_of_edges(name: str, seed: int) -> None:
     way = rng.normal(size=(COUNT, 3))
     way /= np.linalg.norm(way, axis=1)[:, np.newaxis]
     share = rng.choice([0.5, 0.99, 1.5, 10.0, 1000.0], COUNT)
-    gap = prepared.gaps[coedge] + 2.0**-42 * size
+    gap = prepared.close_gaps[coedge] + 2.0**-42 * size
     points = prepared.curves.evaluate(curve[coedge], t) + way * (gap * share)[:, np.newaxis]
     face = prepared.coedge_faces[coedge]
     is_near = find_near_edges(prepared, face, points)
@@ -101,7 +101,7 @@ def test_distances_agree_with_samples_of_edges(name: str, seed: int) -> None:
         samples = first[:, np.newaxis] + (last - first)[:, np.newaxis] * shares
         positions = prepared.curves.evaluate(np.repeat(curve[own], 2001), samples.ravel())
         apart = np.linalg.norm(positions - points[k], axis=1).reshape(len(own), 2001)
-        reach = prepared.gaps[own] + 2.0**-42 * size
+        reach = prepared.close_gaps[own] + 2.0**-42 * size
         steps = np.linalg.norm(np.diff(positions.reshape(-1, 2001, 3), axis=1), axis=2).max(axis=1)
         if is_near[k]:
             assert (apart.min(axis=1) <= 1.26 * reach + steps).any()

@@ -7,8 +7,10 @@ import pytest
 
 from oracles.solids import read_solid
 from service.bases.arrays import FloatArray, Ints
+from service.engine.accuracy import Accuracy
 from service.engine.cells.tree import CellTree, WorkLimits
 from service.engine.nets.partials import net_partials
+from service.engine.options import MeshOptions
 from service.engine.parts.build import build_part
 from service.engine.parts.part import Part
 from service.engine.trims.inside import INSIDE
@@ -17,6 +19,7 @@ from service.schemas.request import MeshRequest
 from service.schemas.validation import validate_document
 from service.surface.lowered import GroupModel
 from tests.engine.brep.solid_documents import lower
+from tools.building import build
 
 Document = dict[str, Any]
 
@@ -205,16 +208,9 @@ def test_faces_that_are_skipped_take_no_part() -> None:
 def test_close_gaps_are_closer_and_above_what_is_seen(name: str) -> None:
     document = read_solid(name)
     if name == "cylinder":
-        # The ends of the period are 1e-6 apart.
-        surface = next(
-            face["surface"] for face in document["faces"] if len(face["surface"]["control_net"]) > 3
-        )
-        for point in surface["control_net"][-1]:
-            point[0] += 1e-6
+        spread_seam(document, 1e-6)
     (prepared,) = build_part(lower(document)).members.definitions
-    if name == "cylinder":
-        assert (prepared.close_gaps > prepared.gaps + 1e-8).any()
-    else:
+    if name != "cylinder":
         assert (prepared.close_gaps <= prepared.gaps + 1e-11 * prepared.diagonal).all()
         assert prepared.close_gaps.max() < 0.7 * prepared.gaps.max()
     edges = prepared.edge_curves[prepared.coedge_edges]
@@ -227,3 +223,30 @@ def test_close_gaps_are_closer_and_above_what_is_seen(name: str) -> None:
     on_face = prepared.surfaces.evaluate(face, prepared.places.to_parameters(face, places))
     apart = np.linalg.norm(points - on_face, axis=1)
     assert (apart <= prepared.close_gaps[coedge]).all()
+    assert (apart <= prepared.gaps[coedge]).all()
+
+
+def spread_seam(document: dict[str, Any], apart: float) -> None:
+    """Move an end of the period of the first curved face of a solid, along x."""
+    nets = (face["surface"]["control_net"] for face in document["faces"])
+    for point in next(net for net in nets if len(net) > 3)[-1]:
+        point[0] += apart
+
+
+@pytest.mark.parametrize("apart", [1e-9, 1e-6])
+def test_the_gap_of_a_mesh_includes_a_seam_that_closes_only_nearly(apart: float) -> None:
+    """One end of the period is on the seam edge, and the other as far from it as they are apart."""
+    document = read_solid("cylinder")
+    before = mesh_gap(document)
+    spread_seam(document, apart)
+    assert before < 1e-10
+    assert apart <= mesh_gap(document) <= 5 * apart
+
+
+def mesh_gap(document: dict[str, Any]) -> float:
+    """The proved gap of a mesh of a brep."""
+    options = MeshOptions(accuracy=Accuracy(relative_tolerance=1e-2))
+    mesh = build(lower(document), options)
+    assert mesh.report is not None
+    assert mesh.report.brep is not None
+    return mesh.report.brep.gap_bound

@@ -1,14 +1,16 @@
 """Makes breps ready for meshing: all that does not depend on a tolerance, once for a surface.
 
-Proof in docs/proofs.md: "Regions given by the input".
+Proof in docs/proofs.md: "Regions given by the input" and "Gaps of edges".
 """
 
 from dataclasses import replace
+from functools import partial
 from math import dist
 
 import numpy as np
 
 from service.bases.arrays import Ints
+from service.bases.kept import keep
 from service.bases.row_batches import find_begins
 from service.engine.brep.borders.settling import check_loops
 from service.engine.brep.preparation.input_checks import (
@@ -34,6 +36,7 @@ from service.engine.trims.splines import Splines
 from service.engine.trims.surfaces import FaceSurfaces
 from service.engine.trims.unrolling import unroll
 from service.surface.brep_model import BrepModel, SkippedFace
+from service.surface.content_key import content_key
 from service.surface.placement import find_box
 
 CLOSED = 1e-7
@@ -41,7 +44,7 @@ CLOSED = 1e-7
 
 
 def prepare(model: BrepModel) -> PreparedBrep:
-    """Make a brep ready for meshing, whatever the tolerance.
+    """Make a brep ready for meshing, whatever the tolerance; or the one kept of an equal model.
 
     Raises
     ------
@@ -51,6 +54,11 @@ def prepare(model: BrepModel) -> PreparedBrep:
         further from its surface than the uncertainty is never refused for its loops; it is left
         out, and its gap is reported.
     """
+    return keep(("prepared", content_key(model)), partial(prepare_anew, model))
+
+
+def prepare_anew(model: BrepModel) -> PreparedBrep:
+    """The prepared brep, whatever is kept; see `prepare`."""
     diagonal = _measure_model(model)
     surfaces = FaceSurfaces.of(model.surfaces, model.name)
     closed = find_closure(surfaces, CLOSED * diagonal)
@@ -164,6 +172,9 @@ def _finish(
     points = [nets.points.transpose(2, 0, 1).reshape(-1, 3) for nets in topology.curves.groups]
     if not len(topology.vertices):  # all faces are skipped, and there are no edges
         points.append(np.stack(model.bounds))
+    # Gaps were proved at points that may be on the other side of a surface that closes nearly.
+    apart = closed.apart[face]
+    gaps = np.where(np.isfinite(apart), topology.gaps + apart, np.nan)
     every = np.arange(len(surfaces))
     low, high = places.to_places(every, low), places.to_places(every, high)
     box = np.stack(find_part_box(places, low, high, topology.vertices, *points))
@@ -193,6 +204,6 @@ def _finish(
         model_vertices=len(model.vertices),
         skipped_faces=tuple(sorted(model.skipped + skipped, key=lambda each: each.face)),
         box=box,
-        known_gaps=topology.gaps,
+        known_gaps=gaps,
         periods=closed.period * closed.is_closed,
     )
