@@ -36,6 +36,9 @@ ROW_NUMBERS = 32
 spare bytes for each row, but a number of `FLOAT64_CHARS` and its comma take 25 bytes. So orjson
 3.13 writes long rows of such numbers beyond the end of its memory."""
 
+_SHORT = frozenset({int, float, str, bool, type(None)})
+"""Types of values that have no bytes in the sense of `_count_bytes`."""
+
 POWERS = np.array([float(10**k) for k in range(10)])
 """10^0 … 10^9, all exact."""
 
@@ -62,9 +65,11 @@ def _count_bytes(value: object) -> int:
         return value.nbytes
     if isinstance(value, bytes):
         return len(value)
-    if isinstance(value, dict):
-        return sum(map(_count_bytes, value.values()))
-    return sum(map(_count_bytes, value)) if isinstance(value, list | tuple) else 0
+    if not isinstance(value, dict | list | tuple):
+        return 0
+    items = value.values() if isinstance(value, dict) else value
+    # A list of numbers and texts takes one pass, and no call for each of them.
+    return sum([_count_bytes(item) for item in items if type(item) not in _SHORT])
 
 
 def _convert_unknown(value: object) -> object:

@@ -187,9 +187,9 @@ def build_mesher(
         prepared = prepare(model)
         step = find_grid_steps(prepared.model, options)[0] if is_quantized else 0.0
         return BrepMesher(prepared, options, replace(storage, step=step), paints=not has_nodes)
-    model, _ = join(model, options.weld_tolerance)
+    model, seams = join(model, options.weld_tolerance)
     step = find_grid_steps(model, options)[0] if is_quantized else 0.0
-    return ModelMesher(model, options, replace(storage, step=step))
+    return ModelMesher(model, options, replace(storage, step=step), seams)
 
 
 def _prepare_breps(group: GroupModel) -> tuple[GroupModel, dict[int, PreparedBrep]]:

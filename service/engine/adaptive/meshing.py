@@ -26,7 +26,7 @@ from service.engine.bounds.faces import find_faces
 from service.engine.bounds.goal import Goal, check_goal, find_least_tolerance
 from service.engine.connectivity.closure import find_closure
 from service.engine.connectivity.curve_patches import leave_out_curves
-from service.engine.connectivity.seams import find_seams
+from service.engine.connectivity.seams import Seams, find_seams
 from service.engine.mesh.mesh import Mesh
 from service.engine.nets.patch_nets import PatchNets
 from service.engine.options import MeshOptions
@@ -36,12 +36,19 @@ from service.surface.lowered import PatchModel
 
 
 class ModelMesher:
-    """Builds meshes of one model; its nets, seams and faces are computed once for all meshes."""
+    """Builds meshes of one model; its nets, seams and faces are computed once for all meshes.
 
-    def __init__(self, model: PatchModel, options: MeshOptions, storage: Storage) -> None:
+    `seams` are those of the model, if they are known.
+    """
+
+    def __init__(
+        self, model: PatchModel, options: MeshOptions, storage: Storage, seams: Seams | None = None
+    ) -> None:
         self._options, self._storage = options, storage
         self._origin = storage.choose_origin(*model.bounds)
-        seams = find_seams(model.batches)
+        # `find_seams` makes weights of an edge equal whatever the factors of its sides.
+        has_weights = any(batch.weights is not None for batch in model.batches)
+        seams = find_seams(model.batches) if seams is None or has_weights else seams.orient()
         self._closure = find_closure(model, seams.connectivity)
         if seams.connectivity.has_thin:  # some patches may be curves
             model = leave_out_curves(model, seams.connectivity)

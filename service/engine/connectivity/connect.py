@@ -148,23 +148,30 @@ def _loops_are_near(batch: Patches, domain: Domain, connectivity: Connectivity) 
 def _may_be_near(model: PatchModel, border: FloatArray, distance: float) -> bool:
     """Whether any two points of `border`, the points on all borders, may be near but not equal.
 
-    For a single patch, comparing its corners suffices: if no two corners are near or equal, no two
-    sides are one edge and no side is one point. Neighbouring patches of one spline have equal
-    points between them, unless the spline has a gap there: so comparing the corners of all patches
-    and the points on the border of the spline suffices.
+    Neighbouring patches of one spline have equal points between them, unless the spline has a gap
+    there: so comparing the corners of all patches and the points on the border of the spline
+    suffices.
     """
     batch, domain = model.batches[0], model.domain
-    if isinstance(batch, TensorPatches) and model.patch_count == 1:
-        p, q = batch.degree
-        # Every p-th row and every q-th column of control points: the four corners, in six pairs.
-        (a, b), (c, d) = batch.points[0, ::p, ::q].tolist()
-        if min(map(dist, (a, a, a, b, b, c), (b, c, d, c, d, d))) > distance:
-            return False
-    elif isinstance(batch, TensorPatches) and domain is not None:
+    if isinstance(batch, TensorPatches) and domain is not None and model.patch_count > 1:
         grid = batch.points.reshape(len(domain.u) - 1, len(domain.v) - 1, *batch.points.shape[1:])
         lines = grid[0, :, 0], grid[-1, :, -1], grid[:, 0, :, 0], grid[:, -1, :, -1], batch.corners
         border = np.concatenate([line.reshape(-1, 3) for line in lines])
     return has_near_points(border, distance)
+
+
+def _has_corners_apart(model: PatchModel, distance: float) -> bool:
+    """Whether the model is one patch (p, q) whose four corners are further apart than a distance.
+
+    Then no two of its sides are one edge, and none is a point. The distance is not 0.
+    """
+    batch = model.batches[0]
+    if not (distance and model.patch_count == 1 and isinstance(batch, TensorPatches)):
+        return False
+    p, q = batch.degree
+    # Every p-th row and every q-th column of control points: the four corners, in six pairs.
+    (a, b), (c, d) = batch.points[0, ::p, ::q].tolist()
+    return min(map(dist, (a, a, a, b, b, c), (b, c, d, c, d, d))) > distance
 
 
 def _are_near(weights: FloatArray, tolerance: float) -> bool:
@@ -188,17 +195,19 @@ def _find_pattern(
     """The pattern of the border points of a model: usually that of the last model of equal `forms`.
 
     `forms` has the kind, the degree and the number of the patches of each batch. The second result
-    is True if unequal points are certainly further apart than `distance`.
+    is True if certainly no sides are edges that are equal within `distance`, but not quite equal.
     """
     pattern: object
-    if len(border) <= FEW_POINTS:
-        first_equals = find_first_equals(border)
+    is_apart = _has_corners_apart(model, distance)
+    if is_apart or len(border) <= FEW_POINTS:
+        # Equal points that are no corners make no edges of a single patch.
+        first_equals = tuple(range(len(border))) if is_apart else find_first_equals(border)
         pattern = MESH_PLANS.get(
             ("edges", forms, first_equals),
             lambda: find_pattern(model.batches, np.array(first_equals)),
         )
         assert isinstance(pattern, EdgePattern)
-        return pattern, False
+        return pattern, is_apart
     last_key = ("last edges", forms)
     pattern = MESH_PLANS.find(last_key)
     # The pattern of the last model is right if the same points are equal in this model.

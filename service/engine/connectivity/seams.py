@@ -69,6 +69,20 @@ class Seams:
         """The number E of distinct edges."""
         return len(self.connectivity.sides_per_edge)
 
+    def orient(self) -> "Seams":
+        """The seams of polynomial patches with each edge in the direction of `orient_edges`.
+
+        So the direction of an edge does not depend on the patches that have it.
+        """
+        is_turned, curves = np.zeros(self.edge_count, dtype=bool), []
+        for group in self.curves:
+            points, _, is_turned[group.ids] = orient_edges(group.points.copy(), None)
+            curves.append(EdgeCurves(group.ids, points, None))
+        backward = self.backward ^ is_turned[self.edge]
+        return Seams(
+            replace(self.connectivity, backward=backward), self.corner_points, tuple(curves)
+        )
+
     def renumber(self) -> "Seams":
         """The seams with edges and corners numbered in the order in which patches first have them.
 

@@ -6,8 +6,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from service.engine.accuracy import Accuracy
 from service.engine.bounds.goal import Goal, View
 from tests.engine.adaptive.refining import Refined, build_refined, check_refined
+from tests.engine.meshing import build_mesh
 from tools.certify.models import BODIES, Complex, build_complex
 
 CLOSED = ("tori", "pyramids", "prisms", "double pyramids")
@@ -80,3 +82,19 @@ def test_random_models_are_joined_in_any_order(kind: str, seed: int) -> None:
 def find_open_edges(refined: Refined) -> list[list[int]]:
     """The edges that only one triangle has."""
     return [sorted(edge) for edge, times in count_uses(refined).items() if times == 1]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_neighbours_with_opposite_directions_have_the_same_border_alone(seed: int) -> None:
+    """The first patch has the edge as u = 0, the second one reversed: both are meshed alone."""
+    rng = np.random.default_rng(seed)
+    edge = np.array([[0.0, 0, 0], [0, 1, 0], [0, 2, 0], [0, 3, 0]])
+    edge += rng.normal(size=(4, 3)) * 0.5 + rng.normal(size=3) * 10
+    points = []
+    for net, step in ((edge, 1.0), (edge[::-1], -1.0)):
+        rows = [net + [step * k, 0, 0] + 0.2 * rng.normal(size=(4, 3)) * (k > 0) for k in range(4)]
+        mesh = build_mesh([np.array(rows)], accuracy=Accuracy(tolerance=0.01), uvs=True)
+        assert mesh.uvs is not None
+        points.append({tuple(point) for point in mesh.positions[mesh.uvs[:, 0] == 0].tolist()})
+    assert points[0] == points[1]
+    assert len(points[0]) > 4
