@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.arrays import AnyInts, Bools, FloatArray, IndexArray, Ints
 from service.cancellation import checkpoint
 
 
@@ -103,6 +103,18 @@ def unique_values(values: NDArray[np.uint64] | Ints) -> tuple[Ints, Ints]:
     number = np.empty(len(values), np.intp)
     number[order] = is_first.cumsum() - 1
     return order[is_first], number
+
+
+def first_positions(numbers: AnyInts, count: int) -> IndexArray:
+    """The first position of each of the numbers 0 … count − 1 in an array of them, (count,).
+
+    Positions of numbers that do not occur are 0. Takes time in proportion to the sizes, without
+    sorting.
+    """
+    first: IndexArray = np.zeros(count, np.uint32)
+    # In reverse order, the first position of each number is written last, and stays.
+    first[numbers[::-1]] = np.arange(len(numbers), dtype=np.uint32)[::-1]
+    return first
 
 
 def unique_rows(rows: FloatArray) -> tuple[Ints, Ints]:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from service.bases.arrays import Ints, RealArray
+from service.bases.arrays import AnyInts, Ints, RealArray
 from service.cancellation import checkpoint
 from service.engine.vectors import dot
 
@@ -12,7 +12,7 @@ error, but fewer vertices are shared. Only the apex of a finely divided cone has
 groups."""
 
 
-def find_leaders(key: Ints, values: RealArray, radius: float) -> Ints:
+def find_leaders(key: AnyInts, values: RealArray, radius: float) -> Ints:
     """For each row, the leader of its group: one row of the group.
 
     The row whose number is a key leads a group; all rows with this key whose values are at most

@@ -68,6 +68,7 @@ def tessellate(
         rows = replace(rows, channels=(*rows.channels, *curvatures))
     checkpoint()
     bounds = bound_deviations(model, seams, layout, options, rows, origin=origin)
+    del seams  # the curves of all edges: their memory serves for the faces
     checkpoint()
     plan = plan_faces(layout, options, _find_sharing(layout, rows, options), model.sequence)
     rows = fill_vertices(rows, plan)
@@ -149,8 +150,9 @@ def _find_sharing(layout: Layout, rows: SampleRows, options: MeshOptions) -> Sha
     if not (options.weld and layout.has_shared_samples):
         return None
     if rows.channels:
-        same_values = match_values(layout.leaders, rows.channels)
-        leader = merge_samples(layout.leaders, rows.normals, options.crease_angle, same_values)
+        leaders_at_position = layout.find_leaders()
+        same_values = match_values(leaders_at_position, rows.channels)
+        leader = merge_samples(leaders_at_position, rows.normals, options.crease_angle, same_values)
         leaders = leader.take(layout.averages.members)  # only samples that share a position
         return Sharing(leaders, hash_arrays(leaders), is_averaged=True)
     if rows.normals is None:

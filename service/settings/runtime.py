@@ -16,8 +16,9 @@ from service.bases.cache import MESH_PLANS
 MIN_MEMORY = 1 << 24
 """Bytes of memory: with less, the service could hardly compute any mesh."""
 
-MAX_PLAN_BYTES = 256 << 20
-"""The most bytes of all plans and prepared parts, enough for 12 plans of 1,000,000 vertices."""
+MAX_PLAN_BYTES = 512 << 20
+"""The most bytes of all plans and prepared parts. A quarter of it, the most for one plan, has room
+for the faces of one patch of 4,500,000 vertices, the most that a mesh has by default."""
 
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, M_ARENA_MAX = -1, -3, -8
 """Numbers of the parameters of `mallopt`, from glibc's `malloc.h`."""

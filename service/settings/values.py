@@ -155,7 +155,7 @@ class Settings(BaseModel):
         description="Memory for all requests together: bodies, surfaces, meshes, responses not "
         "yet sent, and the cache. A request that would need more is refused before any work. The "
         "process itself takes some 120 MB more, one that waits for the next CAD file 40 MB, and "
-        "plans of meshes and prepared parts together up to 1/16 of this value, but at most 256 "
+        "plans of meshes and prepared parts together up to 1/16 of this value, but at most 512 "
         "MiB. The default is half of the memory of the machine or container. Each of several "
         "workers has an equal part of this value, less 75 MB.",
     )

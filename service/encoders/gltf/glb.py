@@ -11,7 +11,7 @@ Khronos, glTF 2.0 Specification: 4.4 GLB layout.
 
 import re
 import struct
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import accumulate
 from typing import Any
@@ -90,6 +90,8 @@ class Template:
         For each primitive, the bytes of its triangles and their padding.
     length : int
         Number of bytes of the buffer.
+    index_bytes : int
+        The memory of `indices` in addition to that of the faces of the mesh, in bytes.
     """
 
     text: tuple[bytes, ...]
@@ -97,12 +99,13 @@ class Template:
     offsets: tuple[int, ...]
     indices: tuple[list[bytes | memoryview], ...]
     length: int
+    index_bytes: int
 
     @property
     def nbytes(self) -> int:
         """The memory of the template, in bytes."""
-        indices = sum(len(chunk) for chunks in self.indices for chunk in chunks)
-        return sum(map(len, self.text)) + indices + (0 if self.rows is None else self.rows.nbytes)
+        row_bytes = 0 if self.rows is None else self.rows.nbytes
+        return sum(map(len, self.text)) + self.index_bytes + row_bytes
 
     def fill(self, mesh: Mesh, columns: Columns) -> Content:
         """Insert the values of a mesh with these vertex attributes; returns the file."""
@@ -189,14 +192,29 @@ def _build_template(mesh: Mesh, options: EncodeOptions, column_count: int) -> Te
     # The report; for each primitive its two bounds; and for each its origin, if it is not 0.
     placeholder_count = 1 + 2 * len(primitives) + (len(primitives) if is_moved(mesh.origin) else 0)
     if len(text) != 2 * placeholder_count + 1:
-        return Template((), None, (), (), 0)
-    all_vertices = np.arange(len(mesh.positions))
-    rows = [all_vertices[each] if isinstance(each, slice) else each for each in primitives]
-    all_rows = np.concatenate([all_vertices[:0], *rows])
+        return Template((), None, (), (), 0, 0)
+    vertices = range(len(mesh.positions))
+    rows = [vertices[each] if isinstance(each, slice) else each for each in primitives]
+    # Indices of 32 bits are the faces of the mesh themselves.
+    index_bytes = sum(
+        len(chunk)
+        for chunks in indices
+        for chunk in chunks
+        if not np.may_share_memory(np.frombuffer(chunk, np.uint8), mesh.triangles)
+    )
     return Template(
         tuple(text),
-        None if np.array_equal(all_rows, all_vertices) else all_rows,
+        _join_rows(rows, len(vertices)),
         tuple(accumulate(map(len, rows), initial=0)),
         tuple(indices),
         buffer.length,
+        index_bytes,
     )
+
+
+def _join_rows(rows: Sequence[range | Ints], vertices: int) -> Ints | None:
+    """The vertices of all primitives, one after another; None if they are all, in order."""
+    if len(rows) == 1 and isinstance(rows[0], range) and len(rows[0]) == vertices:
+        return None
+    joined = np.concatenate([np.empty(0, np.intp), *map(np.asarray, rows)])
+    return None if np.array_equal(joined, np.arange(vertices)) else joined

@@ -209,12 +209,15 @@ def split_parts(mesh: Mesh) -> Iterator[tuple[MeshPart, Ints | slice, IndexArray
     """
     runs = tuple(part.triangles for part in mesh.parts)
     vertices = len(mesh.positions)
-    part_split = derive_once(
-        (mesh.triangles,),
-        ("glTF", runs, vertices),
-        lambda: _split(mesh.triangles, runs, vertices),
-    )
-    for part, (rows, triangles) in zip(mesh.parts, part_split.runs, strict=True):
+    if len(runs) == 1:
+        part_runs = _split(mesh.triangles, runs, vertices).runs
+    else:
+        part_runs = derive_once(
+            (mesh.triangles,),
+            ("glTF", runs, vertices),
+            lambda: _split(mesh.triangles, runs, vertices),
+        ).runs
+    for part, (rows, triangles) in zip(mesh.parts, part_runs, strict=True):
         if len(triangles):
             yield part, rows, triangles
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, Ints, RealArray
+from service.bases.arrays import AnyInts, FloatArray, Ints, RealArray
 from service.bases.row_batches import unique_values
 from service.engine.adaptive.borders.border import Border
 from service.engine.adaptive.drafts.draft import Triangulation
@@ -88,7 +88,7 @@ def assemble(
     if options.curvatures:
         channels += evaluate_curvatures(model, samples, dtype)
     welding = weld_samples(samples, normals, channels, options)
-    triangles = welding.vertex.astype(np.uint32)[corners]
+    triangles = welding.vertex.astype(np.uint32, copy=False)[corners]
     welds = find_shared_positions(welding) if options.weld else None
     boundary, watertight = count_borders((triangles, NO_QUADS), welds)
     positions = stored[samples.vertex[welding.samples]]
@@ -161,11 +161,11 @@ def weld_samples(
     if len(first) == len(number) and (leader == number).all():
         # No two samples share a vertex: each is a vertex of the mesh.
         return Welding(vertex=number, samples=number, welds=number)
-    shared = number
+    shared: AnyInts = number
     if options.weld:
         same_values = match_values(leader, channels) if channels else None
         shared = merge_samples(leader, normals, options.crease_angle, same_values)
-    return number_vertices(leader, shared, used_samples=None)  # triangles use all samples
+    return number_vertices(leader, shared, is_used=None)  # triangles use all samples
 
 
 def store_normals(

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from service.bases import triangle
-from service.bases.arrays import Bools, FloatArray, IndexArray, Ints, RealArray
+from service.bases.arrays import AnyInts, Bools, FloatArray, IndexArray, Ints, RealArray
 from service.bases.cache import BASES
 from service.cancellation import checkpoint
 from service.engine.options import Faces, MeshOptions
@@ -51,7 +51,7 @@ def bound_missing_distances(
     ):
         return np.zeros(len(layout.base))
     # For each sample, one sample that stands for all samples at its point.
-    point = layout.leaders if options.weld else _find_pinched_points(layout)
+    point = layout.find_leaders() if options.weld else _find_pinched_points(layout)
     rims = [
         (
             *build_rim_triangles(shape, point[layout.patch_samples(patches, shape)], options.faces),
@@ -90,7 +90,9 @@ def _find_pinched_points(layout: Layout) -> Ints:
     return point
 
 
-def build_rim_triangles(shape: AnyShape, point: Ints, kind: Faces) -> tuple[Ints, Bools, Bools]:
+def build_rim_triangles(
+    shape: AnyShape, point: AnyInts, kind: Faces
+) -> tuple[AnyInts, Bools, Bools]:
     """The rims of n patches of one shape.
 
     `point` (n, samples) has the number of the point of each sample of each patch.
@@ -125,7 +127,7 @@ def build_rim_triangles(shape: AnyShape, point: Ints, kind: Faces) -> tuple[Ints
     return corners, written, halves
 
 
-def find_missing_triangles(corners: Ints, written: Bools, halves: Bools) -> Bools:
+def find_missing_triangles(corners: AnyInts, written: Bools, halves: Bools) -> Bools:
     """Which triangles (m,) are not written and do not lie on a side of a written triangle."""
     checkpoint()
     present, omitted = corners[written], np.sort(corners[~written], axis=1)
@@ -134,15 +136,17 @@ def find_missing_triangles(corners: Ints, written: Bools, halves: Bools) -> Bool
     sides = np.concatenate([present[:, :2], present[:, ::2], present[~halves[written], 1:], points])
     # A triangle without area is a line or a point; its ends are the first and the last of its
     # sorted corners. A pair of points is compared as one number, pair @ digits.
-    digits = [int(corners.max()) + 1, 1]
+    digits = np.array([int(corners.max()) + 1, 1])
     missing = ~written
-    missing[~written] = ~np.isin(omitted[:, ::2] @ digits, np.sort(sides, axis=1) @ digits)
+    missing[~written] = ~np.isin(
+        np.matmul(omitted[:, ::2], digits), np.matmul(np.sort(sides, axis=1), digits)
+    )
     # A quad whose halves are folded onto each other is omitted, but its halves have an area.
     missing[~written] |= (np.diff(omitted, axis=1) > 0).all(axis=1)
     return missing
 
 
-def _bound_distances(corners: Ints, vertices: Ints, positions: RealArray) -> FloatArray:
+def _bound_distances(corners: AnyInts, vertices: AnyInts, positions: RealArray) -> FloatArray:
     """Bounds (m,) of the distance from any point of a triangle (m, 3) to the nearest vertex."""
     if not len(vertices):
         return np.full(len(corners), np.inf)

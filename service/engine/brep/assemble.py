@@ -80,7 +80,7 @@ def assemble(
         normals[prepared.is_reversed[rows.faces]] *= -1.0
     channels = _evaluate_channels(prepared, model, rows, options, dtype)
     welding = weld_samples(samples, normals, channels, options)
-    triangles = welding.vertex.astype(np.uint32)[corners]
+    triangles = welding.vertex.astype(np.uint32, copy=False)[corners]
     welds = find_shared_positions(welding)
     positions = stored[samples.vertex[welding.samples]]
     vertex_normals = None if normals is None else normals[welding.samples]

@@ -18,6 +18,7 @@ from service.engine.connectivity.edge_patterns import (
     border_points,
     border_weights,
     find_pattern,
+    number_grid_points,
 )
 from service.engine.connectivity.equal_points import (
     FEW_POINTS,
@@ -214,28 +215,31 @@ def _find_pattern(
     if isinstance(pattern, EdgePattern) and pattern.equal.fits(border, distance):
         return pattern, True
     # If patches meet like the cells of a grid, the number of its columns determines the pattern.
-    columns = 0 if model.domain is None else _count_plain_columns(model.batches[0], model.domain)
-    numbers = None if columns else find_equal_points(border)
-    pattern = MESH_PLANS.get(
-        ("edges", forms, columns, b"" if numbers is None else hash_arrays(numbers)),
-        lambda: find_pattern(
-            model.batches, find_equal_points(border) if numbers is None else numbers
-        ),
-    )
+    batch, columns = model.batches[0], 0
+    if model.domain is not None and isinstance(batch, TensorPatches):
+        columns = _count_plain_columns(batch, model.domain)
+    if columns and isinstance(batch, TensorPatches):
+        pattern = MESH_PLANS.get(
+            ("grid edges", forms, columns),
+            lambda: find_pattern(model.batches, number_grid_points(batch, columns)),
+        )
+    else:
+        numbers = find_equal_points(border)
+        pattern = MESH_PLANS.get(
+            ("edges", forms, hash_arrays(numbers)), lambda: find_pattern(model.batches, numbers)
+        )
     assert isinstance(pattern, EdgePattern)
     MESH_PLANS.put(last_key, pattern)
     return pattern, False
 
 
-def _count_plain_columns(batch: Patches, domain: Domain) -> int:
+def _count_plain_columns(batch: TensorPatches, domain: Domain) -> int:
     """The number of patches along v if patches meet exactly like the cells of a grid; else 0.
 
     Patches meet exactly like cells if neighbours have equal control points on the side between
     them, and if all corners of the grid differ, so that no other two sides have both ends in
     common.
     """
-    if not isinstance(batch, TensorPatches):
-        return 0
     grid = len(domain.u) - 1, len(domain.v) - 1
     nets = batch.points.reshape(*grid, *batch.points.shape[1:])
     meet_along_u = np.array_equal(nets[:-1, :, -1], nets[1:, :, 0])

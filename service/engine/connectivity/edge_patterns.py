@@ -16,14 +16,14 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from service.bases import triangle
-from service.bases.arrays import FloatArray, Ints
-from service.bases.row_batches import find_first_rows
+from service.bases.arrays import AnyArray, FloatArray, IndexArray, Ints
+from service.bases.row_batches import find_first_rows, first_positions
 from service.engine.connectivity.degree_matching import find_candidates
 from service.engine.connectivity.edges import EdgeCurves, orient_edges
 from service.engine.connectivity.equal_points import EqualPoints
 from service.engine.connectivity.incidence import SAME_WEIGHT, Connectivity
 from service.engine.connectivity.seams import Seams
-from service.surface.batches import Patches, TrianglePatches
+from service.surface.batches import Patches, TensorPatches, TrianglePatches
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,13 +33,13 @@ class EdgePattern:
     Attributes
     ----------
     connectivity : Connectivity
-    corners : ndarray of int, shape (C,)
+    corners : ndarray of uint32, shape (C,)
         The border point at each corner.
     ids : tuple of ndarray of int, shape (E_n,)
         For each degree n, the numbers of its edges.
-    edges : tuple of ndarray of int, shape (E_n, n+1)
+    edges : tuple of ndarray of uint32, shape (E_n, n+1)
         For each degree n, the border points of the first side of each edge.
-    sides : tuple of (ndarray of int, shape (S_n, n+1), ndarray of int, shape (S_n,))
+    sides : tuple of (ndarray of uint32, shape (S_n, n+1), ndarray of uint32, shape (S_n,))
         For each degree n, the border points of all sides, in the directions of their edges, and the
         row of `edges` for each side.
     equal : EqualPoints
@@ -47,10 +47,10 @@ class EdgePattern:
     """
 
     connectivity: Connectivity
-    corners: Ints
+    corners: IndexArray
     ids: tuple[Ints, ...]
-    edges: tuple[Ints, ...]
-    sides: tuple[tuple[Ints, Ints], ...]
+    edges: tuple[IndexArray, ...]
+    sides: tuple[tuple[IndexArray, IndexArray], ...]
     equal: EqualPoints
 
     @property
@@ -69,12 +69,8 @@ class EdgePattern:
     @property
     def nbytes(self) -> int:
         """Bytes of all arrays."""
-        arrays = [
-            self.corners,
-            *self.ids,
-            *self.edges,
-            *(array for pair in self.sides for array in pair),
-        ]
+        arrays: list[AnyArray] = [self.corners, *self.ids, *self.edges]
+        arrays += [array for pair in self.sides for array in pair]
         arrays += [self.equal.number, self.equal.leaders]
         return sum(array.nbytes for array in arrays) + self.connectivity.nbytes
 
@@ -173,23 +169,24 @@ def _form(batch: Patches) -> tuple[bool, int, int]:
 def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
     """Finds the pattern from a number for each border point, (B,), equal for equal points."""
     # For each degree, the numbers of sides (patch · 4 + side), and their border points.
-    groups: dict[int, list[tuple[Ints, Ints]]] = {}
-    corners: list[Ints] = []
+    groups: dict[int, list[tuple[Ints, IndexArray]]] = {}
+    corners: list[IndexArray] = []
     begin = patch_count = 0
     for batch in batches:
         border, sides, corner_points_of_net = _border_rows(*_form(batch))
-        first_points = begin + len(border) * np.arange(batch.count)[:, None]
-        corners.append(first_points + corner_points_of_net)
+        first_points = (begin + len(border) * np.arange(batch.count)).astype(np.uint32)[:, None]
+        corners.append(first_points + corner_points_of_net.astype(np.uint32))
         patches = patch_count + np.arange(batch.count)
         for k, side in enumerate(sides):
-            groups.setdefault(len(side) - 1, []).append((4 * patches + k, first_points + side))
+            side_points = first_points + side.astype(np.uint32)
+            groups.setdefault(len(side) - 1, []).append((4 * patches + k, side_points))
         # `begin` counts the border points of the batches so far.
         begin, patch_count = begin + len(border) * batch.count, patch_count + batch.count
     edge, backward = np.empty(4 * patch_count, np.intp), np.empty(4 * patch_count, np.bool_)
     collapsed = np.empty(4 * patch_count, np.bool_)
     ids: list[Ints] = []
-    edges: list[Ints] = []
-    sides_by_degree: list[tuple[Ints, Ints]] = []
+    edges: list[IndexArray] = []
+    sides_by_degree: list[tuple[IndexArray, IndexArray]] = []
     for degree in sorted(groups):
         side_numbers, side_rows = map(np.concatenate, zip(*groups[degree], strict=True))
         order = np.argsort(side_numbers)
@@ -204,26 +201,42 @@ def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
         edge[side_numbers] = first + number
         backward[side_numbers] = is_reversed ^ is_reversed[leader[number]]
         edges.append(side_rows[leader])
-        sides_by_degree.append(
-            (np.where(backward[side_numbers, None], side_rows[:, ::-1], side_rows), number)
-        )
-    corner_points = np.concatenate(corners)
-    first_at_corner, corner = find_first_rows(
-        numbers[corner_points].reshape(-1, 1).astype(np.float64)
-    )
+        is_backward = backward[side_numbers]
+        side_rows[is_backward] = side_rows[is_backward, ::-1]
+        sides_by_degree.append((side_rows, number.astype(np.uint32)))
+    corner_points = np.concatenate(corners).ravel()
+    number_at_corner = numbers[corner_points]
+    first_corners = first_positions(number_at_corner, len(numbers))[number_at_corner]
+    is_first = first_corners == np.arange(len(first_corners), dtype=np.uint32)
+    corner = (np.cumsum(is_first) - 1)[first_corners]
     connectivity = Connectivity.of_patches(
         batches,
         edge=edge,
         backward=backward,
         collapsed=collapsed,
         corner=corner,
-        corner_count=len(first_at_corner),
+        corner_count=int(np.count_nonzero(is_first)),
     )
     return EdgePattern(
         connectivity,
-        corner_points.ravel()[first_at_corner],
+        corner_points[is_first],
         tuple(ids),
         tuple(edges),
         tuple(sides_by_degree),
-        EqualPoints(numbers, np.flatnonzero(numbers == np.arange(len(numbers)))),
+        EqualPoints.from_numbers(numbers),
     )
+
+
+def number_grid_points(batch: TensorPatches, columns: int) -> Ints:
+    """The result of `find_equal_points` for the border points of patches that form a grid, (P b,).
+
+    Neighbouring patches have equal points on the side between them; no other points are equal. The
+    grid has `columns` patches along v.
+    """
+    (p, q), (border, _, _) = batch.degree, _border_rows(*_form(batch))
+    along_u, along_v = np.divmod(border, q + 1)
+    numbers = np.arange(batch.count * len(border)).reshape(-1, columns, len(border))
+    # The points on the sides v = 0 and u = 0 are those of the patches before, on v = 1 and u = 1.
+    numbers[:, 1:, along_v == 0] = numbers[:, :-1, along_v == q]
+    numbers[1:, :, along_u == 0] = numbers[:-1, :, along_u == p]
+    return numbers.ravel()

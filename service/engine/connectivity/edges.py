@@ -15,6 +15,7 @@ from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import sample_basis
 from service.bases.cache import BASES
+from service.bases.row_batches import row_slices
 from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.options import Method
 from service.engine.vectors import project
@@ -51,6 +52,10 @@ def join_curves(parts: Sequence[EdgeCurves]) -> EdgeCurves:
     points = np.concatenate([part.points for part in parts])
     return EdgeCurves(np.concatenate([part.ids for part in parts]), points, weights)
 
+
+RUN_TERMS = 1 << 16
+"""Edges are sampled in runs with at most this number of terms, or one edge, so that these stay in
+the processor's cache: each sample is a sum of n + 1 terms in three coordinates."""
 
 METHODS: Mapping[Method, Callable[[FloatArray, int], FloatArray]] = MappingProxyType(
     {
@@ -151,7 +156,20 @@ def _sample_by_method(
 
 
 def _sample_by_matrix(points: FloatArray, weights: FloatArray | None, divisions: int) -> FloatArray:
-    """Samples (R+1, E, 3) of edges, by operations on long contiguous rows."""
+    """Samples (R+1, E, 3) of edges, in runs of at most `RUN_TERMS` terms."""
+    count, terms = points.shape[:2]
+    runs = [*row_slices(count, 3 * terms * (divisions + 1), RUN_TERMS)]
+    if len(runs) <= 1:
+        return _sample_run(points, weights, divisions)
+    samples = np.empty((divisions + 1, count, 3))
+    for run in runs:
+        run_weights = None if weights is None else weights[run]
+        samples[:, run] = _sample_run(points[run], run_weights, divisions)
+    return samples
+
+
+def _sample_run(points: FloatArray, weights: FloatArray | None, divisions: int) -> FloatArray:
+    """Samples (R+1, E, 3) of a run of edges, by operations on long contiguous rows."""
     count, terms = points.shape[:2]
     # The basis has shape (n+1, R+1, 1); the rows, (n+1, 1, 3E), have the coordinates of all edges.
     basis = BASES.array(

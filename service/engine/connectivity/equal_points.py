@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, Ints
+from service.bases.arrays import FloatArray, IndexArray, Ints
 from service.bases.row_batches import unique_rows
 from service.engine.options import MAX_WELD_TOLERANCE
 from service.surface.lowered import PatchModel
@@ -65,11 +65,17 @@ class EqualPoints:
     """A result of `find_equal_points`, for comparison with other points.
 
     `number` (N,) is that result. `leaders` (L,) are the points that differ from all points before
-    them.
+    them. Both are kept for long, so they have 32 bits.
     """
 
-    number: Ints
-    leaders: Ints
+    number: IndexArray
+    leaders: IndexArray
+
+    @staticmethod
+    def from_numbers(number: Ints) -> "EqualPoints":
+        """The equal points of a result of `find_equal_points`."""
+        leaders = np.flatnonzero(number == np.arange(len(number)))
+        return EqualPoints(number.astype(np.uint32), leaders.astype(np.uint32))
 
     def fits(self, points: FloatArray, reach: float) -> bool:
         """Whether `points` (N, 3) have these equal points, and unequal points are not near.

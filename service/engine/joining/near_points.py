@@ -10,7 +10,7 @@ stay two points, and points that differ from an end by rounding alone form a gro
 
 import numpy as np
 
-from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.arrays import AnyInts, Bools, FloatArray, Ints
 from service.bases.row_batches import count_runs, unique_rows
 from service.engine.connectivity.equal_points import find_possible_neighbours
 
@@ -76,7 +76,7 @@ def _find_groups(points: FloatArray, radius: float) -> tuple[Ints, Bools]:
     return leader, is_ungrouped
 
 
-def run_starts(ordered: Ints) -> Ints:
+def run_starts(ordered: AnyInts) -> Ints:
     """The positions where runs of equal numbers begin, (R,)."""
     is_first = np.ones(len(ordered), dtype=bool)
     np.not_equal(ordered[1:], ordered[:-1], out=is_first[1:])

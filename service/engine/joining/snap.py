@@ -33,7 +33,7 @@ from math import expm1
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, Ints
+from service.bases.arrays import AnyInts, FloatArray, Ints
 from service.bases.row_batches import count_runs
 from service.cancellation import checkpoint
 from service.engine.connectivity.curve_patches import collapse_thin_patches
@@ -147,7 +147,7 @@ def _find_first_points(border: FloatArray, group: Ints) -> Ints:
 
 
 def _make_inner_points_equal(
-    points: FloatArray, border: FloatArray, rows: Ints, edge: Ints
+    points: FloatArray, border: FloatArray, rows: AnyInts, edge: AnyInts
 ) -> None:
     """Write the inner points of each edge's first net, in dictionary order, to all of its sides.
 
@@ -156,7 +156,7 @@ def _make_inner_points_equal(
     """
     nets = border[rows]
     # First any side of each edge, to find edges with unequal sides; then the first in order.
-    leader = np.empty(int(edge.max(initial=-1)) + 1, dtype=np.intp)
+    leader = np.empty(int(edge.max(initial=0)) + 1, dtype=np.intp)
     leader[edge] = np.arange(len(edge))
     is_unequal = np.zeros(len(leader), dtype=bool)
     is_unequal[edge[(nets != nets[leader[edge]]).any(axis=(1, 2))]] = True

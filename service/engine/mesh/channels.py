@@ -11,7 +11,7 @@ from operator import attrgetter
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, Ints, RealArray
+from service.bases.arrays import AnyInts, FloatArray, Ints, RealArray
 from service.bases.bernstein import bernstein, sample_basis
 from service.bases.bernstein import sample_parameters as parameters
 from service.bases.row_batches import row_slices
@@ -59,7 +59,7 @@ class ChannelRows:
     unit: float | None = None
     is_exact: bool = False
 
-    def take(self, rows: Ints) -> "ChannelRows":
+    def take(self, rows: AnyInts) -> "ChannelRows":
         """The channel with only these rows, in this order."""
         return replace(self, values=self.values.take(rows, axis=0))
 
@@ -91,7 +91,7 @@ def split_by_kind(
     return by_kind.get("uvs"), by_kind.get("colors"), named
 
 
-def match_values(same_position: Ints, channels: tuple[ChannelRows, ...]) -> Ints:
+def match_values(same_position: AnyInts, channels: tuple[ChannelRows, ...]) -> Ints:
     """For each sample, one sample at its position that has the same value in every channel.
 
     Values that differ by rounding alone become equal, channel by channel.

@@ -130,10 +130,13 @@ def _write_edges(
         sample_edges(seams.curves, is_chosen, divisions, method).reshape(-1, 3)
         for divisions, is_chosen in writes.groups
     ]
-    table = np.concatenate([*points, seams.corner_points])
-    if is_moved(origin):
-        table -= origin
-    rows = table.astype(positions.dtype).take(writes.sources, axis=0)
+    points.append(seams.corner_points)
+    table = np.empty((sum(map(len, points)), 3), positions.dtype)
+    shift, begin = origin if is_moved(origin) else 0.0, 0
+    for part in points:
+        np.subtract(part, shift, out=table[begin : begin + len(part)], casting="same_kind")
+        begin += len(part)
+    rows = table.take(writes.sources, axis=0)
     _view_items(positions)[writes.targets] = _view_items(rows)
 
 

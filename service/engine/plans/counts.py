@@ -60,7 +60,7 @@ def count_mesh(model: PatchModel, options: MeshOptions) -> Counts:
     if is_complete and not layout.may_fold and options.weld:
         return Counts(_count_positions(layout, groups), triangles, quads)
 
-    leaders = layout.leaders
+    leaders = layout.find_leaders()
     if layout.may_fold:
         counts = [_count_proper_faces(layout, group, kind, leaders) for group in groups]
         triangles, quads = (sum(group_counts) for group_counts in zip(*counts, strict=True))
@@ -68,7 +68,10 @@ def count_mesh(model: PatchModel, options: MeshOptions) -> Counts:
         vertices = _count_positions(layout, groups)
     else:
         vertices = _count_used_positions(
-            layout, groups, kind, leaders if options.weld else np.arange(layout.size)
+            layout,
+            groups,
+            kind,
+            leaders if options.weld else np.arange(layout.size, dtype=np.uint32),
         )
     return Counts(vertices, triangles, quads)
 
@@ -131,12 +134,12 @@ def _count_cell_faces(count: int, kind: Faces) -> tuple[int, int]:
 
 
 def _count_proper_faces(
-    layout: Layout, group: _Group, kind: Faces, leaders: Ints
+    layout: Layout, group: _Group, kind: Faces, leaders: IndexArray
 ) -> tuple[int, int]:
     """Numbers of triangles and quads of a group, without those that have two equal vertices.
 
     A quad with two equal neighbouring vertices counts as a triangle. `leaders` (N,) are as in
-    `Layout`: they stand for the vertices.
+    `Layout.find_leaders`: they stand for the vertices.
     """
     (triangles, quads), inner_cells = _build_border_faces(group.shape, kind)
     vertices = leaders[layout.patch_samples(group.patches, group.shape)]
@@ -151,7 +154,7 @@ def _count_proper_faces(
     )
 
 
-def _count_distinct(vertices: Ints) -> Ints:
+def _count_distinct(vertices: IndexArray) -> Ints:
     """The number of distinct vertices of each face: shape (n, F), from shape (n, F, corners)."""
     ordered = np.sort(vertices, axis=-1)
     distinct: Ints = (ordered[..., 1:] != ordered[..., :-1]).sum(axis=-1) + 1
@@ -166,7 +169,7 @@ def _count_positions(layout: Layout, groups: Sequence[_Group]) -> int:
 
 
 def _count_used_positions(
-    layout: Layout, groups: Sequence[_Group], kind: Faces, leaders: Ints
+    layout: Layout, groups: Sequence[_Group], kind: Faces, leaders: IndexArray
 ) -> int:
     """The number of distinct positions in faces; without faces, of all samples."""
     is_used = np.zeros(layout.size, dtype=bool)

@@ -36,7 +36,7 @@ class FacePlan:
     ----------
     is_vertex : ndarray of bool, shape (N,), or None
         Which samples become vertices, in the same order; None if all samples do.
-    means : Averages and ndarray of int, shape (G,), or None
+    means : Averages and ndarray of uint32, shape (G,), or None
         Groups of samples that share a vertex, and the number of the vertex of each group. The
         vertex gets the mean of their normals.
     triangles : ndarray of uint32, shape (T, 3)
@@ -53,7 +53,7 @@ class FacePlan:
     """
 
     is_vertex: Bools | None
-    means: tuple[Averages, Ints] | None
+    means: tuple[Averages, IndexArray] | None
     triangles: IndexArray
     quads: IndexArray
     ends: Ints
@@ -75,8 +75,7 @@ class FacePlan:
         arrays += [self.is_vertex, self.welds]
         if self.means is not None:
             averages, vertices = self.means
-            arrays += [averages.leaders, averages.members, averages.slot]
-            arrays += [averages.leader_of_member, vertices]
+            arrays += [*averages.arrays, vertices]
         return [array for array in arrays if array is not None]
 
 
@@ -111,12 +110,14 @@ def _build_plan(
         used_samples = (
             _find_used(layout, options.faces) if layout.is_stitched or layout.has_poles else None
         )
-        leader = np.arange(layout.size)
-        if options.weld and sharing is None:
-            leader = layout.leaders
-        elif options.weld and sharing is not None:
+        leaders = layout.find_leaders()
+        leader = leaders
+        if not options.weld:
+            leader = np.arange(layout.size, dtype=np.uint32)
+        elif sharing is not None:
+            leader = np.arange(layout.size, dtype=np.uint32)
             leader[layout.averages.members] = sharing.leaders
-        welding = number_vertices(layout.leaders, leader, used_samples)
+        welding = number_vertices(leaders, leader, used_samples)
     checkpoint()
     faces = join_faces(layout, welding, options.faces, sequence)
     if welding is not None and layout.may_fold and options.weld:
@@ -126,7 +127,10 @@ def _build_plan(
         faces = join_faces(layout, welding, options.faces, sequence)
     checkpoint()
     if welding is not None and options.weld and options.normals:
-        means = None if sharing and sharing.is_averaged else _find_means(welding, leader)
+        if sharing is None:
+            means = _find_means(welding, layout.averages, leader)
+        elif not sharing.is_averaged:
+            means = _find_means(welding, Averages.from_leaders(leader), leader)
     triangles, quads, ends = faces
     welds = find_shared_positions(welding) if options.weld else None
     boundary_edges, watertight = find_mesh_borders(layout, options, (triangles, quads), welds)
@@ -151,32 +155,33 @@ def _build_plan(
     return plan
 
 
-def _find_means(welding: Welding, leader: Ints) -> tuple[Averages, Ints] | None:
+def _find_means(
+    welding: Welding, averages: Averages, leader: IndexArray
+) -> tuple[Averages, IndexArray] | None:
     """Groups of samples that share a vertex, and these vertices; only vertices in faces."""
-    averages = Averages.from_leaders(leader)
-    # The vertex of each leader; a leader in no face may be none of `welding.samples`.
-    vertices = np.searchsorted(welding.samples, averages.leaders)
-    vertices = np.minimum(vertices, len(welding.samples) - 1)
+    # A leader in no face may be none of `welding.samples`.
+    vertices = welding.vertex[averages.leaders].astype(np.uint32, copy=False)
     has_vertex = welding.samples[vertices] == averages.leaders
     if not has_vertex.all():
         averages = Averages.from_leaders(
             leader, np.sort(averages.members[has_vertex[averages.slot]])
         )
-        vertices = np.searchsorted(welding.samples, averages.leaders)
+        vertices = welding.vertex[averages.leaders].astype(np.uint32, copy=False)
     return (averages, vertices) if len(averages.leaders) else None
 
 
-def _find_used(layout: Layout, kind: Faces) -> Ints:
-    """The numbers of the samples that occur in faces, with repetitions.
+def _find_used(layout: Layout, kind: Faces) -> Bools:
+    """Which samples occur in faces, (N,).
 
     Samples of grids that stitched sides replace do not occur, and of the samples at a pole only
     some.
     """
-    samples = [
-        layout.patch_samples(patches, shape)[:, find_used_samples(shape, kind)].ravel()
-        for shape, patches in layout.shapes
-    ]
-    return np.concatenate(samples)
+    is_used = np.zeros(layout.size, dtype=bool)
+    for shape, patches in layout.shapes:
+        used_samples = find_used_samples(shape, kind)
+        for run in layout.split_patches(patches, shape):
+            is_used[layout.patch_samples(run, shape)[:, used_samples]] = True
+    return is_used
 
 
 def _build_grids(layout: Layout, welding: Welding | None) -> tuple[IndexArray, ...]:
@@ -190,6 +195,6 @@ def _build_grids(layout: Layout, welding: Welding | None) -> tuple[IndexArray, .
         if welding is None:
             vertex = np.arange(rows.start, rows.stop, dtype=np.uint32)
         else:
-            vertex = welding.vertex[rows].astype(np.uint32)
+            vertex = welding.vertex[rows].astype(np.uint32, copy=False)
         grids.append(vertex.reshape(-1, block.resolution[0] + 1, block.resolution[1] + 1))
     return tuple(grids)

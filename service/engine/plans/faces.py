@@ -5,7 +5,7 @@ Faces are index patterns in which samples are replaced by vertices.
 
 import numpy as np
 
-from service.bases.arrays import IndexArray, Ints
+from service.bases.arrays import AnyInts, IndexArray, Ints
 from service.bases.row_batches import split_runs
 from service.engine.options import Faces, MeshOptions
 from service.engine.plans.layout import Layout
@@ -42,15 +42,16 @@ def join_faces(
             pattern_faces = pattern[kind_of_face]
             if not len(pattern_faces):
                 continue
-            samples = layout.patch_samples(patches, shape)
-            vertices = samples if welding is None else welding.vertex[samples]
-            # One array operation finds the vertices of all patches of this shape.
-            corner_numbers = np.take(vertices.astype(np.uint32), pattern_faces, axis=1)
-            # The faces of patches that follow each other in the mesh are written together.
-            for run in split_runs(np.diff(position[patches]) != 1):
-                first = ends[position[patches[run.start]]] - len(pattern_faces)
-                rows = slice(first, first + (run.stop - run.start) * len(pattern_faces))
-                out[rows] = corner_numbers[run].reshape(-1, corners)
+            for some_patches in layout.split_patches(patches, shape):
+                vertices = layout.patch_samples(some_patches, shape)
+                if welding is not None:
+                    vertices = welding.vertex[vertices].astype(np.uint32, copy=False)
+                corner_numbers = vertices.take(pattern_faces, axis=1)
+                # The faces of patches that follow each other in the mesh are written together.
+                for run in split_runs(np.diff(position[some_patches]) != 1):
+                    first = ends[position[some_patches[run.start]]] - len(pattern_faces)
+                    rows = slice(first, first + (run.stop - run.start) * len(pattern_faces))
+                    out[rows] = corner_numbers[run].reshape(-1, corners)
         faces.append(out)
     triangles, quads = faces
     # A patch folds if two of its sides are one edge, and may fold if it has only one division. Then
@@ -66,7 +67,7 @@ def _count_before(counts: Ints) -> Ints:
 
 
 def drop_slivers(
-    triangles: IndexArray, quads: IndexArray, counts: Ints, welds: Ints
+    triangles: IndexArray, quads: IndexArray, counts: Ints, welds: AnyInts
 ) -> tuple[IndexArray, IndexArray, Ints]:
     """Drops faces with two vertices at one position.
 

@@ -12,9 +12,9 @@ from functools import cached_property
 
 import numpy as np
 
-from service.bases.arrays import Bools, Ints
+from service.bases.arrays import Bools, IndexArray, Ints
 from service.bases.cache import MESH_PLANS
-from service.bases.row_batches import unique_rows
+from service.bases.row_batches import first_positions, unique_rows
 from service.engine.connectivity.incidence import Connectivity
 from service.engine.plans.patterns import AnyShape, Shape, TriangleShape
 from service.engine.plans.sample_numbers import Block, BorderWrites, SampleRuns
@@ -76,7 +76,7 @@ class Layout(SampleRuns):
         np.maximum.at(divisions, edge, side_divisions)
         is_finer = (divisions[edge] != side_divisions) & ~collapsed
         is_stitched = is_finer.any(axis=1)
-        base, first_extra = np.zeros(total, dtype=np.intp), np.full((total, 4), -1, dtype=np.intp)
+        base = np.zeros(total, dtype=np.intp)
         # Strips of triangles need a line of samples inside the patch.
         rus[is_stitched], rvs[is_stitched] = max(ru, 2), max(rv, 2)
         blocks: list[Block] = []
@@ -95,12 +95,17 @@ class Layout(SampleRuns):
                     size += len(rows) * block.count
                     blocks.append(block)
                 first += count
-        grid_divisions = np.stack(along_sides(rus, rvs), axis=1)
-        has_extra = is_stitched[:, None] & (divisions[edge] != grid_divisions) & ~collapsed
-        extra_count = np.where(has_extra, divisions[edge] - 1, 0)
-        samples_before = (np.cumsum(extra_count) - extra_count.ravel()).reshape(extra_count.shape)
-        first_extra[has_extra] = size + samples_before[has_extra]
-        size += int(extra_count.sum())
+        # Without stitched patches, one number in memory stands for all sides.
+        first_extra: Ints = np.broadcast_to(np.intp(-1), (total, 4))
+        extra_count: Ints = np.broadcast_to(np.intp(0), (total, 4))
+        if is_stitched.any():
+            grid_divisions = np.stack(along_sides(rus, rvs), axis=1)
+            has_extra = is_stitched[:, None] & (divisions[edge] != grid_divisions) & ~collapsed
+            extra_count = np.where(has_extra, divisions[edge] - 1, 0)
+            first_extra = np.full((total, 4), -1, dtype=np.intp)
+            before = (np.cumsum(extra_count) - extra_count.ravel()).reshape(extra_count.shape)
+            first_extra[has_extra] = size + before[has_extra]
+            size += int(extra_count.sum())
         return Layout(
             connectivity=connectivity,
             base=base,
@@ -117,9 +122,10 @@ class Layout(SampleRuns):
     @property
     def nbytes(self) -> int:
         """An upper bound of the bytes of the layout and of the values that are cached with it."""
-        # Numbers of 8 bytes: 3 for each sample, 6 for each sample of a side, 30 for each patch.
+        # For each sample of a side, `averages` has at most 4 numbers of 4 bytes, and
+        # `border_writes` 2. The other arrays have at most 22 numbers of 8 bytes for each patch.
         border = int(self.divisions[self.connectivity.edge].sum()) + 4 * len(self.base)
-        return 8 * (3 * self.size + 6 * border + 30 * len(self.base)) + self.connectivity.nbytes
+        return 24 * border + 176 * len(self.base) + self.connectivity.nbytes
 
     def split_batches(self, batches: Sequence[Patches]) -> list[tuple[Block, Patches]]:
         """The blocks, each together with its patches from the batches of a model."""
@@ -132,11 +138,6 @@ class Layout(SampleRuns):
             )
             for block in self.blocks
         ]
-
-    @cached_property
-    def is_stitched(self) -> bool:
-        """Whether any patch is stitched with extra samples on a side."""
-        return bool((self.first_extra >= 0).any())
 
     @cached_property
     def may_fold(self) -> bool:
@@ -165,32 +166,34 @@ class Layout(SampleRuns):
             or self.has_poles
         )
 
-    @cached_property
-    def leaders(self) -> Ints:
+    def find_leaders(self) -> IndexArray:
         """For each sample, one sample at its position, the same for all samples there, (N,).
 
         Samples have one position on a shared edge, at a corner or at a pole.
         """
-        leaders = np.arange(self.size)
-        edge = self.connectivity.edge.ravel()
-        for divisions, sides in self.side_groups():
-            samples = self.find_side_samples(sides, divisions)
-            # The first side of each edge represents all its sides.
-            _, first, inverse = np.unique(edge[sides], return_index=True, return_inverse=True)
-            leaders[samples] = samples[first][inverse]
-        corners = self.corner_samples()
-        corner = self.connectivity.corner
-        _, first, inverse = np.unique(corner, return_index=True, return_inverse=True)
-        first_at_corner = corners.ravel()[first]
-        leaders[corners] = first_at_corner[inverse.reshape(corners.shape)]
-        samples, corner_of_sample = self.find_collapsed_samples()
-        leaders[samples] = first_at_corner[corner_of_sample]
+        leaders = np.arange(self.size, dtype=np.uint32)
+        leaders[self.averages.members] = self.averages.leader_of_member
         return leaders
 
     @cached_property
     def averages(self) -> Averages:
         """The groups of samples at one position; smooth models get the mean of their normals."""
-        return Averages.from_leaders(self.leaders)
+        leaders = np.arange(self.size, dtype=np.uint32)
+        edge = self.connectivity.edge.ravel()
+        for divisions, sides in self.side_groups():
+            samples = self.find_side_samples(sides, divisions)
+            # The first side of each edge represents all its sides.
+            edge_of_side = edge[sides]
+            leaders[samples] = samples[first_positions(edge_of_side, len(self.divisions))][
+                edge_of_side
+            ]
+        corners, corner = self.corner_samples(), self.connectivity.corner
+        first = first_positions(corner.ravel(), self.connectivity.corner_count)
+        first_at_corner = corners.ravel()[first]
+        leaders[corners] = first_at_corner[corner]
+        samples, corner_of_sample = self.find_collapsed_samples()
+        leaders[samples] = first_at_corner[corner_of_sample]
+        return Averages.from_leaders(leaders)
 
     @cached_property
     def border_writes(self) -> BorderWrites:
@@ -209,44 +212,47 @@ class Layout(SampleRuns):
             count = int(np.count_nonzero(has_divisions))
             # For each side, the row of the table with the first sample of its edge; its other
             # samples follow in every `count`-th row.
-            row = np.cumsum(has_divisions)[edge[sides]] - 1 + first
+            row = (np.cumsum(has_divisions)[edge[sides]] - 1 + first).astype(np.uint32)
             # The ends of a side are corners.
-            sources.append((row[:, None] + count * np.arange(1, divisions)).ravel())
+            steps = count * np.arange(1, divisions, dtype=np.uint32)
+            sources.append((row[:, None] + steps).ravel())
             targets.append(self.find_side_samples(sides, divisions)[:, 1:-1].ravel())
             first += count * (divisions + 1)
         collapsed_samples, corner_of_sample = self.find_collapsed_samples()
         targets += [self.corner_samples().ravel(), collapsed_samples]
-        sources += [first + self.connectivity.corner.ravel(), first + corner_of_sample]
+        corners = first + self.connectivity.corner.ravel(), first + corner_of_sample
+        sources += [rows.astype(np.uint32) for rows in corners]
         return BorderWrites(tuple(groups), np.concatenate(targets), np.concatenate(sources))
 
     @cached_property
     def shapes(self) -> tuple[tuple[AnyShape, Ints], ...]:
         """Patches grouped by their index pattern, in the order of the first patch of each group."""
-        side_divisions = np.stack(along_sides(self.ru, self.rv), axis=1)
-        sides = np.where(self.first_extra >= 0, self.extra_count + 1, side_divisions)
-        connectivity = self.connectivity
-        # Columns: whether triangle; Ru, Rv; the divisions of four sides; which sides are one point;
-        # which of the corners (0, 0) and (1, 1) two patches cut off by the same line.
-        rows = np.concatenate(
-            [
-                self.is_triangle[:, None],
-                self.ru[:, None],
-                self.rv[:, None],
-                sides,
-                connectivity.collapsed,
-                connectivity.is_cut_twice[:, :2] & ~self.is_triangle[:, None],
-            ],
-            axis=1,
-        )
-        first, number = unique_rows(rows.astype(np.float64))
+        sides = list(along_sides(self.ru, self.rv))
+        if self.is_stitched:
+            sides = [
+                np.where(first >= 0, extra + 1, divisions)
+                for first, extra, divisions in zip(
+                    self.first_extra.T, self.extra_count.T, sides, strict=True
+                )
+            ]
+        is_turned = self.connectivity.is_cut_twice[:, :2] & ~self.is_triangle[:, None]
+        # Whether triangle; Ru, Rv; the divisions of four sides; which sides are one point; which of
+        # the corners (0, 0) and (1, 1) two patches cut off by the same line.
+        columns = [self.is_triangle, self.ru, self.rv, *sides]
+        columns += [*self.connectivity.collapsed.T, *is_turned.T]
+        # Most columns have one value for all patches.
+        varying = [column for column in columns if (column != column[0]).any()]
+        first, number = np.zeros(1, np.intp), np.zeros(len(self.base), np.intp)
+        if varying:
+            first, number = unique_rows(np.stack(varying, axis=1).astype(np.float64))
         numbers_by_shape: list[tuple[AnyShape, Ints]] = []
         for k in np.argsort(first, kind="stable").tolist():
-            is_triangle, ru, rv, a, b, c, d, *bits = rows[first[k]].tolist()
+            is_triangle, ru, rv, a, b, c, d, *bits = [column[first[k]].item() for column in columns]
             collapsed = bool(bits[0]), bool(bits[1]), bool(bits[2]), bool(bits[3])
-            is_turned = bool(bits[4]), bool(bits[5])
+            turned = bool(bits[4]), bool(bits[5])
             shape: AnyShape = TriangleShape(ru, collapsed)
             if not is_triangle:
-                shape = Shape((ru, rv), (a, b, c, d), collapsed, is_turned)
+                shape = Shape((ru, rv), (a, b, c, d), collapsed, turned)
             numbers_by_shape.append((shape, np.flatnonzero(number == k)))
         return tuple(numbers_by_shape)
 

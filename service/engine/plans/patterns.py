@@ -52,6 +52,11 @@ class Shape:
         return self.sides != self.grid_divisions
 
     @property
+    def grid_size(self) -> int:
+        """The number of samples of the grid."""
+        return (self.resolution[0] + 1) * (self.resolution[1] + 1)
+
+    @property
     def inner(self) -> int:
         """The number of samples inside the patch, not on its border."""
         return (self.resolution[0] - 1) * (self.resolution[1] - 1)
@@ -66,6 +71,11 @@ class TriangleShape:
 
     divisions: int
     collapsed: tuple[bool, bool, bool, bool] = (False, False, False, True)
+
+    @property
+    def grid_size(self) -> int:
+        """The number of samples."""
+        return triangle.count_points(self.divisions)
 
     @property
     def inner(self) -> int:

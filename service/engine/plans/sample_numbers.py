@@ -11,13 +11,17 @@ from functools import cached_property
 import numpy as np
 
 from service.bases import triangle
-from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.row_batches import expand_runs
+from service.bases.arrays import Bools, FloatArray, IndexArray, Ints
+from service.bases.row_batches import expand_runs, row_slices
 from service.engine.connectivity.incidence import Connectivity
 from service.engine.plans.patterns import AnyShape, TriangleShape
 from service.surface.sides import BEGINS, ENDS, along_sides
 
-_NO_SAMPLES: Ints = np.empty(0, dtype=np.intp)
+_NO_SAMPLES: IndexArray = np.empty(0, dtype=np.uint32)
+
+RUN_SAMPLES = 1 << 16
+"""Patches are taken in runs of at most this number of samples, or one patch, so that temporary
+arrays stay in the processor's cache."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -67,14 +71,14 @@ class BorderWrites:
         For each number of divisions R, which of the edges have R divisions; None for all edges.
         `sources` refers to a table of the R + 1 samples of all edges of each group (first those
         of all its edges at parameter 0, then at 1/R, …), and then of the C corners.
-    targets, sources : ndarrays of int, shape (n,)
+    targets, sources : ndarrays of uint32, shape (n,)
         The samples that are overwritten, and for each of them the row of the table that replaces
         it.
     """
 
     groups: tuple[tuple[int, Bools | None], ...]
-    targets: Ints
-    sources: Ints
+    targets: IndexArray
+    sources: IndexArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,6 +114,11 @@ class SampleRuns:
         return self.connectivity.is_triangle
 
     @cached_property
+    def is_stitched(self) -> bool:
+        """Whether any patch is stitched with extra samples on a side."""
+        return bool((self.first_extra >= 0).any())
+
+    @cached_property
     def pinched_sides(self) -> Bools:
         """Which sides are one point but have several samples, shape (P, 4)."""
         is_pinched = self.connectivity.collapsed.copy()
@@ -117,28 +126,29 @@ class SampleRuns:
         is_pinched[self.is_triangle, 3] = False
         return is_pinched
 
-    def find_grid_samples(self, sides: Ints, divisions: int) -> Ints:
+    def find_grid_samples(self, sides: Ints, divisions: int) -> IndexArray:
         """Numbers (n, R+1) of the grid samples along sides (patch · 4 + side) of R divisions."""
         patch, side = np.divmod(sides, 4)
         ru, columns = self.ru[patch], self.rv[patch] + 1
         begin = np.choose(side, [0, ru * columns, 0, columns - 1]) + self.base[patch]
-        step = np.where(side < 2, 1, columns)
-        samples = begin[:, None] + step[:, None] * np.arange(divisions + 1)
+        step = np.where(side < 2, 1, columns).astype(np.uint32)
+        samples: IndexArray = np.multiply.outer(step, np.arange(divisions + 1, dtype=np.uint32))
+        samples += begin.astype(np.uint32)[:, None]
         on_triangle = self.is_triangle[patch]
         if on_triangle.any():
             local_samples = triangle.side_rows(divisions)[side[on_triangle]]
             samples[on_triangle] = self.base[patch[on_triangle], None] + local_samples
-        return samples.astype(np.intp, copy=False)
+        return samples
 
-    def find_side_samples(self, sides: Ints, divisions: int) -> Ints:
+    def find_side_samples(self, sides: Ints, divisions: int) -> IndexArray:
         """Numbers (n, R+1) of the samples along sides, in the directions of their edges.
 
         A side is given as patch · 4 + side. Its R divisions may differ from its grid.
         """
         samples = self.find_grid_samples(sides, divisions)
-        first_extra = self.first_extra.ravel()[sides]
-        has_extra = first_extra >= 0
-        if has_extra.any():
+        if self.is_stitched:
+            first_extra = self.first_extra.ravel()[sides]
+            has_extra = first_extra >= 0
             # The grid has other divisions here: of its numbers only the first, at the corner where
             # the side begins, is right.
             ends = ENDS[sides[has_extra] % 4]
@@ -148,14 +158,27 @@ class SampleRuns:
         samples[backward] = samples[backward, ::-1]
         return samples
 
-    def patch_samples(self, patches: Ints, shape: AnyShape) -> Ints:
+    @staticmethod
+    def split_patches(patches: Ints, shape: AnyShape) -> Iterator[Ints]:
+        """The patches in runs of `RUN_SAMPLES`."""
+        for run in row_slices(len(patches), shape.grid_size, RUN_SAMPLES):
+            yield patches[run]
+
+    def patch_samples(self, patches: Ints, shape: AnyShape) -> IndexArray:
         """Numbers (n, …) of the samples of patches of one shape, in the order of local indices."""
-        if isinstance(shape, TriangleShape):
-            return self.base[patches, None] + np.arange(triangle.count_points(shape.divisions))
-        count = (shape.resolution[0] + 1) * (shape.resolution[1] + 1)
-        runs = [self.base[patches, None] + np.arange(count)]
+
+        def number(first: Ints, count: int) -> IndexArray:
+            numbers: IndexArray = np.add.outer(
+                first.astype(np.uint32), np.arange(count, dtype=np.uint32)
+            )
+            return numbers
+
+        grids = number(self.base[patches], shape.grid_size)
+        if isinstance(shape, TriangleShape) or not shape.is_stitched:
+            return grids
+        runs = [grids]
         runs += [
-            self.first_extra[patches, side, None] + np.arange(divisions - 1)
+            number(self.first_extra[patches, side], divisions - 1)
             for side, (divisions, grid_divisions) in enumerate(
                 zip(shape.sides, shape.grid_divisions, strict=True)
             )
@@ -189,9 +212,11 @@ class SampleRuns:
             along = (samples - first[row] + 1) / (counts[row] + 1)
             yield side, block.patches[patch_rows[row]], along, samples
 
-    def find_collapsed_samples(self) -> tuple[Ints, Ints]:
+    def find_collapsed_samples(self) -> tuple[IndexArray, Ints]:
         """Samples on sides that are one point, and the number of the corner at each sample."""
-        samples, corners = [_NO_SAMPLES], [_NO_SAMPLES]
+        samples, corners = [_NO_SAMPLES], [self.connectivity.corner[:0, 0]]
+        if not self.pinched_sides.any():
+            return samples[0], corners[0]
         side_divisions = np.stack(along_sides(self.ru, self.rv), axis=1).ravel()
         collapsed = np.flatnonzero(self.pinched_sides)
         first_corner = self.connectivity.corner[:, BEGINS].ravel()
@@ -201,18 +226,18 @@ class SampleRuns:
             corners.append(np.repeat(first_corner[sides], divisions + 1))
         return np.concatenate(samples), np.concatenate(corners)
 
-    def corner_samples(self) -> Ints:
+    def corner_samples(self) -> IndexArray:
         """Samples at the corners (0, 0), (0, 1), (1, 0), (1, 1): shape (P, 4).
 
         On a triangle, the second and the fourth are the same corner.
         """
         last = self.ru * (self.rv + 1)
         zero = np.zeros_like(last)
-        corners: Ints = np.stack([zero, self.rv, last, last + self.rv], axis=1)
+        corners = np.stack([zero, self.rv, last, last + self.rv], axis=1)
         corners += self.base[:, None]
         # A triangle begins with the R + 1 samples of v = 0; its last sample is the corner v = 1.
         divisions = self.ru[self.is_triangle]
         apex = (divisions + 1) * (divisions + 2) // 2 - 1
         corners[self.is_triangle, 1:] = corners[self.is_triangle, :1]
         corners[self.is_triangle, 1:] += np.stack([apex, divisions, apex], axis=1)
-        return corners
+        return corners.astype(np.uint32)

@@ -8,12 +8,17 @@ from math import sin
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, IndexArray, Ints, RealArray
+from service.bases.arrays import AnyInts, Bools, FloatArray, IndexArray, Ints, RealArray
+from service.bases.row_batches import first_positions
 from service.engine.clustering import find_leaders
 from service.engine.connectivity.incidence import hash_arrays
 
 MIN_SUM = 1e-6
 """If the sum of unit normals is shorter than this, it has no reliable direction."""
+
+RUN = 1 << 14
+"""The number of pairs whose means are computed together, so that work arrays stay in the
+processor's cache."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -22,45 +27,53 @@ class Averages:
 
     Attributes
     ----------
-    leaders : ndarray of int, shape (G,)
+    leaders : ndarray of uint32, shape (G,)
         The sample that leads each group.
-    members : ndarray of int, shape (n,)
+    members : ndarray of uint32, shape (n,)
         The other samples of all groups.
-    slot : ndarray of int, shape (n,)
+    slot : ndarray of uint32, shape (n,)
         The group of each member.
     pair_count : int
         The number of groups with one member, pairs of a leader and a member; these groups and their
         members come first.
-    leader_of_member : ndarray of int, shape (n,)
+    leader_of_member : ndarray of uint32, shape (n,)
         The leader of the group of each member.
     """
 
-    leaders: Ints
-    members: Ints
-    slot: Ints
+    leaders: IndexArray
+    members: IndexArray
+    slot: IndexArray
     pair_count: int
-    leader_of_member: Ints
+    leader_of_member: IndexArray
+
+    @property
+    def arrays(self) -> tuple[IndexArray, ...]:
+        """All arrays."""
+        return self.leaders, self.members, self.slot, self.leader_of_member
 
     @staticmethod
-    def from_leaders(leader: Ints, members: Ints | None = None) -> "Averages":
+    def from_leaders(leader: AnyInts, members: AnyInts | None = None) -> "Averages":
         """Makes the groups from `leader` (N,), the leader of each sample's group.
 
         `members` are the samples that are not their own leaders, if the caller knows them.
         """
         if members is None:
-            members = np.flatnonzero(leader != np.arange(len(leader)))
-        leaders, slot, counts = np.unique(leader[members], return_inverse=True, return_counts=True)
-        is_pair = counts == 1
-        pair_count, total = int(np.count_nonzero(is_pair)), len(leaders)
-        # Groups with one member, and their members, come first.
-        new_slot = np.empty(total, np.intp)
-        new_slot[is_pair], new_slot[~is_pair] = np.arange(pair_count), np.arange(pair_count, total)
-        order = np.argsort(~is_pair[slot], kind="stable")
-        members, slot = members[order], new_slot[slot[order]]
-        # Among the pairs, group k is the group of member k.
-        leaders = np.concatenate([leaders[is_pair][slot[:pair_count]], leaders[~is_pair]])
-        slot[:pair_count] = np.arange(pair_count)
-        return Averages(leaders, members, slot, pair_count, leaders[slot])
+            members = np.flatnonzero(leader != np.arange(len(leader), dtype=leader.dtype))
+        leader_of_member = leader[members]
+        counts = np.bincount(leader_of_member, minlength=len(leader)).astype(np.uint32)
+        # Groups with one member, and their members, come first. Among the pairs, group k is the
+        # group of member k.
+        is_pair = counts[leader_of_member] == 1
+        members = np.concatenate([members[is_pair], members[~is_pair]]).astype(np.uint32)
+        pairs, others = leader_of_member[is_pair], leader_of_member[~is_pair]
+        leader_of_member = np.concatenate([pairs, others]).astype(np.uint32)
+        larger_groups = np.flatnonzero(counts > 1)
+        leaders = np.concatenate([pairs, larger_groups]).astype(np.uint32)
+        slot = np.arange(len(members), dtype=np.uint32)
+        # From here on, `counts` has the number of each of the larger groups, by its leader.
+        counts[larger_groups] = np.arange(len(pairs), len(leaders), dtype=np.uint32)
+        slot[len(pairs) :] = counts[others]
+        return Averages(leaders, members, slot, len(pairs), leader_of_member)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -77,7 +90,7 @@ class Sharing:
         Whether the normals of the leaders are already the mean normals.
     """
 
-    leaders: Ints
+    leaders: AnyInts
     key: bytes
     is_averaged: bool = False
 
@@ -125,18 +138,30 @@ def find_creases(normals: RealArray, groups: Averages, angle: float) -> Sharing 
     return Sharing(leader, hash_arrays(is_near, far_leader))
 
 
-def mean_normals(normals: RealArray, averages: Averages) -> FloatArray:
+def mean_normals(normals: RealArray, averages: Averages) -> RealArray:
     """The mean direction (n_0 + … + n_k) / |n_0 + … + n_k| of each group, (G, 3).
 
-    Opposite normals have no mean direction. If the crease angle lets them share a vertex, the
-    result is the normal of the leader.
+    It is computed in float64 and has the precision of `normals`. Opposite normals have no mean
+    direction. If the crease angle lets them share a vertex, the result is the normal of the leader.
     """
-    first = normals.take(averages.leaders, axis=0).astype(np.float64)
-    member_normals = normals.take(averages.members, axis=0).astype(np.float64)
-    pair_count, total = averages.pair_count, np.empty((3, len(first)))
+    means = np.empty((len(averages.leaders), 3), normals.dtype)
+    begin = 0
+    while begin + RUN < averages.pair_count:
+        means[begin : begin + RUN] = _mean_run(normals, averages, slice(begin, begin + RUN))
+        begin += RUN
+    means[begin:] = _mean_run(normals, averages, slice(begin, None))
+    return means
+
+
+def _mean_run(normals: RealArray, averages: Averages, run: slice) -> FloatArray:
+    """`mean_normals` of a run of groups: some pairs, or all groups from one of the pairs on."""
+    first = normals.take(averages.leaders[run], axis=0).astype(np.float64)
+    member_normals = normals.take(averages.members[run], axis=0).astype(np.float64)
+    pair_count = min(averages.pair_count - run.start, len(first))
+    total = np.empty((3, len(first)))
     np.add(member_normals[:pair_count].T, 0.0, out=total[:, :pair_count])  # turns −0 into 0
     if pair_count < len(first):
-        slot = averages.slot[pair_count:] - pair_count
+        slot = averages.slot[averages.pair_count :] - averages.pair_count
         for axis in range(3):
             total[axis, pair_count:] = np.bincount(slot, member_normals[pair_count:, axis])
     total += first.T
@@ -157,17 +182,17 @@ class Welding:
     `welds` (V,) the first vertex at the same position.
     """
 
-    vertex: Ints
-    samples: Ints
-    welds: Ints
+    vertex: AnyInts
+    samples: AnyInts
+    welds: AnyInts
 
 
 def merge_samples(
-    same_position: Ints,
+    same_position: AnyInts,
     normals: RealArray | None,
     crease_angle: float,
     same_values: Ints | None = None,
-) -> Ints:
+) -> AnyInts:
     """For each sample, the sample whose vertex it shares; writes mean normals into `normals`.
 
     Parameters
@@ -196,28 +221,28 @@ def merge_samples(
     return leader
 
 
-def number_vertices(same_position: Ints, leader: Ints, used_samples: Ints | None) -> Welding:
+def number_vertices(same_position: AnyInts, leader: AnyInts, is_used: Bools | None) -> Welding:
     """The vertices of samples; each sample shares the vertex of its `leader`.
 
     Vertices have the order of their first samples. So the vertices of a single patch have the order
     of its samples. `leader[leader]` equals `leader`, and `same_position` is as in `merge_samples`.
-    Samples that are not used in faces become no vertices; without `used_samples`, all are used.
+    Samples that are not used in faces become no vertices; without `is_used` (N,), all are used.
     """
-    is_kept = leader == np.arange(len(same_position))
-    if used_samples is not None and len(used_samples):
-        is_used = np.zeros(len(same_position), dtype=bool)
-        is_used[leader[used_samples]] = True
-        is_kept &= is_used
-    samples = np.flatnonzero(is_kept)
-    vertices = np.arange(len(samples))
-    # The first vertex at each position: in reverse order, it is written last, and stays.
-    first = np.zeros(len(same_position), dtype=np.intp)
-    first[same_position[samples[::-1]]] = vertices[::-1]
+    is_kept = leader == np.arange(len(same_position), dtype=leader.dtype)
+    if is_used is not None and is_used.any():
+        leads_used = np.zeros(len(same_position), dtype=bool)
+        leads_used[leader[is_used]] = True
+        is_kept &= leads_used
+    samples = np.flatnonzero(is_kept).astype(np.uint32)
+    position_of_vertex = same_position[samples]
+    # The first vertex at each position.
+    first = first_positions(position_of_vertex, len(same_position))
+    welds = first[position_of_vertex]
     # A sample without a face is not a vertex. `Mesh.grids`, which has a vertex for every sample,
     # gets the first vertex at the same position.
     number = first[same_position]
-    number[samples] = vertices
-    return Welding(number[leader], samples, first[same_position[samples]])
+    number[samples] = np.arange(len(samples), dtype=np.uint32)
+    return Welding(number[leader], samples, welds)
 
 
 def drop_unused(welding: Welding, faces: tuple[IndexArray, IndexArray]) -> Welding:
@@ -234,24 +259,25 @@ def drop_unused(welding: Welding, faces: tuple[IndexArray, IndexArray]) -> Weldi
     is_shown[welding.welds[is_used]] = True
     is_used |= ~is_shown[welding.welds]
     kept_vertices = np.flatnonzero(is_used)
-    number = np.cumsum(is_used) - 1
-    first_at_position = np.zeros_like(number)
-    first_at_position[welding.welds[kept_vertices[::-1]]] = number[kept_vertices[::-1]]
-    vertex = np.where(is_used, number, first_at_position[welding.welds])
+    kept_welds = welding.welds[kept_vertices]
+    first_at_position = first_positions(kept_welds, len(is_used))
+    vertex = first_at_position[welding.welds]
+    vertex[kept_vertices] = np.arange(len(kept_vertices), dtype=np.uint32)
     return Welding(
-        vertex[welding.vertex],
-        welding.samples[kept_vertices],
-        first_at_position[welding.welds[kept_vertices]],
+        vertex[welding.vertex], welding.samples[kept_vertices], first_at_position[kept_welds]
     )
 
 
 def find_shared_positions(welding: Welding | None) -> IndexArray | None:
     """For each vertex, the first vertex at its position; None if all positions differ."""
-    if welding is None or bool((welding.welds == np.arange(len(welding.welds))).all()):
+    if welding is None:
         return None
-    return welding.welds.astype(np.uint32)
+    welds = welding.welds.astype(np.uint32, copy=False)
+    return None if (welds == np.arange(len(welds), dtype=np.uint32)).all() else welds
 
 
 def count_positions(vertices: int, welds: IndexArray | None) -> int:
     """The number of distinct positions."""
-    return vertices if welds is None else int(np.count_nonzero(welds == np.arange(vertices)))
+    if welds is None:
+        return vertices
+    return int(np.count_nonzero(welds == np.arange(vertices, dtype=np.uint32)))

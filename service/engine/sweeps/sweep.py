@@ -78,7 +78,8 @@ def build_swept_mesh(
     normals = swept.normals.copy() if options.normals else None  # `_weld` writes means into them
     welding = _weld(swept, normals, options)
     triangles, quads = (
-        welding.vertex[rows].astype(np.uint32) for rows in (swept.triangles, swept.quads)
+        welding.vertex[rows].astype(np.uint32, copy=False)
+        for rows in (swept.triangles, swept.quads)
     )
     checkpoint()
     positions = swept.positions[welding.samples]
@@ -102,7 +103,7 @@ def build_swept_mesh(
         triangles=triangles,
         quads=quads,
         parts=(MeshPart(name, (0, len(triangles)), (0, len(quads))),),
-        grids=tuple(welding.vertex[grid].astype(np.uint32) for grid in swept.grids),
+        grids=tuple(welding.vertex[grid].astype(np.uint32, copy=False) for grid in swept.grids),
         welds=welds,
         overlays=overlays,
         origin=origin,
@@ -181,4 +182,4 @@ def _weld(swept: SweptGrids, normals: RealArray | None, options: MeshOptions) ->
         if options.uvs
         else merge_samples(swept.same_position, normals, options.crease_angle)
     )
-    return number_vertices(swept.same_position, leader, np.flatnonzero(is_used))
+    return number_vertices(swept.same_position, leader, is_used)

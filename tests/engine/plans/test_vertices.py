@@ -3,10 +3,13 @@
 from math import pi, radians
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from service.bases.arrays import AnyInts
 from service.engine.clustering import MAX_ROUNDS, find_leaders
+from service.engine.plans import vertices
 from service.engine.plans.vertices import (
     Averages,
     Welding,
@@ -34,8 +37,11 @@ def weld_samples(
     occur in faces.
     """
     normal_rows = None if normals is None else np.array(normals)
-    used = None if samples_of_faces is None else np.array(samples_of_faces)
-    leader = np.arange(len(same_position))
+    used = None
+    if samples_of_faces is not None:
+        used = np.zeros(len(same_position), dtype=bool)
+        used[samples_of_faces] = True
+    leader: AnyInts = np.arange(len(same_position))
     if merge:
         leader = merge_samples(np.array(same_position), normal_rows, crease)
     return number_vertices(np.array(same_position), leader, used), normal_rows
@@ -150,3 +156,12 @@ def test_creases_and_means_are_those_of_plain_loops(seed: int, count: int, angle
         total += normals[leader]
         length = np.sqrt(total @ total)
         np.testing.assert_allclose(mean, total / length if length > 1e-6 else normals[leader])
+
+
+def test_means_are_the_same_in_runs_of_pairs(monkeypatch: pytest.MonkeyPatch) -> None:
+    first_at_place, normals = sample_normals(5, 400)
+    averages = Averages.from_leaders(first_at_place)
+    assert 8 < averages.pair_count < len(averages.leaders)
+    means = mean_normals(normals, averages)
+    monkeypatch.setattr(vertices, "RUN", 3)
+    assert (mean_normals(normals, averages) == means).all()
