@@ -61,6 +61,25 @@ def _teapots(draw: Callable[..., Any]) -> bytes:
 
 
 @st.composite
+def _wavefront(draw: Callable[..., Any]) -> bytes:
+    """Files of one bilinear patch, as OBJ."""
+    lines = [f"v {' '.join(repr(draw(_coordinate)) for _ in range(3))}" for _ in range(4)]
+    lines += ["cstype bezier", "deg 1 1", "surf 0 1 0 1 1 2 3 4", "parm u 0 1", "parm v 0 1"]
+    return "\n".join((*lines, "end", "")).encode()
+
+
+@st.composite
+def _geomdl(draw: Callable[..., Any]) -> bytes:
+    """Files of one bilinear patch, as geomdl writes them."""
+    points = [[draw(_coordinate) for _ in range(3)] for _ in range(4)]
+    surface: dict[str, Any] = {"control_points": {"points": points}}
+    for direction in "uv":
+        surface |= {f"degree_{direction}": 1, f"size_{direction}": 2}
+        surface[f"knotvector_{direction}"] = [0, 0, 1, 1]
+    return json.dumps({"shape": {"type": "surface", "data": [surface]}}).encode()
+
+
+@st.composite
 def _lines_of_parts(draw: Callable[..., Any]) -> bytes:
     """Jobs as lines of JSON: small meshes by URL, and points of a random patch."""
     net = [[[draw(_coordinate) for _ in range(3)] for _ in range(2)] for _ in range(2)]
@@ -74,6 +93,8 @@ schemathesis.openapi.media_type("application/x-ndjson", _lines_of_parts())
 schemathesis.openapi.media_type("application/x-npy", _arrays())
 schemathesis.openapi.media_type("model/x-oogl", _oogl())
 schemathesis.openapi.media_type("text/x-teapot", _teapots())
+schemathesis.openapi.media_type("model/obj", _wavefront())
+schemathesis.openapi.media_type("application/vnd.geomdl+json", _geomdl())
 
 
 @schemathesis.hook  # type: ignore[untyped-decorator]
@@ -94,7 +115,13 @@ def before_load_schema(_: Any, document: dict[str, Any]) -> None:
                     example["value"] = example["value"].encode()
 
 
-_TEXTS = {"application/x-ndjson", "model/x-oogl", "text/x-teapot"}
+_TEXTS = {
+    "application/vnd.geomdl+json",
+    "application/x-ndjson",
+    "model/obj",
+    "model/x-oogl",
+    "text/x-teapot",
+}
 
 _EVENT = {
     "type": "object",

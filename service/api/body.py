@@ -111,7 +111,8 @@ class BodyRoute(APIRoute):
         decoder = decoder_of_body(
             headers.get(b"content-type", b"").decode("latin-1"), self.decoders
         )
-        scope["state"]["posts_file"] = decoder is not None  # errors then point into file and query
+        if decoder is not None:  # errors then point into the file, or to these fields of the query
+            scope["state"]["file_fields"] = decoder.fields
         name, other_fields = self._parse_query(request, decoder)
         fmt = self._choose_format(name, request)
         body = await read_body(request, headers, services, computation, decoder)

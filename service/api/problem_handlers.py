@@ -60,11 +60,12 @@ async def _on_surface_error(request: Request, error: Exception) -> Response:
     problem = problem_of(error)
     record_of(request.scope).code = problem.code
     location: LocationKind | None = None
+    file_fields: tuple[str, ...] = ()
     if problem.location == "pointer":
         # Only a POST has a body for a JSON pointer; otherwise the option is a query parameter.
         if request.method != "POST":
             location = "parameter"
-        elif getattr(request.state, "posts_file", False):
+        elif file_fields := getattr(request.state, "file_fields", ()):
             location = "file"
     headers = {}
     threads: Threads = request.app.state.services.threads
@@ -74,7 +75,7 @@ async def _on_surface_error(request: Request, error: Exception) -> Response:
         headers["Retry-After"] = str(error.retry_after)
     elif isinstance(error, StoreFailed):
         headers["Retry-After"] = f"{CHECK_INTERVAL:.0f}"
-    return problem_response(problem, error.issues, location, headers)
+    return problem_response(problem, error.issues, location, headers, file_fields)
 
 
 async def _on_disconnect(_: Request, error: Exception) -> Response:

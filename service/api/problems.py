@@ -3,6 +3,7 @@
 `service.api.problem_handlers` responds with these documents.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from http import HTTPStatus
 from typing import Any, Literal, TypeAlias
@@ -207,23 +208,34 @@ DRAINING = ProblemKind(
 
 
 def problem_document(
-    problem: ProblemKind, issues: tuple[Issue, ...] = (), location: LocationKind | None = None
+    problem: ProblemKind,
+    issues: tuple[Issue, ...] = (),
+    location: LocationKind | None = None,
+    file_fields: Collection[str] = FIELDS,
 ) -> dict[str, Any]:
-    """The body of an error response; `location` replaces the location of the problem."""
+    """The body of an error response.
+
+    `location` replaces the location of the problem. For a file, `file_fields` are the fields of its
+    surface that the query may have.
+    """
     return {
         "type": "about:blank",
         "title": problem.title,
         "status": problem.status,
         "code": problem.code,
         "detail": problem.detail,
-        "errors": [_issue_document(issue, location or problem.location) for issue in issues],
+        "errors": [
+            _issue_document(issue, location or problem.location, file_fields) for issue in issues
+        ],
     }
 
 
-def _issue_document(issue: Issue, location: LocationKind) -> dict[str, str]:
+def _issue_document(
+    issue: Issue, location: LocationKind, file_fields: Collection[str]
+) -> dict[str, str]:
     pointer = issue.pointer
     if location == "file":
-        location, pointer = _locate_in_file_or_query(pointer)
+        location, pointer = _locate_in_file_or_query(pointer, file_fields)
     # The first part of the pointer names the parameter or header, which has no further parts.
     value = pointer if location == "pointer" else first_part(pointer)
     texts = {"got": issue.got, "needed": issue.needed}
@@ -239,16 +251,18 @@ ARRAYS = ("points", "rays")
 """Fields of a document whose numbers may be sent as a file."""
 
 
-def _locate_in_file_or_query(pointer: str) -> tuple[LocationKind, str]:
+def _locate_in_file_or_query(
+    pointer: str, file_fields: Collection[str]
+) -> tuple[LocationKind, str]:
     """Whether an issue of a posted file and its query is in the file or in a parameter.
 
     Returns "pointer" or "parameter", and a JSON pointer into the file or to the parameter.
     """
     if first_part(pointer) in ARRAYS:
         return "pointer", pointer
-    # In the query, some fields of the surface (`FIELDS`) have no prefix; the file has the others.
+    # In the query, some fields of the surface have no prefix; the file has the others.
     query_pointer = pointer.removeprefix("/surface")
-    if query_pointer != pointer and first_part(query_pointer) not in FIELDS:
+    if query_pointer != pointer and first_part(query_pointer) not in file_fields:
         return "pointer", pointer
     # The empty pointer means the whole file.
     return ("parameter", query_pointer) if pointer else ("pointer", pointer)
@@ -259,9 +273,10 @@ def problem_response(
     issues: tuple[Issue, ...] = (),
     location: LocationKind | None = None,
     headers: dict[str, str] | None = None,
+    file_fields: Collection[str] = FIELDS,
 ) -> Response:
-    """The error response of a problem."""
-    content = problem_document(problem, issues, location)
+    """The error response of a problem; the arguments are those of `problem_document`."""
+    content = problem_document(problem, issues, location, file_fields)
     return json_response(content, problem.status, PROBLEM_HEADERS | (headers or {}), MEDIA_TYPE)
 
 

@@ -27,18 +27,22 @@ _FIELD_FLAGS = (
 FIELDS = tuple(each.destination for each in _FIELD_FLAGS)
 
 FILE_FLAGS = (
-    "files of control points: .npy, .bez, .bbp, .oogl, .teapot; CAD files: .step, .stp, .p21, "
-    ".igs, .iges, .3dm",
+    "files of control points: .npy, .bez, .bbp, .oogl, .teapot, .obj (free-form surfaces), and "
+    "geomdl's .json; CAD files: .step, .stp, .p21, .igs, .iges, .3dm",
     (
         flag(
             "--input-format",
-            "json, npy, oogl, teapot, step, iges or 3dm; default: by suffix",
+            "json, npy, oogl, teapot, obj, geomdl, step, iges or 3dm; default: by suffix",
             "NAME",
         ),
         *_FIELD_FLAGS,
     ),
 )
 """The heading and the flags for files."""
+
+
+SNIFFED_BYTES = 4096
+"""Bytes at the beginning of a JSON file by which it is known as that of another program."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,10 +118,10 @@ def choose_decoder(arguments: argparse.Namespace) -> "Decoder | None":
     from service.decoders.refused import find_by_suffix
     from service.decoders.registry import BY_NAME, BY_SUFFIX
 
-    name = arguments.input_format
-    suffix = Path(arguments.source).suffix.removeprefix(".").lower()
+    name, path = arguments.input_format, Path(arguments.source)
+    suffix = path.suffix.removeprefix(".").lower()
     if name is None:
-        decoder = BY_SUFFIX.get(suffix)
+        decoder = _find_json_decoder(path) if suffix == "json" else BY_SUFFIX.get(suffix)
         if decoder is None and (known := find_by_suffix(suffix)) is not None:
             raise Refused(issue_line(known.issue()))
     elif name != "json" and name not in BY_NAME:
@@ -127,6 +131,16 @@ def choose_decoder(arguments: argparse.Namespace) -> "Decoder | None":
     if decoder is not None:
         _check_flags(arguments, decoder)
     return decoder
+
+
+def _find_json_decoder(path: Path) -> "Decoder | None":
+    """The decoder of a JSON file that another program has written; None for a request."""
+    from service.decoders.registry import find_by_content
+
+    if not path.is_file():
+        return None
+    with path.open("rb") as file:
+        return find_by_content(file.read(SNIFFED_BYTES))
 
 
 def _check_flags(arguments: argparse.Namespace, decoder: "Decoder") -> None:

@@ -158,6 +158,11 @@ def check_placed_faces(count: int, limits: FileLimits) -> None:
     _check(code, count, limit, "placed faces", "SURFACE_MAX_PLACED_FACES")
 
 
+def check_parts(count: int, nouns: str, limit: int) -> None:
+    """Refuse a file with too many surfaces (`max_definitions`) or curves (`max_members`)."""
+    _check("too_many_parts", count, limit, nouns, "SURFACE_MAX_MEMBERS")
+
+
 def _check(code: str, count: int, limit: int, nouns: str, setting: str) -> None:
     """Refuse a count above its limit, with the name of the setting that may be raised."""
     if count > limit:

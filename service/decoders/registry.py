@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any
 
-from service.decoders import cad_files, npy, oogl, teapot
+from service.decoders import cad_files, geomdl, npy, obj, oogl, teapot
 from service.decoders.format import Decoded, Decoder, FileLimits, Tree
 from service.errors import Issue
 
@@ -26,6 +26,9 @@ def _net(read: Callable[[bytes, str | None, int], Tree]) -> Callable[..., Decode
 
     return decode
 
+
+_WHOLE = ("up", "name")
+"""The fields beside a file that says itself what its surfaces are."""
 
 NET_DECODERS: tuple[Decoder, ...] = (
     Decoder(
@@ -82,8 +85,55 @@ NET_DECODERS: tuple[Decoder, ...] = (
             "2\n1,2,3,4\n3,4,5,6\n6\n0,0,0\n0,1,0\n1,0,1\n1,1,1\n2,0,0\n2,1,0\n",
         ),
     ),
+    Decoder(
+        name="obj",
+        title="Free-form surfaces of Wavefront OBJ",
+        media_type="model/obj",
+        suffixes=("obj",),
+        is_binary=False,
+        kinds=obj.KINDS,
+        decode=obj.decode,
+        about="Surfaces (`surf`) of a Wavefront OBJ file, Bézier or B-spline, with the weights of "
+        "`rat`. Surfaces with trimming curves (`trim`, `hole`), or over a part of their domain, "
+        "are the faces of a `brep`; several surfaces are a `group`. Names are those of `g` or `o`. "
+        "Polygons are refused, also beside surfaces; curves of space, lines, materials and "
+        "connectivity are skipped. Errors name the line.",
+        memory_factor=112,  # many small surfaces take 101, one large takes 30
+        fields=_WHOLE,
+        example=(
+            "A quarter of a cylinder, exactly: degrees (2, 1), weights",
+            "v 1 0 0 1\nv 1 1 0 0.7071067811865476\nv 0 1 0 1\n"
+            "v 1 0 1 1\nv 1 1 1 0.7071067811865476\nv 0 1 1 1\n"
+            "cstype rat bezier\ndeg 2 1\nsurf 0 1 0 1 1 2 3 4 5 6\n"
+            "parm u 0 1\nparm v 0 1\nend\n",
+        ),
+    ),
+    Decoder(
+        name="geomdl",
+        title="Surfaces of geomdl (NURBS-Python), as JSON",
+        media_type="application/vnd.geomdl+json",
+        suffixes=("geomdl",),
+        is_binary=False,
+        kinds=geomdl.KINDS,
+        decode=geomdl.decode,
+        about="The JSON that geomdl.exchange.export_json writes: a surface is a `bspline`, several "
+        "are a `group`. Curves, volumes and trimming curves are refused; fields for sampling are "
+        "ignored. Errors of form name the place in the file, others point into the equivalent "
+        "JSON document. The command line knows these files by their beginning, whatever their "
+        "suffix.",
+        memory_factor=48,  # lists of empty lists or objects take 36
+        fields=_WHOLE,
+        example=(
+            "A quarter of a cylinder, exactly: degrees (2, 1), weights",
+            '{"shape": {"type": "surface", "count": 1, "data": [{"degree_u": 2, "degree_v": 1, '
+            '"knotvector_u": [0, 0, 0, 1, 1, 1], "knotvector_v": [0, 0, 1, 1], "size_u": 3, '
+            '"size_v": 2, "control_points": {"points": [[1, 0, 0], [1, 0, 1], [1, 1, 0], '
+            '[1, 1, 1], [0, 1, 0], [0, 1, 1]], "weights": [1, 1, 0.7071067811865476, '
+            "0.7071067811865476, 1, 1]}}]}}\n",
+        ),
+    ),
 )
-"""Formats of control nets."""
+"""Formats of control nets, and of surfaces with their degrees and knots."""
 
 
 def _cad(
@@ -168,6 +218,7 @@ _BEGINNINGS: Mapping[str, re.Pattern[bytes]] = MappingProxyType(
         # The first line has 72 columns of text, the letter S and its number, 1.
         "iges": re.compile(rb"[^\r\n]{72}S {0,6}0{0,6}1\s"),
         "3dm": re.compile(rb"3D Geometry File Format "),
+        "geomdl": re.compile(rb"(?:\xef\xbb\xbf)?\s*\{\s*\"shape\"\s*:"),
     }
 )
 """How files begin, of the formats that can be known by this."""

@@ -83,17 +83,18 @@ def check_fields(names: Iterable[str], known: Sequence[str]) -> None:
     InvalidRequest
         `unknown_field`; the pointer is `/` and the name.
     """
-    message = "A CAD file says itself what its surfaces are; this field is for control nets."
-    got = "a field for files of control points"
-    if "type" in known:
-        message = "Only a CAD file has faces that may be invalid; this file has whole surfaces."
-        got = "a field for CAD files"
     needed = "one of " + ", ".join(known)
-    issues = [
-        Issue("unknown_field", message, f"/{name}", got, needed)
-        for name in names
-        if name not in known
-    ]
+    issues = []
+    for name in names:
+        if name not in known:
+            message = "This file says itself what its surfaces are; this field is for control nets."
+            got = "a field for files of control points"
+            if name == "invalid_faces":
+                message = (
+                    "Only a CAD file has faces that may be invalid; this file has whole surfaces."
+                )
+                got = "a field for CAD files"
+            issues.append(Issue("unknown_field", message, f"/{name}", got, needed))
     if issues:
         raise InvalidRequest(*issues)
 

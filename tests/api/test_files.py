@@ -17,7 +17,16 @@ from service.surface.examples.catalogue import find
 from service.surface.patches import PatchSurface
 from tests.decoders.test_npy import damaged_files
 from tools.client import Client, start_client
-from tools.hostile.files import NPY, OOGL, TEAPOT, build_net, save_array
+from tools.hostile.files import (
+    GEOMDL,
+    GEOMDL_SQUARE,
+    NPY,
+    OBJ,
+    OOGL,
+    TEAPOT,
+    build_net,
+    save_array,
+)
 
 WAVE = np.stack(
     (*np.meshgrid(np.arange(12.0), np.arange(9.0), indexing="ij"), np.zeros((12, 9))), axis=-1
@@ -93,7 +102,17 @@ def test_meshes_of_a_text_and_of_json_are_equal(client: Client) -> None:
     # In OOGL the points along u are adjacent; in JSON and in the teapot, those along v.
     oogl = b"{ = BEZ113 # one patch\n0 0 0  1 0 1\n0 1 0  1 1 0\n}"
     teapot = b"1\n1 2 3 4\n4\n0 0 0\n0 1 0\n1 0 1\n1 1 0\n"
-    for content, media_type in ((oogl, OOGL), (teapot, f"{TEAPOT}; charset=utf-8")):
+    obj = (
+        b"v 0 0 0\nv 1 0 1\nv 0 1 0\nv 1 1 0\ncstype bezier\ndeg 1 1\nsurf 0 1 0 1 1 2 3 4\n"
+        b"parm u 0 1\nparm v 0 1\nend\n"
+    )
+    geomdl = GEOMDL_SQUARE.replace(b"[1, 0, 0]", b"[1, 0, 1]")
+    for content, media_type in (
+        (oogl, OOGL),
+        (teapot, f"{TEAPOT}; charset=utf-8"),
+        (obj, OBJ),
+        (geomdl, GEOMDL),
+    ):
         mesh = post_file(client, content, media_type).json()
         for name in ("vertices", "faces", "normals"):
             assert mesh[name] == expected[name]

@@ -13,6 +13,7 @@ from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.surface.examples.catalogue import find
+from tools.hostile.files import GEOMDL_SQUARE, OBJ_SQUARE
 
 TEAPOT = "2\n1,2,3,4\n3,4,5,6\n6\n0,0,0\n0,1,0\n1,0,1\n1,1,1\n2,0,0\n2,1,0\n"
 """A file of the format `teapot`: 2 patches of 2 × 2 points each, which share 2 of the 6 points."""
@@ -32,6 +33,9 @@ def files(tmp_path: Path) -> Path:
         (tmp_path / name).write_bytes(patches)
     (tmp_path / "strip.teapot").write_text(TEAPOT, encoding="ascii")
     (tmp_path / "strip.txt").write_text(TEAPOT, encoding="ascii")
+    (tmp_path / "square.obj").write_bytes(OBJ_SQUARE)
+    (tmp_path / "square.json").write_bytes(GEOMDL_SQUARE)
+    (tmp_path / "square.geomdl").write_bytes(GEOMDL_SQUARE)
     fields = {"type": "bspline", "degree": [3, 2], "knots": ["clamped", "periodic"], "name": "n"}
     document = fields | {"control_net": net[..., :3].tolist(), "weights": net[..., 3].tolist()}
     (tmp_path / "net.json").write_text(json.dumps(document), encoding="utf-8")
@@ -47,6 +51,9 @@ FLAGS: dict[str, list[str]] = {
     "saddle.oogl": ["--name", "saddle"],
     "strip.teapot": ["--faces", "quads"],
     "strip.txt": ["--input-format", "teapot"],
+    "square.obj": ["--name", "square"],
+    "square.json": ["--up", "z"],
+    "square.geomdl": [],
 }
 """Flags of `surface mesh` by the name of the input file."""
 

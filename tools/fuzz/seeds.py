@@ -14,12 +14,31 @@ from service.pipeline.mesh import render
 from service.storage.canonical import canonical_content
 from service.surface.examples.catalogue import EXAMPLES, find
 from tools.hostile.calls import CALLS
-from tools.hostile.files import FILES, NPY, OOGL, TEAPOT, build_net, save_array
+from tools.hostile.files import (
+    FILES,
+    GEOMDL,
+    GEOMDL_SQUARE,
+    NPY,
+    OBJ,
+    OBJ_SQUARE,
+    OOGL,
+    TEAPOT,
+    build_net,
+    save_array,
+)
 
 MAX_INPUT_BYTES = 1 << 16
 """The largest number of bytes of an input. Longer inputs are slower and find no other faults."""
 
 TEAPOT_TEXT = b"2\n1,2,3,4\n3,4,5,6\n6\n0,0,0\n0,1,0\n1,0,1\n1,1,1\n2,0,0\n2,1,0\n"
+
+OBJ_SPLINE = (
+    b"v 0 0 0\nv 1 0 0 .5\nv 2 0 1\nv 0 1 0\nv 1 1 0\nv 2 1 1 2\nvp 0 0\nvp 1 0\nvp 1 1\nvp 0 1\n"
+    b"cstype bezier\ndeg 1\ncurv2 1 2 3 -1 1\nparm u 0 1 2 3 4\nend\ncstype rat bspline\ndeg 2 1\n"
+    b"g both\nsurf 0 1 0 1 1/1/1 2/2 3 4 \\\n5 6\nparm u 0 0 0 1 1 1\nparm v 0 0 1 1\n"
+    b"trim 0 4 1\nend\nsurf 0 .5 0 1 1 2 3 4 5 6\nparm u 0 0 0 1 1 1\nparm v 0 0 1 1\nend\n"
+)
+"""A trimmed surface, and a part of a surface."""
 
 VALID_BODIES = tuple(
     json.dumps(example["value"]).encode()
@@ -49,6 +68,10 @@ def list_files(media_type: str) -> Iterator[bytes]:
         )
     elif media_type == TEAPOT:
         yield TEAPOT_TEXT
+    elif media_type == OBJ:
+        yield from (OBJ_SQUARE, OBJ_SPLINE)
+    elif media_type == GEOMDL:
+        yield GEOMDL_SQUARE
     elif media_type == OOGL:
         for name in EXAMPLES:
             options = EncodeOptions(oogl="bez")
@@ -143,6 +166,8 @@ SEEDS: dict[str, Callable[[], Iterator[bytes]]] = {
     "npy": lambda: list_files(NPY),
     "oogl": lambda: list_files(OOGL),
     "teapot": lambda: list_files(TEAPOT),
+    "obj": lambda: list_files(OBJ),
+    "geomdl": lambda: list_files(GEOMDL),
     "query": list_queries,
     "content": list_contents,
     "header": list_headers,

@@ -271,6 +271,8 @@ TARGETS: dict[str, Callable[[bytes], None]] = {
     "npy": _build_file_target("npy"),
     "oogl": _build_file_target("oogl"),
     "teapot": _build_file_target("teapot"),
+    "obj": _build_file_target("obj"),
+    "geomdl": _build_file_target("geomdl"),
     "query": parse_query,
     "content": restore_content,
     "header": parse_headers,

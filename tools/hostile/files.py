@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from tools.hostile.requests import MIB, NOT_TO_REPEAT
 
 NPY, OOGL, TEAPOT = "application/x-npy", "model/x-oogl", "text/x-teapot"
+OBJ, GEOMDL = "model/obj", "application/vnd.geomdl+json"
 
 
 @dataclass(frozen=True)
@@ -216,13 +217,14 @@ def build_query_cases() -> Iterator[HostileFile]:
 
 
 def build_text_cases() -> Iterator[HostileFile]:
-    """Invalid texts of OOGL and of the teapot."""
-    for media_type in (OOGL, TEAPOT):
+    """Invalid texts of OOGL, of the teapot, of OBJ and of geomdl."""
+    for media_type in (OOGL, TEAPOT, OBJ, GEOMDL):
         for name, body in (
             ("nothing", b""),
             ("a word", NOT_TO_REPEAT.encode()),
             ("JSON", b'{"surface": {}}'),
             ("bytes", bytes(range(256))),
+            ("brackets", b"[" * 5000),
             ("UTF-16", "BBP 1 2 3".encode("utf-16")),
         ):
             yield build_case(
@@ -307,4 +309,90 @@ def build_text_cases() -> Iterator[HostileFile]:
     )
 
 
-FILES: tuple[HostileFile, ...] = (*build_array_cases(), *build_query_cases(), *build_text_cases())
+OBJ_SQUARE = (
+    b"v 0 0 0\nv 0 1 0\nv 1 0 0\nv 1 1 0\ncstype rat bezier\ndeg 1 1\nsurf 0 1 0 1 1 2 3 4\n"
+    b"parm u 0 1\nparm v 0 1\nend\n"
+)
+GEOMDL_SQUARE = (
+    b'{"shape": {"type": "surface", "data": [{"degree_u": 1, "degree_v": 1, "size_u": 2, '
+    b'"size_v": 2, "knotvector_u": [0, 0, 1, 1], "knotvector_v": [0, 0, 1, 1], "control_points": '
+    b'{"points": [[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0]]}}]}}'
+)
+
+
+def build_spline_cases() -> Iterator[HostileFile]:
+    """Invalid files of OBJ and of geomdl, which have whole surfaces with degrees and knots."""
+    for name, old, new, status, code, pointer in (
+        ("polygons", b"end", b"end\nf 1 2 3", 422, "wrong_value", ""),
+        ("an index beyond", b"3 4\n", b"3 5\n", 422, "index_out_of_range", ""),
+        ("a huge index", b"3 4\n", b"3 " + b"4" * 5000 + b"\n", 400, "malformed_body", ""),
+        ("a huge degree", b"deg 1 1", b"deg 999999999 1", 400, "malformed_body", ""),
+        ("NaN", b"v 1 1 0", b"v 1 1 nan", 422, "not_finite", ""),
+        ("1e39", b"v 1 1 0", b"v 1 1 1e39", 422, "coordinate_too_large",
+         "/surface/control_net/1/1/2"),
+        ("a weight below 0", b"v 1 1 0", b"v 1 1 0 -1", 422, "weight_not_positive",
+         "/surface/weights/1/1"),
+        ("a word", b"parm", NOT_TO_REPEAT.encode(), 400, "malformed_body", ""),
+        ("another file", b"parm", b"call /etc/passwd\nparm", 400, "malformed_body", ""),
+        ("a loop without curves", b"end", b"trim 0 1 1\nend", 422, "index_out_of_range", ""),
+    ):  # fmt: skip
+        body = OBJ_SQUARE.replace(old, new, 1)
+        yield build_case(f"OBJ: {name}", body, status, code, pointer, media_type=OBJ)
+    yield build_case(
+        "OBJ: too many small surfaces",
+        OBJ_SQUARE + OBJ_SQUARE[OBJ_SQUARE.index(b"surf") :] * 5000,
+        422,
+        "too_many_parts",
+        media_type=OBJ,
+    )
+    yield HostileFile(
+        "OBJ: points without end",
+        OBJ,
+        lambda: OBJ_SQUARE.replace(b"3 4\n", b"3" + b" 4" * (2 * MIB) + b"\n"),
+        "",
+        422,
+        "too_many_control_points",
+        "pointer",
+        "",
+    )
+    for name, old, new, status, code, pointer in (
+        ("a curve", b'"surface"', b'"curve"', 422, "wrong_value", ""),
+        ("another type", b'"surface"', f'"{NOT_TO_REPEAT}"'.encode(), 400, "malformed_body", ""),
+        ("a size", b'"size_u": 2', b'"size_u": 9999999999', 400, "malformed_body", ""),
+        ("a degree", b'"degree_u": 1', b'"degree_u": 65', 422, "degree_too_high",
+         "/surface/degree/0"),
+        ("a degree beyond the points", b'"degree_u": 1', b'"degree_u": 2', 422, "too_few_points",
+         "/surface/control_net"),
+        ("knots", b'"knotvector_u": [0, 0, 1, 1]', b'"knotvector_u": [1, 0, 1, 1]', 422,
+         "knots_decrease", "/surface/knots/0/1"),
+        ("NaN", b"[1, 1, 0]", b"[1, 1, NaN]", 400, "malformed_body", ""),
+        ("a text", b"[1, 1, 0]", f'[1, 1, "{NOT_TO_REPEAT}"]'.encode(), 422, "wrong_type",
+         "/surface/control_net/1/1/2"),
+        ("no shape", GEOMDL_SQUARE[GEOMDL_SQUARE.index(b"[") + 1 : -3], b"", 400, "malformed_body",
+         ""),
+        ("trimming curves", b'"size_u"', b'"trims": {"data": [1]}, "size_u"', 422, "wrong_value",
+         ""),
+    ):  # fmt: skip
+        assert old in GEOMDL_SQUARE
+        body = GEOMDL_SQUARE.replace(old, new, 1)
+        yield build_case(f"geomdl: {name}", body, status, code, pointer, media_type=GEOMDL)
+    for media_type, body in ((OBJ, OBJ_SQUARE), (GEOMDL, GEOMDL_SQUARE)):
+        for name in ("type", "degree", "knots", "invalid_faces"):
+            yield build_case(
+                f"{name} beside {media_type}",
+                body,
+                422,
+                "unknown_field",
+                name,
+                media_type=media_type,
+                query=f"{name}=bspline",
+                location_key="parameter",
+            )
+
+
+FILES: tuple[HostileFile, ...] = (
+    *build_array_cases(),
+    *build_query_cases(),
+    *build_text_cases(),
+    *build_spline_cases(),
+)
