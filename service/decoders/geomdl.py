@@ -37,12 +37,12 @@ MAX_NAME = 100
 
 _NEEDED = "a file as geomdl.exchange.export_json writes it"
 
-_INSTEAD = {
+_ADVICE = {
     "curve": "a surface; POST /v1/curve takes a curve in JSON, as `control_points`, `degree`, "
     "`knots` and `weights`",
     "volume": "surfaces, such as those of geomdl.construct.extract_surfaces",
 }
-"""What to send in place of shapes that are no surfaces."""
+"""The files to send in place of those whose shapes are no surfaces."""
 
 
 def decode(content: bytes, kind: str | None, limits: FileLimits) -> Decoded:
@@ -78,9 +78,9 @@ def _read_shapes(content: bytes) -> list[Any]:
         raise build_malformed_error(message, "another text", _NEEDED) from None
     shape = _field(document, "shape", dict, "")
     kind, shapes = _field(shape, "type", str, "shape."), _field(shape, "data", list, "shape.")
-    if kind in _INSTEAD:
+    if kind in _ADVICE:
         message = f"The file has a {kind}; the service reads the surfaces of such files."
-        raise InvalidRequest(Issue("wrong_value", message, "", f"a {kind}", _INSTEAD[kind]))
+        raise InvalidRequest(Issue("wrong_value", message, "", f"a {kind}", _ADVICE[kind]))
     if kind != "surface":
         raise _build_error("shape.type", "another value", "surface")
     if not shapes:

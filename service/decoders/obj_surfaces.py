@@ -21,7 +21,7 @@ their numbers in some six digits."""
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Form:
-    """What a curve or surface is, without its control points.
+    """A curve or surface without its control points.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class Form:
         return prod(counts) if is_whole else 0
 
     def describe_needed(self) -> str:
-        """What an element of this form needs, for its error."""
+        """The number of control points that are needed, for an error."""
         if not self.count_points():
             return "`parm` with more numbers, for each direction"
         return " times ".join(map(str, self.counts()))

@@ -14,6 +14,7 @@ from pydantic import BaseModel, ValidationError, ValidationInfo
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
 from service.errors import MAX_ISSUES, InvalidRequest, Issue, format_number, pointer
+from service.schemas.conventions import explain
 from service.schemas.document import DEFAULT_LIMITS, DocumentLimits, parse_document
 from service.schemas.field_names import nearest_field
 from service.schemas.scan import shorten
@@ -139,7 +140,19 @@ def validate_document(
     try:
         return model.model_validate(document, context=limits)
     except ValidationError as error:
-        raise invalid_request(error, model) from None
+        refused = invalid_request(error, model)
+
+    def is_valid(request: dict[str, Any]) -> bool:
+        """Whether the fields of a request have no error; further ones may be missing."""
+        try:
+            model.model_validate(request, context=limits)
+        except ValidationError as error:
+            return not any(
+                each["loc"][:1] == (name,) for each in error.errors() for name in request
+            )
+        return True
+
+    raise InvalidRequest(*explain(document, refused.issues, is_valid))
 
 
 def limits_of(info: ValidationInfo) -> DocumentLimits:

@@ -70,7 +70,7 @@ def evaluate(tree: dict[str, Any], uv: list[list[float]]) -> Any:
     """The points of a surface, computed by the service."""
     request = validate_document(PointsRequest, {"surface": tree, "uv": uv})
     file = CALLS["/v1/points"].plan(request, JSON, CallLimits()).run()
-    return np.array(json.loads(file.content)["positions"])
+    return np.array(json.loads(bytes(file.content))["positions"])
 
 
 def change(**fields: Any) -> bytes:

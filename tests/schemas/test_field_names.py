@@ -22,8 +22,6 @@ SPLINE = {"type": "bspline", "control_net": NET, "degree": 1}
         (MeshRequest, {"surface": SPLINE | {"knot": "uniform"}}, "/surface/knot", "knots"),
         # A Bézier patch has no knots: the fields are those of the kind that the document names.
         (MeshRequest, {"surface": {"control_net": NET, "knot": 1}}, "/surface/knot", ""),
-        # The name of the format is in the query or in the path; `normals` is not similar enough.
-        (MeshRequest, {"surface": SPLINE, "format": "glb"}, "/format", ""),
         # A name with more than 40 letters is not compared, which would take long.
         (MeshRequest, {"surface": SPLINE, "x" * 41: 1}, "/" + "x" * 41, ""),
         (
