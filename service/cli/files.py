@@ -41,10 +41,6 @@ FILE_FLAGS = (
 """The heading and the flags for files."""
 
 
-SNIFFED_BYTES = 4096
-"""Bytes at the beginning of a JSON file by which it is known as that of another program."""
-
-
 @dataclass(frozen=True, slots=True)
 class SourceFile:
     """A file with a surface: its name, bytes, decoder, and the fields that flags set, as text."""
@@ -106,14 +102,16 @@ def read_field_flags(arguments: argparse.Namespace) -> dict[str, str]:
 
 
 def choose_decoder(arguments: argparse.Namespace) -> "Decoder | None":
-    """The decoder of the source, by `--input-format` or by its suffix; None for JSON.
+    """The decoder of the source, by `--input-format`, by its suffix or by its first bytes.
+
+    None for JSON.
 
     Raises
     ------
     UsageError
         No format has this name, or a flag does not belong to files of this format.
     Refused
-        The suffix is that of a format that is not read.
+        The suffix, or the first bytes, are those of a format that is not read.
     """
     from service.decoders.refused import find_by_suffix
     from service.decoders.registry import BY_NAME, BY_SUFFIX
@@ -121,9 +119,10 @@ def choose_decoder(arguments: argparse.Namespace) -> "Decoder | None":
     name, path = arguments.input_format, Path(arguments.source)
     suffix = path.suffix.removeprefix(".").lower()
     if name is None:
-        decoder = _find_json_decoder(path) if suffix == "json" else BY_SUFFIX.get(suffix)
+        decoder = BY_SUFFIX.get(suffix)
         if decoder is None and (known := find_by_suffix(suffix)) is not None:
             raise Refused(issue_line(known.issue()))
+        decoder = decoder or _look_inside(path)
     elif name != "json" and name not in BY_NAME:
         raise UsageError(f"--input-format: unknown; needed one of json, {', '.join(BY_NAME)}")
     else:
@@ -133,14 +132,24 @@ def choose_decoder(arguments: argparse.Namespace) -> "Decoder | None":
     return decoder
 
 
-def _find_json_decoder(path: Path) -> "Decoder | None":
-    """The decoder of a JSON file that another program has written; None for a request."""
+def _look_inside(path: Path) -> "Decoder | None":
+    """The decoder of a file by its first bytes, whatever its name is; None for a request.
+
+    Raises
+    ------
+    Refused
+        The format is known, and not read.
+    """
+    from service.decoders import refused
     from service.decoders.registry import find_by_content
 
     if not path.is_file():
         return None
     with path.open("rb") as file:
-        return find_by_content(file.read(SNIFFED_BYTES))
+        start = file.read(refused.SNIFFED_BYTES)
+    if (known := refused.find_by_content(start)) is not None:
+        raise Refused(issue_line(known.issue()))
+    return find_by_content(start)
 
 
 def _check_flags(arguments: argparse.Namespace, decoder: "Decoder") -> None:

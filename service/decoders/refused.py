@@ -1,7 +1,8 @@
-"""Formats of CAD files that are not read, by name, with what to export instead.
+"""Formats of files that are not read, by name, with what to send in their place.
 
-Each belongs to one system or kernel, and these systems all write STEP. A file is known by its media
-type, by its suffix, or by its first bytes, whatever its name says.
+Some belong to a CAD system or kernel, all of which write STEP; others have surfaces in a form that
+one program writes; and meshes have no surfaces. A file is known by its media type, by its suffix,
+or by its first bytes, whatever its name says.
 """
 
 import re
@@ -50,6 +51,10 @@ def _beginning(pattern: bytes) -> re.Pattern[bytes]:
     """A pattern of the first bytes, after a byte order mark and blanks."""
     return re.compile(rb"(?:\xef\xbb\xbf)?\s*(?:" + pattern + rb")", re.DOTALL)
 
+
+_FIELDS = "in JSON as `control_net`, `degree`, `knots` and `weights` (docs/coming-from.md)"
+
+_MESH = "the surface from which the mesh was made: STEP or IGES, or its control points in JSON"
 
 REFUSED: tuple[RefusedFormat, ...] = (
     RefusedFormat(
@@ -105,8 +110,81 @@ REFUSED: tuple[RefusedFormat, ...] = (
         _beginning(rb"<\?xml.*urn:oid:1\.0\.10303|PK\x03\x04.{26}[^\0]{0,200}?\.(?:stp|step)"),
         "STEP as clear text (.step, Part 21), not compressed",
     ),
+    RefusedFormat(
+        "XML, as G+Smo and splinepy write it",
+        ("xml",),
+        ("application/xml", "text/xml"),
+        _beginning(rb"<\?xml|<xml\b|<Geometry\b"),
+        f"IGES (.igs), which splinepy writes too; or each surface {_FIELDS}",
+    ),
+    RefusedFormat(
+        "BezierView (BV)",
+        ("bv",),
+        (),
+        None,
+        "OOGL (.bez) with the same points, in which u varies fastest; B-splines and triangles "
+        + _FIELDS,
+    ),
+    RefusedFormat(
+        "RenderMan (RIB)",
+        ("rib",),
+        ("application/x-rib",),
+        _beginning(rb"##RenderMan RIB"),
+        f"each NuPatch {_FIELDS}; in `P` and `Pw` u varies fastest",
+    ),
+    RefusedFormat(
+        "Universal Scene Description (USD)",
+        ("usd", "usda", "usdc", "usdz"),
+        ("model/vnd.usd", "model/vnd.usda", "model/vnd.usdz+zip"),
+        _beginning(rb"#usda |PXR-USDC|PK\x03\x04.{26}[^\0]{0,200}?\.usd"),
+        f"each NurbsPatch {_FIELDS}; in `points` u varies fastest",
+    ),
+    RefusedFormat(
+        "Maya, 3ds Max, Cinema 4D or Blender",
+        ("ma", "mb", "max", "c4d", "blend"),
+        (),
+        _beginning(rb"//Maya ASCII|BLENDER[-_]"),
+        f"STEP, IGES or OBJ with `surf`, as NURBS; or each surface {_FIELDS}",
+    ),
+    RefusedFormat(
+        "OpenSCAD",
+        ("scad", "csg"),
+        (),
+        None,
+        f"the control points {_FIELDS}; solids as STEP, by FreeCAD",
+    ),
+    RefusedFormat(
+        "IRIT (ITD), MFEM or VTK",
+        ("itd", "ibd", "mesh", "vtk", "vtu", "vtp", "vts"),
+        ("model/vnd.vtk", "application/vnd.vtk"),
+        _beginning(rb"# vtk DataFile|MFEM |<VTKFile"),
+        f"each surface {_FIELDS}; of meshes, {_MESH}",
+    ),
+    RefusedFormat(
+        "several arrays (NPZ, MAT)",
+        ("npz", "mat"),
+        ("application/x-npz",),
+        _beginning(rb"PK\x03\x04.{26}[^\0]{0,200}?\.npy|MATLAB 5\.0"),
+        "one control net (r, c, 3), or (r, c, 4) with weights, as numpy.save writes it (.npy)",
+    ),
+    RefusedFormat(
+        "triangles or polygons (STL, PLY, OFF, glTF, 3MF, 3DS, FBX, …)",
+        (
+            *("stl", "ply", "off", "glb", "gltf", "3mf", "3ds", "fbx", "dae", "amf", "wrl", "x3d"),
+            *("skp", "lwo", "abc"),
+        ),
+        (
+            *("model/stl", "model/ply", "model/x-off", "model/gltf-binary", "model/gltf+json"),
+            *("model/3mf", "application/x-3ds", "model/vnd.collada+xml", "model/vrml"),
+        ),
+        _beginning(
+            rb"solid [^\0]{0,200}?facet |ply\s+format |(?:ST)?C?N?4?n?OFF\s|glTF|Kaydara FBX|#VRML|"
+            rb"PK\x03\x04.{26}[^\0]{0,200}?\.model"
+        ),
+        _MESH,
+    ),
 )
-"""All of these formats."""
+"""All of these formats; of two that fit the first bytes, the first counts."""
 
 
 def find_by_suffix(suffix: str) -> RefusedFormat | None:

@@ -85,6 +85,11 @@ _ELSEWHERE: Mapping[str, tuple[str, str]] = MappingProxyType(
             "This is a file of geomdl, not a request.",
             "the file as it is, with `Content-Type: application/vnd.geomdl+json`",
         ),
+        "SplineList": (
+            "This is a file of splinepy, not a request.",
+            "the same splines as IGES (.igs), which splinepy writes too, with `Content-Type: "
+            "model/iges`; or one spline as `surface`",
+        ),
     }
 )
 """Message and need of fields of a document that belong to another place of the request."""

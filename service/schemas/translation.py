@@ -91,7 +91,7 @@ CONVENTIONS = (
         is_u_fastest=False,
         fourth="homogeneous",
     ),
-    _convention("splinepy", "knot_vectors control_mesh_resolutions", is_u_fastest=True),
+    _convention("splinepy", "knot_vectors KnotVectors control_mesh_resolutions", is_u_fastest=True),
     _convention("G+Smo", "coefs", is_u_fastest=True),
     _convention(
         "USD", "uVertexCount uOrder uKnots pointWeights uForm", is_u_fastest=True, fourth=""

@@ -108,12 +108,12 @@ def test_store_prints_the_report_and_the_urls(
 
 REFUSALS = [
     (["mesh", "loft.brep"], 1, "The service does not read files of Open CASCADE (BREP)."),
-    (["mesh", "part.step", "--degree", "3"], 2, "--degree: A CAD file says itself"),
+    (["mesh", "part.step", "--degree", "3"], 2, "--degree: This file says itself"),
     (["mesh", "part.step", "--invalid-faces", "keep"], 1, "--invalid-faces: The value is not"),
     (["mesh", "assembly.p21", "--up", "x"], 1, "--up: The value is not"),
     (["mesh", "part.step", "--resolution", "3"], 1, "--resolution: A brep is meshed by tolerance"),
     (["convert", "part.step", "--untrim", "9"], 1, "--untrim: "),
-    (["mesh", "part.txt"], 1, "The text is not JSON"),
+    (["mesh", "part.txt", "--input-format", "json"], 1, "The text is not JSON"),
     (["mesh", "missing.step"], 2, "no such file"),
     (["mesh", "part.step", "--input-format", "x"], 2, "--input-format: unknown; needed one of"),
 ]

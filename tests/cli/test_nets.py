@@ -118,3 +118,31 @@ def test_errors_name_the_flag_or_the_line(
     for url_flags in ([], ["--url", server]):
         assert main([*command, str(files / source), *flags, *url_flags, "-o", "-"]) == code
         assert capsys.readouterr().err.startswith(f"surface: {text}")
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("surface.xml", b"<xml></xml>", ["G+Smo", "IGES"]),
+        ("patch.bv", b"4\n3 3\n", ["BezierView", "OOGL"]),
+        ("scene.rib", b"##RenderMan RIB\n", ["RenderMan", "NuPatch"]),
+        ("scene.usda", b"#usda 1.0\n", ["Universal Scene Description", "NurbsPatch"]),
+        ("mesh.3ds", b"MM", ["triangles or polygons", "STEP or IGES"]),
+        ("mesh.txt", b"ply\nformat ascii 1.0\n", ["triangles or polygons", "STEP or IGES"]),
+    ],
+)
+def test_files_of_other_programs_are_named(
+    name: str, content: bytes, words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / name).write_bytes(content)
+    assert main(["mesh", str(tmp_path / name), "-o", str(tmp_path / "a.glb")]) == 1
+    text = capsys.readouterr().err
+    assert all(word in text for word in words)
+
+
+def test_a_file_is_known_by_its_first_bytes(files: Path) -> None:
+    (files / "net.dat").write_bytes((files / "single.npy").read_bytes())
+    for name in ("single.npy", "net.dat"):
+        assert main(["mesh", str(files / name), "-o", str(files / f"{name}.json")]) == 0
+    first, second = ((files / f"{name}.json").read_bytes() for name in ("single.npy", "net.dat"))
+    assert first == second

@@ -26,6 +26,29 @@ BODIES: dict[str, bytes] = {
     "stpz": b"PK\x03\x04" + bytes(26) + b"part.step" + b"ISO-10303-21",
 }
 
+OTHERS: dict[str, tuple[bytes, str]] = {
+    "xml": (b"<?xml version='1.0'?>\n<xml><Geometry type='TensorNurbs2' id='0'>", "IGES"),
+    "bv": (b"", "OOGL"),
+    "rib": (b"##RenderMan RIB-Structure 1.0\n", "NuPatch"),
+    "usda": (b'#usda 1.0\n(\n    upAxis = "Y"\n)\n', "NurbsPatch"),
+    "usdc": (b"PXR-USDC\0\0", "NurbsPatch"),
+    "usdz": (b"PK\x03\x04" + bytes(26) + b"scene.usdc", "NurbsPatch"),
+    "ma": (b"//Maya ASCII 2024 scene\n", "OBJ"),
+    "blend": (b"BLENDER-v402", "OBJ"),
+    "scad": (b"", "control points"),
+    "vtu": (b'<VTKFile type="UnstructuredGrid">', "JSON"),
+    "mesh": (b"MFEM NURBS mesh v1.0\n", "JSON"),
+    "npz": (b"PK\x03\x04" + bytes(26) + b"net.npy", ".npy"),
+    "3ds": (b"", "from which the mesh was made"),
+    "stl": (b"solid part\nfacet normal 0 0 1\n", "from which the mesh was made"),
+    "ply": (b"ply\nformat ascii 1.0\n", "from which the mesh was made"),
+    "off": (b"OFF\n4 2 0\n", "from which the mesh was made"),
+    "glb": (b"glTF\2\0\0\0", "from which the mesh was made"),
+    "3mf": (b"PK\x03\x04" + bytes(26) + b"3D/3dmodel.model", "from which the mesh was made"),
+}
+"""Files of other programs that are not CAD systems: their first bytes if these are known, and a
+part of what is needed."""
+
 
 @pytest.mark.parametrize("suffix", BODIES)
 def test_a_format_is_known_by_suffix_and_by_content(suffix: str) -> None:
@@ -37,10 +60,21 @@ def test_a_format_is_known_by_suffix_and_by_content(suffix: str) -> None:
     assert "STEP" in issue.needed
 
 
+@pytest.mark.parametrize("suffix", OTHERS)
+def test_files_of_other_programs_are_named_with_what_to_send(suffix: str) -> None:
+    content, needed = OTHERS[suffix]
+    found = find_by_suffix(suffix)
+    assert found is not None
+    assert needed in found.issue().needed
+    if content:
+        assert find_by_content(content) is found
+
+
 def test_a_format_is_known_by_its_media_type() -> None:
     found = find_by_media_type("model/ifc")
     assert found is find_by_suffix("ifc")
     assert find_by_media_type("model/step") is None
+    assert find_by_media_type("model/stl") is find_by_suffix("stl")
 
 
 @pytest.mark.parametrize(
@@ -51,6 +85,8 @@ def test_a_format_is_known_by_its_media_type() -> None:
         b"BEZ214\n1 0 0 1",
         b"2\n1,2,3,4\n3,4,5,6\n6\n0,0,0\n",
         b'{"type": "brep"}',
+        b"solid\n1,2,3",
+        b"v 0 0 0\ncstype bezier\n",
     ],
 )
 def test_other_files_are_not_refused(content: bytes) -> None:
@@ -65,6 +101,7 @@ def test_no_beginning_takes_long_to_look_at() -> None:
         b"7" * 9000,
         b"\n" * 9000,
         b"PK\x03\x04" + b"." * 9000,
+        b"solid " + b"facet" * 9000,
     ):
         assert find_by_content(content) is None
     assert time.process_time() - start < 0.2
