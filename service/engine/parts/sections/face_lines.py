@@ -12,6 +12,7 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.nets.query_nets import QueryNets
 from service.engine.parts.part import Part
 from service.engine.sections.borders import BorderLines
+from service.engine.trims.trimmed_nets import NetTrims
 from service.surface.sides import BEGINS, ENDS
 
 
@@ -28,6 +29,8 @@ class FaceNets:
         The parameters of the surface of the face at the corners (0, 0) and (1, 1) of each net.
     is_face : ndarray of bool, shape (N,)
         Whether a net is of a face; if not, it is a patch without trims.
+    trims : NetTrims
+        Of these nets, and of others after them.
     """
 
     nets: QueryNets
@@ -35,6 +38,7 @@ class FaceNets:
     low: FloatArray
     high: FloatArray
     is_face: Bools
+    trims: NetTrims
 
     @classmethod
     def of(cls, part: Part) -> "FaceNets":
@@ -46,6 +50,7 @@ class FaceNets:
             trims.low[:count],
             trims.high[:count],
             trims.face[:count] >= 0,
+            trims,
         )
 
     def to_face(self, net: Ints, parameters: FloatArray) -> FloatArray:

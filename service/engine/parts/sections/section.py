@@ -124,7 +124,7 @@ class FaceSections:
             checkpoint()
             points, column = self._draw(found, sides, flat, numbers, lines)
             touching = [points[column == k] for k in range(len(run))]
-            unclear = UnclearCells.of(self.faces, self.borders, found, run.start)
+            unclear = UnclearCells.of(self.faces, found, run.start)
         for k in range(len(run)):
             faces, edges = flat.list_faces(k), sides.flat_edges[sides.flat_columns == k]
             if len(faces) or len(edges):

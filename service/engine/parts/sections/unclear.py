@@ -11,8 +11,6 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.engine.nets.partials import net_partials
-from service.engine.parts.sections.borders import Borders
-from service.engine.parts.sections.face_arcs import find_inside
 from service.engine.parts.sections.face_lines import FaceNets
 from service.engine.parts.sections.paths import measure_to_lines
 from service.engine.sections.arc_search import ArcNodes
@@ -43,7 +41,7 @@ class UnclearCells:
     sizes: FloatArray
 
     @classmethod
-    def of(cls, faces: FaceNets, borders: Borders, found: ArcNodes, first: int) -> "UnclearCells":
+    def of(cls, faces: FaceNets, found: ArcNodes, first: int) -> "UnclearCells":
         """The cells of a search; `first` is the number of the first plane of the call."""
         cells = found.cells
         is_unclear = cells.kind == SINGULAR
@@ -51,13 +49,7 @@ class UnclearCells:
         row = is_unclear.nonzero()[0]
         rectangle = cells.rectangle[:, row] / ONE
         middle = (rectangle[::2] + rectangle[1::2]) / 2
-        shares = [rectangle[[k // 2, 2 + k % 2]] for k in range(4)]
-        is_outside = np.ones(len(row), bool)
-        for share in (middle, *shares):
-            rest = is_outside.nonzero()[0]
-            net = cells.net[row[rest]]
-            place = faces.to_face(net, share[:, rest])
-            is_outside[rest] = find_inside(borders, faces.face[net], place) == OUTSIDE
+        is_outside = faces.trims.classify(cells.net[row], rectangle) == OUTSIDE
         row, middle = row[~is_outside], middle[:, ~is_outside]
         rectangle, net = rectangle[:, ~is_outside], cells.net[row]
         sizes = np.empty(len(row))
