@@ -79,12 +79,14 @@ class Side:
 class LoopSides:
     """The coedges of a face; unit coordinates are (place − low) / size.
 
-    `joined` is the length of the longest line that joins two coedges.
+    `joined` is the length of the longest line that joins two coedges. `has_seams`: coedges run
+    along all seams, in both directions.
     """
 
     net: Net
     sides: list[Side]
     joined: float
+    has_seams: bool
     low: Array
     size: Array
     periods: Array
@@ -101,10 +103,16 @@ class LoopSides:
         distances, lefts = (np.array(each) for each in zip(*every, strict=True))
         least = distances.min(axis=0)
         is_near = distances <= least * (1 + TIE) + self.joined
-        # Where no border is near, there is only a seam or a pole.
-        is_left = (lefts | ~is_near).all(axis=0) | (least > REACH)
-        is_right = (~lefts | ~is_near).all(axis=0) & (least <= REACH)
-        return is_left, (is_left | is_right) & (least > LEAST)
+        is_left = (lefts | ~is_near).all(axis=0)
+        is_right = (~lefts | ~is_near).all(axis=0)
+        is_sure = (is_left | is_right) & (least > LEAST)
+        # The side of a traced curve is known only near it.
+        if self.has_seams or any(side.space is not None for side in self.sides):
+            is_far = least > REACH
+            # Where no border is near, there is only a seam or a pole.
+            is_left |= is_far & self.has_seams
+            is_sure = np.where(is_far, self.has_seams, is_sure)
+        return is_left, is_sure
 
     def _list_turns(self) -> list[Array]:
         u, v = ((-1, 0, 1) if period > 0 else (0,) for period in self.periods)
@@ -165,7 +173,7 @@ def build_sides(
             if np.abs(end - start).max() > LEAST and turns.max() < 0.5:
                 joined = max(joined, float(np.hypot(*(end - start))))
                 sides.append(Side(read_line(end.tolist(), start.tolist()), False, None))
-    return LoopSides(net, sides, joined, low, size, periods)
+    return LoopSides(net, sides, joined, bool(no_borders), low, size, periods)
 
 
 def _move(curve: Spline, low: Array, size: Array) -> Spline:

@@ -235,6 +235,27 @@ def _follow(face: Face, curve: Spline) -> Border:
     return Border(evaluate, border.domain, border.breaks, face.matrix)
 
 
+def list_poles(face: Face) -> Array:
+    """The points (n, 3) of the collapsed sides of a surface."""
+    low, high = face.domain
+    sides = [(axis, end) for axis in range(2) for end in (low, high)]
+    points = [face.at(_place_along(face, *side)).astype(np.float64) for side in sides]
+    poles = [each[0] for each in points if np.ptp(each, axis=0).max() <= _least_side(face)]
+    return np.array(poles).reshape(-1, 3)
+
+
+def _least_side(face: Face) -> float:
+    return COLLAPSED * face.net.diagonal
+
+
+def _place_along(face: Face, axis: int, end: Array) -> Array:
+    """Parameters (9, 2) along the side of the domain where one parameter has its value in `end`."""
+    low, high = face.domain
+    places: Array = np.linspace(low, high, 9)
+    places[:, axis] = end[axis]
+    return places
+
+
 def _list_sides(face: Face) -> Iterator[Border]:
     """The natural borders of a face without loops: sides that are no seams and no poles."""
     low, high = face.domain
@@ -242,11 +263,8 @@ def _list_sides(face: Face) -> Iterator[Border]:
         if face.periods[axis] > 0:
             continue
         for end in (low, high):
-            ends = np.stack([low, high])
-            ends[:, axis] = end[axis]
-            points = face.net.at(
-                ends[0] + np.linspace(0, 1, 9)[:, np.newaxis] * (ends[1] - ends[0])
-            )
-            if np.ptp(points.astype(np.float64), axis=0).max() > COLLAPSED * face.net.diagonal:
+            places = _place_along(face, axis, end)
+            ends, points = places[[0, -1]], face.net.at(places).astype(np.float64)
+            if np.ptp(points, axis=0).max() > _least_side(face):
                 knots = np.array([0.0, 0, 1, 1])
                 yield _follow(face, Spline(1, knots, ends, np.ones(2)))

@@ -14,12 +14,15 @@ from typing import Any
 import numpy as np
 
 from oracles.brep_documents import Array
-from oracles.parts import INSIDE, OUTSIDE, UNSURE
+from oracles.parts import INSIDE, OUTSIDE, UNSURE, list_poles
 from tools.judge.findings import Findings
 from tools.judge.judged_part import FORM, ON_PART, ROUNDING, JudgedPart
 
 TOLERANCE = 1e-9
 """The width of intervals that is asked for, relative to the diagonal."""
+
+NEAR_POLE = 1e-3
+"""Share of the diagonal: signs of points that are nearer to a pole are not judged by rays."""
 
 SIGN_DIRECTIONS = 3
 """The number of rays from a point whose hits the judge counts."""
@@ -155,7 +158,10 @@ def compare_signs(judged: JudgedPart, points: Array, answer: Any, findings: Find
 
 
 def find_signs(judged: JudgedPart, points: Array, seed: int) -> Array:
-    """Signs (m,) by the parity of hits of rays in some directions; 0 if they do not agree."""
+    """Signs (m,) by the parity of hits of rays in some directions; 0 if they do not agree.
+
+    Searches for hits miss some very near a pole, so signs of points there are 0, too.
+    """
     rng = np.random.default_rng([seed, 3])
     votes = np.zeros((SIGN_DIRECTIONS, len(points)))
     for k in range(SIGN_DIRECTIONS):
@@ -170,4 +176,6 @@ def find_signs(judged: JudgedPart, points: Array, seed: int) -> Array:
     total = votes.sum(axis=0)
     # All lucky rays agree, and there are two at least.
     agree = (np.abs(total) == np.abs(votes).sum(axis=0)) & (np.abs(total) >= 2)
-    return np.asarray(np.where(agree, np.sign(total), 0))
+    poles = np.concatenate([np.zeros((0, 3)), *map(list_poles, judged.part.faces)])
+    apart = np.linalg.norm(points[:, np.newaxis] - poles, axis=2).min(axis=1, initial=np.inf)
+    return np.asarray(np.where(agree & (apart > NEAR_POLE * judged.diagonal), np.sign(total), 0))
