@@ -53,7 +53,12 @@ class Block(NamedTuple):
     text: str
 
 
-BLOCKS = [Block(*groups) for groups in re.findall(r"^```(\w+)\n(.*?)^```$", TEXT, re.M | re.S)]
+def find_blocks(text: str) -> list[Block]:
+    """The fenced blocks of a page."""
+    return [Block(*groups) for groups in re.findall(r"^```(\w+)\n(.*?)^```$", text, re.M | re.S)]
+
+
+BLOCKS = find_blocks(TEXT)
 OUTPUT_PAIRS = [pair for pair in pairwise(BLOCKS) if pair[1].language in {"json", "text"}]
 """Pairs of an example and the block after the example, which shows its output."""
 COMMANDS = [

@@ -93,9 +93,7 @@ CONVENTIONS = (
     ),
     _convention("splinepy", "knot_vectors KnotVectors control_mesh_resolutions", is_u_fastest=True),
     _convention("G+Smo", "coefs", is_u_fastest=True),
-    _convention(
-        "USD", "uVertexCount uOrder uKnots pointWeights uForm", is_u_fastest=True, fourth=""
-    ),
+    _convention("USD", "uVertexCount uOrder uKnots pointWeights uForm", is_u_fastest=True),
     _convention(
         "Blender",
         "point_count_u order_u use_cyclic_u use_endpoint_u",
@@ -106,7 +104,7 @@ CONVENTIONS = (
         "Rhino",
         "CountU KnotsU OrderU point_count knots_u IsRational",
         is_u_fastest=False,
-        fourth="weight",
+        fourth="homogeneous",
     ),
     _convention("three.js", "degree1 knots1", is_u_fastest=False, fourth="weight"),
     _convention(

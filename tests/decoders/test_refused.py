@@ -47,7 +47,7 @@ OTHERS: dict[str, tuple[bytes, str]] = {
     "3mf": (b"PK\x03\x04" + bytes(26) + b"3D/3dmodel.model", "from which the mesh was made"),
 }
 """Files of other programs that are not CAD systems: their first bytes if these are known, and a
-part of what is needed."""
+part of `needed`."""
 
 
 @pytest.mark.parametrize("suffix", BODIES)
@@ -61,7 +61,7 @@ def test_a_format_is_known_by_suffix_and_by_content(suffix: str) -> None:
 
 
 @pytest.mark.parametrize("suffix", OTHERS)
-def test_files_of_other_programs_are_named_with_what_to_send(suffix: str) -> None:
+def test_files_of_other_programs_are_named(suffix: str) -> None:
     content, needed = OTHERS[suffix]
     found = find_by_suffix(suffix)
     assert found is not None

@@ -68,7 +68,7 @@ SURFACES: dict[str, dict[str, Any]] = {
         "CountV": 3,
         "KnotsU": KNOTS_U[1:-1],
         "KnotsV": KNOTS_V[1:-1],
-        "Points": WITH_WEIGHTS.reshape(-1, 4).tolist(),
+        "Points": HOMOGENEOUS.reshape(-1, 4).tolist(),
         "IsRational": True,
     },
     "Rhino, without sizes": {

@@ -28,6 +28,21 @@ STATUS = {"malformed_json": 400, "malformed_body": 400, "body_too_large": 413}
 """Statuses by code; all other codes have the status 422."""
 
 
+_KNOTS = '"knotvector_u":[0,0,1,1],"knotvector_v":[0,0,1,1]'
+
+FOREIGN_FIELDS = {
+    "numbers": f'"ctrlpts":1e308,"size_u":-1,"degree_u":1e308,{_KNOTS}',
+    "texts": f'"ctrlpts":["{NOT_TO_REPEAT}"],"degrees":["{NOT_TO_REPEAT}"],{_KNOTS}',
+    "points beyond doubles": f'"ctrlpts":[[1e308,1e39,0],[1{"0" * 300},0,0]],"degree":1,{_KNOTS}',
+    "multiplicities": '"ctrlpts":[[0,0,0]],"degree":1,"knots":[[0,1],[0,1]],'
+    '"multiplicities":[[1000000000,1],[9223372036854775807,9223372036854775807]]',
+    "sizes": f'"ctrlpts":[0,0,0],"size_u":4294967296,"size_v":4294967296,"degree":1,{_KNOTS}',
+    "objects": '"ctrlpts":{"ctrlpts":{}},"nurbs":{"nurbs":{"ctrlpts":[]}},"order":null',
+    "empty lists": '"ctrlpts":[[],[]],"knots":[],"degrees":[],"weights":[]',
+}
+"""Fields of other programs, which are no surface there, either."""
+
+
 def split_body(body: bytes) -> list[bytes]:
     """The body in chunks of `CHUNK` bytes, as a server receives it; an empty body is one chunk."""
     return [body[start : start + CHUNK] for start in range(0, max(len(body), 1), CHUNK)]
@@ -368,6 +383,9 @@ def build_field_cases() -> Iterator[HostileBody]:
         ("long key", write_options(f'"{"k" * 5000}":1'), "/" + "k" * 64 + "…"),
     ):
         yield build_case(f"unknown: {name}", body, "unknown_field", pointer)
+    for name, fields in FOREIGN_FIELDS.items():
+        body = write_surface(fields)
+        yield build_case(f"foreign: {name}", body, "unknown_field", "/surface/ctrlpts")
 
 
 def build_repeated_key_cases() -> Iterator[HostileBody]:
