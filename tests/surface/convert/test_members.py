@@ -236,7 +236,7 @@ def test_the_pieces_of_a_spline_are_a_multipatch_in_its_member() -> None:
     assert isinstance(again, GroupSurface)
 
 
-def test_what_convert_returns_is_taken_by_all_operations() -> None:
+def test_results_of_conversions_are_converted_again() -> None:
     spline = KINDS["bspline"]
     group = convert(spline, [Split(u=0.5, v=0.25), Transpose(), Elevate((5, 5)), Reverse("u", 0)])
     assert isinstance(group, GroupSurface)
@@ -258,7 +258,7 @@ def find_issue(surface: Surface, *operations: Operation) -> tuple[str, str]:
     return issue.code, issue.pointer
 
 
-def test_what_has_no_such_patch_is_refused() -> None:
+def test_patches_that_do_not_exist_are_refused() -> None:
     group = build_group()
     last = count(group)
     assert find_issue(group, Split(u=0.5)) == ("missing_field", "/operations/0/patch")
