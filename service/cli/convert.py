@@ -71,6 +71,9 @@ CONVERT = Query(
         _operation_flag(
             "select", "[M:]FACE,FACE", "take some faces of a brep; of a group, member M"
         ),
+        _operation_flag(
+            "orient", None, "turn patches so that neighbours agree and volumes are positive"
+        ),
         _operation_flag("operations", "JSON", "a list of operations, as in a request"),
     ),
     _merge_operations,

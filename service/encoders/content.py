@@ -10,7 +10,7 @@ from service.bases.cache import Result, derive_once
 from service.encoders.text import FLOAT64_CHARS, LONGEST_ESCAPE, rows
 from service.engine.clustering import find_leaders
 from service.engine.mesh.brep_report import BrepReport
-from service.engine.mesh.mesh import Mesh, MeshPart, MeshReport, Overlay
+from service.engine.mesh.mesh import Mesh, MeshPart, MeshReport, Orientation, Overlay
 from service.errors import Issue, UnsupportedByFormat
 from service.surface.brep_model import SkippedFace
 
@@ -167,6 +167,11 @@ SKIPPED_FACE_CHARS = 320
 """The most characters of a skipped face in a report."""
 
 
+def bound_orientation_chars(listed_patches: int) -> int:
+    """The most characters of the lists of patches that were turned or have no orientation."""
+    return 64 + 9 * listed_patches if listed_patches else 0
+
+
 def bound_brep_chars(defined_faces: int, placed_faces: int, name_bytes: int) -> int:
     """The most characters that the faces of breps add to a report, with their names.
 
@@ -214,11 +219,22 @@ def report_object(report: MeshReport, parts: Sequence[MeshPart]) -> dict[str, ob
             "curvature": curvature and dict(zip(("gaussian", "mean"), curvature, strict=True)),
             "merged_knots": report.merged_knots or None,
             "moved": report.moved or None,
+            **_orientation_fields(report.orientation),
             "metres_per_unit": report.metres_per_unit,
             "engine": report.engine,
         }
     )
     return report_fields if report.brep is None else report_fields | _brep_fields(report.brep)
+
+
+def _orientation_fields(orientation: Orientation | None) -> dict[str, object]:
+    """The fields of a report on an oriented surface: at most `MAX_LISTED_FACES` numbers each."""
+    if orientation is None:
+        return {}
+    return {
+        "turned": orientation.turned[:MAX_LISTED_FACES],
+        "not_orientable": orientation.not_orientable[:MAX_LISTED_FACES],
+    }
 
 
 def lists_parts(report: MeshReport, parts: Sequence[MeshPart]) -> bool:

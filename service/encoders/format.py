@@ -117,6 +117,8 @@ class MeshSize:
     placed_faces, defined_faces, face_name_bytes : int
         Number of these faces if each copy counts, and if equal surfaces count once; and the bytes
         of the names of all placed faces.
+    listed_patches : int
+        Number of patches that the report lists, because they were turned or have no orientation.
     """
 
     vertices: int
@@ -135,6 +137,7 @@ class MeshSize:
     placed_faces: int = 0
     defined_faces: int = 0
     face_name_bytes: int = 0
+    listed_patches: int = 0
 
 
 @dataclass(frozen=True, slots=True)

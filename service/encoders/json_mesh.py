@@ -22,6 +22,7 @@ from service.encoders.content import (
     REPORT_PART_CHARS,
     absolute,
     bound_brep_chars,
+    bound_orientation_chars,
     find_nonempty,
     find_shared_positions,
     keep_with_faces,
@@ -101,6 +102,7 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
         + size.overlay_segments * (2 * index + 2)
         + (size.drawables + min(size.faces, MAX_LISTED_FACES)) * part
         + brep
+        + bound_orientation_chars(size.listed_patches)
         # The report repeats the names of parts.
         + 2 * size.name_bytes * LONGEST_ESCAPE
         + sum(len(name) + 8 for name, _ in size.attributes)

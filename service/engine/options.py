@@ -73,6 +73,8 @@ class MeshOptions:
     curvatures : bool
         Whether vertices have Gaussian and mean curvature as attributes. If so, the models of a
         group must be results of `service.engine.curvatures.placement_scale.add_stretches`.
+    orient : bool
+        Whether patches are turned first, so that neighbours agree and volumes are positive.
     has_resolution : bool
         Whether the request names the resolution, which may be the default.
     """
@@ -93,6 +95,7 @@ class MeshOptions:
     method: Method = "matrix"
     accuracy: Accuracy | None = None
     curvatures: bool = False
+    orient: bool = False
     has_resolution: bool = False
 
     has_wires: bool = field(init=False)

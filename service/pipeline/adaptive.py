@@ -121,7 +121,7 @@ def prepare_meshes(
             raise InvalidRequest(*invalid) from None
         all_effort.spent += TRIANGLE_EFFORT * sum(len(each.triangles) for each, _ in _weigh(mesh))
         check_mesh(mesh, plan, accuracy)
-        return plan.note_unit(mesh)
+        return plan.note_facts(mesh)
 
     return build, mesher.model.diagonal
 

@@ -9,6 +9,7 @@ from service.pipeline.checks import check_surface
 from service.pipeline.cost import Cost, Work, conversion_points, lowering_memory, with_scratch
 from service.pipeline.documents import limit_conversion
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
+from service.pipeline.orienting import Orienter
 from service.surface.convert.nets import SizeLimits
 from service.surface.convert.operations import Operation
 from service.surface.convert.table import convert
@@ -86,7 +87,7 @@ def plan_cad_file(
     def run() -> WrittenFile:
         converted = surface
         if operations:
-            converted = convert(surface, operations, allowed)
+            converted = convert(surface, operations, allowed, Orienter(limits).orient)
             _check_kind(converted.size(), fmt)
             check_surface(converted.stored_size(), limits)
         model = converted.lower()

@@ -7,8 +7,8 @@ measured; `tests/pipeline/test_memory.py` compares the results with the memory i
 """
 
 import sys
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Generic, TypeVar
 
 from service.encoders.content import MAX_LISTED_FACES
@@ -142,8 +142,37 @@ def conversion_points(size: SurfaceSize, operations: Sequence[Operation]) -> int
 
     Control points that patches share are counted for each patch.
     """
+    return max(_count_points(each) for each in _list_sizes(size, operations))
+
+
+def grown_size(size: SurfaceSize, operations: Sequence[Operation]) -> SurfaceSize:
+    """The size of a surface with as many patches, of as high degrees, as operations may make.
+
+    A triangle counts as a patch.
+    """
+    points = conversion_points(size, operations)
+    *_, (degree, patches) = _list_sizes(size, operations)
+    return replace(
+        size,
+        degree=degree,
+        grids=patches,
+        triangles=0,
+        lowered_bytes=max(size.lowered_bytes, 64 * points),
+        peak_bytes=max(size.peak_bytes, 96 * points),
+    )
+
+
+def _count_points(size: tuple[tuple[int, int], int]) -> int:
+    (p, q), patches = size
+    return patches * (p + 1) * (q + 1)
+
+
+def _list_sizes(
+    size: SurfaceSize, operations: Sequence[Operation]
+) -> Iterator[tuple[tuple[int, int], int]]:
+    """Degrees and number of patches before the first operation, and after each."""
     (p, q), patches = size.degree, max(1, size.patches + size.face_patches)
-    max_points = patches * (p + 1) * (q + 1)
+    yield (p, q), patches
     for operation in operations:
         if isinstance(operation, Elevate):
             p, q = max(p, operation.degree[0]), max(q, operation.degree[1])
@@ -151,8 +180,7 @@ def conversion_points(size: SurfaceSize, operations: Sequence[Operation]) -> int
             patches *= 4
         elif isinstance(operation, ToTriangle):
             p = q = p + q
-        max_points = max(max_points, patches * (p + 1) * (q + 1))
-    return max_points
+        yield (p, q), patches
 
 
 def conversion_cost(size: SurfaceSize, points: int) -> Cost:

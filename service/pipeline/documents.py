@@ -6,6 +6,7 @@ from functools import partial
 from typing import Any
 
 from service.encoders.text import json_bound, json_document
+from service.engine.mesh.mesh import Orientation
 from service.engine.models import NOT_PATCHES
 from service.errors import InvalidRequest
 from service.pipeline.cost import (
@@ -14,12 +15,14 @@ from service.pipeline.cost import (
     conversion_cost,
     conversion_points,
     definition_cost,
+    grown_size,
     max_converted_points,
 )
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
+from service.pipeline.orienting import Orienter, plan_orientation
 from service.schemas.surfaces import definition
 from service.surface.convert.nets import SizeLimits
-from service.surface.convert.operations import Operation
+from service.surface.convert.operations import Operation, Orient
 from service.surface.convert.table import convert
 from service.surface.group import GroupSurface
 from service.surface.kinds import Surface
@@ -50,8 +53,9 @@ def plan_conversion(
 
     def run() -> bytes:
         # The document can be the body of a request.
-        converted = convert(surface, operations, allowed)
-        return _write_document(converted, limits, "/operations", reading)
+        orienter = Orienter(limits)
+        converted = convert(surface, operations, allowed, orienter.orient)
+        return _write_document(converted, limits, "/operations", reading, orienter.orientation)
 
     return Work(cost, run)
 
@@ -72,6 +76,12 @@ def limit_conversion(
     # A result with more control points than fit into memory is refused as too large.
     max_points = min(allowed.control_points, max_converted_points(size, limits))
     cost = conversion_cost(size, min(max_points, conversion_points(size, operations)))
+    if any(isinstance(operation, Orient) for operation in operations):
+        # All copies of equal members are oriented, each in its place.
+        orientation = plan_orientation(
+            grown_size(surface.size(), operations), limits, "/operations"
+        )
+        cost = Cost(cost.memory + orientation.memory, cost.seconds + orientation.seconds)
     return replace(allowed, control_points=max_points), cost
 
 
@@ -89,11 +99,20 @@ def _plan_document(
 
 
 def _write_document(
-    surface: Surface, limits: Limits, where: str, reading: Mapping[str, Any] | None = None
+    surface: Surface,
+    limits: Limits,
+    where: str,
+    reading: Mapping[str, Any] | None = None,
+    orientation: Orientation | None = None,
 ) -> bytes:
     """The surface as a JSON document; raises `TooLarge` with the pointer `where`."""
     document: dict[str, Any] = {"surface": definition(surface)}
     if reading is not None:
         document["reading"] = reading
+    if orientation is not None:
+        document["orientation"] = {
+            "turned": list(orientation.turned),
+            "not_orientable": list(orientation.not_orientable),
+        }
     limits.check_bytes(json_bound(document), where, "The surface could become too large as JSON.")
     return json_document(document)

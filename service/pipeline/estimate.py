@@ -29,11 +29,12 @@ from service.engine.quantize import find_grid_error
 from service.errors import InvalidRequest, Issue, SurfaceError, TooLarge
 from service.pipeline.brep_checks import settle_accuracy
 from service.pipeline.checks import check_surface
-from service.pipeline.cost import EFFORT_FACTOR, Work, adaptive_triangles, estimation_cost
+from service.pipeline.cost import EFFORT_FACTOR, Cost, Work, adaptive_triangles, estimation_cost
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.pipeline.mesh import keep_storable_channels
 from service.pipeline.mesh_counts import count_models, mesh_size, sum_counts
 from service.pipeline.mesh_plan import PLAIN, build_plan, estimate_stored_size, shares_meshes
+from service.pipeline.orienting import orient, plan_orientation
 from service.surface.brep_model import BrepModel
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sizes import SurfaceKind
@@ -108,6 +109,10 @@ def plan_estimate(
     size = surface.size()
     options = settle_accuracy(size, options)
     cost = estimation_cost(size, options, len(formats), limits)
+    if options.orient:
+        orientation = plan_orientation(size, limits, "/orient")
+        memory = max(cost.memory, orientation.memory)
+        cost = Cost(memory, cost.seconds + orientation.seconds)
     return Work(cost, partial(_estimate, surface, options, encode, limits, formats))
 
 
@@ -127,6 +132,8 @@ def _estimate(
     The estimate finds the shared edges but evaluates no points. So it takes much less time than
     the mesh.
     """
+    if options.orient:
+        surface, _ = orient(surface, options.weld_tolerance)
     model, has_joined_members = surface.lower(), False
     if isinstance(model, GroupModel):
         joined_group = join_group(model, options)

@@ -19,6 +19,7 @@ from service.pipeline.checks import require_patches
 from service.pipeline.cost import Work
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.pipeline.mesh_plan import PLAIN, MeshPlan, build_plan
+from service.pipeline.orienting import orient
 from service.schemas.options import MeshOptionFields
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sizes import SurfaceKind
@@ -52,7 +53,7 @@ def plan_mesh(
 
 
 def make_file(plan: MeshPlan, surface: SurfaceKind) -> MeshFile:
-    """Make the file: lower, check, build, encode.
+    """Make the file: orient if asked, lower, check, build, encode.
 
     Raises
     ------
@@ -60,6 +61,9 @@ def make_file(plan: MeshPlan, surface: SurfaceKind) -> MeshFile:
         The patches show that the mesh is impossible or too large.
     """
     fmt, accuracy = plan.fmt, plan.options.accuracy
+    if plan.options.orient:
+        surface, orientation = orient(surface, plan.options.weld_tolerance)
+        plan = replace(plan, orientation=orientation)
     model, options = keep_storable_channels(surface.lower(), plan.options, fmt)
     plan.check(model, options)
     if plan.encode.exact and fmt.encode_exact is not None:
@@ -89,9 +93,9 @@ def build_planned(plan: MeshPlan, model: Model, options: MeshOptions) -> Mesh | 
             is_quantized=is_quantized,
             allow=plan.check_split,
         )
-        return plan.note_unit(scene)
+        return plan.note_facts(scene)
     mesh = build_mesh(model, options, plan.fmt, plan.check_split)
-    return plan.note_unit(quantize(mesh, model, options) if is_quantized else mesh)
+    return plan.note_facts(quantize(mesh, model, options) if is_quantized else mesh)
 
 
 def _report(plan: MeshPlan, mesh: Mesh | Scene) -> MeshReport:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import astuple, replace
 
 from service.bases import triangle
+from service.encoders.content import MAX_LISTED_FACES
 from service.encoders.format import Format, MeshSize
 from service.engine.mesh.mesh import CURVATURE_NAMES
 from service.engine.options import MeshOptions
@@ -93,6 +94,7 @@ def mesh_size(
     attributes = size.attributes if "attribute" in fmt.carries else ()
     if options.curvatures and "attribute" in fmt.carries:
         attributes += tuple((name, 1) for name in CURVATURE_NAMES)
+    listed = min(2 * MAX_LISTED_FACES, size.patches) if options.orient else 0
     letters = size.members * sum(map(len, names))
     # In formats without nodes, vertices have the colours of the faces of breps.
     colors = 4 if size.face_colors and fmt.encode_scene is None else size.colors
@@ -113,6 +115,7 @@ def mesh_size(
         placed_faces=size.placed_faces,
         defined_faces=size.defined_faces,
         face_name_bytes=size.face_name_bytes,
+        listed_patches=listed,
     )
 
 

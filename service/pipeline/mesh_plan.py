@@ -5,7 +5,7 @@ from functools import lru_cache
 
 from service.cancellation import checkpoint
 from service.encoders.format import Content, EncodeOptions, Format, MeshSize
-from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.mesh import Mesh, Orientation
 from service.engine.options import MeshOptions
 from service.engine.plans.counts import Counts
 from service.engine.scenes.scene import Scene
@@ -25,6 +25,7 @@ from service.pipeline.checks import (
 from service.pipeline.cost import Cost, adaptive_cost, mesh_cost
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.pipeline.mesh_counts import count_models, count_samples, mesh_size
+from service.pipeline.orienting import plan_orientation
 from service.surface.lowered import Model, PatchModel
 from service.surface.sizes import SurfaceKind, SurfaceSize
 
@@ -57,6 +58,8 @@ class MeshPlan:
     cost : Cost
     metres_per_unit : float or None
         The unit of the coordinates of the surface, in metres; None if it is not known.
+    orientation : Orientation or None
+        What was turned, if the options ask for it; `make_file` sets it.
     """
 
     options: MeshOptions
@@ -74,12 +77,15 @@ class MeshPlan:
     unjoined_memory: int
     cost: Cost
     metres_per_unit: float | None = None
+    orientation: Orientation | None = None
 
-    def note_unit(self, mesh: Mesh | Scene) -> Mesh | Scene:
-        """The mesh or scene, with the unit of the surface in its report."""
-        if self.metres_per_unit is None:
+    def note_facts(self, mesh: Mesh | Scene) -> Mesh | Scene:
+        """The mesh or scene, with the unit and the orientation of the surface in its report."""
+        if self.metres_per_unit is None and self.orientation is None:
             return mesh
-        report = replace(mesh.report, metres_per_unit=self.metres_per_unit)
+        report = replace(
+            mesh.report, metres_per_unit=self.metres_per_unit, orientation=self.orientation
+        )
         return replace(mesh, report=report)
 
     def check(
@@ -140,8 +146,17 @@ def build_plan(
     size = surface.size()
     check_brep_options(size, options, fmt, encode)
     options = settle_accuracy(size, options)
-    distinct_size = size if size.members == 1 else surface.stored_size()
+    is_oriented = options.orient and size.patches > 0
+    # Copies of equal surfaces may be turned in different ways, and are then different surfaces.
+    is_shared = size.members > 1 and not is_oriented
+    distinct_size = surface.stored_size() if is_shared else size
     plan = plan_sizes(size, distinct_size, options, (fmt, encode), limits)
+    if is_oriented:
+        orientation = plan_orientation(size, limits, "/orient")
+        memory = max(plan.cost.memory, orientation.memory)
+        seconds = plan.cost.seconds + orientation.seconds
+        plan = replace(plan, cost=replace(plan.cost, memory=memory, seconds=seconds))
+        _check_memory(memory, limits)
     return plan if surface.unit is None else replace(plan, metres_per_unit=surface.unit)
 
 

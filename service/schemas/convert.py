@@ -13,6 +13,8 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import BeforeValidator, Field, Tag
 from typing_extensions import TypeAliasType
 
+from service.engine.measures.values import WELD_TOLERANCE
+from service.engine.options import MAX_WELD_TOLERANCE
 from service.errors import InvalidRequest, Issue, pointer
 from service.schemas.fields import (
     Omittable,
@@ -223,6 +225,24 @@ class SelectDefinition(StrictModel):
     member: Annotated[FaceNumber | None, Omittable()] = optional(_MEMBER, 0)
 
 
+class OrientDefinition(StrictModel):
+    """Turns patches so that neighbours agree, and closed surfaces have a positive volume.
+
+    Neighbours are found as in a mesh. A turned patch has u and v exchanged. Of an open surface the
+    side stays on which most patches are, or else that of the first. A surface inside another one
+    points outwards, too. What has no consistent orientation, such as a Möbius strip, is not turned.
+    Breps, tubes and ribbons stay as they are. The response lists the patches (`orientation`).
+    """
+
+    op: Literal["orient"] = Field(description="The operation.")
+    weld_tolerance: Annotated[float, Field(ge=0, le=MAX_WELD_TOLERANCE)] = Field(
+        default=WELD_TOLERANCE,
+        description="A share of the diagonal of the bounding box of the control points: control "
+        "points on borders that are nearer than this count as one, as in a mesh.",
+        examples=[1e-9],
+    )
+
+
 OPERATIONS: Mapping[str, Callable[..., values.Operation]] = MappingProxyType(
     {
         "elevate": values.Elevate,
@@ -234,6 +254,7 @@ OPERATIONS: Mapping[str, Callable[..., values.Operation]] = MappingProxyType(
         "triangle": values.ToTriangle,
         "untrim": values.Untrim,
         "select": values.Select,
+        "orient": values.Orient,
     }
 )
 """For each name of an operation, the class of its value. Except for `op`, its model has the fields
@@ -250,7 +271,8 @@ OperationDefinition = TypeAliasType(
         | Annotated[BezierConversion, Tag("bezier")]
         | Annotated[TriangleConversion, Tag("triangle")]
         | Annotated[UntrimDefinition, Tag("untrim")]
-        | Annotated[SelectDefinition, Tag("select")],
+        | Annotated[SelectDefinition, Tag("select")]
+        | Annotated[OrientDefinition, Tag("orient")],
         *one_of_kinds(
             tuple(OPERATIONS),
             Issue("unknown_operation", "No operation has this name."),

@@ -271,5 +271,15 @@ IgnoredReading: TypeAlias = Annotated[
         examples=[{"format": "step", "faces": 300, "skipped_faces": []}],
     ),
 ]
-IGNORED = ("reading",)
+IgnoredOrientation: TypeAlias = Annotated[
+    Mapping[str, Any] | None,
+    BeforeValidator(_ignore),
+    WithJsonSchema({"type": "object"}),
+    Field(
+        description="The report of the operation `orient`, as a response of `POST /v1/convert` has "
+        "it beside the surface. It is ignored, so that the response can be sent as it is.",
+        examples=[{"turned": [2], "not_orientable": []}],
+    ),
+]
+IGNORED = ("reading", "orientation")
 """Names of the fields that no call reads."""

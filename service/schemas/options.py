@@ -148,6 +148,15 @@ class MeshOptionFields(StrictModel):
         "split at these knots. With 0, only points that are equal bit for bit are joined.",
         examples=[1e-9],
     )
+    orient: bool = Field(
+        default=_DEFAULTS.orient,
+        description="Whether to turn patches so that neighbours agree about the side to which "
+        "their normals point, and closed surfaces have a positive volume. A turned patch has u and "
+        "v exchanged. Of an open surface the side stays on which most patches are. A surface "
+        "without a consistent orientation, such as a Möbius strip, is not turned. The report lists "
+        "the patches (`turned`, `not_orientable`). Breps, tubes and ribbons stay as they are.",
+        examples=[True],
+    )
     overlays: Overlays = Field(
         default=_DEFAULTS.overlays,
         description="Lines to draw in addition to the faces, if the format has lines. For breps "

@@ -20,6 +20,7 @@ from service.errors import InvalidRequest, Issue, count_nouns
 from service.schemas.arrays import NumberGrid
 from service.schemas.curves import CurveDefinition, build_curve
 from service.schemas.fields import (
+    IgnoredOrientation,
     IgnoredReading,
     Omittable,
     RequestModel,
@@ -149,6 +150,7 @@ class ProjectRequest(RequestModel):
         "A curve, in place of the surface."
     )
     reading: IgnoredReading = None
+    orientation: IgnoredOrientation = None
     points: Annotated[FloatArray, NumberGrid(("points", "coordinates"))] = Field(
         description="Points [x, y, z], or [x, y] for a curve in the plane. At most 100,000.",
         examples=[[[0, 0, 2], [1.5, 0, 0]]],

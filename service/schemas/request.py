@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 from service.errors import InvalidRequest
 from service.schemas.accuracy import MAX_PIXELS, CameraDefinition
 from service.schemas.fields import (
+    IgnoredOrientation,
     IgnoredReading,
     Omittable,
     RequestModel,
@@ -37,6 +38,7 @@ class SurfaceRequest(RequestModel):
 
     surface: SurfaceDefinition = Field(description="The surface, by its control points.")
     reading: IgnoredReading = None
+    orientation: IgnoredOrientation = None
 
     def keep_reading(self, reading: Mapping[str, Any] | None) -> None:
         """Sets `reading`, which clients cannot: the report of the file that has the surface."""

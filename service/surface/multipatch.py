@@ -175,6 +175,18 @@ def surfaces_of(model: PatchModel) -> tuple[Domain, ...]:
     return tuple(sorted(domains, key=lambda domain: domain.first))
 
 
+def order_as_before(model: PatchModel, domains: Sequence[Domain]) -> tuple[Domain, ...]:
+    """New domains of the surfaces of a model, in the order of the request.
+
+    The domains are in the order of `surfaces_of(model)`. A model without domains has the order of
+    its patches.
+    """
+    if not model.domains:
+        return tuple(domains)
+    order = np.argsort([domain.first for domain in model.domains])
+    return tuple(domains[k] for k in np.argsort(order).tolist())
+
+
 def rebuild(
     model: PatchModel, pieces: list[list[Patches]], owner: Ints, domains: tuple[Domain, ...]
 ) -> PatchModel:

@@ -210,6 +210,12 @@ def build_conversion_cases() -> Iterator[HostileBody]:
         "unsupported_operation": '{"op":"untrim","patch":1}@/patch',
     }
     yield from vary_body("group", group, "/operations/0", faults)
+    faults = {
+        "wrong_type": ',"weld_tolerance":"0"@/weld_tolerance',
+        "out_of_range": ',"weld_tolerance":-1@/weld_tolerance ,"weld_tolerance":1@/weld_tolerance',
+        "unknown_field": ',"patch":0@/patch',
+    }
+    yield from vary_operation("orient", faults)
     yield from vary_operation("bezier", {"unknown_field": ',"degree":3@/degree'})
     pointer = "/operations"
     faults = {"null_value": "null", "wrong_type": transpose, "wrong_length": "[]"}

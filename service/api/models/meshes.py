@@ -198,6 +198,12 @@ class MeshReport(ResponseModel):
     moved: Length | Missing = None
     """The largest distance, in model units, by which a point of the surface was moved to join
     control points (`weld_tolerance`). All bounds include this distance; left out if it is 0."""
+    turned: list[Count] | Missing = Field(default=None, examples=[[2]])
+    """With `orient`: the numbers of the patches that were turned, as `POST /v1/points` counts them
+    (`patch`); of a B-spline in a group its first. At most the first 10,000."""
+    not_orientable: list[Count] | Missing = Field(default=None, examples=[[]])
+    """With `orient`: the numbers of the patches of surfaces without a consistent orientation, such
+    as a Möbius strip, which were not turned. At most the first 10,000."""
     metres_per_unit: Annotated[float, Field(gt=0, le=MAX_METRES_PER_UNIT)] | Missing = None
     """The unit of all lengths in metres, if the surface has a `metres_per_unit`."""
     parts: list[PartReport] | Missing = None

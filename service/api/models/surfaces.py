@@ -104,6 +104,20 @@ class SurfaceList(ResponseModel):
     """The built-in surfaces, one entry each."""
 
 
+class Orientation(ResponseModel):
+    """Which patches were turned, so that neighbours agree and volumes are positive.
+
+    Numbers are those of the surface before the operation, as `POST /v1/points` counts them
+    (`patch`); of a B-spline in a group its first.
+    """
+
+    turned: list[Annotated[int, Field(ge=0)]]
+    """The patches that were turned."""
+    not_orientable: list[Annotated[int, Field(ge=0)]]
+    """The patches of surfaces without a consistent orientation, such as a Möbius strip, which were
+    not turned."""
+
+
 class SurfaceDocument(ResponseModel):
     """A surface without options. Clients may add options, and send it to the other calls."""
 
@@ -111,6 +125,8 @@ class SurfaceDocument(ResponseModel):
     """The definition, in the form of a request."""
     reading: Reading | Missing = None
     """The report of reading, if the surface came from a CAD file. Other calls ignore it."""
+    orientation: Orientation | Missing = None
+    """The report of the last operation `orient`. Other calls ignore it."""
 
 
 class StoredLinks(SurfaceLinks):

@@ -17,7 +17,12 @@ from typing import TypeAlias
 
 from service.bases.arrays import FloatArray
 from service.bases.row_batches import row_runs
-from service.encoders.content import REPORT_PART_CHARS, bound_brep_chars, report_object
+from service.encoders.content import (
+    REPORT_PART_CHARS,
+    bound_brep_chars,
+    bound_orientation_chars,
+    report_object,
+)
 from service.encoders.format import EncodeOptions, MeshSize
 from service.encoders.gltf import meshopt
 from service.encoders.gltf.buffer import (
@@ -226,6 +231,7 @@ def _json_bound(size: MeshSize, options: EncodeOptions) -> int:
         + size.faces * FACE_CHARS
     )
     names = 3 * LONGEST_ESCAPE * size.name_bytes
+    faces += bound_orientation_chars(size.listed_patches)
     return 2720 + 17 * FLOAT64_CHARS + size.drawables * node + names + faces
 
 

@@ -15,7 +15,7 @@ from service.bases.row_batches import split_runs
 from service.engine.joining.shared_curves import Cuts
 from service.surface.batches import Patches, TensorPatches
 from service.surface.lowered import Domain, PatchModel
-from service.surface.multipatch import rebuild, surfaces_of
+from service.surface.multipatch import order_as_before, rebuild, surfaces_of
 
 ROUNDING = 2.0**-49
 """Bound of the rounding error of cutting, for each degree, relative to the largest coordinate."""
@@ -111,7 +111,8 @@ def cut(model: PatchModel, lines: Lines) -> PatchModel:
     degree = max(max(batch.side_degrees) for batch in model.batches)
     rounding = degree * ROUNDING * float(max(-low.min(), high.max()))
     owner = np.concatenate(owners)
-    return replace(rebuild(model, pieces, owner, tuple(domains)), moved=model.moved + rounding)
+    ordered = order_as_before(model, domains)
+    return replace(rebuild(model, pieces, owner, ordered), moved=model.moved + rounding)
 
 
 def _cut_grid(

@@ -184,7 +184,8 @@ def compose(group: GroupModel, numbers: Sequence[int]) -> tuple[PatchModel, tupl
             replace(n, points=place_points(n.points, member.matrix) + 0.0, channels=())
             for n in oriented.nets
         ]
-        domains += [replace(d, first=d.first + first) for d in surfaces_of(oriented)]
+        own_domains = oriented.domains or surfaces_of(oriented)
+        domains += [replace(d, first=d.first + first) for d in own_domains]
         sequence = (
             np.arange(oriented.patch_count) if oriented.sequence is None else oriented.sequence
         )

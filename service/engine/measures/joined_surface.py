@@ -90,6 +90,33 @@ class JoinedSurface:
     moved: float
     _joined_models: tuple[_JoinedModel, ...]
 
+    def find_request_patches(self) -> tuple[Ints, Ints]:
+        """The member and the number of the patch or surface in it of each patch, (P,) each.
+
+        A surface that is no group is member 0. A patch or B-spline that is alone has number 0.
+        """
+        ends = [joined.first for joined in self._joined_models[1:]] + [self.model.patch_count]
+        members, numbers = [], []
+        for joined, end in zip(self._joined_models, ends, strict=True):
+            index = np.arange(end - joined.first)
+            if joined.model.domains:
+                first_patches = np.array([domain.first for domain in joined.model.domains])
+                order = np.argsort(first_patches)
+                index = order[np.searchsorted(first_patches[order], index, side="right") - 1]
+            models = [patch_model for *_, patch_model in joined.members]
+            counts = [len(each.domains) or each.patch_count for each in models]
+            starts = np.cumsum([0, *counts])
+            place = np.searchsorted(starts, index, side="right") - 1
+            own = index - starts[place]
+            for k, each in enumerate(models):
+                if not each.domains and each.request_numbers is not None:
+                    rows = np.flatnonzero(place == k)
+                    own[rows] = each.request_numbers[own[rows]]
+            surfaces = np.array([surface or 0 for surface, *_ in joined.members])
+            members.append(surfaces[place])
+            numbers.append(own)
+        return np.concatenate(members), np.concatenate(numbers)
+
     def find_request_side(self, number: int) -> RequestSide:
         """The side of the request that became side `number` (patch · 4 + side) of `model`."""
         patch, side = divmod(number, 4)

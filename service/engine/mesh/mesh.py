@@ -21,6 +21,22 @@ ENGINE = 4
 
 
 @dataclass(frozen=True, slots=True)
+class Orientation:
+    """Which patches were turned so that neighbours agree and volumes are positive.
+
+    Attributes
+    ----------
+    turned : tuple of int
+        The numbers of the patches that were turned.
+    not_orientable : tuple of int
+        Those of the patches of surfaces without a consistent orientation, which were not turned.
+    """
+
+    turned: tuple[int, ...]
+    not_orientable: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class MeshReport:
     """The report on a mesh; each format writes the attributes that it can store.
 
@@ -61,6 +77,8 @@ class MeshReport:
         The facts that only a brep has; None for other surfaces.
     metres_per_unit : float or None
         The unit of all lengths, in metres; None if it is not known.
+    orientation : Orientation or None
+        If requested, what was turned.
     engine : int
         The version of the engine (`ENGINE`).
     """
@@ -82,6 +100,7 @@ class MeshReport:
     merged_knots: int = 0
     moved: float = 0.0
     brep: BrepReport | None = None
+    orientation: Orientation | None = None
     metres_per_unit: float | None = None
     engine: int = ENGINE
 

@@ -188,7 +188,20 @@ class Select:
             seen.add(face)
 
 
+@dataclass(frozen=True, slots=True)
+class Orient:
+    """Turn patches so that neighbours agree and volumes are positive.
+
+    Neighbours are found as in a mesh with this `weld_tolerance`.
+    """
+
+    weld_tolerance: float
+
+
 PatchOperation: TypeAlias = Elevate | Split | Restrict | Transpose | Reverse | ToBezier | ToTriangle
 """The operations that change patches: all, or the one with the number `patch`."""
 
-Operation: TypeAlias = PatchOperation | Untrim | Select
+SurfaceOperation: TypeAlias = PatchOperation | Untrim | Select
+"""The operations that depend on the control points of one surface alone."""
+
+Operation: TypeAlias = SurfaceOperation | Orient

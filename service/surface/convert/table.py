@@ -26,10 +26,13 @@ from service.surface.convert.nets import SizeLimits
 from service.surface.convert.operations import (
     Elevate,
     Operation,
+    Orient,
+    PatchOperation,
     Restrict,
     Reverse,
     Select,
     Split,
+    SurfaceOperation,
     ToBezier,
     ToTriangle,
     Transpose,
@@ -61,7 +64,9 @@ def keep_surface(surface: Surface, _operation: ToBezier, _allowed: SizeLimits) -
     return surface
 
 
-def _convert_each(surface: MultipatchSurface, operation: Operation, allowed: SizeLimits) -> Surface:
+def _convert_each(
+    surface: MultipatchSurface, operation: PatchOperation, allowed: SizeLimits
+) -> Surface:
     return convert_each(surface, CONVERSIONS[type(operation)], operation, allowed)
 
 
@@ -77,7 +82,7 @@ NAMES: Mapping[type[Surface], str] = MappingProxyType(
 )
 """The names, in requests, of the kinds of surface that can be converted."""
 
-CONVERSIONS: Mapping[type[Operation], Mapping[type[Surface], Conversion]] = MappingProxyType(
+CONVERSIONS: Mapping[type[SurfaceOperation], Mapping[type[Surface], Conversion]] = MappingProxyType(
     {
         Elevate: {
             BezierSurface: elevate_bezier,
@@ -127,10 +132,21 @@ CONVERSIONS: Mapping[type[Operation], Mapping[type[Surface], Conversion]] = Mapp
 groups, and operations on one of several patches, have functions for all operations (`apply`)."""
 
 
+Orienter: TypeAlias = Callable[[Surface, Orient], Surface]
+"""Turns patches; it needs the engine, which finds neighbours and volumes."""
+
+
+def _refuse_to_orient(_surface: Surface, _operation: Orient) -> Surface:
+    raise AssertionError("this conversion was called without an orienter")
+
+
 def convert(
-    surface: Surface, operations: Sequence[Operation], allowed: SizeLimits = DEFAULT_LIMITS
+    surface: Surface,
+    operations: Sequence[Operation],
+    allowed: SizeLimits = DEFAULT_LIMITS,
+    orient: Orienter = _refuse_to_orient,
 ) -> Surface:
-    """The surface after all operations in sequence.
+    """The surface after all operations in sequence; `orient` does the operation `Orient`.
 
     Raises
     ------
@@ -140,13 +156,16 @@ def convert(
     """
     for number, operation in enumerate(operations):
         try:
-            surface = apply(surface, operation, allowed)
+            if isinstance(operation, Orient):
+                surface = orient(surface, operation)
+            else:
+                surface = apply(surface, operation, allowed)
         except SurfaceError as error:
             raise error.within(pointer(("operations", number))) from None
     return surface
 
 
-def apply(surface: Surface, operation: Operation, allowed: SizeLimits) -> Surface:
+def apply(surface: Surface, operation: SurfaceOperation, allowed: SizeLimits) -> Surface:
     """The surface after one operation; pointers of errors are relative to the operation."""
     if isinstance(operation, Untrim | Select):
         return _find_conversion(surface, operation)(surface, operation, allowed)
@@ -172,7 +191,7 @@ def apply(surface: Surface, operation: Operation, allowed: SizeLimits) -> Surfac
     )
 
 
-def _find_conversion(surface: Surface, operation: Operation) -> Conversion:
+def _find_conversion(surface: Surface, operation: SurfaceOperation) -> Conversion:
     """The function of the operation for this kind of surface."""
     conversion = CONVERSIONS[type(operation)].get(type(surface))
     if conversion is None:
@@ -180,7 +199,7 @@ def _find_conversion(surface: Surface, operation: Operation) -> Conversion:
     return conversion
 
 
-def _refusal(surface: Surface, operation: Operation) -> Issue:
+def _refusal(surface: Surface, operation: SurfaceOperation) -> Issue:
     """The issue for an operation that this kind of surface does not support."""
     kinds = CONVERSIONS[type(operation)]
     if isinstance(surface, BrepSurface):

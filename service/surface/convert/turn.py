@@ -8,7 +8,7 @@ from typing import TypeAlias, TypeVar
 import numpy as np
 
 from service.bases import triangle
-from service.bases.arrays import FloatArray, Ints
+from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.polynomials import map_net
 from service.surface.bezier import BezierSurface, TriangleSurface
 from service.surface.convert.nets import SizeLimits, map_channels
@@ -44,6 +44,22 @@ def turn_patches(surface: PatchSurface, operation: Turn, _allowed: SizeLimits) -
         patches=map_grids(surface.patches, lambda grids: _turn_grids(grids, operation, 1)),
         triangles=surface.triangles[:, _order(surface.triangle_degree, operation)],
     )
+
+
+def exchange_some(surface: PatchSurface, is_chosen: Bools) -> PatchSurface:
+    """Exchange u and v of some patches; grids count first, then triangles, as in `is_chosen`."""
+    count, transpose = len(surface.patches), Transpose()
+    grids, triangles = surface.patches, surface.triangles.copy()
+    rows = np.flatnonzero(is_chosen[:count])
+    if len(rows):
+        turned = list(grids)
+        for row in rows.tolist():
+            turned[row] = turned[row].T
+        grids = tuple(turned)
+    rows = np.flatnonzero(is_chosen[count:])
+    if len(rows):
+        triangles[rows] = triangles[rows][:, _order(surface.triangle_degree, transpose)]
+    return replace(surface, patches=grids, triangles=triangles)
 
 
 def _rearrange(surface: Single, change: Callable[[FloatArray], FloatArray]) -> Single:
