@@ -19,21 +19,38 @@ degree, if all spans of the axis together have at most `MOST`."""
 MOST_NEAR = 16
 """The most points of a table from which the foot of one point is looked for."""
 
-PAIRS = 1 << 21
-"""The most distances that are computed at once."""
+PAIRS = 1 << 18
+"""The most points of tables, and distances from them, that are computed at once: some 30 MB."""
 
 
 def find_nearest(surfaces: ClosedSurfaces, face: Ints, points: FloatArray) -> FloatArray:
     """The parameters (m, 2) of the nearest point of a table of each face, for points (m, 3)."""
     used, which = np.unique(face, return_inverse=True)
+    order, found = which.argsort(kind="stable"), np.empty((len(face), 2))
+    # Faces whose tables together have at most `PAIRS` points, and the points of these faces.
+    starts = find_starts(_list_axes(surfaces, used)[0].prod(axis=0))
+    first = 0
+    while first < len(used):
+        last = int(np.searchsorted(starts, starts[first] + PAIRS, side="right")) - 1
+        last = max(first + 1, last)
+        rows = order[slice(*np.searchsorted(which[order], [first, last]))]
+        found[rows] = _find_in_tables(surfaces, used[first:last], which[rows] - first, points[rows])
+        first = last
+    return found
+
+
+def _find_in_tables(
+    surfaces: ClosedSurfaces, used: Ints, which: Ints, points: FloatArray
+) -> FloatArray:
+    """The nearest parameters (m, 2) in the tables of faces `used[which]` (m,)."""
     starts, parameters = _list_table(surfaces, used)
     owner = np.repeat(used, np.diff(starts))
     table = surfaces.surfaces.evaluate(owner, parameters)
     count = np.diff(starts)[which]
-    nearest = np.zeros(len(face), np.intp)
+    nearest = np.zeros(len(which), np.intp)
     first = 0
     ends = np.cumsum(count)
-    while first < len(face):
+    while first < len(which):
         checkpoint()
         done = ends[first - 1] if first else 0
         last = max(first + 1, int(np.searchsorted(ends, done + PAIRS, side="right")))
