@@ -434,7 +434,8 @@ def test_query_parameters_beside_a_file_have_valid_examples() -> None:
     net[..., 0], net[..., 1] = np.indices((4, 4))
     for name in FIELDS:
         for example in parameters[name]["schema"]["examples"]:
-            text = ",".join(map(str, example)) if isinstance(example, list) else example
+            text = ",".join(map(str, example)) if isinstance(example, list) else str(example)
+            text = text.lower() if isinstance(example, bool) else text
             step, npy = DECODERS_BY_NAME["step"], DECODERS_BY_NAME["npy"]
             if name in step.fields:
                 document = document_from_query([(name, text)], step.fields)
@@ -443,6 +444,8 @@ def test_query_parameters_beside_a_file_have_valid_examples() -> None:
                 query = {"type": "bspline", name: text}
                 document = document_from_query(query.items(), npy.fields)
                 document["surface"]["control_net"] = net
+                if name == "homogeneous":
+                    document["surface"]["control_net"] = np.insert(net, 3, 1, axis=2)
                 validate_document(MeshRequest, document).to_surface()
 
 

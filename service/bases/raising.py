@@ -6,19 +6,19 @@ neighbours, and the control weights approach the values of the weight function. 
 is positive on the whole surface, all weights are positive from some degree on, and stay so in all
 higher degrees.
 
-Steps raise one direction by one degree. A step computes means of neighbours with shares that are
-not negative, so a coordinate of each result is off by at most 4 roundings of the largest coordinate
-among the old control points: r steps move a point of the surface by at most 4 r u max |w P| / w(u,
-v), with u = 2^-53.
+Raising computes means with shares that are not negative, so rounding moves the surface by little.
+Proof in docs/proofs.md: "Raising the degree".
 
 Farin, Curves and Surfaces for CAGD, 5th ed., sections 5.3 and 13.4; Prautzsch and Kobbelt,
 Convergence of subdivision and degree elevation, Adv. Comput. Math. 2 (1994).
 """
 
+from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import permutations
 from math import prod
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
 import numpy as np
 
@@ -26,83 +26,91 @@ from service.bases import knots as knot
 from service.bases import polynomials, triangle
 from service.bases.affine_combination import combine
 from service.bases.arrays import FloatArray
+from service.bases.bernstein import elevation_matrix
 from service.bases.blossoms import find_refinement, raise_knots
 from service.bases.closing import close_rows
 from service.bases.row_batches import row_slices
 from service.cancellation import checkpoint
 
 BLOCK_POINTS = 1 << 15
-"""A step makes at most this number of control points at once, so that temporary arrays are
-small."""
+"""At most this number of control points is made at once, so that temporary arrays are small."""
+
+MAX_TRIANGLE = 12
+"""Matrices that elevate triangles of a higher degree would take more time than the steps."""
+
+Degrees: TypeAlias = tuple[int, ...]
+"""One degree for each direction."""
 
 
 class Direction(Protocol):
-    """A direction of nets whose degree can be raised."""
+    """A direction of nets whose degree can be raised: an axis of arrays (…, d)."""
 
     @property
     def degree(self) -> int:
-        """The present degree."""
+        """The degree."""
 
-    @property
-    def length(self) -> int:
-        """The number of control points along the axis, in the present degree."""
+    def count(self, degree: int) -> int:
+        """The number of control points along the axis, in this degree."""
 
-    def step(self, values: FloatArray) -> tuple["Direction", FloatArray]:
-        """The direction and the control values in one degree more."""
+    def estimate(self, values: FloatArray, degree: int) -> FloatArray:
+        """`elevate` with other rounding, in less time."""
 
-
-def count_net_points(directions: Sequence[Direction]) -> int:
-    """The number of control points of one net."""
-    return prod(direction.length for direction in directions)
+    def elevate(self, values: FloatArray, degree: int) -> FloatArray:
+        """The control values in a higher degree."""
 
 
 @dataclass(frozen=True)
 class BezierDirection:
-    """A direction in which nets are Bézier nets, along the axis `axis` of their arrays."""
+    """A direction in which nets are Bézier nets."""
 
     axis: int
     degree: int
 
-    @property
-    def length(self) -> int:
-        """The number of control points along the axis."""
-        return self.degree + 1
+    def count(self, degree: int) -> int:
+        """The number of control points along the axis, in this degree."""
+        return degree + 1
 
-    def step(self, values: FloatArray) -> tuple["BezierDirection", FloatArray]:
-        """The direction and the control values (…, d) in one degree more."""
-        raised = BezierDirection(self.axis, self.degree + 1)
+    def estimate(self, values: FloatArray, degree: int) -> FloatArray:
+        """`elevate` with other rounding, in less time."""
+        return _multiply(elevation_matrix(self.degree, degree), values, self.axis)
 
-        def change(rows: FloatArray) -> FloatArray:
-            return polynomials.elevate((rows, None), raised.degree)[0]
-
-        return raised, _change_along(values, self.axis, raised.length, change)
+    def elevate(self, values: FloatArray, degree: int) -> FloatArray:
+        """The control values (…, d) in a higher degree; those of reversed nets are reversed."""
+        return _change_along(
+            values, self.axis, degree + 1, lambda rows: polynomials.elevate((rows, None), degree)[0]
+        )
 
 
 @dataclass(frozen=True)
 class TriangleDirection:
-    """The degree of triangular nets, whose control points are the axis `axis`."""
+    """The degree of triangular nets, whose control points are one axis."""
 
     axis: int
     degree: int
 
-    @property
-    def length(self) -> int:
+    def count(self, degree: int) -> int:
         """The number of control points of a triangle."""
-        return triangle.count_points(self.degree)
+        return triangle.count_points(degree)
 
-    def step(self, values: FloatArray) -> tuple["TriangleDirection", FloatArray]:
-        """The direction and the control values (…, d) in one degree more."""
-        raised = TriangleDirection(self.axis, self.degree + 1)
+    def estimate(self, values: FloatArray, degree: int) -> FloatArray:
+        """`elevate` with other rounding, in less time."""
+        if self.degree > MAX_TRIANGLE:
+            return self.elevate(values, degree)
+        return _multiply(triangle.elevation_shares(self.degree, degree), values, self.axis)
 
-        def change(rows: FloatArray) -> FloatArray:
-            return triangle.elevate((rows, None), raised.degree)[0]
-
-        return raised, _change_along(values, self.axis, raised.length, change)
+    def elevate(self, values: FloatArray, degree: int) -> FloatArray:
+        """The control values (…, d) in a higher degree."""
+        return _change_along(
+            values,
+            self.axis,
+            self.count(degree),
+            lambda rows: triangle.elevate((rows, None), degree)[0],
+        )
 
 
 @dataclass(frozen=True)
 class SplineDirection:
-    """A direction in which a net is a B-spline; it is clamped from the first step on.
+    """A direction in which a net is a B-spline; it is clamped where its degree is higher.
 
     Attributes
     ----------
@@ -119,70 +127,71 @@ class SplineDirection:
     knots: FloatArray
     is_periodic: bool = False
 
-    @property
-    def length(self) -> int:
-        """The number of control points along the axis, with those that are repeated."""
-        return len(self.knots) - self.degree - 1
+    def count(self, degree: int) -> int:
+        """The number of control points along the axis, in this degree."""
+        return len(self.raise_knots(degree)) - degree - 1
 
-    def step(self, values: FloatArray) -> tuple["SplineDirection", FloatArray]:
-        """The direction and the control values (…, d) in one degree more."""
-        p, domain = self.degree, knot.domain(self.knots, self.degree)
-        target = raise_knots(self.knots, p, p + 1, *domain)
-        index, shares = find_refinement(self.knots, p, target, p + 1)
+    def raise_knots(self, degree: int) -> FloatArray:
+        """The knots in a higher degree, or the same."""
+        if degree == self.degree:
+            return self.knots
+        domain = knot.domain(self.knots, self.degree)
+        return raise_knots(self.knots, self.degree, degree, *domain)
+
+    def estimate(self, values: FloatArray, degree: int) -> FloatArray:
+        """As `elevate`."""
+        return self.elevate(values, degree)
+
+    def elevate(self, values: FloatArray, degree: int) -> FloatArray:
+        """The control values (…, d) in a higher degree."""
+        target = self.raise_knots(degree)
+        index, shares = find_refinement(self.knots, self.degree, target, degree)
         if self.is_periodic:
-            values = knot.wrap_points(values, p, self.axis)
+            values = knot.wrap_points(values, self.degree, self.axis)
 
         def change(rows: FloatArray) -> FloatArray:
             return close_rows(combine(rows, None, index, shares), (rows, None), index, shares)[0]
 
-        raised = SplineDirection(self.axis, p + 1, target)
-        return raised, _change_along(values, self.axis, raised.length, change)
+        return _change_along(values, self.axis, len(target) - degree - 1, change)
 
 
 @dataclass(frozen=True)
 class Raising:
-    """How a net is raised: the numbers of the directions, step after step, and what results.
+    """How nets are raised: the directions, and a degree for each, which may be the same."""
 
-    Attributes
-    ----------
-    start, directions : sequence of Direction
-        The directions before and after all steps.
-    steps : tuple of int
-    weights : ndarray of float64, shape (…, 1)
-        The weights after all steps.
-    """
-
-    start: Sequence[Direction]
     directions: Sequence[Direction]
-    steps: tuple[int, ...]
-    weights: FloatArray
+    degrees: Degrees
 
     @property
     def point_count(self) -> int:
-        """The number of control points of one net after all steps."""
-        return count_net_points(self.directions)
+        """The number of control points of one net in the new degrees."""
+        return count_net_points(self.directions, self.degrees)
 
     def apply(self, values: FloatArray) -> FloatArray:
         """Control values (…, d) in the new degrees."""
-        directions = list(self.start)
-        for number in self.steps:
-            checkpoint()
-            directions[number], values = directions[number].step(values)
+        for direction, degree in zip(self.directions, self.degrees, strict=True):
+            if degree > direction.degree:
+                values = direction.elevate(values, degree)
         return values
 
 
-def find_raising(
+def count_net_points(directions: Sequence[Direction], degrees: Degrees) -> int:
+    """The number of control points of one net with these degrees."""
+    return prod(each.count(n) for each, n in zip(directions, degrees, strict=True))
+
+
+def find_degrees(
     weights: FloatArray,
     directions: Sequence[Direction],
     floor: float,
     highest: int,
-    fits: Callable[[Sequence[Direction]], bool],
-) -> Raising:
-    """The steps after which all weights are at least `floor`, as far as the limits allow.
+    fits: Callable[[Degrees], bool],
+) -> tuple[Degrees, bool]:
+    """The degrees in which all weights are at least `floor`, as far as the limits allow.
 
-    Each step raises the direction after which the smaller part of the weights is below `floor`, or
-    both directions if they are equally good. A net that needs the u direction alone gets no higher
-    degree along v, and a transposed net gets transposed degrees.
+    One degree, or all, are raised by the same number, and then each is lowered as far as the
+    weights allow. The net with the fewest control points is taken; if there are several, that with
+    the highest degree of each direction. So a transposed net gets transposed degrees.
 
     Parameters
     ----------
@@ -193,32 +202,72 @@ def find_raising(
     highest : int
         The highest degree.
     fits : callable
-        Whether nets with these directions are small enough.
+        Whether nets of these degrees are small enough.
 
     Returns
     -------
-    Raising
-        Its weights are not all at least `floor` if a limit was met.
+    degrees : tuple of int
+    is_enough : bool
+        Whether all weights are at least `floor` in these degrees; if not, they are the highest.
     """
-    state, steps = list(directions), list[int]()
-    while (weights < floor).any():
+    start = tuple(each.degree for each in directions)
+
+    def is_enough(degrees: Degrees) -> bool:
         checkpoint()
-        trials = {}
-        for number, direction in enumerate(state):
-            if direction.degree < highest:
-                raised, values = direction.step(weights)
-                trials[number] = raised, values, np.count_nonzero(values < floor) / values.size
-        least = min((share for *_, share in trials.values()), default=0.0)
-        chosen = [number for number, (*_, share) in trials.items() if share <= least]
-        after = [trials[n][0] if n in chosen else each for n, each in enumerate(state)]
-        if not chosen or not fits(after):
-            break
-        weights = trials[chosen[0]][1]
-        for number in chosen[1:]:
-            weights = state[number].step(weights)[1]
-        state = after
-        steps += chosen
-    return Raising(directions, state, tuple(steps), weights)
+        values = weights
+        for each, degree in zip(directions, degrees, strict=True):
+            if degree > each.degree:
+                values = each.estimate(values, degree)
+        return bool((values >= floor).all())
+
+    def lower(degrees: Degrees, order: Sequence[int]) -> Degrees:
+        for k in order:
+
+            def replaced(n: int, k: int = k, degrees: Degrees = degrees) -> Degrees:
+                return (*degrees[:k], n, *degrees[k + 1 :])
+
+            first = _find_first(start[k], degrees[k], lambda n: is_enough(replaced(n)))
+            degrees = replaced(first)
+        return degrees
+
+    numbers = range(len(start))
+    found, last = dict[Degrees, int](), start
+    for raised in dict.fromkeys([*((k,) for k in numbers), tuple(numbers)]):
+
+        def raise_by(by: int, raised: Degrees = raised) -> Degrees:
+            return tuple(
+                max(n, min(n + by, highest)) if k in raised else n for k, n in enumerate(start)
+            )
+
+        room = highest - min(start[k] for k in raised)
+        most = _find_first(1, room + 1, lambda by: not fits(raise_by(by))) - 1
+        by = _find_first(1, most + 1, lambda by: is_enough(raise_by(by)))
+        if by <= most:
+            for order in permutations(raised):
+                degrees = lower(raise_by(by), order)
+                found[degrees] = count_net_points(directions, degrees)
+        elif len(raised) == len(start):
+            last = raise_by(most)
+    least = [degrees for degrees, count in found.items() if count == min(found.values())]
+    if len(least) > 1:  # the higher of both degrees in each direction
+        highest_of_all = tuple(map(max, zip(*least, strict=True)))
+        least = [highest_of_all] if fits(highest_of_all) else sorted(least)
+    return (least[0], True) if least else (last, False)
+
+
+def _find_first(low: int, high: int, is_true: Callable[[int], bool]) -> int:
+    """The least number from `low` on for which a monotone statement is true, or `high`.
+
+    Mostly none is, so the last number is tried first.
+    """
+    if low >= high or not is_true(high - 1):
+        return high
+    return low + bisect_left(range(low, high - 1), True, key=is_true)
+
+
+def _multiply(matrix: FloatArray, values: FloatArray, axis: int) -> FloatArray:
+    """The values with the matrix applied along one axis."""
+    return np.moveaxis(np.tensordot(matrix, values, axes=(1, axis)), 0, axis)
 
 
 def _change_along(

@@ -19,6 +19,7 @@ import numpy as np
 from service.bases.affine_combination import combine
 from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import elevation_matrix
+from service.bases.cache import BASES
 from service.bases.polynomials import Net
 
 
@@ -112,6 +113,26 @@ def elevate(net: Net, degree: int) -> Net:
         index[shares == 0] = 0
         points, weights = combine(points, weights, index, shares / (n + 1))
     return points, weights
+
+
+def elevation_shares(low: int, high: int) -> FloatArray:
+    """The matrix of degree elevation from `low` to `high`: rows are new control points.
+
+        E_IJ = C(i, i′) C(j, j′) C(k, k′) / C(high, low),   I = (i, j, k), J = (i′, j′, k′)
+
+    It is cached and read-only.
+    """
+
+    def build() -> FloatArray:
+        binomials = np.array(
+            [[float(comb(n, k)) for k in range(high + 1)] for n in range(high + 1)]
+        )
+        shares = np.full((count_points(high), count_points(low)), 1 / comb(high, low))
+        for new, old in zip(exponents(high), exponents(low), strict=True):
+            shares *= binomials[new[:, np.newaxis], old]
+        return shares
+
+    return BASES.array(("triangle elevation", low, high), build)
 
 
 def split(net: Net, point: tuple[float, float, float]) -> tuple[Net, Net, Net]:

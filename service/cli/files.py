@@ -18,6 +18,12 @@ _FIELD_FLAGS = (
     flag("--type", "bezier, bspline, patches", "KIND"),
     flag("--degree", "degree of a bspline (3)", "P|P,Q"),
     flag("--knots", "clamped (default), uniform, periodic", "K|K,K"),
+    flag(
+        "--homogeneous",
+        "points of four numbers in .npy are [w x, w y, w z, w]",
+        action="store_const",
+        const="true",
+    ),
     flag("--up", "y or z; default: y, of a CAD file z", "AXIS"),
     flag("--name", "name of the surface", "NAME"),
     flag("--invalid-faces", "of a CAD file: skip (default) or refuse", "HOW"),

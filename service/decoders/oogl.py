@@ -69,8 +69,8 @@ def decode(content: bytes, kind: str | None, max_points: int) -> Tree:
     MalformedBody
         The text is not an OOGL file, or has other objects.
     InvalidRequest
-        A number is not finite, a weight is not positive, or the file has more than `max_points`
-        control points.
+        A number is not finite, a weight of a corner is not positive, or the file has more than
+        `max_points` control points.
     """
     check_kind(kind, KINDS)
     if not content.isascii() or b"\0" in content:
@@ -197,8 +197,8 @@ class _Reader:
         self.groups.setdefault(key, []).append((form, numbers))
 
     def _check_weights(self, form: Form, numbers: FloatArray, start: int) -> None:
-        """Refuse weights that are not positive; the numbers begin at `text[start]`."""
-        weight_columns = form.weight_numbers()
+        """Refuse corners whose weight is not positive; the numbers begin at `text[start]`."""
+        weight_columns = form.corner_weights()
         is_wrong = numbers[:, weight_columns] <= 0
         if not is_wrong.any():
             return
@@ -208,7 +208,8 @@ class _Reader:
         raise InvalidRequest(
             Issue(
                 "weight_not_positive",
-                f"A weight must be above zero: the last of four numbers (line {line}).",
+                "The weight of a corner must be above zero: the last of four numbers (line "
+                f"{line}).",
                 "",
                 "zero or less",
                 "a positive number",

@@ -1,6 +1,7 @@
 """Converts the Bézier patches of an OOGL file to surfaces, grouped by degree, uvs and colours.
 
-Among control points, u varies fastest. Points with 4 numbers are homogeneous, (wx, wy, wz, w).
+Among control points, u varies fastest. Points with 4 numbers are homogeneous, (wx, wy, wz, w), and
+w may be 0 where it is not a corner.
 Texture coordinates and colours are those of the corners (u, v) = (0, 0), (1, 0), (0, 1) and (1, 1)
 of a patch; between the corners they are interpolated bilinearly.
 """
@@ -48,27 +49,29 @@ class Form:
         # 4 corners with 2 texture coordinates each, and with 4 components of a colour each.
         return self.coordinate_count + 8 * self.has_uvs + 16 * self.has_colors
 
-    def weight_numbers(self) -> range:
-        """The indices of the weights among the numbers of a patch; empty without weights."""
-        return range(3, self.coordinate_count, 4) if self.dimension == 4 else range(0)
+    def corner_weights(self) -> list[int]:
+        """The indices of the weights of corners among the numbers of a patch, if it has any."""
+        if self.dimension == 3:
+            return []
+        p, q = self.degree
+        return [4 * (j * (p + 1) + i) + 3 for j in (0, q) for i in (0, p)]
 
 
 Group: TypeAlias = list[tuple[Form, FloatArray]]
 """Patches of one degree, all with or without uvs, and colours: for each object of a file its form,
-and the numbers (P, form.number_count) of its patches. Some may have weights, which are positive."""
+and the numbers (P, form.number_count) of its patches. Some may have weights."""
 
 
 def build_surface(group: Group) -> Tree:
     """The document of a surface of patches of one degree; each patch has vertices of its own."""
     form, _ = group[0]
     p, q = form.degree
-    nets, weights = zip(*(_split_points(*item) for item in group), strict=True)
-    points = np.concatenate(nets)
-    indices = np.arange(points.shape[0] * points.shape[1]).reshape(-1, q + 1, p + 1)
-    tree: Tree = {"type": "patches", "vertices": points.reshape(-1, 3)}
-    tree["patches"] = indices.swapaxes(1, 2)
-    if any(form.dimension == 4 for form, _ in group):
-        tree["weights"] = np.concatenate(weights).ravel()
+    dimension = max(form.dimension for form, _ in group)
+    points = np.concatenate([_take_points(*item, dimension) for item in group])
+    indices = np.arange(len(points)).reshape(-1, q + 1, p + 1)
+    tree: Tree = {"type": "patches", "vertices": points, "patches": indices.swapaxes(1, 2)}
+    if dimension == 4:
+        tree["homogeneous"] = True
     if form.has_uvs:
         corners = [n[:, f.coordinate_count :][:, :8].reshape(-1, 4, 2) for f, n in group]
         tree["uvs"] = _blend_corners(np.concatenate(corners), form.degree)
@@ -78,15 +81,12 @@ def build_surface(group: Group) -> Tree:
     return tree
 
 
-def _split_points(form: Form, numbers: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The control points (P, K, 3) and weights (P, K) of patches of one form."""
-    coordinates = numbers[:, : form.coordinate_count]
-    points = coordinates.reshape(-1, form.point_count, form.dimension)
-    if form.dimension == 3:
-        return points, np.ones(points.shape[:2])
-    # Overflow gives infinite values, which the checks of the surface refuse later.
-    with np.errstate(over="ignore"):
-        return points[..., :3] / points[..., 3:], points[..., 3]
+def _take_points(form: Form, numbers: FloatArray, dimension: int) -> FloatArray:
+    """The control points (N, dimension) of patches of one form; points without a weight have 1."""
+    points = numbers[:, : form.coordinate_count].reshape(-1, form.dimension)
+    if form.dimension == dimension:
+        return points
+    return np.concatenate([points, np.ones((len(points), 1))], axis=1)
 
 
 def _blend_corners(corners: FloatArray, degree: tuple[int, int]) -> FloatArray:

@@ -43,10 +43,12 @@ NET_DECODERS: tuple[Decoder, ...] = (
         " either order of axes. An array (p+1, q+1, 3) is one control net: of a Bézier patch or, "
         "with `type=bspline`, of a B-spline. An array (P, p+1, q+1, 3) is P Bézier patches, which "
         "meet where their control points are equal. If a point has 4 numbers, the last is its "
-        "weight; the other three are not multiplied by the weight. Errors have pointers into the "
+        "weight; the other three are not multiplied by the weight, unless `homogeneous=true` says "
+        "so. Errors have pointers into the "
         "equivalent JSON document: `/surface/control_net/i/j/k` for one net, and "
         "`/surface/vertices/n/k` for the n-th point of several patches.",
         memory_factor=8,  # patches of float32 take 7.7: as float64, with their indices
+        fields=("type", "degree", "knots", "homogeneous", "up", "name"),
     ),
     Decoder(
         name="oogl",
@@ -58,9 +60,9 @@ NET_DECODERS: tuple[Decoder, ...] = (
         decode=_net(oogl.decode),
         about="A BEZ or BBP object of OOGL, or a LIST of these, in ASCII: any number of Bézier "
         "patches. Among control points, u varies fastest; a point with 4 numbers is (wx, wy, wz, "
-        "w). Texture coordinates and colours of the corners are read; lines and appearances are "
-        "skipped. Patches of several degrees become a `group`. Errors name the line. The service "
-        "reads the files that it writes with `oogl=bez`.",
+        "w), a direction if w is 0. Texture coordinates and colours of the corners are read; lines "
+        "and appearances are skipped. Patches of several degrees become a `group`. Errors name "
+        "the line. The service reads the files that it writes with `oogl=bez`.",
         memory_factor=24,  # a LIST of objects with one patch each takes 21
         example=(
             "A quarter of a cylinder, exactly: degrees (2, 1), weights",

@@ -33,7 +33,6 @@ from service.schemas.raising import (
     least_of_triangles,
     plan_net,
 )
-from service.schemas.validation import limits_of
 from service.surface.bezier import BezierSurface, TriangleSurface
 
 CONTROL_NET = NumberGrid(
@@ -60,7 +59,8 @@ class BezierNet(RationalModel):
     )
     homogeneous: Homogeneous = False
     control_net: Annotated[FloatArray, CONTROL_NET] = Field(
-        description="Control points [x, y, z], or [x, y] in the plane z = 0, row by row. Rows "
+        description="Control points [x, y, z], or [x, y] in the plane z = 0, row by row; "
+        "[w x, w y, w z, w] if they are `homogeneous`. Rows "
         "follow each other along u, points in a row along v; rows have equal lengths. At least "
         "2 × 2 points; every coordinate is finite and within single precision.",
         examples=[[[[0, 0, 0], [0, 1, 1], [0, 2, 0]], [[1, 0, 1], [1, 1, 2], [1, 2, 1]]]],
@@ -71,7 +71,7 @@ class BezierNet(RationalModel):
 
     @model_validator(mode="after")
     def _check(self, info: ValidationInfo) -> Self:
-        return self.prepare(limits_of(info))
+        return self.prepare(info) if self.homogeneous or self.weights is not None else self
 
     def _plan(self, limits: DocumentLimits) -> Raising | None:
         weights = find_weights(self.control_net, self.weights, is_homogeneous=self.homogeneous)
@@ -88,7 +88,7 @@ class BezierNet(RationalModel):
 
     def divided(self) -> Self:
         """The net with points and positive weights."""
-        if self.raising is None:
+        if (not self.homogeneous and self.weights is None) or self.raising is None:
             return self
         values = lift(self.control_net, self.weights, is_homogeneous=self.homogeneous)
         points, weights = divide(self.raising.apply(values))
@@ -152,11 +152,11 @@ class TriangleDefinition(RationalModel):
     type: Literal["triangle"] = Field(description="The kind of surface.")
     homogeneous: Homogeneous = False
     control_net: Annotated[FloatArray, TRIANGLE_NET] = Field(
-        description="Control points [x, y, z], or [x, y] in the plane z = 0, row by row. Each row "
-        "has one point less than the row before. At least two rows; every coordinate is finite and "
-        "within single precision. "
-        "Seen from the side to which the normal points, each row goes from left to right, and "
-        "is above the row before.",
+        description="Control points [x, y, z], or [x, y] in the plane z = 0, row by row; "
+        "[w x, w y, w z, w] if they are `homogeneous`. Each row has one point "
+        "less than the row before. At least two rows; every coordinate is finite and within single "
+        "precision. Seen from the side to which the normal points, each row goes from left to "
+        "right, and is above the row before.",
         examples=[[[[0, 0, 0], [1, 0, 1], [2, 0, 0]], [[0, 1, 1], [1, 1, 1]], [[0, 2, 0]]]],
     )
     weights: Annotated[FloatArray | None, TRIANGLE_WEIGHTS, SURFACE_WEIGHTS] = Field(
@@ -173,7 +173,7 @@ class TriangleDefinition(RationalModel):
 
     @model_validator(mode="after")
     def _check(self, info: ValidationInfo) -> Self:
-        return self.prepare(limits_of(info))
+        return self.prepare(info) if self.homogeneous or self.weights is not None else self
 
     def _plan(self, limits: DocumentLimits) -> Raising | None:
         weights = find_weights(self.control_net, self.weights, is_homogeneous=self.homogeneous)
@@ -192,7 +192,7 @@ class TriangleDefinition(RationalModel):
 
     def divided(self) -> Self:
         """The triangle with points and positive weights."""
-        if self.raising is None:
+        if (not self.homogeneous and self.weights is None) or self.raising is None:
             return self
         values = lift(self.control_net, self.weights, is_homogeneous=self.homogeneous)
         points, weights = divide(self.raising.apply(values))

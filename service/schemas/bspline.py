@@ -36,7 +36,7 @@ from service.schemas.homogeneous import (
 )
 from service.schemas.raising import (
     plan_spline,
-    raised_spline,
+    raised_knots,
 )
 from service.schemas.validation import limits_of, to_invalid, wrong_type
 from service.surface.bspline import BsplineSurface
@@ -138,7 +138,8 @@ class BsplineNet(RationalModel):
     type: Literal["bspline"] = Field(description="The kind of surface.")
     homogeneous: Homogeneous = False
     control_net: Annotated[FloatArray, SPLINE_NET] = Field(
-        description="Control points [x, y, z], or [x, y] in the plane z = 0, row by row. Rows "
+        description="Control points [x, y, z], or [x, y] in the plane z = 0, row by row; "
+        "[w x, w y, w z, w] if they are `homogeneous`. Rows "
         "follow each other along u, points in a row along v; rows have equal lengths. At least "
         "degree + 1 points in each direction (3 in a periodic direction); every coordinate is "
         "finite and within single precision.",
@@ -177,7 +178,7 @@ class BsplineNet(RationalModel):
     @model_validator(mode="after")
     def _check(self, info: ValidationInfo) -> Self:
         check_degree_limits(self.degree, info)
-        return self.prepare(limits_of(info))
+        return self.prepare(info) if self.homogeneous or self.weights is not None else self
 
     def _plan(self, limits: DocumentLimits) -> Raising | None:
         weights = find_weights(self.control_net, self.weights, is_homogeneous=self.homogeneous)
@@ -192,8 +193,12 @@ class BsplineNet(RationalModel):
             return self
         values = lift(self.control_net, self.weights, is_homogeneous=self.homogeneous)
         points, weights = divide(self.raising.apply(values))
-        degree, knots = raised_spline(self.raising, self.knots)
-        return self.replaced(control_net=points, weights=weights, degree=degree, knots=knots)
+        return self.replaced(
+            control_net=points,
+            weights=weights,
+            degree=self.raising.degrees,
+            knots=raised_knots(self.raising, self.knots),
+        )
 
 
 class BsplineDefinition(BsplineNet):

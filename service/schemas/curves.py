@@ -39,9 +39,9 @@ from service.schemas.raising import (
     least_of_curve,
     plan_net,
     plan_spline,
-    raised_spline,
+    raised_knots,
 )
-from service.schemas.validation import limits_of, to_invalid, to_refusal
+from service.schemas.validation import to_invalid, to_refusal
 from service.surface.checks import MAX_DEGREE
 from service.surface.curve import BezierCurve, BsplineCurve, Curve
 
@@ -72,7 +72,8 @@ class BezierCurveDefinition(RationalModel):
     )
     homogeneous: Homogeneous = False
     control_points: Annotated[FloatArray, BEZIER_POINTS] = Field(
-        description="The control polygon: at least two points, all [x, y] or all [x, y, z].",
+        description="The control polygon: at least two points, all [x, y] or all [x, y, z]; "
+        "[w x, w y, w] or [w x, w y, w z, w] if they are `homogeneous`.",
         examples=[[[0, 0, 0], [1, 2, 0], [3, 2, 1], [4, 0, 1]], [[1, 0], [1, 1], [0, 1]]],
     )
     weights: Weights = Field(default=None, examples=[[1, 0.7071067811865476, 1]])
@@ -81,7 +82,7 @@ class BezierCurveDefinition(RationalModel):
 
     @model_validator(mode="after")
     def _check(self, info: ValidationInfo) -> Self:
-        return self.prepare(limits_of(info))
+        return self.prepare(info) if self.homogeneous or self.weights is not None else self
 
     def _plan(self, limits: DocumentLimits) -> Raising | None:
         weights = find_curve_weights(self)
@@ -121,8 +122,9 @@ class BsplineCurveDefinition(RationalModel):
     type: Literal["bspline"] = Field(description="The kind of curve.")
     homogeneous: Homogeneous = False
     control_points: Annotated[FloatArray, SPLINE_POINTS] = Field(
-        description="The control polygon: at least degree + 1 points, all [x, y] or all [x, y, z]. "
-        "A periodic curve needs at least 3 points, and they are not repeated.",
+        description="The control polygon: at least degree + 1 points, all [x, y] or all [x, y, z]; "
+        "[w x, w y, w] or [w x, w y, w z, w] if they are `homogeneous`. A periodic curve needs at "
+        "least 3 points, and they are not repeated.",
         examples=[[[0, 0], [1, 2], [3, 2], [4, 0], [6, 1]]],
     )
     degree: Annotated[int, Field(ge=1, le=MAX_DEGREE)] = Field(
@@ -144,7 +146,7 @@ class BsplineCurveDefinition(RationalModel):
     @model_validator(mode="after")
     def _check(self, info: ValidationInfo) -> Self:
         check_degree_limits((self.degree,), info)
-        return self.prepare(limits_of(info))
+        return self.prepare(info) if self.homogeneous or self.weights is not None else self
 
     def _plan(self, limits: DocumentLimits) -> Raising | None:
         weights = find_curve_weights(self)
@@ -159,7 +161,7 @@ class BsplineCurveDefinition(RationalModel):
             return self
         values = lift(self.control_points, self.weights, is_homogeneous=self.homogeneous)
         points, weights = divide(self.raising.apply(values))
-        (degree,), (knots,) = raised_spline(self.raising, (self.knots,))
+        (degree,), (knots,) = self.raising.degrees, raised_knots(self.raising, (self.knots,))
         return self.replaced(control_points=points, weights=weights, degree=degree, knots=knots)
 
     def to_curve(self) -> BsplineCurve:
@@ -175,15 +177,16 @@ def find_curve_weights(
 ) -> FloatArray | None:
     """`find_weights` of a curve, whose homogeneous points have three or four numbers."""
     points = curve.control_points
+    weights = find_weights(points, curve.weights, is_homogeneous=curve.homogeneous)
     if curve.homogeneous and points.shape[-1] not in (3, 4):
         message = (
-            "Homogeneous control points are [w x, w y, w] in the plane, [w x, w y, w z, w] else."
+            "Homogeneous control points are [w x, w y, w] in the plane, and [w x, w y, w z, w] in "
+            "space."
         )
-        got, needed = count_nouns(points.shape[-1], "numbers"), "3 or 4 numbers"
-        raise to_refusal(
-            [(("control_points",), Issue("wrong_dimension", message, "", got, needed))]
-        )
-    return find_weights(points, curve.weights, is_homogeneous=curve.homogeneous)
+        got = count_nouns(points.shape[-1], "numbers")
+        issue = Issue("wrong_dimension", message, "", got, "3 or 4 numbers")
+        raise to_refusal([(("control_points",), issue)])
+    return weights
 
 
 CurveDefinition = TypeAliasType(

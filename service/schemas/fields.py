@@ -220,11 +220,12 @@ Color: TypeAlias = Annotated[
 """Red, green, blue and, as an optional fourth number, opacity; sRGB."""
 
 SURFACE_WEIGHTS = Field(
-    description="One positive weight for every control point, in the same rows. Left out, the "
-    "surface is polynomial."
+    description="One weight for every control point, in the same rows: positive, or 0 for a point "
+    "that does not pull and is no corner. Left out, the surface is polynomial."
 )
 CURVE_WEIGHTS = Field(
-    description="One positive weight for every control point. Left out, the curve is polynomial."
+    description="One weight for every control point: positive, or 0 for one that does not pull and "
+    "is no end. Left out, the curve is polynomial."
 )
 
 MetresPerUnit: TypeAlias = Annotated[

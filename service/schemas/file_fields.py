@@ -9,6 +9,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
 from service.errors import InvalidRequest, Issue, MalformedJson
 from service.schemas.document import parse_document
 from service.schemas.query import option_values, pair_from_text
@@ -19,6 +21,8 @@ FIELDS: Mapping[str, str] = MappingProxyType(
         "degree": "Degree of a `bspline`: one number, or one for u and one for v.",
         "knots": "Knots of a `bspline`: `clamped`, `uniform` or `periodic`, or a name for u and "
         "one for v.",
+        "homogeneous": "Whether points of four numbers in an array of NumPy are homogeneous, "
+        "[w x, w y, w z, w]: `true`, or `false`, the default: [x, y, z, weight].",
         "up": "The model's vertical axis, `y` or `z`. A CAD file has `z`, unless this says `y`.",
         "name": "Name of the surface. A CAD file has names of its own; this is that of the whole.",
         "invalid_faces": "Whether an invalid face of a CAD file is left out and listed in the "
@@ -26,6 +30,8 @@ FIELDS: Mapping[str, str] = MappingProxyType(
     }
 )
 """Descriptions of the fields by name, for the documentation."""
+
+_TRUTH_VALUES = MappingProxyType({"true": True, "false": False})
 
 OPERATIONS = "operations"
 """The field of a conversion that a query has as JSON."""
@@ -84,19 +90,24 @@ def check_fields(names: Iterable[str], known: Sequence[str]) -> None:
         `unknown_field`; the pointer is `/` and the name.
     """
     needed = "one of " + ", ".join(known)
-    issues = []
-    for name in names:
-        if name not in known:
-            message = "This file says itself what its surfaces are; this field is for control nets."
-            got = "a field for files of control points"
-            if name == "invalid_faces":
-                message = (
-                    "Only a CAD file has faces that may be invalid; this file has whole surfaces."
-                )
-                got = "a field for CAD files"
-            issues.append(Issue("unknown_field", message, f"/{name}", got, needed))
+    issues = [
+        Issue("unknown_field", *_explain(name), needed) for name in names if name not in known
+    ]
     if issues:
         raise InvalidRequest(*issues)
+
+
+def _explain(name: str) -> tuple[str, str, str]:
+    """Message, pointer and got of the issue for a field that a file does not take."""
+    message = "This file says itself what its surfaces are; this field is for control nets."
+    got = "a field for files of control points"
+    if name == "homogeneous":
+        message = "Other files than arrays of NumPy say themselves what the numbers of a point are."
+        got = "a field for .npy files"
+    elif name == "invalid_faces":
+        message = "Only a CAD file has faces that may be invalid; this file has whole surfaces."
+        got = "a field for CAD files"
+    return message, f"/{name}", got
 
 
 def surface_fields(texts: Mapping[str, str]) -> dict[str, object]:
@@ -118,6 +129,8 @@ def add_fields(
     """
     if is_cad:
         return _replace_fields(surface, fields)
+    if fields.get("homogeneous") is True and "weights" in surface:
+        surface = _join_weights(surface)
     if surface["type"] == "group" and "up" in fields:
         members = [
             member | {"surface": member["surface"] | {"up": fields["up"]}}
@@ -125,6 +138,13 @@ def add_fields(
         ]
         surface = surface | {"members": members}
     return {**fields, **surface}
+
+
+def _join_weights(surface: dict[str, Any]) -> dict[str, Any]:
+    """The surface of an array whose fourth numbers were read as weights, as homogeneous points."""
+    name = "vertices" if surface["type"] == "patches" else "control_net"
+    points = np.concatenate([surface[name], surface["weights"][..., np.newaxis]], axis=-1)
+    return {key: value for key, value in surface.items() if key != "weights"} | {name: points}
 
 
 def _replace_fields(surface: dict[str, Any], fields: Mapping[str, object]) -> dict[str, Any]:
@@ -160,4 +180,6 @@ def _set(surface: dict[str, Any], fields: Mapping[str, object]) -> dict[str, Any
 def _parse_value(name: str, text: str) -> object:
     if name == "degree":
         return pair_from_text(text)
+    if name == "homogeneous":
+        return _TRUTH_VALUES.get(text, text)
     return text.split(",") if name == "knots" and "," in text else text

@@ -10,14 +10,14 @@ from abc import abstractmethod
 from typing import Annotated, Any, Self, TypeAlias
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, ValidationInfo
 
 from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import FloatArray
 from service.errors import Issue
 from service.schemas.document import DocumentLimits
 from service.schemas.fields import StrictModel
-from service.schemas.validation import to_refusal
+from service.schemas.validation import limits_of, to_refusal
 from service.surface.checks import USUAL_EXPONENT
 
 Homogeneous: TypeAlias = Annotated[
@@ -35,9 +35,9 @@ Homogeneous: TypeAlias = Annotated[
 class PlannedModel(StrictModel):
     """The base of models of control points that may have weights."""
 
-    def prepare(self, limits: DocumentLimits) -> Self:
+    def prepare(self, info: ValidationInfo) -> Self:
         """Find and keep how the net is raised; raises `ValidationError` if it cannot be."""
-        self.__dict__["_raising"] = self._plan(limits)
+        self.__dict__["_raising"] = self._plan(limits_of(info))
         return self
 
     @abstractmethod

@@ -88,7 +88,7 @@ class PatchesDefinition(PlannedModel):
     homogeneous: Homogeneous = False
     vertices: Annotated[FloatArray, VERTICES] = Field(
         description="Control points [x, y, z], or [x, y] in the plane z = 0, that the patches "
-        "share.",
+        "share; [w x, w y, w z, w] if they are `homogeneous`.",
         examples=[[[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 1], [2, 0, 0], [2, 1, 0]]],
     )
     weights: Annotated[FloatArray | None, VERTEX_WEIGHTS] = Field(
@@ -130,7 +130,7 @@ class PatchesDefinition(PlannedModel):
 
     @model_validator(mode="after")
     def _check(self, info: ValidationInfo) -> Self:
-        return self.prepare(limits_of(info))
+        return self.prepare(info) if self.homogeneous or self.weights is not None else self
 
     def _plan(self, limits: DocumentLimits) -> RaisedPatches | None:
         weights = find_weights(self.vertices, self.weights, is_homogeneous=self.homogeneous)

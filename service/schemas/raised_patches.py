@@ -83,7 +83,8 @@ class RaisedPatches:
         parts = np.split(numbers, np.cumsum([form.point_count for form in self.forms])[:-1])
         grids, triangles = dict[int, NDArray[np.int64]](), self.triangles
         for form, part in zip(self.forms, parts, strict=True):
-            lengths = [direction.length for direction in form.raising.directions]
+            pairs = zip(form.raising.directions, form.raising.degrees, strict=True)
+            lengths = [direction.count(degree) for direction, degree in pairs]
             indices = part.reshape(-1, *lengths).astype(np.int64, copy=False)
             if len(lengths) == 1:
                 triangles = indices

@@ -12,11 +12,12 @@ from service.bases.bernstein import bernstein
 from service.bases.extraction import extract_bezier_points
 from service.bases.raising import (
     BezierDirection,
+    Degrees,
     Direction,
     Raising,
     SplineDirection,
     count_net_points,
-    find_raising,
+    find_degrees,
 )
 from service.bases.row_batches import row_slices
 from service.errors import InvalidRequest, Issue, count_nouns
@@ -71,9 +72,9 @@ def plan_net(
         A weight of a corner is not positive, or the weight function vanishes, or the net would have
         too high a degree or too many control points.
     """
-    values = weights[..., np.newaxis]
+    start = tuple(direction.degree for direction in directions)
     if (weights > 0).all():
-        return Raising(directions, directions, (), values)
+        return Raising(directions, start)
     if corners:
         raise to_refusal((path, _corner_issue()) for path in corners)
     # A weight that is positive by rounding alone would be refused after dividing.
@@ -83,16 +84,17 @@ def plan_net(
     if least < floor:
         raise to_refusal([((), _vanishing_issue(least, place))])
 
-    def fits(after: Sequence[Direction]) -> bool:
-        return copies * count_net_points(after) + others <= limits.max_control_points
+    def fits(degrees: Degrees) -> bool:
+        count = copies * count_net_points(directions, degrees) + others
+        return count <= limits.max_control_points
 
-    raising = find_raising(values, directions, floor, limits.max_degree, fits)
-    if (raising.weights < floor).any():
-        degrees = [direction.degree for direction in raising.directions]
-        if min(degrees) < limits.max_degree:
-            raise to_refusal([((), _size_issue(degrees, limits))])
+    values, highest = weights[..., np.newaxis], limits.max_degree
+    degrees, is_enough = find_degrees(values, directions, floor, highest, fits)
+    if not is_enough and min(degrees) < highest:
+        raise to_refusal([((), _size_issue(degrees, limits))])
+    if not is_enough:
         raise to_refusal([((), _degree_issue(least, place, limits))])
-    return raising
+    return Raising(directions, degrees)
 
 
 def least_of_patches(nets: FloatArray, numbers: Sequence[int] = ()) -> Least:
@@ -164,16 +166,14 @@ def plan_spline(
     )
 
 
-def raised_spline(
-    raising: Raising, knots: Sequence[Knots]
-) -> tuple[tuple[int, ...], tuple[Knots, ...]]:
-    """Degrees and knots of a raised spline; a direction that is not raised keeps its own."""
-    degrees, vectors = list[int](), list[Knots]()
-    for old, new, own in zip(raising.start, raising.directions, knots, strict=True):
-        degrees.append(new.degree)
-        is_raised = new is not old
-        vectors.append(new.knots if is_raised and isinstance(new, SplineDirection) else own)
-    return tuple(degrees), tuple(vectors)
+def raised_knots(raising: Raising, knots: Sequence[Knots]) -> tuple[Knots, ...]:
+    """The knots of a raised spline; a direction that is not raised keeps its own."""
+    return tuple(
+        each.raise_knots(degree)
+        if isinstance(each, SplineDirection) and degree > each.degree
+        else own
+        for each, degree, own in zip(raising.directions, raising.degrees, knots, strict=True)
+    )
 
 
 def _least_of_spline(weights: FloatArray, directions: Sequence[SplineDirection]) -> Least:

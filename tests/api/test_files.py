@@ -77,6 +77,70 @@ def test_meshes_of_an_array_and_of_json_lists_are_equal(
         assert response.content == expected.content
 
 
+HALF_TUBE = np.array([[[1, 0, z, 1], [0, 1, 0, 0], [-1, 0, z, 1]] for z in (0, 2)], float)
+
+
+@pytest.mark.parametrize("query", ["", "type=bspline&degree=1,2"])
+@pytest.mark.parametrize("dtype", ["<f4", ">f8"])
+def test_homogeneous_points_of_an_array_and_of_json_lists_are_equal(
+    client: Client, query: str, dtype: str
+) -> None:
+    fields = {"type": "bspline", "degree": [1, 2]} if query else {}
+    response = post_file(
+        client, save_array(HALF_TUBE.astype(dtype)), NPY, f"{query}&homogeneous=true"
+    )
+    surface = {"homogeneous": True, "control_net": HALF_TUBE.tolist()} | fields
+    assert response.status_code == 200, response.text
+    assert response.json() == client.post("/v1/mesh", {"surface": surface}).json()
+    several = post_file(client, save_array(HALF_TUBE[np.newaxis]), NPY, "homogeneous=true")
+    assert several.status_code == 200
+    weights = post_file(client, save_array(HALF_TUBE), NPY, f"{query}&homogeneous=false")
+    assert weights.json()["vertices"] != response.json()["vertices"]
+
+
+@pytest.mark.parametrize(
+    ("content", "media_type", "query", "code"),
+    [
+        (save_array(HALF_TUBE), NPY, "homogeneous=1", "wrong_type"),
+        (save_array(HALF_TUBE[..., :3]), NPY, "homogeneous=true", "wrong_dimension"),
+        (b"BEZ113 0 0 0 1 0 0 0 1 0 1 1 0", OOGL, "homogeneous=true", "unknown_field"),
+    ],
+)
+def test_homogeneous_is_refused_beside_other_files(
+    client: Client, content: bytes, media_type: str, query: str, code: str
+) -> None:
+    response = post_file(client, content, media_type, query)
+    assert response.status_code in (400, 422)
+    assert response.json()["errors"][0]["code"] == code
+
+
+def test_answers_are_points_and_positive_weights(client: Client) -> None:
+    """Stored, converted and written as OOGL, the surface has points and weights."""
+    surface = {"homogeneous": True, "control_net": HALF_TUBE.tolist()}
+    stored = client.post("/v1/surfaces", {"surface": surface})
+    answer = client.get(stored.headers["location"]).json()["surface"]
+    assert "homogeneous" not in answer
+    assert np.shape(answer["control_net"]) == (2, 4, 3)
+    assert np.array(answer["weights"]).min() > 0
+    assert client.post("/v1/surfaces", {"surface": answer}).json()["id"] == stored.json()["id"]
+    operations = [{"op": "split", "v": 0.5}]
+    halves = [
+        client.post("/v1/convert", {"surface": each, "operations": operations}).json()
+        for each in (surface, answer)
+    ]
+    assert halves[0] == halves[1]
+    points = [
+        client.post("/v1/points", {"surface": each, "uv": [[0.25, 0.5], [1, 0.125]]}).json()
+        for each in (surface, answer)
+    ]
+    assert points[0] == points[1]
+    written = client.post("/v1/mesh?format=oogl", {"surface": surface, "oogl": "bez"})
+    again = post_file(client, written.content, OOGL, "tolerance=0.001")
+    assert again.status_code == 200
+    positions = np.array(again.json()["vertices"])
+    assert np.hypot(positions[:, 0], positions[:, 1]) == pytest.approx(1, abs=1e-12)
+
+
 def test_patches_of_an_array_with_equal_points_are_welded(client: Client) -> None:
     """An array repeats shared vertices for each patch; the mesh is closed all the same."""
     teapot = find("utah-teapot").surface()

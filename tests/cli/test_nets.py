@@ -26,6 +26,8 @@ def files(tmp_path: Path) -> Path:
     net[..., 0], net[..., 1] = np.indices((5, 6))
     net[..., 2], net[..., 3] = net[..., 0] * net[..., 1] % 3, 1 + net[..., 0] % 2
     np.save(tmp_path / "net.npy", net)
+    half = np.array([[[1, 0, z, 1], [0, 1, 0, 0], [-1, 0, z, 1]] for z in (0, 2)], float)
+    np.save(tmp_path / "half.npy", half)
     np.save(tmp_path / "single.npy", np.asfortranarray(net[..., :3], dtype=">f4"))
     saddle = find("saddle").surface()
     patches = render(saddle, MeshOptions(), BY_NAME["oogl"], EncodeOptions(oogl="bez"))
@@ -46,6 +48,7 @@ SPLINE = ["--type", "bspline", "--degree", "3,2", "--knots", "clamped,periodic",
 FLAGS: dict[str, list[str]] = {
     "net.npy": [],
     "single.npy": ["--up", "z", "--resolution", "2"],
+    "half.npy": ["--homogeneous", "--resolution", "4"],
     "saddle.bez": ["--tolerance", "0.1"],
     "saddle.bbp": [],
     "saddle.oogl": ["--name", "saddle"],
@@ -95,6 +98,8 @@ REFUSALS: list[tuple[list[str], int, str]] = [
     (["net.npy", "--type", "bspline", "--degree", "99"], 1, "--degree: "),
     (["net.npy", "--type", "bspline", "--knots", "none"], 1, "--knots: "),
     (["net.npy", "--knots", "clamped"], 1, "--knots: No field has this name"),
+    (["single.npy", "--homogeneous"], 1, "/surface/control_net/0/0: A homogeneous control point"),
+    (["saddle.bez", "--homogeneous"], 2, "--homogeneous: Other files than arrays of NumPy"),
     (["net.npy", "--up", "x"], 1, "--up: "),
     (["net.npy", "--input-format", "oogl"], 1, "The service reads OOGL as text"),
     (["net.npy", "--input-format", "json"], 1, "The text is not"),

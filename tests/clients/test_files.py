@@ -41,7 +41,7 @@ def test_an_array_sent_by_curl_becomes_a_mesh(server: str, tmp_path: Path) -> No
     assert post_file(url, tmp_path / "net.npy", "application/x-npy") == expected
 
 
-@pytest.mark.parametrize("name", ["teapot.bez", "octant.bez", "pieces/linkB.bez"])
+@pytest.mark.parametrize("name", ["teapot.bez", "octant.bez", "pieces/linkB.bez", "torus.bez"])
 def test_geomview_reads_the_same_patches_from_its_file_and_from_the_response(
     server: str, tmp_path: Path, name: str
 ) -> None:

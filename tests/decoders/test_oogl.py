@@ -1,5 +1,6 @@
 """OOGL patches: files of this service and of Geomview are read; errors name the line."""
 
+import json
 import subprocess
 import tracemalloc
 from contextlib import suppress
@@ -23,6 +24,7 @@ from service.schemas.validation import validate_document
 from service.surface.examples.catalogue import find
 from service.surface.kinds import Surface
 from service.surface.lowered import PatchModel
+from service.surface.patches import PatchSurface
 from tests.clients.geomview import read_oogl
 from tools.programs import find_program
 
@@ -46,10 +48,11 @@ def read_surface(content: bytes) -> Surface:
 
 def read_batch(content: bytes) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
     """Control points (P, p+1, q+1, 3) of the patches in a file; weights (P, p+1, q+1) or None."""
-    document = decode(content, None, MAX_POINTS)
-    weights = document.get("weights")
-    patches = document["patches"]
-    return document["vertices"][patches], None if weights is None else weights[patches]
+    surface = read_surface(content)
+    assert isinstance(surface, PatchSurface)
+    weights, patches = surface.weights, surface.patches
+    assert isinstance(patches, np.ndarray)
+    return surface.vertices[patches], None if weights is None else weights[patches]
 
 
 def lower_example(name: str) -> PatchModel:
@@ -73,6 +76,53 @@ def test_rational_patches_are_decoded_up_to_rounding(name: str) -> None:
     (expected,) = lower_example(name).batches
     np.testing.assert_array_equal(weights, expected.weights)
     np.testing.assert_allclose(points, expected.points, rtol=1e-15, atol=0)
+
+
+def write_bez(nets: Any) -> bytes:
+    """BEZ of degree (2, 2) from homogeneous nets (P, 3, 3, 4), in which u varies fastest."""
+    rows = np.asarray(nets, float).reshape(-1, 4)
+    return b"BEZ224\n" + b"\n".join(b" ".join(b"%r" % x for x in row) for row in rows.tolist())
+
+
+def test_directions_make_a_torus() -> None:
+    """Each side is a half circle, whose middle point is a direction; the centre is one, too."""
+    x, y, w = np.array([[1, 0, -1], [0, 1, 0], [1, 0, 1]])
+    nets = [
+        [[[c * (3 * d + a), i * b * (3 * d + a), j * e * f, d * f]
+          for c, b, f in zip(x, y, w, strict=True)]
+         for a, e, d in zip(x, y, w, strict=True)]
+        for i in (-1, 1) for j in (-1, 1)
+    ]  # fmt: skip
+    surface = read_surface(write_bez(nets))
+    assert isinstance(surface, PatchSurface)
+    assert surface.degree == (3, 3)
+    mesh = render(surface, MeshOptions((4, 4)), BY_NAME["json"])
+    points = np.array(json.loads(mesh)["vertices"])
+    assert len(points) == 8 * 8  # the borders of the four patches have no gap
+    from_ring = np.hypot(np.hypot(points[:, 0], points[:, 1]) - 3, points[:, 2])
+    np.testing.assert_allclose(from_ring, 1, atol=1e-14)
+    again = read_surface(encode_patches(surface))
+    assert isinstance(again, PatchSurface)
+    np.testing.assert_allclose(
+        again.vertices[again.patches], surface.vertices[surface.patches], atol=1e-15
+    )
+
+
+def test_a_negative_weight_in_the_middle_makes_most_of_a_sphere() -> None:
+    """(2 s, 2 t, 1 − s² − t², 1 + s² + t²) for s and t from −1 to 1: the centre has weight −1."""
+    s, square = np.array([-1, 0, 1]), np.array([1, -1, 1])
+    net = [
+        [[2 * a, 2 * b, 1 - c - d, 1 + c + d] for a, c in zip(s, square, strict=True)]
+        for b, d in zip(s, square, strict=True)
+    ]
+    points, weights = read_batch(write_bez([net]))
+    assert weights is not None
+    assert weights.min() > 0
+    surface = read_surface(write_bez([net]))
+    mesh = json.loads(render(surface, MeshOptions((6, 6)), BY_NAME["json"]))
+    np.testing.assert_allclose(np.linalg.norm(mesh["vertices"], axis=1), 1, atol=1e-14)
+    assert np.max(mesh["vertices"], axis=0)[2] == pytest.approx(1)
+    assert points.shape[1:3] == (4, 4)
 
 
 def test_corners_carry_colours_and_texture_coordinates() -> None:
@@ -111,8 +161,11 @@ def test_patches_of_several_degrees_become_a_group_of_all_patches() -> None:
     assert first["patches"].shape == (2, 2, 2)
     assert second["patches"].shape == (1, 3, 2)
     # One of the two patches of degree 1 has weights, so the other patch gets weights 1.
-    np.testing.assert_array_equal(first["weights"], [1] * 4 + [2] * 4)
-    np.testing.assert_array_equal(first["vertices"][4:], first["vertices"][:4])
+    assert first["homogeneous"] is True
+    np.testing.assert_array_equal(first["vertices"][:, 3], [1] * 4 + [2] * 4)
+    np.testing.assert_array_equal(
+        first["vertices"][4:, :3] / first["vertices"][4:, 3:], first["vertices"][:4, :3]
+    )
     assert "weights" not in second
     surface = validate_document(MeshRequest, {"surface": document}).to_surface()
     # An STL file has 84 bytes and 50 for each triangle: here 2 triangles for each of the 3 patches.
@@ -160,7 +213,7 @@ def test_geomview_reads_these_spellings_too(text: bytes, tmp_path: Path) -> None
     assert (mesh.vertices.min(), mesh.vertices.max()) == (0, 1)
 
 
-@pytest.mark.parametrize("name", ["teapot.bez", "octant.bez", "pieces/linkA.bez"])
+@pytest.mark.parametrize("name", ["teapot.bez", "octant.bez", "pieces/linkA.bez", "torus.bez"])
 def test_points_of_geomviews_example_files_agree_with_geomview(name: str) -> None:
     file = GEOMVIEW / name
     if not file.exists():

@@ -26,9 +26,9 @@ VALUES: tuple[Any, ...] = (
 """Values that may stand in place of any other."""
 
 NAMES = (
-    "type", "degree", "knots", "weights", "curve", "vertices", "uncertainty", "degenerate", "name",
+    "type", "degree", "knots", "weights", "homogeneous", "curve", "vertices", "uncertainty", "name",
     "color", "reversed", "surface", "loops", "edges", "pcurves", "control_points", "control_net",
-    "faces", "shells", "closed", "invalid_faces", "up", "vertex_uncertainties", "x",
+    "faces", "shells", "closed", "invalid_faces", "up", "vertex_uncertainties", "degenerate", "x",
 )  # fmt: skip
 """Keys that may stand in any object."""
 

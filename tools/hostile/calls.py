@@ -260,6 +260,7 @@ def build_curve_cases() -> Iterator[HostileBody]:
         "unknown_field": f'{quarter},"radius":1@/radius',
         "weights_shape": f'{quarter},"weights":[1,1]@/weights',
         "weight_not_positive": f'{quarter},"weights":[1,-1,1]@/weights/1',
+        "conflicting_options": f'{quarter},"homogeneous":true,"weights":[1,1,1]@/weights',
         "out_of_range": f'{loop},"degree":0@/degree',
         "wrong_value": f'{loop},"knots":"open"@/knots',
         "wrong_length": f'{loop},"knots":[0,0,0,0,1,1,1]@/knots',

@@ -227,6 +227,53 @@ def build_net_cases() -> Iterator[HostileBody]:
     }
     weights = f'"control_net":{NET},"weights":'
     yield from vary_body("weights", write_surface(f"{weights}?"), "/surface/weights", faults)
+    yield from build_homogeneous_cases()
+
+
+def build_homogeneous_cases() -> Iterator[HostileBody]:
+    """Homogeneous control points of another form, or with weights that do not become positive."""
+
+    def write(row: str) -> str:
+        return f'"homogeneous":true,"control_net":[[{row}],[{row}]]'
+
+    def write_weights(*weights: float) -> str:
+        return write(",".join(f"[{x},0,0,{w}]" for x, w in enumerate(weights)))
+
+    faults = {"null_value": "null", "wrong_type": '1 "true" []'}
+    body = write_surface(f'"control_net":{NET},"homogeneous":?')
+    yield from vary_body("homogeneous", body, "/surface/homogeneous", faults)
+    for name, text, code, pointer in (
+        ("points of three numbers", write("[0,0,0],[1,0,1]"), "wrong_dimension", "control_net/0/0"),
+        ("points of two numbers", write("[0,0],[1,1]"), "wrong_dimension", "control_net/0/0"),
+        ("weights beside", f'{write_weights(1, 1)},"weights":[[1,1],[1,1]]',
+         "conflicting_options", "weights"),
+        ("all weights 0", write_weights(0, 0), "weight_not_positive", "control_net/0/0"),
+        ("all weights negative", write_weights(-1, -1), "weight_not_positive", "control_net/0/0"),
+        ("a corner -0", write_weights(1, 1, -0.0), "weight_not_positive", "control_net/0/2"),
+        ("a corner below the others", write_weights(1, 0, 1e-300), "weight_not_positive", ""),
+        ("weights that vanish", write_weights(1, -1, 1), "weight_not_positive", ""),
+        ("weights that change sign", write_weights(1, -9, 1), "weight_not_positive", ""),
+        ("weights that nearly vanish", write_weights(1, -0.99, 1), "degree_too_high", ""),
+        ("a far corner", write_weights(1, *[0] * 40, 1), "weight_not_positive", ""),
+        ("a number that is no number", write("[0,0,0,1],[NaN,0,0,1]"),
+         "not_finite", "control_net/0/1/0"),
+        ("a quotient that is too large", write("[0,0,0,1],[1e300,0,0,1e-5]"),
+         "coordinate_too_large", "control_net/0/1/0"),
+        ("a quotient beyond float64", write("[0,0,0,1],[1e305,0,0,1e-5]"),
+         "not_finite", "control_net/0/1/0"),
+    ):  # fmt: skip
+        place = f"/surface/{pointer}" if pointer else "/surface"
+        yield build_case(f"homogeneous: {name}", write_surface(text), code, place)
+    # Nine control points of each member become some 2,000.
+    weights = (1, -0.95, 1)
+    net = [[[0, 0, 0, first * second] for second in weights] for first in weights]
+    member = f'{{"surface":{{"homogeneous":true,"control_net":{net}}}}}'
+    yield build_long_case(
+        "homogeneous: many members of high degree",
+        lambda: write_surface(f'"type":"group","members":[{",".join([member] * 1000)}]'),
+        "too_many_control_points",
+        "/surface/members",
+    )
 
 
 def build_patch_cases() -> Iterator[HostileBody]:

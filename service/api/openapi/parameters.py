@@ -253,6 +253,7 @@ _FIELD_SCHEMAS: Mapping[str, Json] = MappingProxyType(
         "knots": _one_or_two(
             {"type": "string", "enum": list(NAMED)}, [["clamped"], ["clamped", "periodic"]]
         ),
+        "homogeneous": {"type": "boolean", "examples": [True]},
         "up": {"type": "string", "enum": ["y", "z"], "examples": ["z"]},
         "name": {"type": "string", "minLength": 1, "maxLength": 100, "examples": ["sail"]},
         "invalid_faces": {
