@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import replace
 from math import pi
-from typing import Protocol, TypeAlias
+from typing import Protocol
 
 from service.engine.accuracy import Accuracy
 from service.engine.adaptive.borders.curves import SideNormals, build_side_normals
@@ -23,16 +23,14 @@ from service.engine.joining.members import JoinedGroup, join_group, separate_mem
 from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.engine.quantize import find_grid_steps
+from service.engine.round_sweeps.mesher import SweepMesher
 from service.engine.scenes.flattening import flatten
 from service.engine.scenes.scene import Scene, arrange, round_to_single
 from service.engine.stored_positions import Storage
 from service.errors import InvalidRequest
 from service.surface.brep_model import BrepModel
-from service.surface.lowered import GroupModel, PatchModel, SingleModel
-
-MeshedModel: TypeAlias = PatchModel | BrepModel | GroupModel
-"""A model that can be meshed by tolerance. A group has no tubes and ribbons."""
-
+from service.surface.curve_model import SweepModel
+from service.surface.lowered import GroupModel, Model, SingleModel
 
 COPY_WEIGHT = 1 / 16
 """The weight of a copy in the limits of triangles and vertices, if the file stores its mesh only
@@ -48,7 +46,7 @@ class Mesher(Protocol):
     """Builds meshes of one model by tolerance."""
 
     @property
-    def model(self) -> MeshedModel:
+    def model(self) -> Model:
         """The model, with the boxes of prepared breps: goals are shares of its diagonal."""
         ...
 
@@ -81,7 +79,7 @@ class GroupMesher:
     Parameters
     ----------
     joined : JoinedGroup
-        A group of models of patches and of breps.
+        A group of any models.
     breps : mapping from int to PreparedBrep
         The prepared breps, by the identity of their models.
     options : MeshOptions
@@ -114,12 +112,14 @@ class GroupMesher:
         node_storage = storage if has_nodes else Storage()
         models = self.model.models
         steps = find_grid_steps(self.model, options) if is_quantized else (0.0,) * len(models)
-        self._meshers: list[ModelMesher | BrepMesher] = []
+        self._meshers: list[ModelMesher | BrepMesher | SweepMesher] = []
         for model, step in zip(models, steps, strict=True):
             stored = replace(node_storage, step=step)
             if isinstance(model, BrepModel):
                 self._meshers.append(BrepMesher(breps[id(model)], options, stored))
-            elif isinstance(model, PatchModel):  # groups with other models are refused before
+            elif isinstance(model, SweepModel):
+                self._meshers.append(SweepMesher(model, options, stored))
+            else:
                 self._meshers.append(ModelMesher(model, options, stored))
 
     def build_mesh(self, goal: Goal, most: int, effort: Effort | None = None) -> Mesh | Scene:
@@ -137,10 +137,10 @@ class GroupMesher:
         for number, (mesher, model_goal) in enumerate(zip(self._meshers, goals, strict=True)):
             weight = weigh_copies(copies[number]) if self._shares_meshes else copies[number]
             most_of_copy = int(most / weight)
-            if isinstance(mesher, BrepMesher):
-                mesh = mesher.build_mesh(model_goal, most_of_copy, effort)
-            else:
+            if isinstance(mesher, ModelMesher):
                 mesh = mesher.build_mesh(model_goal, most_of_copy, effort, normals.get(number))
+            else:
+                mesh = mesher.build_mesh(model_goal, most_of_copy, effort)
             most -= int(len(mesh.triangles) * weight)
             meshes.append(mesh)
         scene = separate_members(
@@ -163,7 +163,7 @@ class GroupMesher:
 
 
 def build_mesher(
-    model: MeshedModel,
+    model: Model,
     options: MeshOptions,
     storage: Storage,
     *,
@@ -187,6 +187,9 @@ def build_mesher(
         prepared = prepare(model)
         step = find_grid_steps(prepared.model, options)[0] if is_quantized else 0.0
         return BrepMesher(prepared, options, replace(storage, step=step), paints=not has_nodes)
+    if isinstance(model, SweepModel):
+        step = find_grid_steps(model, options)[0] if is_quantized else 0.0
+        return SweepMesher(model, options, replace(storage, step=step))
     model, seams = join(model, options.weld_tolerance)
     step = find_grid_steps(model, options)[0] if is_quantized else 0.0
     return ModelMesher(model, options, replace(storage, step=step), seams)

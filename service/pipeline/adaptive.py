@@ -12,7 +12,6 @@ from service.engine.adaptive.limits import Effort
 from service.engine.adaptive.tolerances import build_goal
 from service.engine.mesh.mesh import Mesh
 from service.engine.meshers import build_mesher, weigh_copies
-from service.engine.models import NOT_PATCHES
 from service.engine.options import MeshOptions
 from service.engine.scenes.scene import Scene
 from service.engine.stored_positions import Storage
@@ -29,7 +28,6 @@ from service.pipeline.cost import (
     count_counted,
 )
 from service.pipeline.mesh_plan import MeshPlan
-from service.surface.curve_model import SweepModel
 from service.surface.lowered import Model
 
 AnyMesh: TypeAlias = Mesh | Scene
@@ -56,7 +54,7 @@ def prepare_meshes(
     ----------
     plan : MeshPlan
         The request, its limits, and the number of triangles that fit into its memory.
-    model : PatchModel, BrepModel or GroupModel
+    model : Model
     options : MeshOptions
     effort : Effort, optional
         The most work of all meshes together.
@@ -72,8 +70,6 @@ def prepare_meshes(
     InvalidRequest
         A brep is invalid.
     """
-    if isinstance(model, SweepModel):
-        raise InvalidRequest(NOT_PATCHES)  # never reached: `plan_mesh` refuses such a request
     fmt, limits = plan.fmt, plan.limits
     all_effort = effort or Effort(EFFORT_FACTOR * limits.max_multiplications)
     all_effort.spend(estimate_preparation(plan.distinct_size))

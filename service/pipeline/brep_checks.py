@@ -97,13 +97,6 @@ def check_brep_options(
             "bez",
             "another form; POST /v1/convert with the operation `untrim` returns a whole surface",
         ),
-        (
-            size.curves > 0,
-            "/surface",
-            "Breps are meshed by tolerance, tubes and ribbons by resolution.",
-            "a group with both",
-            "two requests, one for each",
-        ),
     )
     for is_refused, where, message, got, needed in refusals:
         if is_refused:

@@ -4,7 +4,11 @@ from service.surface.sizes import SurfaceSize
 
 PREPARING_FACTOR, SCRATCH_BYTES, PROVED_BYTES = 12, 40 << 20, 1000
 """Bytes for each byte of a lowered brep, while it is prepared and afterwards; for temporary arrays;
-and for each triangle, while its bound is proved."""
+and for each triangle of a brep, a tube or a ribbon, while its bound is proved."""
+
+SWEPT_TRIANGLES = 64
+"""The most triangles of the coarsest mesh by tolerance for each Bézier piece of the curve of a
+tube or ribbon, times the degree: three sides, and a few cells, frames of corners and caps."""
 
 COEDGE_EFFORT = 5_000
 """Multiplications for each coedge, and for each span of curves, while a brep is prepared."""
@@ -31,4 +35,5 @@ def estimate_preparation(size: SurfaceSize) -> int:
 def count_coarsest(size: SurfaceSize) -> int:
     """The most triangles that the coarsest mesh by tolerance has."""
     patches = size.patches + size.face_patches
-    return PATCH_TRIANGLES * patches + EDGE_TRIANGLES * size.edges
+    swept = SWEPT_TRIANGLES * max(size.degree) * size.curves
+    return PATCH_TRIANGLES * patches + EDGE_TRIANGLES * size.edges + swept

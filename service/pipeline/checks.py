@@ -66,8 +66,6 @@ def _check_swept(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> No
     where = None
     if encode.exact and fmt.encode_exact is not None:
         where = "/surface"
-    elif options.accuracy is not None:
-        where = options.accuracy.pointer
     elif options.has_wires or not options.has_faces:
         raise InvalidRequest(
             Issue(
@@ -214,6 +212,8 @@ def check_model(model: Model, options: MeshOptions, limits: Limits) -> None:
     models = model.models if isinstance(model, GroupModel) else (model,)
     for submodel in models:
         if isinstance(submodel, SweepModel):
+            if options.accuracy is not None:
+                continue  # the work is counted while the path is divided
             limits.check_effort(
                 sweep.estimate_effort(submodel, options),
                 "Measuring a curve takes time that grows with the square of its degree.",

@@ -318,7 +318,8 @@ def adaptive_cost(
         `too_much_memory`: the memory limit allows fewer than two triangles.
     """
     (fmt, encode), accuracy = form, options.accuracy or Accuracy()
-    empty, large = (adaptive_size(mesh, options, k) for k in (0, 1 << 16))
+    has_sweeps = size.curves > 0
+    empty, large = (adaptive_size(mesh, options, k, has_sweeps=has_sweeps) for k in (0, 1 << 16))
     empty_bytes = fmt.byte_bound(empty, encode)
     # The bytes of a triangle in the file, rounded up, and one more: `large` has 2^16 triangles.
     triangle_bytes = -(-(fmt.byte_bound(large, encode) - empty_bytes) >> 16) + 1
@@ -329,7 +330,7 @@ def adaptive_cost(
     array_bytes = SCRATCH_BYTES if size.faces else CELL_ARRAY_BYTES
     part_memory = FACE_PART_BYTES * max(size.faces, min(size.placed_faces, MAX_LISTED_FACES))
     fixed_memory = surface_memory + array_bytes + files * empty_bytes + line_memory + part_memory
-    proof_bytes = PROVED_BYTES if size.faces else PROOF_BYTES
+    proof_bytes = PROVED_BYTES if size.faces or size.curves else PROOF_BYTES
     triangle_memory = proof_bytes + 8 * size.width + files * triangle_bytes
     limits.check_memory(
         fixed_memory + 2 * triangle_memory, "The mesh", accuracy.pointer, "a smaller surface"

@@ -36,6 +36,7 @@ from service.pipeline.mesh_counts import count_models, mesh_size, sum_counts
 from service.pipeline.mesh_plan import PLAIN, build_plan, estimate_stored_size, shares_meshes
 from service.pipeline.orienting import orient, plan_orientation
 from service.surface.brep_model import BrepModel
+from service.surface.curve_model import SweepModel
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sizes import SurfaceKind
 
@@ -223,8 +224,10 @@ def _predict(
     models = model.models if isinstance(model, GroupModel) else (model,)
     patch_models = [submodel for submodel in models if isinstance(submodel, PatchModel)]
     counts_bound = Counts(size.vertices, size.triangles, size.quads)
-    if any(isinstance(submodel, BrepModel) for submodel in models):
-        return _predict_breps(options, limits, is_group=isinstance(model, GroupModel))
+    has_sweeps = any(isinstance(submodel, SweepModel) for submodel in models)
+    has_breps = any(isinstance(submodel, BrepModel) for submodel in models)
+    if has_breps or (has_sweeps and options.accuracy is not None):
+        return _predict_limits(options, limits, is_group=isinstance(model, GroupModel))
     # The second condition follows from the first, and only tells mypy the type of the model.
     if len(patch_models) < len(models) or not isinstance(model, PatchModel | GroupModel):
         return _Prediction(counts_bound, counts_bound, exact=False)
@@ -240,8 +243,8 @@ def _predict(
     return _Prediction(*sum_counts(model, counts), exact=True, certain=certain)
 
 
-def _predict_breps(options: MeshOptions, limits: Limits, *, is_group: bool) -> _Prediction:
-    """The limits of triangles and vertices: only meshing a brep shows how many it needs."""
+def _predict_limits(options: MeshOptions, limits: Limits, *, is_group: bool) -> _Prediction:
+    """The limits of triangles and vertices: only the mesh of a brep or sweep shows its counts."""
     accuracy = options.accuracy or Accuracy()
     triangles = adaptive_triangles(accuracy, limits)
     most = Counts(min(limits.max_vertices, 2 * triangles), triangles, 0)

@@ -119,16 +119,19 @@ def mesh_size(
     )
 
 
-def adaptive_size(mesh: MeshSize, options: MeshOptions, triangles: int) -> MeshSize:
+def adaptive_size(
+    mesh: MeshSize, options: MeshOptions, triangles: int, *, has_sweeps: bool = False
+) -> MeshSize:
     """The size of a mesh by tolerance with this number of triangles.
 
-    Each triangle adds at most one vertex, and one point and one segment of lines. Patches, names
-    and attributes are those of `mesh`.
+    Each triangle adds at most one vertex, and one point and one segment of lines; with tubes and
+    ribbons two vertices, because rings end where they begin, with other texture coordinates.
+    Patches, names and attributes are those of `mesh`.
     """
     added_points = triangles if "boundary" in options.overlays or options.has_wires else 0
     return replace(
         mesh,
-        vertices=triangles + 2 * (mesh.patches + mesh.faces),
+        vertices=(1 + has_sweeps) * triangles + 2 * (mesh.patches + mesh.faces),
         triangles=triangles,
         quads=0,
         overlay_points=mesh.overlay_points + added_points,

@@ -203,11 +203,17 @@ def test_options_that_need_patches_are_refused(
     assert refusal(group if is_group else BOX, fmt=fmt, **options) == ("not_parametric", where)
 
 
-def test_exact_patches_and_tubes_beside_breps_are_refused() -> None:
+def test_exact_patches_of_breps_are_refused() -> None:
     assert refusal(BOX, fmt="oogl", oogl="bez") == ("not_parametric", "/oogl")
+
+
+def test_a_tube_beside_a_brep_is_meshed_with_it() -> None:
     tube = {"type": "tube", "radius": 1, "curve": {"control_points": [[0, 0, 0], [1, 0, 0]]}}
     group = {"type": "group", "members": [{"surface": tube}, {"surface": BOX}]}
-    assert refusal(group) == ("not_parametric", "/surface")
+    report = make(group).report
+    assert report is not None
+    assert report.brep is not None
+    assert report.brep.reached
 
 
 def test_edges_are_drawn_through_the_vertices_of_the_mesh() -> None:

@@ -105,11 +105,15 @@ def test_the_same_budget_gives_the_same_bytes() -> None:
     assert render_within("torus", accuracy).content == render_within("torus", accuracy).content
 
 
-def test_a_budget_for_a_sweep_is_refused() -> None:
-    with pytest.raises(InvalidRequest) as refused:
-        render_within("trefoil-tube", Accuracy(max_triangles=1000))
-    assert refused.value.issues[0].code == "not_parametric"
-    assert refused.value.issues[0].pointer == "/max_triangles"
+@pytest.mark.parametrize("example", ["trefoil-tube", "ribbon", "hair"])
+def test_a_budget_for_a_sweep_is_used_up(example: str) -> None:
+    bounds = []
+    for most in (1000, 4000):
+        report = render_within(example, Accuracy(max_triangles=most)).report
+        assert report is not None
+        assert most / 4 < report.triangles <= most
+        bounds.append(report.deviation_bound or 0.0)
+    assert bounds[0] > 2 * bounds[1] > 0
 
 
 @pytest.mark.parametrize("budget", [Accuracy(max_triangles=500), Accuracy(max_bytes=30_000)])

@@ -20,8 +20,7 @@ from service.engine.scenes.copies import (
     stack_placements,
 )
 from service.engine.scenes.placing import bound_placing_error, scalings
-from service.surface.brep_model import BrepModel
-from service.surface.lowered import Chain, GroupModel, PatchModel
+from service.surface.lowered import Chain, GroupModel, Model
 from service.surface.placement import place_box
 
 Box: TypeAlias = tuple[FloatArray, FloatArray]
@@ -50,7 +49,7 @@ LESS = 1 - 2.0**-40
 larger than before, in spite of rounding."""
 
 
-def build_goal(accuracy: Accuracy, model: PatchModel | BrepModel | GroupModel) -> Goal:
+def build_goal(accuracy: Accuracy, model: Model) -> Goal:
     """The goal of the mesh of a model or group, in its coordinates.
 
     Let φ be the camera's field of view, and n the height of the picture in pixels. At the distance

@@ -95,9 +95,9 @@ def build_path(
     samples = CurveSamples.uniform(pieces.count, divisions)
     samples_before = _move_joints_to_ends(samples)
     tangents_before, tangents_after = _directions(pieces, samples, samples_before, closed)
-    turn = _angles(tangents_before, tangents_after)
+    turn = measure_angles(tangents_before, tangents_after)
     counts = _count_frames_at_samples(pieces, samples, turn, crease_angle)
-    mean_tangents = _mean(tangents_before, tangents_after)
+    mean_tangents = find_mean_directions(tangents_before, tangents_after)
     has_mitre, is_smooth = counts == 2, counts == 1
     tangents_before[is_smooth] = tangents_after[is_smooth] = mean_tangents[is_smooth]
     if closed:
@@ -114,7 +114,7 @@ def build_path(
     turned_fraction = number / np.maximum(counts - 1, 1)[sample]
     if closed:
         turned_fraction[0] = 1.0  # the first frame has the direction after the corner
-    directions = _interpolate(
+    directions = interpolate_directions(
         tangents_before[sample], tangents_after[sample], turn[sample], turned_fraction
     )
     plane_normals = np.where(has_mitre[sample, None], mean_tangents[sample], directions)
@@ -140,7 +140,7 @@ def bound_frame_count(pieces: CurvePieces, divisions: int, crease_angle: float) 
     It is exact, unless a piece may have a cusp, or a closed curve has a corner at its ends.
     """
     joints = CurveSamples.uniform(pieces.count, 1)
-    turn = _angles(*_directions(pieces, joints, _move_joints_to_ends(joints), pieces.closed))
+    turn = measure_angles(*_directions(pieces, joints, _move_joints_to_ends(joints), pieces.closed))
     corners = int((_count_frames(turn, crease_angle) - 1).sum())
     cusps = int(np.minimum(_bound_cusps(pieces), divisions - 1).sum())
     return pieces.count * divisions + 1 + corners + cusps * ceil(pi / ROUND_STEP)
@@ -214,7 +214,7 @@ def _speeds(pieces: CurvePieces, samples: CurveSamples) -> FloatArray:
     return speeds
 
 
-def _angles(a: FloatArray, b: FloatArray) -> FloatArray:
+def measure_angles(a: FloatArray, b: FloatArray) -> FloatArray:
     """Angles between unit vectors (N, 3), precise near 0 and near π."""
     angle: FloatArray = 2 * np.arctan2(
         np.sqrt(np.square(a - b).sum(axis=1)), np.sqrt(np.square(a + b).sum(axis=1))
@@ -222,7 +222,7 @@ def _angles(a: FloatArray, b: FloatArray) -> FloatArray:
     return angle
 
 
-def _mean(a: FloatArray, b: FloatArray) -> FloatArray:
+def find_mean_directions(a: FloatArray, b: FloatArray) -> FloatArray:
     """Unit vectors half way between a and b, (N, 3); b where they are opposite."""
     mean = a + b
     length = np.sqrt(np.square(mean).sum(axis=1))
@@ -242,7 +242,7 @@ def _count_frames(turn: FloatArray, crease_angle: float) -> Ints:
     return np.where(turn <= max_smooth_turn, 1, corner_frames)
 
 
-def _interpolate(
+def interpolate_directions(
     a: FloatArray, b: FloatArray, turn: FloatArray, fraction: FloatArray
 ) -> FloatArray:
     """Unit vectors at fractions of the arc from a to b, (N, 3); from a to −a it is a half circle.

@@ -59,7 +59,19 @@ def build_tubes(
     caps: bool = True,
     faces: Faces = "triangles",
 ) -> SweptGrids:
-    """Tubes about K curves.
+    """Tubes about K curves; see `arrange_tubes` for the parameters."""
+    return join_rows(arrange_tubes(paths, radii, sides, slopes=slopes, caps=caps), faces)
+
+
+def arrange_tubes(
+    paths: Paths,
+    radii: FloatArray | float,
+    sides: int,
+    *,
+    slopes: FloatArray | None = None,
+    caps: bool = True,
+) -> Rows:
+    """The rings of tubes about K curves, with those of their caps.
 
     Parameters
     ----------
@@ -99,7 +111,7 @@ def build_tubes(
     )
     if caps and not paths.closed:
         rows = _add_caps(rows, paths, (bool(radius[0] > 0), bool(radius[-1] > 0)))
-    return join_rows(rows, faces)
+    return rows
 
 
 def build_ribbons(
@@ -122,19 +134,31 @@ def build_ribbons(
         The point that the ribbons face, instead of a direction. Without both, any direction across
         the curve is a crossbar.
     """
-    width = np.broadcast_to(np.asarray(widths, dtype=np.float64), paths.points.shape[1])
     if camera is not None:
         directions = camera - paths.points
     else:
         directions = np.broadcast_to(np.zeros(3) if facing is None else facing, paths.points.shape)
-    crossbar = _find_crossbars(paths, directions)
-    normals = cross(paths.tangents, crossbar, -1)
+    return join_rows(arrange_ribbons(paths, widths, _find_crossbars(paths, directions)), faces)
+
+
+def arrange_ribbons(paths: Paths, widths: FloatArray | float, crossbars: FloatArray) -> Rows:
+    """The crossbars of ribbons along K curves.
+
+    Parameters
+    ----------
+    widths : float, or ndarray of float64, shape (m,)
+        The width at every frame, not negative; where it is 0, the ribbon is pointed.
+    crossbars : ndarray of float64, shape (K, m, 3)
+        Unit vectors across the curves.
+    """
+    width = np.broadcast_to(np.asarray(widths, dtype=np.float64), paths.points.shape[1])
+    normals = cross(paths.tangents, crossbars, -1)
     across = np.array([-0.5, 0.5])
-    offsets = (width[:, None] * across)[:, :, None] * _move_to_planes(crossbar[:, :, None], paths)
+    offsets = (width[:, None] * across)[:, :, None] * _move_to_planes(crossbars[:, :, None], paths)
     positions = paths.points[:, :, None] + offsets
     uvs = np.empty((*positions.shape[:3], 2))
     uvs[..., 0], uvs[..., 1] = paths.fractions[:, :, None], across + 0.5
-    rows = Rows(
+    return Rows(
         positions=positions,
         normals=np.broadcast_to(normals[:, :, None], positions.shape),
         uvs=uvs,
@@ -144,7 +168,6 @@ def build_ribbons(
         equal_row=_find_equal_rows(paths),
         is_ring=False,
     )
-    return join_rows(rows, faces)
 
 
 def _build_ring(normals: FloatArray, binormals: FloatArray, sides: int) -> FloatArray:

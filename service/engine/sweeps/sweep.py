@@ -39,12 +39,12 @@ def sweep(model: SweepModel, options: MeshOptions, *, is_float32: bool = False) 
     pieces = model.pieces if len(profile.spread) > 1 else model.pieces.drop_single()
     paths = build_path(pieces, options.resolution[0], crease_angle, closed=model.closed)
     # The radius or the width at every frame.
-    spread = _evaluate(profile.spread, paths.parameters)
+    spread = evaluate_spread(profile.spread, paths.parameters)
     if isinstance(profile, Ribbon):
         facing, camera = profile.facing, profile.camera
         swept = build_ribbons(paths, spread, facing=facing, camera=camera, faces=options.faces)
     else:
-        slopes, caps = _find_slopes(profile, paths), profile.caps
+        slopes, caps = find_slopes(profile, paths), profile.caps
         swept = build_tubes(
             paths, spread, profile.sides, slopes=slopes, caps=caps, faces=options.faces
         )
@@ -148,7 +148,7 @@ def estimate_effort(model: SweepModel, options: MeshOptions) -> int:
     return model.pieces.count * options.resolution[0] * EFFORT * (model.pieces.degree + 1) ** 2
 
 
-def _evaluate(coefficients: FloatArray, t: FloatArray) -> FloatArray:
+def evaluate_spread(coefficients: FloatArray, t: FloatArray) -> FloatArray:
     """The values of a Bézier function at parameters t; its ends are exact."""
     basis = bernstein(len(coefficients) - 1, t)
     value: FloatArray = (basis * coefficients).sum(axis=1)
@@ -156,7 +156,7 @@ def _evaluate(coefficients: FloatArray, t: FloatArray) -> FloatArray:
     return np.clip(value, coefficients.min(), coefficients.max())
 
 
-def _find_slopes(tube: Tube, paths: Paths) -> FloatArray | None:
+def find_slopes(tube: Tube, paths: Paths) -> FloatArray | None:
     """Derivative of the radius by the length at every frame; None if the radius is constant."""
     if len(tube.spread) == 1 or paths.speeds is None:
         return None
