@@ -19,11 +19,16 @@ Forum 28 (2009).
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
+from service.bases.row_batches import row_slices
 from service.engine.cells.tree import CellTree
 from service.engine.vectors import UNIT, length
 
 FANOUT, MAX_ROOTS = 8, 24
 """How many members a sphere has, and the most spheres on the level of the largest."""
+
+CHUNK_PAIRS = 1 << 13
+"""How many pairs of a point and a sphere or box are computed at once, so that their data stay in
+the processor's cache."""
 
 _OUTWARDS = np.array([0, 1, -1, 2, -2, 3, -3, -4])
 """Steps from the middle member of a sphere to all of its members."""
@@ -39,12 +44,14 @@ class BoundingSpheres:
         The most spheres on the level of the largest.
     reach : ndarray of float64, shape (nets,), or None
         By how much the spheres of the cells of each net are larger than the cells.
+    first : ndarray of int, shape (N,), or None
+        Some of the first cells, if not all of them have spheres.
 
     Attributes
     ----------
     cells : CellTree
     order : ndarray of int, shape (N,)
-        The first cells in the order of the Morton curve.
+        These first cells in the order of the Morton curve.
     levels : list of ndarray of float64, shape (5, n)
         For each level the centre, radius and error of its spheres; the error bounds the distance of
         the computed centre from the surface, and is infinite where no centre is inside of trims.
@@ -58,17 +65,22 @@ class BoundingSpheres:
     """
 
     def __init__(
-        self, cells: CellTree, max_roots: int = MAX_ROOTS, reach: FloatArray | None = None
+        self,
+        cells: CellTree,
+        max_roots: int = MAX_ROOTS,
+        reach: FloatArray | None = None,
+        first: Ints | None = None,
     ) -> None:
         self.cells = cells
-        spheres = cells.models[:5, cells.first]
+        first = cells.first if first is None else first
+        spheres = cells.models[:5, first]
         if cells.trims is not None:
-            spheres[4, ~cells.has_center(cells.first)] = np.inf
+            spheres[4, ~cells.has_center(first)] = np.inf
         if reach is not None:
-            spheres[3] += reach[cells.net[cells.first]]
+            spheres[3] += reach[cells.net[first]]
         order = np.argsort(_morton(spheres[:3]), kind="stable")
         level = spheres[:, order]
-        self.order, self.levels = cells.first[order], [level]
+        self.order, self.levels = first[order], [level]
         self.middles = [self.order]
         self.boxes: list[FloatArray] = []
         if cells.trims is not None:
@@ -89,14 +101,19 @@ class BoundingSpheres:
         return np.repeat(item, FANOUT)[exists], members[exists]
 
 
-def sphere_bounds(spheres: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Bounds of the squared distances of N points and spheres.
+def sphere_bounds(
+    spheres: FloatArray, sphere: Ints, x: FloatArray, item: Ints
+) -> tuple[FloatArray, FloatArray]:
+    """Bounds of the squared distances of N pairs of a point and a sphere.
 
     Parameters
     ----------
-    spheres : ndarray of float64, shape (at least 5, N)
+    spheres : ndarray of float64, shape (at least 5, n)
         Centre, radius and error, as in `BoundingSpheres.levels`.
-    x : ndarray of float64, shape (3, N)
+    sphere : ndarray of int, shape (N,)
+    x : ndarray of float64, shape (3, m)
+    item : ndarray of int, shape (N,)
+        The point of each pair.
 
     Returns
     -------
@@ -104,30 +121,41 @@ def sphere_bounds(spheres: FloatArray, x: FloatArray) -> tuple[FloatArray, Float
         A squared lower bound of the distance to all points of the sphere, and a squared upper bound
         of the distance to its centre.
     """
-    y = x - spheres[:3]
-    y *= y
-    distance = y[0]
-    distance += y[1]
-    distance += y[2]
-    np.sqrt(distance, out=distance)
-    low = distance * (1 - 8 * UNIT)
-    low -= spheres[3]
-    np.maximum(low, 0.0, out=low)
-    low *= low
-    distance *= 1 + 8 * UNIT
-    distance += spheres[4]
-    distance *= distance
-    return low, distance
+    low, upper = np.empty((2, len(item)))
+    for rows in row_slices(len(item), 1, CHUNK_PAIRS):
+        chosen = spheres[:5].take(sphere[rows], axis=1)
+        y = x.take(item[rows], axis=1)
+        y -= chosen[:3]
+        y *= y
+        distance = y[0]
+        distance += y[1]
+        distance += y[2]
+        np.sqrt(distance, out=distance)
+        least = distance * (1 - 8 * UNIT)
+        least -= chosen[3]
+        np.maximum(least, 0.0, out=least)
+        np.multiply(least, least, out=low[rows])
+        distance *= 1 + 8 * UNIT
+        distance += chosen[4]
+        np.multiply(distance, distance, out=upper[rows])
+    return low, upper
 
 
-def box_bounds(boxes: FloatArray, x: FloatArray) -> FloatArray:
-    """Squared lower bounds (N,) of the distances of points x (3, N) to boxes (6, N)."""
-    beyond = np.maximum(boxes[:3] - x, x - boxes[3:])
-    np.maximum(beyond, 0.0, out=beyond)
-    beyond *= beyond
-    squared: FloatArray = beyond[0] + beyond[1] + beyond[2]
-    squared *= 1 - 8 * UNIT
-    return squared
+def box_bounds(boxes: FloatArray, box: Ints, x: FloatArray, item: Ints) -> FloatArray:
+    """Squared lower bounds (N,) of the distances of pairs of a point of x (3, m) and a box (6, n).
+
+    `box` and `item` (N,) are the pairs.
+    """
+    low = np.empty(len(item))
+    for rows in row_slices(len(item), 1, CHUNK_PAIRS):
+        chosen, points = boxes.take(box[rows], axis=1), x.take(item[rows], axis=1)
+        beyond = np.maximum(chosen[:3] - points, points - chosen[3:])
+        np.maximum(beyond, 0.0, out=beyond)
+        beyond *= beyond
+        squared = beyond[0] + beyond[1] + beyond[2]
+        squared *= 1 - 8 * UNIT
+        low[rows] = squared
+    return low
 
 
 def _box(boxes: FloatArray) -> FloatArray:

@@ -9,6 +9,9 @@ least distance. If this bound is too far from the distance, the cell is halved, 
 nearest cells are computed first; they usually show that most other cells are farther. Here `low`
 has squared lower bounds of distances, but in `SurfacePoints` they are not squared.
 
+On parts the search begins with the cells of faces. Those of edges join it one level later, when
+most of them are known to be too far.
+
 The lower end of a point's interval is the least lower bound of all pairs that were not proved to be
 farther; the upper end is the distance of the reported point. The work for a point is limited. When
 the limit is reached, the bounds of the remaining pairs are included in the interval.
@@ -19,12 +22,13 @@ the points of a request share a budget of pairs (`pair_search`).
 Proof in docs/proofs.md: "Intervals of closest points".
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import find_begins, row_slices
 from service.cancellation import checkpoint
-from service.engine.cells import models as model_rows
 from service.engine.cells.bounding_spheres import BoundingSpheres, box_bounds, sphere_bounds
 from service.engine.cells.pair_search import (
     NO_PAIRS,
@@ -34,9 +38,9 @@ from service.engine.cells.pair_search import (
     join_pairs,
     split_nearest,
 )
-from service.engine.closest.distance_bounds import Minima, bound_distances, least_change
+from service.engine.closest.descents import descend
+from service.engine.closest.distance_bounds import Minima, bound_distances
 from service.engine.closest.nearest import ClosestPoints, Nearest
-from service.engine.closest.newton import measure_surface_points
 from service.engine.closest.trimmed_points import TrimmedPoints
 from service.engine.trims.trimmed_nets import NetTrims
 from service.engine.vectors import UNIT
@@ -54,12 +58,6 @@ MAX_STRAIN = 0.2
 """A cell that was halved only a few times (`COARSE_HALVINGS`) and has more strain (the remainder of
 its model, divided by its size) is halved without computing bounds, which would be too wide."""
 
-ERROR_ROWS = slice(model_rows.TANGENT_ERROR_A, model_rows.CENTER_ERROR_B + 1)
-"""The rows of the errors of A and B, and of those that follow from the error of the centre."""
-
-MAX_STEPS = 8
-"""The most steps of Newton's method in a cell; after these, the cell is halved."""
-
 WIDTH_SHARE = 1 / 2
 """A cell is no longer halved for a point if the interval of the point would then be at most this
 wide, in units of the tolerance."""
@@ -67,16 +65,15 @@ wide, in units of the tolerance."""
 TRIMMED_SHARE = 1 / 4
 """This share with trims, because minima that are outside make intervals wider again."""
 
-MAX_DISTANCE_TO_MINIMUM = 2.0**-40
-"""Newton's method ends at this distance from the minimum, in the coordinates of the nets."""
-
 
 class ClosestLevels(TreeSearch):
     """The search for the closest points to some points.
 
     Parameters
     ----------
-    spheres : BoundingSpheres
+    trees : sequence of BoundingSpheres
+        Over cells of one tree of cells. Those of each tree join the search one level later than
+        those of the tree before.
     points : ndarray of float64, shape (m, 3)
     budget : PairBudget
     tolerance : float
@@ -89,7 +86,7 @@ class ClosestLevels(TreeSearch):
 
     def __init__(
         self,
-        spheres: BoundingSpheres,
+        trees: Sequence[BoundingSpheres],
         points: FloatArray,
         budget: PairBudget,
         tolerance: float,
@@ -97,7 +94,8 @@ class ClosestLevels(TreeSearch):
         can_split: bool,
         trims: NetTrims | None = None,
     ) -> None:
-        super().__init__(spheres, budget, can_split=can_split)
+        super().__init__(trees[0], budget, can_split=can_split)
+        self.later_trees = list(trees)
         share = WIDTH_SHARE if trims is None else TRIMMED_SHARE
         self.min_width = max(share * tolerance, MIN_WIDTH)
         self.x = np.ascontiguousarray(points.T)  # (3, m)
@@ -109,52 +107,53 @@ class ClosestLevels(TreeSearch):
 
     def search(self) -> ClosestPoints | None:
         """Search all levels until no pair is open; None if fewer points must be searched."""
-        root_count = self.spheres.levels[0].shape[1]
-        every = np.arange(self.count)
-        pairs = self.descend_tree(
-            every.repeat(root_count), np.tile(np.arange(root_count), self.count)
-        )
-        if pairs is None:
-            return None
-        point, cell = pairs
-        for level, ended_point, sphere in self.ended:
-            # The centre of a sphere is that of a cell, with which the bounds are recorded.
-            low, upper = self._bound_spheres(level, ended_point, sphere)
-            middle = self.spheres.middles[level][sphere]
-            self.nearest.add_centers(ended_point, middle, upper)
-            self.nearest.end_open_cells(ended_point, middle, low)
-        points = np.concatenate([point, *(ended_point for _, ended_point, _ in self.ended)])
-        self.in_tree = np.bincount(points, minlength=self.count)
-        self.charge_tree()
-        while len(point):
+        point, cell = NO_PAIRS
+        while self.later_trees or len(point):
             checkpoint()
             next_pairs = [self.step(point, cell)]
             if sum(len(minima.point) for minima in self.settled) >= len(next_pairs[0][0]):
                 # Compute minima before the next level, as they exclude most open cells.
                 next_pairs.append(self.find_minima())
+            if self.later_trees:
+                entered = self.enter_tree(self.later_trees.pop(0))
+                if entered is None:
+                    return None
+                next_pairs.append(entered)
             point, cell = join_pairs([*next_pairs, self.waiting_pairs])
+        self.charge_tree()
         return None if self.takes_too_much else self.nearest.answer()
+
+    def enter_tree(self, spheres: BoundingSpheres) -> Pairs | None:
+        """The pairs with the cells of a tree that may be near; None if there are too many."""
+        self.spheres, self.ended = spheres, []
+        every, root_count = np.arange(self.count), spheres.levels[0].shape[1]
+        np.minimum(self.sphere_best, self.nearest.limit(every), out=self.sphere_best)
+        roots = np.tile(np.arange(root_count), self.count)
+        pairs = self.descend_tree(every.repeat(root_count), roots)
+        if pairs is None:
+            return None
+        for level, point, sphere in self.ended:
+            # The centre of a sphere is that of a cell, with which the bounds are recorded.
+            low, upper = sphere_bounds(spheres.levels[level], sphere, self.x, point)
+            middle = spheres.middles[level][sphere]
+            self.nearest.add_centers(point, middle, upper)
+            self.nearest.end_open_cells(point, middle, low)
+        points = np.concatenate([pairs[0], *(point for _, point, _ in self.ended)])
+        self.in_tree += np.bincount(points, minlength=self.count)
+        return pairs
 
     def examine_spheres(self, level: int, item: Ints, sphere: Ints) -> Ints:
         """The rows of spheres that are not farther than the centre of another sphere."""
-        low, upper = self._bound_spheres(level, item, sphere)
+        low, upper = sphere_bounds(self.spheres.levels[level], sphere, self.x, item)
         starts = find_begins(item)
         points = item[starts]
         best = np.minimum(self.sphere_best[points], np.minimum.reduceat(upper, starts))
         self.sphere_best[points] = best
         rows = np.flatnonzero(low <= self.sphere_best[item])
         if self.spheres.boxes:
-            boxes = self.spheres.boxes[level].take(sphere[rows], axis=1)
-            low = box_bounds(boxes, self.x.take(item[rows], axis=1))
+            low = box_bounds(self.spheres.boxes[level], sphere[rows], self.x, item[rows])
             rows = rows[low <= self.sphere_best[item[rows]]]
         return rows
-
-    def _bound_spheres(
-        self, level: int, point: Ints, sphere: Ints
-    ) -> tuple[FloatArray, FloatArray]:
-        """Squared bounds of the distances of pairs: `sphere_bounds`."""
-        spheres = self.spheres.levels[level].take(sphere, axis=1)
-        return sphere_bounds(spheres, self.x.take(point, axis=1))
 
     def step(self, point: Ints, cell: Ints) -> Pairs:
         """Examine one level of pairs; returns the pairs of the next level.
@@ -163,14 +162,14 @@ class ClosestLevels(TreeSearch):
         """
         low = np.empty(len(point))
         for chunk in row_slices(len(point), 1, CHUNK_PAIRS):
-            # Centre, radius and rounding error.
-            model = self.cells.models[:5].take(cell[chunk], axis=1)
-            low[chunk], upper = sphere_bounds(model, self.x.take(point[chunk], axis=1))
-            self.nearest.add_centers(point[chunk], cell[chunk], upper)
+            own = point[chunk], cell[chunk]
+            low[chunk], upper = sphere_bounds(self.cells.models, own[1], self.x, own[0])
+            self.nearest.add_centers(*own, upper)
         near_rows = np.flatnonzero(low <= self.nearest.limit(point, cell))
         if self.spheres.boxes:
             near_rows = self._drop_far_boxes(near_rows, point, cell, low)
-        near_rows, ended = self.allot_pairs(near_rows, point, cell)
+        is_later = np.ones(self.count, bool) if self.later_trees else None
+        near_rows, ended = self.allot_pairs(near_rows, point, cell, is_later)
         self.nearest.end_open_cells(point[ended], cell[ended], low[ended])
         # For each of `near_rows`: coarse cells stay open without bounds.
         is_open = self.cells.is_coarse(cell[near_rows], MAX_STRAIN)
@@ -185,8 +184,7 @@ class ClosestLevels(TreeSearch):
     def _drop_far_boxes(self, rows: Ints, point: Ints, cell: Ints, low: FloatArray) -> Ints:
         """Raise the bounds `low` of pairs `rows` by the boxes of cells; returns near pairs."""
         points, cells = point[rows], cell[rows]
-        x, boxes = self.x.take(points, axis=1), self.cells.boxes.take(cells, axis=1)
-        raised = np.maximum(low[rows], box_bounds(boxes, x))
+        raised = np.maximum(low[rows], box_bounds(self.cells.boxes, cells, self.x, points))
         low[rows] = raised
         return rows[raised <= self.nearest.limit(points, cells)]
 
@@ -214,8 +212,9 @@ class ClosestLevels(TreeSearch):
         Pairs end here if their intervals are narrow enough, if their point has too many pairs, or
         if their cells can no longer be halved.
         """
-        best = np.sqrt(self.nearest.best)
-        is_ended = best[point] - np.sqrt(np.maximum(low, 0.0)) <= self.allowed_width(best[point])
+        best = np.sqrt(self.nearest.best[point])
+        is_ended = best - np.sqrt(np.maximum(low, 0.0)) <= self.allowed_width(best)
+        is_ended &= np.isfinite(best)
         is_ended |= self.must_end(point, cell)
         self.nearest.end_open_cells(point[is_ended], cell[is_ended], low[is_ended])
         return self.halve(point[~is_ended], cell[~is_ended])
@@ -239,46 +238,15 @@ class ClosestLevels(TreeSearch):
             limit = self.nearest.limit(minima.point[chosen], minima.cell[chosen])
             rows = chosen[minima.low[chosen] <= limit]
             if len(rows):
-                open_rows.append(rows[~self.descend(minima.take(rows))])
+                is_ended, found, bounds = descend(
+                    self.cells,
+                    self.x,
+                    minima.take(rows),
+                    self.nearest.limit,
+                    self.allowed_width,
+                )
+                self.nearest.add_minima(found, bounds)
+                open_rows.append(rows[~is_ended])
         rows = np.concatenate(open_rows) if open_rows else np.zeros(0, np.intp)
         rows = rows[np.lexsort((minima.cell[rows], minima.point[rows]))]
         return self.halve_open(minima.point[rows], minima.cell[rows], minima.low[rows])
-
-    def descend(self, minima: Minima) -> Bools:
-        """Compute the minima of settled pairs by Newton's method; returns which pairs ended."""
-        is_ended = np.zeros(len(minima.point), bool)
-        rows, cell_parameters = np.arange(len(is_ended)), minima.start
-        for remaining in range(MAX_STEPS, 0, -1):
-            point, cell = minima.point, minima.cell
-            found = measure_surface_points(self.cells, self.x, point, cell, cell_parameters)
-            errors = self.cells.models[ERROR_ROWS].take(cell, axis=1)
-            gradient_error = (
-                errors[:2] * found.distance + errors[2:] + 4 * UNIT * np.abs(found.gradient)
-            )
-            # The squared distance changes by twice the change of f = ½ |x − S|²; an error e of the
-            # gradient of f changes this by at most 4 e.
-            change = 2 * least_change(found.gradient, minima.convexity, cell_parameters)
-            low = found.low * found.low + change - 4 * gradient_error.sum(axis=0) - minima.loss
-            is_far = low > self.nearest.limit(point, cell)
-            is_narrow = found.high - np.sqrt(np.maximum(low, 0.0)) <= self.allowed_width(found.high)
-            if remaining > 1:
-                # Near a minimum the distance is exact before the parameters: take one more step.
-                is_narrow &= change >= -(MAX_DISTANCE_TO_MINIMUM**2)
-            is_narrow &= ~is_far
-            chosen = np.flatnonzero(is_narrow | (remaining == 1))
-            is_outside = np.zeros(len(point), bool)
-            is_outside[chosen] = self.nearest.add_found(found.take(chosen), cell[chosen])
-            is_outside &= is_narrow
-            counts = is_narrow & ~is_outside
-            self.nearest.end_cells(point[counts], cell[counts], low[counts])
-            most = np.sqrt(found.high * found.high + minima.loss)
-            loss = (most - np.sqrt(np.maximum(low, 0.0)))[is_outside]
-            self.nearest.end_outside(point[is_outside], loss)
-            ends_now = is_narrow | is_far
-            is_ended[rows[ends_now]] = True
-            open_rows = np.flatnonzero(~ends_now)
-            if remaining == 1 or not len(open_rows):
-                break
-            cell_parameters = found.next(cell_parameters, minima.sides).take(open_rows, axis=1)
-            rows, minima = rows[open_rows], minima.take(open_rows)
-        return is_ended

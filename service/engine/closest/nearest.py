@@ -8,6 +8,7 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import count_runs, find_begins
 from service.engine.cells.cell_trims import INSIDE, OUTSIDE
 from service.engine.cells.tree import CellTree
+from service.engine.closest.descents import FoundMinima
 from service.engine.closest.newton import SurfacePoints, measure_surface_points
 from service.engine.closest.trimmed_points import TrimmedPoints
 from service.engine.vectors import Items, dot, length
@@ -75,14 +76,16 @@ class Nearest:
         self._center_best, self._center_cell = np.full(m, np.inf), np.zeros(m, np.intp)
         # For each point, the least squared lower bound of the distances of its cells.
         self._low = np.full(m, np.inf)
-        # For each point, an upper bound of the least distance, and how much further a border may be
-        # than a point of a cell that lets the border decide.
-        self._high, self._loss = np.full(m, np.inf), np.zeros(m)
+        # For each point, an upper bound of the least distance.
+        self._high = np.full(m, np.inf)
         # Results of `add_found` and `end_open_cells`.
         self._found: list[SurfacePoints] = []
         # How far found points may be from points that are inside; 0 for those that are.
         self._reaches: list[FloatArray] = []
         self._open_cells: list[tuple[Ints, Ints, FloatArray]] = []
+        # Points and cells whose minima are outside, so that borders decide: squared lower bounds of
+        # the cells, and by how much borders may be further than points of the cells.
+        self._outside: list[tuple[Ints, FloatArray, FloatArray]] = []
 
     def limit(self, point: Ints, cell: Ints | None = None) -> FloatArray:
         """Squared distances beyond which a cell has neither a closest nor an equally near point.
@@ -136,6 +139,17 @@ class Nearest:
         self._found.append(found)
         return is_outside
 
+    def add_minima(self, found: SurfacePoints, bounds: FoundMinima) -> None:
+        """Record minima (n,) of cells, with their bounds where their intervals are narrow."""
+        is_narrow = bounds.is_narrow
+        is_outside = is_narrow & self.add_found(found, bounds.cell)
+        counts = is_narrow & ~is_outside
+        self.end_cells(found.point[counts], bounds.cell[counts], bounds.low[counts])
+        if is_outside.any():
+            ended, high = bounds.take(is_outside), found.high[is_outside]
+            loss = np.sqrt(high * high + ended.loss) - np.sqrt(np.maximum(ended.low, 0.0))
+            self._outside.append((found.point[is_outside], ended.low, loss))
+
     def end_cells(self, point: Ints, cell: Ints, low: FloatArray) -> None:
         """Record squared lower bounds of cells whose minima are recorded by `add_found`."""
         if self._trims is not None:
@@ -143,13 +157,6 @@ class Nearest:
             lowered = np.maximum(np.sqrt(np.maximum(low, 0.0)) - gaps, 0.0)
             low = np.where(gaps > 0, lowered * lowered, low)
         np.minimum.at(self._low, point, low)
-
-    def end_outside(self, point: Ints, loss: FloatArray) -> None:
-        """Record cells whose minima are outside, so that borders decide.
-
-        The distance of a border is at most that of a point of the cell, plus the loss.
-        """
-        np.maximum.at(self._loss, point, loss)
 
     def end_open_cells(self, point: Ints, cell: Ints, low: FloatArray) -> None:
         """Record squared lower bounds of cells that the search leaves open."""
@@ -172,8 +179,11 @@ class Nearest:
             is_certain = reaches[rows] == 0
         high = np.maximum(self._high, chosen.distance)
         low = np.minimum(np.sqrt(np.maximum(self._low, 0.0)), high)
-        if self._trims is not None:
-            low = np.maximum(low - self._loss, 0.0)
+        loss = np.zeros(len(low))
+        for point, least, most in self._outside:
+            is_near = least <= self.limit(point)
+            np.maximum.at(loss, point[is_near], most[is_near])
+        low = np.maximum(low - loss, 0.0)
         is_tied = self._find_ties(found, chosen)
         place = chosen.net, chosen.parameters, chosen.position, chosen.distance
         return ClosestPoints(*place, low, high, is_tied, is_certain)

@@ -126,12 +126,12 @@ def _search(
     cells = CellTree(nets, limits, trims=trims)
     if trims is not None:
         begin_inside(cells)
-    spheres = BoundingSpheres(cells, reach=None if trims is None else trims.gaps)
+    trees = _build_trees(cells, trims)
     chunks = Chunks(cells, len(points), CHUNK_SIZES)
     results = []
     for rows, budget in chunks:
         search = ClosestLevels(
-            spheres, points[rows], budget, tolerance, can_split=chunks.can_split, trims=trims
+            trees, points[rows], budget, tolerance, can_split=chunks.can_split, trims=trims
         )
         result = search.search()
         if result is None:
@@ -140,6 +140,15 @@ def _search(
             results.append(result)
             chunks.grow(search.most_open)
     return ClosestPoints.join(results)
+
+
+def _build_trees(cells: CellTree, trims: NetTrims | None) -> list[BoundingSpheres]:
+    """The spheres of cells at which the search begins, and those of edges, which join it later."""
+    if trims is None:
+        return [BoundingSpheres(cells)]
+    is_edge = cells.nets.is_curve[cells.net[cells.first]]
+    chosen = cells.first[~is_edge], cells.first[is_edge]
+    return [BoundingSpheres(cells, reach=trims.gaps, first=each) for each in chosen if len(each)]
 
 
 def find_closest(

@@ -21,8 +21,8 @@ from service.bases.row_batches import row_slices
 from service.engine.nets.query_nets import QueryNets
 from service.engine.vectors import dot
 
-MAX_NUMBERS = 1 << 20
-"""The most numbers in the control nets of one chunk: this limits the memory."""
+MAX_NUMBERS = 1 << 16
+"""The most numbers in the control nets of one chunk: they stay in the processor's cache."""
 
 _PARTIAL_ORDERS = {
     1: ([0, 1, 0], [0, 0, 1]),

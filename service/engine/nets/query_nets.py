@@ -25,7 +25,7 @@ import numpy as np
 
 from service.bases import triangle
 from service.bases.affine_combination import to_homogeneous
-from service.bases.arrays import FloatArray, Ints
+from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.nets.nets import Nets, build_tensor_nets, group_nets, split_by_group
 from service.surface.batches import Patches, TrianglePatches
 from service.surface.curve_model import CurvePieces, to_space
@@ -109,6 +109,12 @@ class QueryNets:
     corners: FloatArray
     diagonal: float
     errors: FloatArray | None = None
+
+    @property
+    def is_curve(self) -> Bools:
+        """Which nets (N,) have the degree (n, 0)."""
+        sizes = [len(group.patches) for group in self.groups]
+        return np.repeat([group.degree[1] == 0 for group in self.groups], sizes)
 
     def split(self, net: Ints) -> Iterator[tuple[Nets, Ints]]:
         """The groups that have some of the nets (m,), each with their indices in `net`."""

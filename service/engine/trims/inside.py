@@ -126,11 +126,14 @@ class Regions:
             own = face[rows][point]
             copies = parameters[rows][point] + turns * self.periods[own]
             found = self.find_windings(own, copies)
+            tests, halves = tests + found.tests, halves + found.halves
             at_seam = np.unique(found.rows[~self.is_border[found.coedges]])
-            near = self.find_windings(own[at_seam], copies[at_seam], SEAM_MARGINS)
-            at_border = at_seam[near.rows[self.is_border[near.coedges]]]
+            at_border = at_seam
+            if len(at_seam):
+                near = self.find_windings(own[at_seam], copies[at_seam], SEAM_MARGINS)
+                at_border = at_seam[near.rows[self.is_border[near.coedges]]]
+                tests, halves = tests + near.tests, halves + near.halves
             inside[rows] = self._answer(face[rows], point, found, at_border)
-            tests, halves = tests + found.tests + near.tests, halves + found.halves + near.halves
             begin = end
         return Answers(inside, tests, halves)
 

@@ -82,9 +82,17 @@ class NetTrims:
         answers = np.where(self.face[net] == COVER, UNDECIDED, INSIDE)
         rows = (self.face[net] >= 0).nonzero()[0]
         if len(rows):
-            face = self.face[net[rows]]
-            of_face = self.to_face(net[rows], parameters[:, rows])
-            answers[rows] = self.regions.find_inside(face, of_face).inside
+            # Many points have the same place, such as a corner of a cell: it is tested once.
+            place = np.stack([net[rows], *parameters[:, rows]])
+            order = np.lexsort(place)
+            ordered = place[:, order]
+            is_new = np.ones(len(rows), bool)
+            is_new[1:] = (ordered[:, 1:] != ordered[:, :-1]).any(axis=0)
+            one = rows[order[is_new]]
+            own = net[one]
+            of_face = self.to_face(own, parameters[:, one])
+            found = self.regions.find_inside(self.face[own], of_face).inside
+            answers[rows[order]] = found[is_new.cumsum() - 1]
         return answers
 
     def needs_test(self, net: Ints, rectangle: FloatArray, parameters: FloatArray) -> Bools:
