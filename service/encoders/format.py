@@ -140,7 +140,7 @@ class MeshSize:
     listed_patches: int = 0
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class FileFormat:
     """The properties that formats of meshes and of lines have.
 
@@ -163,7 +163,7 @@ class FileFormat:
     other_suffixes: tuple[str, ...] = field(default=(), kw_only=True)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class Format(FileFormat):
     """A format of meshes.
 

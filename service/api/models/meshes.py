@@ -40,9 +40,13 @@ def _sizes(phrase: str) -> WithJsonSchema:
 
 
 class ResponseModel(BaseModel):
-    """A response, or a part of one."""
+    """A response, or a part of one.
 
-    model_config = ConfigDict(use_attribute_docstrings=True)
+    A model is built at its first use: most are only parts of the OpenAPI document, and building all
+    of them would take a fifth of the start of a process.
+    """
+
+    model_config = ConfigDict(use_attribute_docstrings=True, defer_build=True)
 
 
 Missing: TypeAlias = SkipJsonSchema[None]

@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import Annotated, Any, TypeAlias, get_args
 
 from fastapi import Path
-from pydantic import BaseModel, WithJsonSchema
+from pydantic import BaseModel, WithJsonSchema, create_model
 
 from service.api.caching.codings import CODINGS
 from service.api.guard.signatures import EXPIRES, SIGNATURE
@@ -210,9 +210,16 @@ def mesh_options() -> list[Json]:
 
 def scalar_options(model: type[BaseModel]) -> list[Json]:
     """The fields of a document that are not lists, as query parameters of a request with a file."""
+    # Without the surface, whose schema is long.
+    fields: dict[str, Any] = {
+        name: (field.rebuild_annotation(), field)
+        for name, field in model.model_fields.items()
+        if name != "surface"
+    }
+    options = create_model(model.__name__, **fields).model_json_schema()["properties"]
     return [
         _file_option(parameter("query", name, schema.pop("description"), schema))
-        for name, schema in model.model_json_schema()["properties"].items()
+        for name, schema in options.items()
         if schema.get("type") in ("number", "boolean", "string")
     ]
 
