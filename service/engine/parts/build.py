@@ -20,7 +20,6 @@ from service.engine.parts.edge_nets import NO_EDGE, EdgeNets, EdgeRows, build_ed
 from service.engine.parts.face_nets import FaceNets, restrict_faces
 from service.engine.parts.part import Part
 from service.engine.parts.placed_nets import Frame, NetRows, place_nets
-from service.engine.scenes.placing import scalings
 from service.engine.trims.border_tree import BorderTree
 from service.engine.trims.inside import Regions
 from service.engine.trims.places import SIZE, PlaceFrames
@@ -212,7 +211,7 @@ class _Builder:
 
     def _find_stretch(self, copy: BrepCopy) -> float:
         """The longest that a length 1 of a brep may be in the coordinates of the nets."""
-        return scalings(copy.matrix)[1] / self._frame.scale * (1.0 + 2.0**-40)
+        return copy.stretch / self._frame.scale * (1.0 + 2.0**-40)
 
     def _add(self, values: FloatArray, rows: NetRows) -> None:
         self._parts.append((rows.patch, values))

@@ -10,6 +10,7 @@ from service.engine.brep.preparation.prepare import prepare
 from service.engine.brep.prepared import PreparedBrep
 from service.engine.models import to_patches
 from service.engine.numbering import Numbering, list_numbers
+from service.engine.scenes.placing import scalings
 from service.errors import InvalidRequest
 from service.surface.brep_model import BrepModel, SkippedFace
 from service.surface.lowered import GroupModel, PatchModel
@@ -27,6 +28,7 @@ class BrepCopy:
     number : int
         Its own number among the copies.
     matrix : ndarray of float64, shape (4, 4), or None
+        Affine placement; None stands for the identity.
     first_patch : int
         The number of its first face in the request.
     first_face, first_edge, first_coedge : int
@@ -40,6 +42,22 @@ class BrepCopy:
     first_face: int
     first_edge: int
     first_coedge: int
+
+    def place(self, points: FloatArray) -> FloatArray:
+        """Points (…, 3) after the placement."""
+        if self.matrix is None:
+            return points
+        # One term after another, so that equal points stay equal, bit for bit.
+        rows = [
+            points[..., 0] * a + points[..., 1] * b + points[..., 2] * c + d
+            for a, b, c, d in self.matrix[:3].tolist()
+        ]
+        return np.stack(rows, axis=-1)
+
+    @property
+    def stretch(self) -> float:
+        """No length becomes longer than by this factor."""
+        return scalings(self.matrix)[1]
 
 
 @dataclass(frozen=True, eq=False, slots=True)

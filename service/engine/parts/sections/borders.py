@@ -14,11 +14,12 @@ import numpy as np
 from service.bases.arrays import AnyArray, Bools, FloatArray, Ints
 from service.bases.bernstein import bernstein
 from service.engine.brep.prepared import PreparedBrep
+from service.engine.parts.copies import BrepCopy, Members
 from service.engine.parts.part import Part
-from service.engine.parts.sections.placed import PlacedBrep
 from service.engine.sections.cells import THICKNESS, LocalPlanes
 from service.engine.trims.closure import ClosedSurfaces
 from service.engine.trims.composition import compose_curves
+from service.engine.trims.inside import OUTSIDE
 from service.engine.trims.places import SIZE
 from service.engine.trims.span_nets import Intervals
 from service.engine.trims.splines import Splines
@@ -125,9 +126,10 @@ class Borders:
 
     Attributes
     ----------
-    breps : tuple of PlacedBrep
+    members : Members
+        With B copies of breps.
     first_coedge : ndarray of int, shape (B + 1,)
-        The coedges of brep b are `first_coedge[b]` … `first_coedge[b + 1]` − 1.
+        The coedges of copy b are `first_coedge[b]` … `first_coedge[b + 1]` − 1.
     is_reversed : ndarray of bool, shape (F,)
         Whether the normal of the face is −(du × dv).
     vertices : ndarray of float64, shape (V, 3)
@@ -145,7 +147,7 @@ class Borders:
         Of all coedges.
     """
 
-    breps: tuple[PlacedBrep, ...]
+    members: Members
     first_coedge: Ints
     is_reversed: Bools
     vertices: FloatArray
@@ -165,39 +167,32 @@ class Borders:
         """The borders of all breps of a part."""
         origin, scale = part.nets.origin, part.nets.scale
         members = part.members
-        breps = [
-            PlacedBrep(members.definitions[copy.definition], copy.matrix, copy.first_patch)
-            for copy in members.copies
-        ]
         columns: dict[str, list[AnyArray]] = {}
         edges, images = [], []
         vertices = edge_count = coedge_count = loops = 0
         first_coedge = [0]
-        definitions: dict[int, tuple[_Curves, _Curves]] = {}
-        for brep in breps:
-            prepared = brep.prepared
+        definitions = [_list_curves(prepared) for prepared in members.definitions]
+        for copy in members.copies:
+            prepared = members.definitions[copy.definition]
             count = len(prepared.coedge_edges)
             gaps = np.zeros(len(prepared.edge_vertices))
             np.maximum.at(gaps, prepared.coedge_edges, prepared.close_gaps)
             rows: dict[str, AnyArray] = {
-                "vertices": (brep.place(prepared.vertices) - origin) / scale,
+                "vertices": (copy.place(prepared.vertices) - origin) / scale,
                 "edge_vertices": prepared.edge_vertices + vertices,
                 "edge_ranges": prepared.edge_ranges,
-                "edge_gaps": gaps * brep.stretch / scale,
+                "edge_gaps": gaps * copy.stretch / scale,
                 "is_point": prepared.edge_curves < 0,
                 "coedge_edges": prepared.coedge_edges + edge_count,
-                "coedge_faces": prepared.coedge_faces + brep.first_face,
+                "coedge_faces": prepared.coedge_faces + copy.first_patch,
                 "coedge_loops": prepared.coedge_loops + loops,
                 "coedge_reversed": prepared.coedge_reversed,
             }
             for name, values in rows.items():
                 columns.setdefault(name, []).append(values)
-            key = id(prepared.pcurves)
-            if key not in definitions:
-                definitions[key] = _list_curves(prepared)
-            own_edges, own_images = definitions[key]
-            edges.append(_place_pieces(brep, own_edges, edge_count, (origin, scale)))
-            images.append(_place_pieces(brep, own_images, coedge_count, (origin, scale)))
+            own_edges, own_images = definitions[copy.definition]
+            edges.append(_place_pieces(copy, own_edges, edge_count, (origin, scale)))
+            images.append(_place_pieces(copy, own_images, coedge_count, (origin, scale)))
             vertices += len(prepared.vertices)
             edge_count += len(prepared.edge_vertices)
             coedge_count += count
@@ -205,7 +200,7 @@ class Borders:
             loops += len(prepared.loop_faces)
         joined: dict[str, Any] = {name: np.concatenate(each) for name, each in columns.items()}
         return cls(
-            tuple(breps),
+            members,
             np.array(first_coedge),
             is_reversed=part.is_reversed,
             edges=_join_pieces(edges),
@@ -219,11 +214,26 @@ class Borders:
         brep = np.searchsorted(self.first_coedge, coedge, side="right") - 1
         for number in np.unique(brep).tolist():
             rows = (brep == number).nonzero()[0]
-            prepared = self.breps[number].prepared
+            prepared = self._find_brep(number)
             own = coedge[rows] - self.first_coedge[number]
             places = prepared.pcurves.evaluate(own, t[rows])
             parameters[rows] = prepared.places.to_parameters(prepared.coedge_faces[own], places)
         return parameters
+
+    def find_inside(self, face: Ints, parameters: FloatArray) -> Ints:
+        """Whether parameters (m, 2) of faces (m,) are in their regions (`Regions.find_inside`)."""
+        answers = np.full(len(face), OUTSIDE)
+        firsts = np.array([copy.first_patch for copy in self.members.copies])
+        owner = np.searchsorted(firsts, face, side="right") - 1
+        for number in np.unique(owner).tolist():
+            rows = (owner == number).nonzero()[0]
+            regions, own = self._find_brep(number).regions, face[rows] - firsts[number]
+            answers[rows] = regions.find_inside(own, parameters[rows]).inside
+        return answers
+
+    def _find_brep(self, copy: int) -> PreparedBrep:
+        """The brep of a copy."""
+        return self.members.definitions[self.members.copies[copy].definition]
 
 
 @dataclass(frozen=True, eq=False)
@@ -256,7 +266,7 @@ def _compose(prepared: PreparedBrep) -> Splines:
 
 
 def _place_pieces(
-    brep: PlacedBrep, curves: _Curves, first: int, frame: tuple[FloatArray, float]
+    copy: BrepCopy, curves: _Curves, first: int, frame: tuple[FloatArray, float]
 ) -> CurvePieces:
     """The pieces of curves in the coordinates of a part, where they are numbered from `first`."""
     origin, scale = frame
@@ -265,7 +275,7 @@ def _place_pieces(
         weights = nets[..., 3:] if nets.shape[-1] == 4 else np.ones((*nets.shape[:2], 1))
         weights = weights / weights.max(axis=1, keepdims=True)
         points = nets[..., :3] / (nets[..., 3:] if nets.shape[-1] == 4 else 1.0)
-        points = weights * ((brep.place(points) - origin) / scale)
+        points = weights * ((copy.place(points) - origin) / scale)
         values = np.concatenate([points, weights], axis=2)
         groups.append((rows, np.ascontiguousarray(values.transpose(1, 2, 0))))
     return CurvePieces(curves.curve + first, curves.parts.low, curves.parts.high, tuple(groups))

@@ -311,21 +311,9 @@ class ArcsOfFaces:
         tests = np.minimum(size, TESTS)
         run, number = expand_runs(tests)
         chosen = order[begin[run] + (2 * number + 1) * size[run] // (2 * tests[run])]
-        answers = find_inside(borders, face[chosen], points[chosen])
+        answers = borders.find_inside(face[chosen], points[chosen])
         outside = np.bincount(run[answers == OUTSIDE], minlength=len(begin))
         inside = np.bincount(run[answers == INSIDE], minlength=len(begin))
         result = np.empty(len(label), bool)
         result[order] = np.repeat((outside == 0) & (inside > 0), size)
         return result
-
-
-def find_inside(borders: Borders, face: Ints, parameters: FloatArray) -> Ints:
-    """Whether parameters (m, 2) of faces (m,) are in their regions (`Regions.find_inside`)."""
-    answers = np.full(len(face), OUTSIDE)
-    firsts = np.array([brep.first_face for brep in borders.breps])
-    owner = np.searchsorted(firsts, face, side="right") - 1
-    for number in np.unique(owner).tolist():
-        rows = (owner == number).nonzero()[0]
-        regions = borders.breps[number].prepared.regions
-        answers[rows] = regions.find_inside(face[rows] - firsts[number], parameters[rows]).inside
-    return answers

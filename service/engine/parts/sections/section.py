@@ -18,11 +18,7 @@ from service.engine.parts.sections.borders import Borders
 from service.engine.parts.sections.clusters import CLUSTER
 from service.engine.parts.sections.edge_sides import EdgeSides, find_edge_sides
 from service.engine.parts.sections.ends import find_ends
-from service.engine.parts.sections.face_arcs import (
-    ArcsOfFaces,
-    FaceArcs,
-    find_inside,
-)
+from service.engine.parts.sections.face_arcs import ArcsOfFaces, FaceArcs
 from service.engine.parts.sections.face_lines import FaceNets
 from service.engine.parts.sections.flat import FlatDrawing, FlatFaces
 from service.engine.parts.sections.graph import Graph, build_graph
@@ -201,7 +197,7 @@ class FaceSections:
         self.moved = max(self.moved, graph.moved)
         free = self._join(graph, numbers, lines)
         touched = found.arcs.touching
-        is_inside = find_inside(borders, whole.node_face[touched], whole.parameters[touched])
+        is_inside = borders.find_inside(whole.node_face[touched], whole.parameters[touched])
         is_left_out = flat.contain(whole.node_face[touched], column[touched])
         touched = touched[(is_inside != OUTSIDE) & ~is_left_out]
         count = len(graph.points)
