@@ -14,11 +14,11 @@ from pydantic import Field, ValidationInfo
 
 from service.bases.affine_combination import to_homogeneous
 from service.bases.arrays import FloatArray
-from service.errors import Issue
+from service.errors import InvalidRequest, Issue
 from service.schemas.document import DocumentLimits
 from service.schemas.fields import StrictModel
 from service.schemas.validation import limits_of, to_refusal
-from service.surface.checks import USUAL_EXPONENT
+from service.surface.checks import USUAL_EXPONENT, check_ratio
 
 Homogeneous: TypeAlias = Annotated[
     bool,
@@ -82,7 +82,13 @@ def find_weights(
                 "conflicting_options", message, "", "both", "`weights`, or `homogeneous`: true"
             )
             raise to_refusal([(("weights",), issue)])
-        return points[..., -1]
+        own = points[..., -1]
+        if (own > 0).all():
+            try:
+                check_ratio(own, "")
+            except InvalidRequest as error:
+                raise to_refusal(((), issue) for issue in error.issues) from None
+        return own
     if weights is None or weights.shape != points.shape[:-1] or (weights < 0).any():
         return None
     return weights if (weights == 0).any() else None

@@ -78,8 +78,8 @@ def plan_net(
     if corners:
         raise to_refusal((path, _corner_issue()) for path in corners)
     # A weight that is positive by rounding alone would be refused after dividing.
-    floor = max(float(weights.max()) if largest is None else largest, 0.0)
-    floor *= (1 + 2.0**-20) / MAX_WEIGHT_RATIO
+    highest_weight = float(weights.max()) if largest is None else largest
+    floor = max(highest_weight * (1 + 2.0**-20) / MAX_WEIGHT_RATIO, float(np.finfo(float).tiny))
     least, place = look()
     if least < floor:
         raise to_refusal([((), _vanishing_issue(least, place))])

@@ -116,22 +116,27 @@ def validate_weights(values: ArrayLike | None, shape: tuple[int, ...]) -> FloatA
         )
     _refuse(weights, "/weights", ~np.isfinite(weights), _not_finite)
     _refuse(weights, "/weights", weights <= 0, _not_positive)
+    check_ratio(weights, "/weights")
+    exponent = frexp(float(weights.max()))[1]
+    if abs(exponent) > USUAL_EXPONENT:
+        weights = np.ldexp(weights, -exponent)
+    weights.flags.writeable = False
+    return weights
+
+
+def check_ratio(weights: FloatArray, where: str) -> None:
+    """Refuse positive weights that differ too much; `where` is the JSON pointer to them."""
     low, high = float(weights.min()), float(weights.max())
     if high > MAX_WEIGHT_RATIO * low:
         raise InvalidRequest(
             Issue(
                 "weight_ratio",
                 "The weights differ too much: the lighter points would have no effect.",
-                "/weights",
+                where,
                 f"a largest weight {high / low:.3g} times the smallest",
                 f"at most {MAX_WEIGHT_RATIO:.0e} times",
             )
         )
-    exponent = frexp(high)[1]
-    if abs(exponent) > USUAL_EXPONENT:
-        weights = np.ldexp(weights, -exponent)
-    weights.flags.writeable = False
-    return weights
 
 
 def check_stored(values: FloatArray, where: str) -> None:

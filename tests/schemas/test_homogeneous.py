@@ -343,7 +343,7 @@ def test_weights_that_vanish_are_refused() -> None:
     assert refuse(**weigh([[1, 1], [-0.995, -0.995], [1, 1]])) == ("degree_too_high", "/surface")
     assert refuse(**weigh([[1] + [0] * 40 + [1]] * 2)) == ("weight_not_positive", "/surface")
     assert refuse(**weigh([[1, 0, 1e-9]] * 2)) == ("weight_not_positive", "/surface")
-    assert refuse(**weigh([[1, 1], [1, 1e-9]])) == ("weight_ratio", "/surface/weights")
+    assert refuse(**weigh([[1, 1], [1, 1e-9]])) == ("weight_ratio", "/surface")
     fields: dict[str, Any] = {"type": "bspline", "degree": [2, 1]}
     assert refuse(**fields, **weigh(np.array([[1, 1, -1, 1, 1]] * 2).T)) == (
         "weight_not_positive", "/surface",

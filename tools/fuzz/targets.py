@@ -37,7 +37,7 @@ from service.schemas.budget import DocumentBudget
 from service.schemas.convert import ConvertRequest
 from service.schemas.curves import CurveRequest
 from service.schemas.document import DocumentLimits
-from service.schemas.file_fields import FIELDS, document_from_query
+from service.schemas.file_fields import FIELDS, add_fields, document_from_query
 from service.schemas.intersect import IntersectRequest
 from service.schemas.queries import MeasureRequest, PointsRequest, ProjectRequest
 from service.schemas.query import canonical_query, parse_mesh_query
@@ -107,6 +107,12 @@ def _build_file_target(name: str) -> Callable[[bytes], None]:
     def decode_file(content: bytes) -> None:
         kind = None  # the file decides
         surface = DECODERS[name].decode(content, kind, FileLimits()).tree
+        if "homogeneous" in DECODERS[name].fields:
+            homogeneous = add_fields(surface, {"homogeneous": True})
+            with suppress(SurfaceError):
+                _check_restored(
+                    validate_document(SurfaceRequest, {"surface": homogeneous}, LIMITS).to_surface()
+                )
         validate_document(SurfaceRequest, {"surface": surface}, LIMITS).to_surface()
 
     return decode_file

@@ -3,6 +3,7 @@
 import io
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -126,6 +127,24 @@ def build_array_cases() -> Iterator[HostileFile]:
             "weight_not_positive",
             f"/surface/weights/{row}/{column}",
         )
+    for name, content, code, where in (
+        ("a corner of weight 0", change_number(0, 0, 3, 3, dimension=4), "weight_not_positive",
+         "/surface/control_net/0/3"),
+        ("a weight of NaN", change_number(np.nan, 1, 1, 3, dimension=4), "not_finite",
+         "/surface/control_net/1/1/3"),
+        ("weights that vanish", change_number(-40, 1, 1, 3, dimension=4), "weight_not_positive",
+         "/surface"),
+        ("three numbers", save_array(build_net()), "wrong_dimension", "/surface/control_net/0/0"),
+    ):  # fmt: skip
+        yield HostileFile(
+            f"homogeneous: {name}", NPY, partial(bytes, content), "homogeneous=true", 422, code,
+            "pointer", where,
+        )  # fmt: skip
+    for value in ("1", "True", ""):
+        yield HostileFile(
+            f"homogeneous={value}", NPY, lambda: save_array(build_net(dimension=4)),
+            f"homogeneous={value}", 422, "wrong_type", "parameter", "homogeneous",
+        )  # fmt: skip
     yield HostileFile(
         "too many control points",
         NPY,
@@ -293,7 +312,7 @@ def build_text_cases() -> Iterator[HostileFile]:
     )
     yield build_case(
         "a quotient beyond float64",
-        b"BEZ114 1e300 0 0 1e-300" + b" 1 1 1 1" * 3,
+        b"BEZ114 1e305 0 0 1e-5" + b" 1 1 1 1" * 3,
         422,
         "not_finite",
         "/surface/vertices/0/0",
