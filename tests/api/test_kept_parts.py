@@ -14,7 +14,7 @@ from service.schemas.validation import validate_document
 from service.surface.brep_model import BrepModel
 from service.surface.lowered import GroupModel
 from tests.api.test_part_questions import GROUP
-from tests.breps import PLATE
+from tests.breps import PLATE, build_box
 from tools.client import Client
 
 CALLS: tuple[tuple[str, dict[str, Any]], ...] = (
@@ -68,6 +68,17 @@ def test_equal_breps_of_two_requests_are_prepared_once() -> None:
     assert build_part(lower(GROUP)) is build_part(lower(GROUP))
     for field in ({"uncertainty": 1e-3}, {"name": "another"}):
         assert prepare(lower_brep(PLATE)) is not prepare(lower_brep(PLATE | field))
+
+
+def test_groups_of_very_many_members_are_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Their keys would take more memory than a request is known to take."""
+    monkeypatch.setattr("service.engine.parts.build.MOST_MEMBERS", 2)
+    member = {"surface": build_box((1, 1, 1)) | {"up": "z"}}
+    few, many = (
+        lower({"type": "group", "up": "z", "members": [member] * count}) for count in (2, 3)
+    )
+    assert build_part(few) is build_part(few)
+    assert build_part(many) is not build_part(many)
 
 
 @pytest.mark.parametrize("name", ["tee", "pipe", "sphere_hole"])

@@ -42,6 +42,8 @@ def build_part(model: BrepModel | GroupModel) -> Part:
         A brep is invalid (`prepare`), or a member is a tube or a ribbon; pointers are relative to
         the surface. `no_faces`: all faces are skipped, or have no area.
     """
+    if isinstance(model, GroupModel) and len(model.members) > MOST_MEMBERS:
+        return _build_part(model)
     return keep(("part", content_key(model)), partial(_build_part, model))
 
 
@@ -92,6 +94,9 @@ def _build_part(model: BrepModel | GroupModel) -> Part:
     )
     return Part(nets, trims, rows, surface_count, edge_rows, members, tuple(all_speeds))
 
+
+MOST_MEMBERS = 1000
+"""Parts of groups with more members are not kept: keys take some 200 bytes and 10 µs a member."""
 
 UNDECIDED_MARGINS = 40.0
 """A place that is undecided is no further than this number of margins from the region."""
