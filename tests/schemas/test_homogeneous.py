@@ -303,6 +303,17 @@ def test_curves(dimension: int) -> None:
         assert curve.weights.tolist() == pytest.approx([1, 1 / 3, 1 / 3, 1])
 
 
+def test_parts_of_other_kinds_may_have_them() -> None:
+    """Multipatches, members of groups, and the curves of tubes."""
+    several = build(type="multipatch", surfaces=[HALF_CYLINDER, {**STRIP, "name": "strip"}])
+    assert [single.degree for single in several.surfaces] == [(3, 1), (3, 1)]
+    half = {"homogeneous": True, "control_points": [[1, 0, 0, 1], [0, 1, 0, 0], [-1, 0, 0, 1]]}
+    tube = build(type="tube", curve=half, radius=0.1)
+    assert tube.curve.degree == 3
+    group = build(type="group", members=[{"surface": HALF_CYLINDER}, {"surface": STRIP}])
+    assert [member.surface.degree for member in group.members] == [(3, 1), (3, 1)]
+
+
 def test_a_negative_weight_makes_the_long_arc() -> None:
     """(1, −½, 1) is the arc of 240°, of which the middle is opposite to that of the short arc."""
     right = math.sqrt(3) / 2

@@ -140,10 +140,10 @@ def build_array_cases() -> Iterator[HostileFile]:
             f"homogeneous: {name}", NPY, partial(bytes, content), "homogeneous=true", 422, code,
             "pointer", where,
         )  # fmt: skip
-    for value in ("1", "True", ""):
+    for text in ("1", "True", ""):
         yield HostileFile(
-            f"homogeneous={value}", NPY, lambda: save_array(build_net(dimension=4)),
-            f"homogeneous={value}", 422, "wrong_type", "parameter", "homogeneous",
+            f"homogeneous={text}", NPY, lambda: save_array(build_net(dimension=4)),
+            f"homogeneous={text}", 422, "wrong_type", "parameter", "homogeneous",
         )  # fmt: skip
     yield HostileFile(
         "too many control points",
