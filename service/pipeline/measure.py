@@ -24,6 +24,7 @@ from service.pipeline.brep_checks import check_edges
 from service.pipeline.checks import check_surface
 from service.pipeline.cost import Work
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
+from service.pipeline.parts import require_exact
 from service.pipeline.query_costs import (
     measure_budget,
     measure_cost,
@@ -73,6 +74,7 @@ def plan_trials(
     TooLarge
         The surface exceeds a limit.
     """
+    surface = require_exact(surface)
     last = plan_measure(surface, query, limits)
     size = surface.size()
     budget = FIRST_POINTS + FIRST_GROWTH * measured_points(size)
@@ -97,6 +99,7 @@ def plan_measure(
     TooLarge
         The surface exceeds a limit.
     """
+    surface = require_exact(surface)
     return _plan(surface, replace(query, budget=_max_budget(surface, limits)), limits)
 
 

@@ -11,7 +11,7 @@ from service.pipeline.checks import check_surface, require_no_sweeps
 from service.pipeline.limits import Limits
 from service.surface.brep_model import BrepModel
 from service.surface.lowered import GroupModel, Model
-from service.surface.sizes import SurfaceSize
+from service.surface.sizes import SurfaceKind, SurfaceSize
 
 
 def check_asked(size: SurfaceSize, limits: Limits) -> SurfaceSize:
@@ -24,6 +24,20 @@ def check_asked(size: SurfaceSize, limits: Limits) -> SurfaceSize:
     check_surface(size, limits)
     check_edges(size, limits)
     return size
+
+
+def require_exact(surface: SurfaceKind) -> SurfaceKind:
+    """The surface with tubes as exact patches, for questions to its points.
+
+    Raises
+    ------
+    InvalidRequest
+        `not_parametric`: a ribbon, or a tube that is not made of patches, with the reason.
+    """
+    try:
+        return surface.exact_patches()
+    except InvalidRequest as error:
+        raise error.within("/surface") from None
 
 
 def has_breps(model: Model) -> TypeGuard[BrepModel | GroupModel]:

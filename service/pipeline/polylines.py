@@ -25,7 +25,7 @@ from service.measuring import Measured
 from service.pipeline.checks import check_bytes, require_numbered_patches
 from service.pipeline.cost import MAX_SCRATCH_BYTES, MEMORY_SHARE, POINT_BYTES, Work, curve_cost
 from service.pipeline.limits import DEFAULT_LIMITS, Limits, check_count, check_items
-from service.pipeline.parts import check_asked, has_breps, prepare_part
+from service.pipeline.parts import check_asked, has_breps, prepare_part, require_exact
 from service.pipeline.query_costs import piece_memory, searched_nets, sections_cost
 from service.surface.curve import Curve
 from service.surface.lowered import PatchModel
@@ -135,6 +135,7 @@ def plan_sections(
     TooLarge
         The surface or the query exceeds a limit.
     """
+    surface = require_exact(surface)
     count, where = len(query[0]), "/planes"
     check_items("too_many_planes", count, MAX_PLANES, where)
     size = check_asked(surface.size(), limits)

@@ -28,7 +28,13 @@ from service.pipeline.checks import (
 )
 from service.pipeline.cost import Work
 from service.pipeline.limits import DEFAULT_LIMITS, Limits, check_items
-from service.pipeline.parts import check_asked, describe_skipped, has_breps, prepare_part
+from service.pipeline.parts import (
+    check_asked,
+    describe_skipped,
+    has_breps,
+    prepare_part,
+    require_exact,
+)
 from service.pipeline.query_costs import (
     HIT_JSON_BYTES,
     SearchedNets,
@@ -138,6 +144,7 @@ def plan_project(
         pieces = shape.lower()  # takes no time: the curve was lowered when it was created
         nets = SearchedNets(pieces.count, (pieces.degree, 0), pieces.points.nbytes)
     else:
+        shape = require_exact(shape)
         size = check_asked(shape.size(), limits)
         nets = searched_nets(size)
         file_bytes += skipped_bytes(size)
@@ -154,7 +161,7 @@ def _project(shape: SurfaceKind | Curve, query: ProjectQuery) -> bytes:
     Raises
     ------
     InvalidRequest
-        `not_parametric`: a tube or a ribbon has no patches.
+        `no_faces`: a brep has no valid face; or a face is invalid.
     """
     if isinstance(shape, BezierCurve | BsplineCurve):
         with Measured("project"):
@@ -177,6 +184,7 @@ def plan_intersect(
     TooLarge
         The surface or the query exceeds a limit.
     """
+    surface = require_exact(surface)
     max_hits = count = len(query.origins)
     check_items("too_many_rays", count, min(MAX_ITEMS, limits.max_points), "/rays")
     if not query.only_first:
@@ -197,7 +205,7 @@ def _intersect(surface: SurfaceKind, query: RayQuery, max_hits: int) -> bytes:
     Raises
     ------
     InvalidRequest
-        `not_parametric`: a tube or a ribbon has no patches.
+        `no_faces`: a brep has no valid face; or a face is invalid.
     TooLarge
         `too_many_hits`.
     """

@@ -125,6 +125,28 @@ class GroupSurface(SurfaceKind):
         """The size of a document; each surface counts once if it has definitions."""
         return self._sizes[2] if self.has_definitions else self._sizes[0]
 
+    def exact_patches(self) -> "GroupSurface":
+        """The group with tubes as patches; pointers of errors lead to the member or definition."""
+        exact: dict[int, SurfaceKind] = {}
+        for member, number in self._placed():
+            surface = member.surface
+            if surface is None or id(surface) in exact:
+                continue
+            try:
+                exact[id(surface)] = surface.exact_patches()
+            except InvalidRequest as error:
+                where = pointer(("members", number, "surface"))
+                if member.definition is not None:
+                    where = pointer(("definitions", member.definition))
+                raise error.within(where) from None
+        if all(exact[id(surface)] is surface for surface in self._surfaces()):
+            return self
+        members = tuple(
+            each if each.surface is None else replace(each, surface=exact[id(each.surface)])
+            for each in self.members
+        )
+        return replace(self, members=members)
+
     def lower(self) -> GroupModel:
         """The distinct surfaces, each lowered once, and the placements of their copies."""
         surfaces, numbers = self._distinct

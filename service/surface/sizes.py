@@ -150,6 +150,16 @@ class SurfaceKind(ABC):
         """The size of what a document of the surface has."""
         return self.size()
 
+    def exact_patches(self) -> "SurfaceKind":
+        """An equal surface of patches or faces, to which questions are answered.
+
+        Raises
+        ------
+        InvalidRequest
+            `not_parametric`: a tube or ribbon that is not made of patches, with the reason.
+        """
+        return self
+
     def bounds(self) -> Box:
         """Least and greatest coordinates of a box that contains the surface.
 

@@ -11,6 +11,7 @@ from service.errors import InvalidRequest, Issue, count_nouns
 from service.surface.checks import MAX_COORDINATE, MAX_DEGREE, Up, check_up
 from service.surface.curve import Curve
 from service.surface.curve_model import Profile, Ribbon, SweepModel, Tube
+from service.surface.exact_tubes import PatchList, build_exact_tube
 from service.surface.placement import check_box
 from service.surface.sizes import SurfaceKind, SurfaceSize
 
@@ -122,6 +123,13 @@ class TubeSurface(SweptSurface):
         # texture coordinates. The 5 rows: a ring at the last sample, and two at each end for a cap.
         return self.count(self.sides + 1, end_rows=5)
 
+    def exact_patches(self) -> PatchList:
+        """The tube as rational patches, if its curve is made of lines and circular arcs."""
+        closed = self.lower().closed
+        return build_exact_tube(
+            self.curve.lower(), self.profile, closed=closed, up=self.up, name=self.name
+        )
+
     @property
     def profile(self) -> Tube:
         """The circle that is swept along the curve."""
@@ -192,6 +200,12 @@ class RibbonSurface(SweptSurface):
     def size(self) -> SurfaceSize:
         """The size of a ribbon: a line of two vertices at every sample of the curve."""
         return self.count(2, end_rows=1)
+
+    def exact_patches(self) -> SurfaceKind:
+        """Refuses a ribbon."""
+        message = "Ribbons are meshed along their curves; they are not made of Bézier patches."
+        needed = "a surface of patches, such as a B-spline of degree 1 across the curve"
+        raise InvalidRequest(Issue("not_parametric", message, "", "a ribbon", needed))
 
     @property
     def profile(self) -> Ribbon:

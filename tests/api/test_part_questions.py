@@ -166,11 +166,20 @@ def test_surfaces_without_any_valid_face_are_refused(client: Client, name: str) 
 
 
 @pytest.mark.parametrize("name", QUESTIONS)
-def test_tubes_beside_parts_are_refused(client: Client, name: str) -> None:
+def test_straight_tubes_beside_parts_are_asked_with_them_and_others_are_refused(
+    client: Client, name: str
+) -> None:
     path, fields = QUESTIONS[name]
-    tube = {"type": "tube", "curve": {"control_points": [[0, 0, 0], [1, 0, 0]]}, "radius": 1}
-    group = {"type": "group", "members": [{"surface": BOX}, {"surface": tube}]}
-    assert refuse(client, path, group, **fields) == ("not_parametric", "/surface")
+    points = [[0, 0, 0], [1, 0, 0], [2, 1, 0]]
+    line, curve = ({"type": "tube", "curve": {"control_points": points[:k]}, "radius": 1}
+                   for k in (2, 3))  # fmt: skip
+    group, wrong = (
+        {"type": "group", "members": [{"surface": BOX}, {"surface": each}]}
+        for each in (line, curve)
+    )
+    assert ask(client, path, group, **fields)
+    where = "/surface/members/1/surface"
+    assert refuse(client, path, wrong, **fields) == ("not_parametric", where)
 
 
 @pytest.mark.parametrize("name", QUESTIONS)

@@ -19,7 +19,7 @@ WHOLE = f'{{"surface":{SQUARE}}}'
 TWISTED = '{"control_net":[[[0,0,0],[0,1,0]],[[1,0,0],[1,1,1]]]}'
 """A surface that ends at the sides of its net; a plane does not."""
 
-TUBE = '{"type":"tube","curve":{"control_points":[[0,0,0],[1,0,0]]},"radius":1}'
+TUBE = '{"type":"tube","curve":{"control_points":[[0,0,0],[1,0,0],[2,3,0]]},"radius":1}'
 
 
 def write_polygon(*corners: str, surface: str = SQUARE) -> str:
@@ -69,7 +69,8 @@ def build_questions(name: str, fields: str) -> Iterator[HostileBody]:
         yield build_case(f"{name} to copies: {code}", ask(copies), code, where)
     brep = write_brep(WHOLE)
     mixed = write_group(brep, TUBE)
-    yield build_case(f"{name}: a tube beside", ask(mixed), "not_parametric", "/surface")
+    where = "/surface/members/1/surface"
+    yield build_case(f"{name}: a tube beside", ask(mixed), "not_parametric", where)
     faults = {
         "unknown_face": '"shells":[{"faces":[1]}]@/shells/0/faces/0',
         "missing_field": '"edges":[{}]@/edges/0/vertices',

@@ -114,8 +114,8 @@ async def project_points(body: ProjectRequest, context: ContextDep) -> Response:
 
     Row k of each column belongs to point k. The search subdivides the whole surface: it needs no
     starting point, and misses no minimum. Of a brep, the closest point is on a trimmed face or on
-    an edge, and `near_edge` says where an edge decides. Tubes and ribbons have no closest points
-    (`not_parametric`).
+    an edge, and `near_edge` says where an edge decides. Ribbons, and tubes that are not exact, have
+    no closest points (`not_parametric`).
 
     Many points are sent faster as a NumPy file. Then the query of the URL names a stored or
     built-in surface, and has the other fields.
@@ -158,7 +158,7 @@ async def intersect_surface(body: IntersectRequest, context: ContextDep) -> Resp
     Many rays are sent faster as a NumPy file with a point and a direction in each row. The query
     then names a stored or built-in surface, and has the other fields.
 
-    Tubes and ribbons have no hits and no sections (`not_parametric`).
+    Ribbons, and tubes that are not exact, have no hits and no sections (`not_parametric`).
     """
     services, computation, request, fmt = context
     if body.planes is not None:
@@ -192,7 +192,7 @@ async def measure_surface(body: MeasureRequest, context: ContextDep) -> Response
     otherwise `faulty_edges` lists the reasons. A `tolerance` that takes more work than one request
     may take is refused (`too_costly`); the error names the tolerance that can be reached for each
     quantity. Faces of a brep are measured inside their trims; `edge_lengths` has the lengths of its
-    edges. Tubes and ribbons are not measured (`not_parametric`).
+    edges. Ribbons, and tubes that are not exact, are not measured (`not_parametric`).
     """
     services, computation, *_ = context
     for work in plan_trials(body.to_surface(), body.to_query(), services.limits):
