@@ -281,7 +281,7 @@ def _count_points(definition: BaseModel) -> int:
     return max(
         (
             # In a triangle, the list of the rows and the rows are one axis.
-            prod(value.shape[: grid.point_levels - (grid.triangle_level is not None)])
+            _count_entries(value, grid.point_levels - (grid.triangle_level is not None))
             for name, field in type(definition).model_fields.items()
             for grid in field.metadata
             if isinstance(grid, NumberGrid) and grid.point_levels
@@ -289,3 +289,10 @@ def _count_points(definition: BaseModel) -> int:
         ),
         default=0,
     )
+
+
+def _count_entries(value: Array | tuple[Array, ...], axes: int) -> int:
+    """The number of entries along the first axes of an array, or of a list of arrays."""
+    if isinstance(value, tuple):  # grids of several degrees
+        return sum(prod(each.shape[: axes - 1]) for each in value)
+    return prod(value.shape[:axes])

@@ -10,7 +10,7 @@ from service.schemas.request import SurfaceRequest
 from service.schemas.validation import validate_document
 from service.surface.group import GroupSurface
 from tests.breps import PLATE
-from tests.forms import PATCH, TENT
+from tests.forms import PATCH, SURFACES, TENT
 
 LIMITS = DocumentLimits()
 
@@ -120,3 +120,16 @@ def test_the_unit_of_a_member_has_no_effect() -> None:
     assert len(group.definitions) == 1
     assert group.unit is None
     assert read(members=[{"surface": PATCH}], metres_per_unit=1e-3).unit == 1e-3
+
+
+def test_members_may_have_patches_of_several_degrees() -> None:
+    """Their indices count: 4 + 6 + 4."""
+    ragged = SURFACES["patches of several degrees"]
+    own = {"surface": ragged}
+    assert len(read(members=[own]).members) == 1
+    group = read(definitions=[ragged], members=[{}, {"definition": 0, "parent": 0}])
+    assert len(group.members) == 2
+    assert read(DocumentLimits(max_control_points=28), members=[own, own]).members
+    assert refuse(DocumentLimits(max_control_points=27), members=[own, own]) == (
+        "too_many_control_points", "/members"
+    )  # fmt: skip
