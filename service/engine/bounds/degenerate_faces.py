@@ -130,14 +130,20 @@ def build_rim_triangles(
 def find_missing_triangles(corners: AnyInts, written: Bools, halves: Bools) -> Bools:
     """Which triangles (m,) are not written and do not lie on a side of a written triangle."""
     checkpoint()
-    present, omitted = corners[written], np.sort(corners[~written], axis=1)
+    missing = ~written
+    if not missing.any():
+        return missing
+    present, omitted = corners[written], np.sort(corners[missing], axis=1)
     # The diagonal of a quad is not a side; a single point counts as a side.
     points = np.repeat(present.reshape(-1, 1), 2, axis=1)
     sides = np.concatenate([present[:, :2], present[:, ::2], present[~halves[written], 1:], points])
+    # Most sides have other ends than any omitted triangle.
+    is_end = np.zeros(int(corners.max()) + 1, dtype=bool)
+    is_end[omitted] = True
+    sides = sides[is_end[sides].all(axis=1)]
     # A triangle without area is a line or a point; its ends are the first and the last of its
     # sorted corners. A pair of points is compared as one number, pair @ digits.
-    digits = np.array([int(corners.max()) + 1, 1])
-    missing = ~written
+    digits = np.array([len(is_end), 1])
     missing[~written] = ~np.isin(
         np.matmul(omitted[:, ::2], digits), np.matmul(np.sort(sides, axis=1), digits)
     )

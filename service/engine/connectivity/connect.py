@@ -221,7 +221,7 @@ def _find_pattern(
     if columns and isinstance(batch, TensorPatches):
         pattern = MESH_PLANS.get(
             ("grid edges", forms, columns),
-            lambda: find_pattern(model.batches, number_grid_points(batch, columns)),
+            lambda: find_pattern(model.batches, number_grid_points(batch, columns), columns),
         )
     else:
         numbers = find_equal_points(border)

@@ -166,8 +166,12 @@ def _form(batch: Patches) -> tuple[bool, int, int]:
     return False, *batch.degree
 
 
-def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
-    """Finds the pattern from a number for each border point, (B,), equal for equal points."""
+def find_pattern(batches: Sequence[Patches], numbers: Ints, columns: int = 0) -> EdgePattern:
+    """Finds the pattern from a number for each border point, (B,), equal for equal points.
+
+    If the patches form a grid with `columns` patches along v, so that the numbers are those of
+    `number_grid_points`, no sides are compared.
+    """
     # For each degree, the numbers of sides (patch · 4 + side), and their border points.
     groups: dict[int, list[tuple[Ints, IndexArray]]] = {}
     corners: list[IndexArray] = []
@@ -191,11 +195,15 @@ def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
         side_numbers, side_rows = map(np.concatenate, zip(*groups[degree], strict=True))
         order = np.argsort(side_numbers)
         side_numbers, side_rows = side_numbers[order], side_rows[order]
-        points = numbers[side_rows]
-        collapsed[side_numbers] = (points == points[:, :1]).all(axis=1)
-        # Sides are compared by the numbers of their points, as if these were points on a line.
-        oriented, _, is_reversed = orient_edges(points[..., None].astype(np.float64), None)
-        leader, number = find_first_rows(oriented[..., 0])
+        if columns:
+            leader, number = _number_grid_sides(side_numbers, patch_count // columns, columns)
+            is_reversed = collapsed[side_numbers] = np.zeros(len(number), dtype=bool)
+        else:
+            points = numbers[side_rows]
+            collapsed[side_numbers] = (points == points[:, :1]).all(axis=1)
+            # Sides are compared by the numbers of their points, as if these were points on a line.
+            oriented, _, is_reversed = orient_edges(points[..., None].astype(np.float64), None)
+            leader, number = find_first_rows(oriented[..., 0])
         first = sum(map(len, edges))
         ids.append(np.arange(first, first + len(leader)))
         edge[side_numbers] = first + number
@@ -225,6 +233,21 @@ def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
         tuple(sides_by_degree),
         EqualPoints.from_numbers(numbers),
     )
+
+
+def _number_grid_sides(sides: Ints, rows: int, columns: int) -> tuple[Ints, Ints]:
+    """The result of `find_first_rows` for sides (S,) of patches that form a grid.
+
+    The sides are all, or those along one of both directions, in ascending order.
+    """
+    number = np.full((rows, columns, 4), -1)
+    # A side u = 0 or v = 0 is an edge of a patch before, unless it is on the border of the grid.
+    is_first = np.zeros(number.shape, dtype=bool)
+    is_first[0, :, 0] = is_first[:, 0, 2] = is_first[..., 1::2] = True
+    first_sides = is_first.ravel()[sides]
+    number.ravel()[sides] = np.cumsum(first_sides) - 1
+    number[1:, :, 0], number[:, 1:, 2] = number[:-1, :, 1], number[:, :-1, 3]
+    return np.flatnonzero(first_sides), number.ravel()[sides]
 
 
 def number_grid_points(batch: TensorPatches, columns: int) -> Ints:

@@ -196,11 +196,17 @@ class Connectivity:
     @cached_property
     def is_cut_twice(self) -> Bools:
         """Which `cut_corners` several patches share, (P, 3), on sides that are not points."""
-        _, number = unique_rows(self.cut_corners.reshape(-1, 2).astype(np.float64))
-        is_shared: Bools = (np.bincount(number)[number] > 1).reshape(-1, 3)
-        is_shared &= self.cut_corners[..., 0] >= 0
-        is_shared &= self.is_line[self.cut_corners >> 1].all(axis=2)
-        return is_shared
+        lines = self.cut_corners.reshape(-1, 2)
+        is_shared: Bools = lines[:, 0] >= 0
+        # Only lines are compared of which each end occurs again; in a grid of patches none does.
+        occurs_again = np.bincount(lines[is_shared].ravel()) > 1
+        rows = np.flatnonzero(is_shared & occurs_again[lines].all(axis=1))
+        is_shared = np.zeros(len(lines), dtype=bool)
+        if len(rows):
+            _, number = unique_rows(lines[rows].astype(np.float64))
+            is_shared[rows] = np.bincount(number)[number] > 1
+            is_shared[rows] &= self.is_line[lines[rows] >> 1].all(axis=1)
+        return is_shared.reshape(-1, 3)
 
 
 BESIDE_OF_GRID = {0: (2, 3), 2: (0, 1)}

@@ -27,8 +27,17 @@ def lower_hills(counts: tuple[int, int], degree: tuple[int, int]) -> TensorPatch
 def test_points_of_a_grid_are_numbered_as_if_all_were_compared(degree: tuple[int, int]) -> None:
     counts = degree[0] + 4, degree[1] + 6
     batch = lower_hills(counts, degree)
-    numbers = find_equal_points(border_points(batch))
-    assert (number_grid_points(batch, counts[1] - degree[1]) == numbers).all()
+    numbers, columns = find_equal_points(border_points(batch)), counts[1] - degree[1]
+    assert (number_grid_points(batch, columns) == numbers).all()
+    by_columns, compared = find_pattern([batch], numbers, columns), find_pattern([batch], numbers)
+    assert by_columns.connectivity.key == compared.connectivity.key
+    for name in ("ids", "edges"):
+        for ours, theirs in zip(getattr(by_columns, name), getattr(compared, name), strict=True):
+            np.testing.assert_array_equal(ours, theirs)
+    for ours, theirs in zip(by_columns.sides, compared.sides, strict=True):
+        np.testing.assert_array_equal(ours[0], theirs[0])
+        np.testing.assert_array_equal(ours[1], theirs[1])
+    np.testing.assert_array_equal(by_columns.corners, compared.corners)
 
 
 def test_splines_of_one_shape_have_one_connectivity() -> None:
