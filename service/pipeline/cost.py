@@ -32,7 +32,7 @@ MAX_SCRATCH_BYTES, MIN_SCRATCH_BYTES = 16 << 20, 1 << 19
 """Temporary arrays take at most 4 times the bytes of the results plus `MIN_SCRATCH_BYTES`, and
 never more than `MAX_SCRATCH_BYTES`."""
 
-SEAM_BYTES = 1000
+SEAM_BYTES = 600
 """Bytes for each patch while shared edges are found."""
 
 VERTEX_BYTES, TRIANGLE_BYTES, RIM_BYTES, LINE_BYTES = 80, 40, 280, 100

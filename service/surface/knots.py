@@ -36,12 +36,14 @@ MIN_LENGTH = float(np.finfo(np.float32).tiny)
 """Least length of any span. Programs in single precision may round shorter spans to 0, and
 derivatives over shorter spans may exceed the range of float64."""
 
-MAX_BEZIER_POINTS = 4_000_000
-"""The most control points of all Bézier patches together, and the most entries of the extraction
-operators along one direction. Each of these takes at most about 100 MB."""
+MAX_BEZIER_POINTS = 16_000_000
+"""The most control points of all Bézier patches together, enough for a net of 1000 × 1000 control
+points of degree 3. They take about 400 MB."""
 
+MAX_ENTRIES = 4_000_000
+"""The most entries of the extraction operators along one direction, which take about 100 MB."""
 
-MAX_PIECES = 500_000
+MAX_PIECES = 1_000_000
 """The most Bézier patches of a surface, or pieces of a curve. Patches of low degree have few
 control points, but each patch takes time, too."""
 
@@ -173,7 +175,7 @@ def check_bezier_points(
     pieces = [len(knot.spans(u, p)) for u, p in zip(vectors, degree, strict=True)]
     point_count = math.prod(n * (p + 1) for n, p in zip(pieces, degree, strict=True))
     entries = max(n * (p + 1) ** 2 for n, p in zip(pieces, degree, strict=True))
-    if max(point_count, entries) > MAX_BEZIER_POINTS:
+    if point_count > MAX_BEZIER_POINTS or entries > MAX_ENTRIES:
         raise InvalidRequest(
             Issue(
                 "too_many_bezier_points",
@@ -181,8 +183,8 @@ def check_bezier_points(
                 "points. These, or the entries of the extraction operators, would be too many.",
                 points_pointer,
                 " × ".join(f"{n} spans of degree {p}" for n, p in zip(pieces, degree, strict=True)),
-                f"at most {MAX_BEZIER_POINTS} Bézier control points, and no more in spans × "
-                "(degree + 1)² along one direction",
+                f"at most {MAX_BEZIER_POINTS} Bézier control points, and at most {MAX_ENTRIES} "
+                "entries, spans × (degree + 1)², along one direction",
             )
         )
     if math.prod(pieces) > MAX_PIECES:

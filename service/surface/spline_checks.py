@@ -13,7 +13,7 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import count_runs
 from service.surface.checks import MAX_COORDINATE, MAX_WEIGHT_RATIO, USUAL_EXPONENT
 from service.surface.knot_tables import KnotTable
-from service.surface.knots import MAX_BEZIER_POINTS, MAX_PIECES
+from service.surface.knots import MAX_BEZIER_POINTS, MAX_ENTRIES, MAX_PIECES
 from service.surface.spline_tables import CurveTable, SurfaceTable
 
 Table = TypeVar("Table", CurveTable, SurfaceTable)
@@ -39,7 +39,7 @@ def check_curves(table: CurveTable) -> tuple[CurveTable, Ints]:
         return table, np.flatnonzero(is_invalid)
     knots = raw_knots.merge()
     spans, orders = knots.span_counts, table.degrees + 1
-    is_long = (spans > MAX_PIECES) | (spans * orders**2 > MAX_BEZIER_POINTS)
+    is_long = (spans > MAX_PIECES) | (spans * orders**2 > MAX_ENTRIES)
     is_invalid = is_long | knots.find_discontinuous()
     return _finish(table, knots, is_invalid)
 
@@ -57,7 +57,7 @@ def check_surfaces(table: SurfaceTable) -> tuple[SurfaceTable, Ints]:
         return table, np.flatnonzero(is_invalid)
     knots = raw_knots.merge()
     spans, orders = knots.span_counts.reshape(-1, 2), table.degrees + 1
-    is_long = (spans * orders**2).max(axis=1) > MAX_BEZIER_POINTS
+    is_long = (spans * orders**2).max(axis=1) > MAX_ENTRIES
     is_long |= (spans * orders).prod(axis=1) > MAX_BEZIER_POINTS
     is_long |= spans.prod(axis=1) > MAX_PIECES
     is_invalid = is_long | knots.find_discontinuous().reshape(-1, 2).any(axis=1)

@@ -302,15 +302,15 @@ def test_surfaces_just_within_the_limits_are_accepted() -> None:
 
 def test_too_many_patches_are_refused_because_of_their_number() -> None:
     """A patch of degree 1 has few control points, but needs as much work as any other patch."""
-    (issue,) = list_issues(control_net=np.zeros((710, 710, 3)), degree=(1, 1))
+    (issue,) = list_issues(control_net=np.zeros((1010, 1010, 3)), degree=(1, 1))
     assert (issue.code, issue.pointer) == ("too_many_spans", "/control_net")
-    assert issue.got == "709 × 709 spans"
+    assert issue.got == "1009 × 1009 spans"
 
 
 @pytest.mark.parametrize(
     ("shape", "degree"),
     [
-        ((505, 505), (3, 3)),  # 502² patches of 4² points; the limit is 4 million
+        ((1010, 1010), (3, 3)),  # 1007² patches of 4² points; the limit is 16 million
         ((1100, 2), (64, 1)),  # 1036 spans along u, whose extraction operators have 65² entries
         ((200, 200), (30, 30)),
     ],

@@ -15,7 +15,7 @@ from service.settings.runtime import pin_blas
 
 SECTIONS = (
     *("evaluation", "methods", "encoders", "queries"),
-    *("breps", "requests", "workers", "operation", "bake", "hostile"),
+    *("growth", "breps", "requests", "workers", "operation", "bake", "hostile"),
 )
 
 

@@ -831,9 +831,9 @@ def build_long_cases() -> Iterator[HostileBody]:
         "wrong_type",
         "/surface/vertices/3/0",
     )
-    spline = write_surface('"type":"bspline","degree":16,"control_net":?')
-    # 126 × 126 spans of degree 16 have 126² · 17² = 4.6 million Bézier points; 4 are allowed.
-    grid = repeat_word(repeat_word("[0,0,0]", 142), 142)
+    spline = write_surface('"type":"bspline","degree":64,"control_net":?')
+    # 63 × 63 spans of degree 64 have 63² · 65² = 16.8 million Bézier points; 16 are allowed.
+    grid = repeat_word(repeat_word("[0,0,0]", 127), 127)
     pointer = "/surface/control_net"
     yield build_long_case(
         "very many spans", lambda: spline.replace("?", grid), "too_many_bezier_points", pointer

@@ -14,7 +14,7 @@ from service.decoders.cad.faults import InvalidGeometry
 from service.decoders.cad.frames import MAX_COORDINATE
 from service.decoders.cad.knot_vectors import check_knots, to_floats
 from service.surface.checks import MAX_WEIGHT_RATIO
-from service.surface.knots import MAX_BEZIER_POINTS, MAX_PIECES
+from service.surface.knots import MAX_ENTRIES, MAX_PIECES
 
 JUMP = 1e-9
 """At p + 1 equal knots the two control points may be this far apart, as a share of the largest
@@ -51,7 +51,7 @@ def clamp(knots: FloatArray, degree: int, net: FloatArray) -> tuple[FloatArray, 
     values = knots.tolist()
     first, last = values[degree], values[-degree - 1]
     pieces = len(set(values))
-    if pieces > MAX_PIECES or pieces * (degree + 1) ** 2 > MAX_BEZIER_POINTS:
+    if pieces > MAX_PIECES or pieces * (degree + 1) ** 2 > MAX_ENTRIES:
         raise InvalidGeometry("a spline has too many spans")
     pairs = enumerate(zip(values, values[degree:], strict=False))
     jumps = [at for at, (low, high) in pairs if low == high and first < low < last]

@@ -8,13 +8,13 @@ examined: the triangles with a corner on the border of a patch.
 Proof in docs/proofs.md: "Missing triangles".
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from service.bases import triangle
 from service.bases.arrays import AnyInts, Bools, FloatArray, IndexArray, Ints, RealArray
-from service.bases.cache import BASES
+from service.bases.cache import BASES, MESH_PLANS
 from service.cancellation import checkpoint
 from service.engine.options import Faces, MeshOptions
 from service.engine.plans.layout import Layout
@@ -50,6 +50,45 @@ def bound_missing_distances(
         or any(has_missing_triangles(shape, options.faces) for shape, _ in layout.shapes)
     ):
         return np.zeros(len(layout.base))
+    layout_key = layout.connectivity.key, layout.resolution
+    missing = MESH_PLANS.get(
+        ("missing", layout_key, options.faces, options.weld),
+        lambda: _find_missing(layout, options),
+    )
+    assert isinstance(missing, _Missing)
+    bounds = np.zeros(len(layout.base))
+    if len(missing.patches):
+        distances = _bound_distances(missing.corners, missing.vertices, positions)
+        np.maximum.at(bounds, missing.patches, distances)
+    return bounds
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Missing:
+    """The missing triangles of a mesh, which depend on its layout and options alone.
+
+    Attributes
+    ----------
+    corners : ndarray of int, shape (n, 3)
+        The samples at the corners of each.
+    patches : ndarray of int, shape (n,)
+        The patch of each.
+    vertices : ndarray of int, shape (k,)
+        The samples that are vertices of the mesh, ascending; none if no triangle is missing.
+    """
+
+    corners: AnyInts
+    patches: AnyInts
+    vertices: AnyInts
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of all arrays."""
+        return self.corners.nbytes + self.patches.nbytes + self.vertices.nbytes
+
+
+def _find_missing(layout: Layout, options: MeshOptions) -> _Missing:
+    """Finds the missing triangles among those of the rims of all patches."""
     # For each sample, one sample that stands for all samples at its point.
     point = layout.find_leaders() if options.weld else _find_pinched_points(layout)
     rims = [
@@ -62,12 +101,8 @@ def bound_missing_distances(
     # Arrays of all triangles of the rims; `patch` is the patch of each.
     corners, written, halves, patch = (np.concatenate(parts) for parts in zip(*rims, strict=True))
     missing = find_missing_triangles(corners, written, halves).nonzero()[0]
-    bounds = np.zeros(len(layout.base))
-    if not len(missing):
-        return bounds
-    vertices = np.unique(corners[written])
-    np.maximum.at(bounds, patch[missing], _bound_distances(corners[missing], vertices, positions))
-    return bounds
+    vertices = np.unique(corners[written]) if len(missing) else corners[:0, 0]
+    return _Missing(corners[missing], patch[missing], vertices)
 
 
 def has_missing_triangles(shape: AnyShape, kind: Faces) -> bool:

@@ -269,7 +269,7 @@ def test_knots_that_differ_by_rounding_are_merged() -> None:
 
 
 def test_too_many_spans_are_refused() -> None:
-    count = 710
+    count = 1010
     knots = np.arange(count + 2.0)
     net = np.zeros((count, count, 3))
     net[..., 0] = np.arange(count)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray
+from service.bases.row_batches import row_slices
 from service.engine.adaptive.cutting.cells import FaceCells, Leaves, Task
 from service.engine.adaptive.cutting.estimate import (
     build_forms,
@@ -27,6 +28,10 @@ from service.engine.adaptive.cutting.span_pieces import (
     split_cells,
 )
 from service.engine.vectors import Vectors, dot, length, project
+
+RUN_PIECES = 1 << 13
+"""The number of pieces whose heights are measured together: nine points of each take 2 MB. The
+first cell of a spline has a piece for each of its patches, up to 1,000,000."""
 
 
 def estimate_span_cells(
@@ -63,11 +68,17 @@ def estimate_span_cells(
     # Parameters of the cell, from 0 to 1, at the ends and the middle of each piece: (2, 3, N).
     shares = np.array([low, (low + high) * 0.5, high]).swapaxes(0, 1)
 
-    shares_of_points = np.repeat(shares[0], 3, axis=0), np.tile(shares[1], (3, 1))
-    corners, normals = (x.take(cell, axis=-1) for x in (corner[[0, 6, 8, 2]], planes.normals))
-    heights = pieces.find_largest(
-        _measure_heights(face_points, shares_of_points, corners, normals, distance_share)
-    )
+    corners, largest = corner[[0, 6, 8, 2]], np.empty((2, len(cell)))
+    for run in row_slices(len(cell), 1, RUN_PIECES):
+        (x, y), cell_of_piece = shares[..., run], cell[run]
+        largest[:, run] = _measure_heights(
+            face_points[..., run],
+            (np.repeat(x, 3, axis=0), np.tile(y, (3, 1))),
+            corners.take(cell_of_piece, axis=-1),
+            planes.normals.take(cell_of_piece, axis=-1),
+            distance_share[run],
+        )
+    heights = pieces.find_largest(largest)
     # The diagonal with fewer triangles without area is better; if both have equally many, the
     # heights decide.
     is_rising = np.where(planes.worse == 0, heights[0] < heights[1] * NEARLY, planes.worse < 0)
