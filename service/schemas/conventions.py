@@ -17,7 +17,9 @@ from service.errors import Issue, pointer
 from service.schemas.translation import (
     ROLES,
     find_program,
+    find_sizes,
     fold_name,
+    is_flat_list,
     translate_curve,
     translate_surface,
 )
@@ -114,6 +116,28 @@ KIND_NAMES: Mapping[str, str] = MappingProxyType(
 """Kinds of surfaces, by names that other programs have for them, without case and marks."""
 
 
+_ROWS: Mapping[str, str] = MappingProxyType(
+    {
+        "control_net": "a list of rows along u, [[[x, y, z], …], …]",
+        "weights": "a list of rows along u, [[w, …], …]",
+    }
+)
+"""The nested lists that are needed in place of flat ones."""
+
+_OWN: Mapping[str, str] = MappingProxyType(
+    {
+        **dict.fromkeys(
+            ("control_net", "vertices", "patches", "surfaces", "members", "faces"), "surface"
+        ),
+        "control_points": "curve",
+    }
+)
+"""Fields that stand inside a surface or a curve, not beside it."""
+
+_NO_NAME = "No field has this name."
+
+_SPLINE = "`type`: `bspline`, which has this field"
+
 _UNKNOWN = ("unknown_field", "unknown_type")
 """Codes of the issues that may be those of another program's fields."""
 
@@ -132,14 +156,22 @@ def explain(
     is_valid : callable
         Whether a request is valid: only such a request is shown.
     """
+    if not isinstance(document, dict):
+        return issues
+    objects = [*_find_objects(document)]
+    for where, fields, is_curve in objects:
+        if not is_curve:
+            issues = _explain_flat_lists(where, fields, issues)
+    if not {"surface", "curve"} & document.keys():
+        issues = tuple(map(_explain_own_field, issues))
     unknown = {issue.pointer for issue in issues if issue.code in _UNKNOWN}
-    if not unknown or not isinstance(document, dict):
+    if not unknown:
         return issues
     better = {
         f"/{name}": Issue("unknown_field", message, f"/{name}", "", needed)
         for name, (message, needed) in _ELSEWHERE.items()
     }
-    for where, fields, is_curve in _find_objects(document):
+    for where, fields, is_curve in objects:
         better |= _explain_object(where, fields, unknown, is_valid, is_curve=is_curve)
     explained = [
         replace(better[issue.pointer], got=issue.got)
@@ -147,6 +179,38 @@ def explain(
         if issue.pointer in better and issue.pointer in unknown
     ]
     return (*explained, *(i for i in issues if not (i.pointer in better and i.pointer in unknown)))
+
+
+def _explain_own_field(issue: Issue) -> Issue:
+    """The issue of a field of a surface or curve that stands in their place; others unchanged."""
+    container = _OWN.get(issue.pointer[1:]) if issue.code == "unknown_field" else None
+    return issue if container is None else replace(issue, needed=f"`{container}`, with it inside")
+
+
+def _explain_flat_lists(
+    where: str, fields: dict[str, Any], issues: tuple[Issue, ...]
+) -> tuple[Issue, ...]:
+    """The issues, with one for each flat list of points or weights, not one for each item."""
+    for name, form in _ROWS.items():
+        place = f"{where}/{name}/"
+        inside = [each for each in issues if each.pointer.startswith(place)]
+        if {each.code for each in inside} != {"wrong_type"}:
+            continue
+        if not is_flat_list(fields.get(name), 2 if name == "control_net" else 1):
+            continue
+        first = replace(inside[0], needed=form + _describe_split(fields))
+        issues = tuple(first if i is inside[0] else i for i in issues if i not in inside[1:])
+    return issues
+
+
+def _describe_split(fields: dict[str, Any]) -> str:
+    """How a flat list is split into rows, if the sizes of the net are known."""
+    sizes = find_sizes(fields)
+    if sizes is None:
+        return ""
+    rows, columns = sizes
+    by_rows = f": {rows} rows of {columns}, if v varies fastest in the list"
+    return f"{by_rows}; if u does, item j of row i is number i + {rows} j"
 
 
 def _find_objects(document: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any], bool]]:
@@ -188,10 +252,12 @@ def _explain_object(
         for name in fields
         if where + pointer([name]) in unknown and fold_name(name) in ROLES
     }
+    if kind is None:  # of a Bézier patch, because the kind is left out
+        needs |= {name: _SPLINE for name in ("degree", "knots") if name in needs}
     if not needs:
         return {}
     program = find_program(fields)
-    message = "No field has this name" + (f"; {program.program} has one." if program else ".")
+    message = f"{_NO_NAME[:-1]}; {program.program} has one." if program else _NO_NAME
     request = _write_request(where, fields, is_valid, is_curve=is_curve)
     needs[next(iter(needs))] += f"; send {request}"
     return {

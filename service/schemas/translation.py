@@ -6,6 +6,7 @@ order of the points, or about whether they are multiplied by their weights.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import chain
 from math import prod
 from types import MappingProxyType
 from typing import Any
@@ -129,6 +130,36 @@ def translate_surface(fields: Mapping[str, Any]) -> dict[str, Any] | None:
 def translate_curve(fields: Mapping[str, Any]) -> dict[str, Any] | None:
     """The document of the curve that fields of another program mean; None in doubt."""
     return _translate(fields, 1)
+
+
+def is_flat_list(value: object, depth: int) -> bool:
+    """Whether a value is a list of numbers or, up to a depth of 2, a list of lists of numbers."""
+    items: list[Any] = value if isinstance(value, list) else []
+    if depth == 2 and items and all(isinstance(item, list) for item in items):
+        items = [*chain.from_iterable(items)]
+    return bool(items) and all(type(item) in (int, float) for item in items)
+
+
+def find_sizes(fields: Mapping[str, Any]) -> list[int] | None:
+    """The numbers of rows and columns of a net, by fields for sizes, or by degrees and knots.
+
+    None if they are not known, or the list of points has another number of these.
+    """
+    roles = _sort_by_role(fields)
+    try:
+        points = roles["points"][0]
+        if isinstance(points[0], list) and isinstance(points[0][0], list):
+            return [len(points), len(points[0])]
+        count = len(points) if isinstance(points[0], list) else len(points) // 3
+        if "size" in roles:
+            sizes = _pair(roles["size"], 2)
+        else:
+            degrees, knots = _find_degrees(roles, 2), _find_knots(roles, 2)
+            sizes = _fit_sizes(degrees, knots, count)
+        is_right = all(type(size) is int and size > 0 for size in sizes) and prod(sizes) == count
+    except (_Doubt, LookupError, TypeError, ValueError, OverflowError):
+        return None
+    return sizes if is_right else None
 
 
 def _translate(fields: Mapping[str, Any], directions: int) -> dict[str, Any] | None:
@@ -264,11 +295,16 @@ def _find_sizes(
         return [*points.shape[:-1]]
     if "size" in roles:
         return _pair(roles["size"], directions)
+    return _fit_sizes(degrees, knots, len(points))
+
+
+def _fit_sizes(degrees: list[int], knots: list[list[float]] | None, count: int) -> list[int]:
+    """The number of control points along each direction, of `count` together."""
     if knots is None:
         return [degree + 1 for degree in degrees]
     sizes = [len(each) - degree - 1 for each, degree in zip(knots, degrees, strict=True)]
     # Rhino's knot vectors lack the first and the last knot.
-    return sizes if prod(sizes) == len(points) else [size + 2 for size in sizes]
+    return sizes if prod(sizes) == count else [size + 2 for size in sizes]
 
 
 def _are_knots(knots: list[float], degree: int, size: int) -> bool:

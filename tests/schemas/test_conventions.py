@@ -240,6 +240,38 @@ def test_curves_are_translated(fields: dict[str, Any]) -> None:
     np.testing.assert_array_equal(curve.control_points[1][:2], [1, 1])
 
 
+@pytest.mark.parametrize("points", [V_FASTEST.tolist(), NET.ravel().tolist()])
+def test_a_flat_list_is_one_error_that_says_how_to_split_it(points: list[Any]) -> None:
+    surface: dict[str, Any] = {"type": "bspline", "degree": [2, 1], "knots": [KNOTS_U, KNOTS_V]}
+    for fields, pointer in (
+        ({"control_net": points}, "/surface/control_net/0"),
+        ({"control_net": NET.tolist(), "weights": [1] * 12}, "/surface/weights/0"),
+    ):
+        (issue,) = refuse({"surface": surface | fields})
+        assert issue.code == "wrong_type"
+        assert issue.pointer.startswith(pointer)
+        assert "4 rows of 3, if v varies fastest" in issue.needed
+        assert "number i + 4 j" in issue.needed
+    surface = {"type": "bspline", "degree": [2, 1], "control_net": points}
+    (issue,) = refuse({"surface": surface})
+    assert issue.needed == "a list of rows along u, [[[x, y, z], …], …]"
+    sizes = refuse({"surface": surface | {"size_u": 4, "size_v": 3}})
+    assert "4 rows of 3" in sizes[-1].needed
+
+
+def test_degree_and_knots_without_a_kind_name_the_kind() -> None:
+    surface = {"control_net": NET.tolist(), "degree": [2, 1], "knots": [KNOTS_U, KNOTS_V]}
+    degree, knots = refuse({"surface": surface})
+    assert degree.needed.startswith("`type`: `bspline`")
+    assert knots.needed.startswith("`type`: `bspline`")
+    assert read_request(degree) == {"surface": {"type": "bspline"} | surface}
+
+
+def test_fields_of_a_surface_beside_it_belong_inside() -> None:
+    issues = {issue.pointer: issue for issue in refuse({"control_net": NET.tolist()})}
+    assert issues["/control_net"].needed == "`surface`, with it inside"
+
+
 def test_format_in_a_body_belongs_into_the_query() -> None:
     (issue,) = refuse({"surface": {"control_net": NET.tolist()}, "format": "stl"})
     assert issue.pointer == "/format"
