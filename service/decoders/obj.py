@@ -21,22 +21,18 @@ Wavefront Technologies, "Object Files (.obj)", version 3.0: "Free-form geometry"
 
 import re
 from array import array
-from collections.abc import Callable, Sequence
-from math import isfinite
+from collections.abc import Callable
 
 import numpy as np
 
-from service.cancellation import checkpoint
 from service.decoders.format import (
     Decoded,
     FileLimits,
     Tree,
-    build_malformed_error,
     build_too_many_error,
     check_kind,
     check_parts,
 )
-from service.decoders.numbers import MAX_NUMBER_CHARS, build_word_error, line_at
 from service.decoders.obj_surfaces import (
     Form,
     Loop,
@@ -44,7 +40,8 @@ from service.decoders.obj_surfaces import (
     build_surface,
     is_same_range,
 )
-from service.errors import InvalidRequest, Issue, SurfaceError, count_nouns
+from service.decoders.obj_text import ObjText
+from service.errors import InvalidRequest, Issue, count_nouns
 
 KINDS = ()
 """No kind can be requested: the file decides."""
@@ -53,7 +50,6 @@ MAX_NAME = 100
 """The most characters of a name; a surface in a group with a longer name is read without it."""
 
 _COUNT = re.compile(rb"[1-9][0-9]{0,8}")
-_STATEMENT = re.compile(rb"[^\r\n]+")
 
 _SKIPPED = frozenset(
     b"vn vt s mg usemtl mtllib usemap maplib bevel c_interp d_interp lod shadow_obj trace_obj "
@@ -96,11 +92,7 @@ class _Reader:
     """Reads the statements of a text, one after another, and collects surfaces."""
 
     def __init__(self, content: bytes, limits: FileLimits) -> None:
-        self._content = content
-        # Blanks in place of line ends keep the positions of all words.
-        self._text = content.replace(b"\\\r\n", b"   ").replace(b"\\\n", b"  ")
-        self._has_underscores = b"_" in content
-        self._position = 0  # of the statement
+        self._text = ObjText(content)
         self._limits = limits
         self._max_points = self._points_left = limits.max_control_points
         self._vertices = array("d")  # x y z w
@@ -136,23 +128,18 @@ class _Reader:
 
     def read(self) -> list[tuple[str, Tree]]:
         """Read all statements; returns the names and documents of the surfaces."""
-        for number, statement in enumerate(_STATEMENT.finditer(self._text)):
-            if not number % 4096:
-                checkpoint()
-            words = statement[0].partition(b"#")[0].split()
-            if not words:
-                continue
-            self._position = statement.start()
+        for words in self._text.read_statements():
             handler = self._handlers.get(words[0])
             if handler is not None:
                 handler(words[1:])
             elif words[0] not in _SKIPPED:
-                raise self._build_error(
+                raise self._text.build_error(
                     "The service does not know this statement", "another word", "surf, v, …"
                 )
-        self._position = len(self._text)
         if self._element:
-            raise self._build_error("A surface or curve has no end", "the end of the text", "end")
+            raise self._text.build_error(
+                "A surface or curve has no end", "the end of the text", "end"
+            )
         if self._polygons:
             beside = f" beside {count_nouns(len(self._surfaces), 'surfaces')}"
             raise InvalidRequest(
@@ -167,23 +154,23 @@ class _Reader:
                 )
             )
         if not self._surfaces:
-            raise self._build_error("The file has no surface", "the end of the text", "surf")
+            raise self._text.build_error("The file has no surface", "the end of the text", "surf")
         return self._surfaces
 
     def _read_vertex(self, words: list[bytes]) -> None:
-        values = self._parse_numbers(words)
+        values = self._text.parse_numbers(words)
         if len(values) not in (3, 4, 6):  # 6: a colour
             got = count_nouns(len(values), "numbers")
-            raise self._build_error("A vertex is x y z, or x y z w", got, "3 or 4 numbers")
+            raise self._text.build_error("A vertex is x y z, or x y z w", got, "3 or 4 numbers")
         self._vertices.extend(values[:4] if len(values) == 4 else (*values[:3], 1.0))
         if len(self._vertices) > 4 * self._max_points:
             raise build_too_many_error("more vertices", self._max_points)
 
     def _read_place(self, words: list[bytes]) -> None:
-        values = self._parse_numbers(words)
+        values = self._text.parse_numbers(words)
         if len(values) not in (1, 2, 3):
             got = count_nouns(len(values), "numbers")
-            raise self._build_error("A point of the parameters is u v", got, "2 or 3 numbers")
+            raise self._text.build_error("A point of the parameters is u v", got, "2 or 3 numbers")
         self._places.extend((*values, 0.0, 1.0)[:3] if len(values) == 1 else (*values, 1.0)[:3])
         if len(self._places) > 3 * self._max_points:
             raise build_too_many_error("more points of the parameters", self._max_points)
@@ -193,7 +180,7 @@ class _Reader:
         basis = b" ".join(words[self._is_rational :]).decode("latin-1")
         if basis not in _BASES:
             known = basis if basis in ("bmatrix", "cardinal", "taylor") else "another word"
-            raise self._build_error(
+            raise self._text.build_error(
                 "The service reads Bézier and B-spline surfaces", known, " or ".join(_BASES)
             )
         self._basis = basis
@@ -202,7 +189,7 @@ class _Reader:
         self._degrees = [int(word) for word in words if _COUNT.fullmatch(word)]
         if len(self._degrees) != len(words) or len(words) not in (1, 2):
             got = count_nouns(len(words), "words")
-            raise self._build_error("Degrees are whole numbers above zero", got, "one or two")
+            raise self._text.build_error("Degrees are whole numbers above zero", got, "one or two")
 
     def _read_surface(self, words: list[bytes]) -> None:
         self._begin("surf", words, range_count=4)
@@ -213,17 +200,17 @@ class _Reader:
     def _begin(self, element: str, words: list[bytes], *, range_count: int) -> None:
         """Begin a surface or a curve: ranges of parameters, then indices of points."""
         if self._element:
-            raise self._build_error("A surface or curve has no end", "another one", "end")
+            raise self._text.build_error("A surface or curve has no end", "another one", "end")
         if not self._basis or not self._degrees:
             needed = "cstype and deg, before it"
-            raise self._build_error("The basis or the degree is missing", "nothing", needed)
+            raise self._text.build_error("The basis or the degree is missing", "nothing", needed)
         self._take_points(len(words) - range_count)
         check_parts(len(self._surfaces) + 1, "surfaces", self._limits.max_definitions)
         check_parts(len(self._curves) + 1, "curves", self._limits.max_members)
         self._element, self._parameters, self._loops = element, {}, []
-        self._ranges = self._parse_numbers(words[:range_count])
+        self._ranges = self._text.parse_numbers(words[:range_count])
         count = len(self._vertices) // 4 if range_count else len(self._places) // 3
-        self._indices = self._parse_indices(
+        self._indices = self._text.parse_indices(
             [word.partition(b"/")[0] for word in words[range_count:]], count
         )
 
@@ -237,20 +224,24 @@ class _Reader:
         if not self._element:
             return  # of a curve of space, which is skipped
         if words[:1] not in ([b"u"], [b"v"]):
-            raise self._build_error("Parameters are those of u or of v", "another word", "u or v")
-        self._parameters[words[0]] = self._parse_numbers(words[1:])
+            raise self._text.build_error(
+                "Parameters are those of u or of v", "another word", "u or v"
+            )
+        self._parameters[words[0]] = self._text.parse_numbers(words[1:])
 
     def _read_loop(self, words: list[bytes], *, is_hole: bool) -> None:
         if self._element != "surf" or not words or len(words) % 3:
             got = count_nouns(len(words), "words")
-            raise self._build_error("A loop has three numbers for each curve", got, "u0 u1 curv2")
-        numbers = self._parse_numbers([w for n, w in enumerate(words) if n % 3 < 2])
-        indices = self._parse_indices(words[2::3], len(self._curves))
+            raise self._text.build_error(
+                "A loop has three numbers for each curve", got, "u0 u1 curv2"
+            )
+        numbers = self._text.parse_numbers([w for n, w in enumerate(words) if n % 3 < 2])
+        indices = self._text.parse_indices(words[2::3], len(self._curves))
         curves = []
         for first, last, index in zip(numbers[::2], numbers[1::2], indices, strict=True):
             curve, domain = self._curves[index]
             if not is_same_range((first, last), domain):
-                raise self._build_error(
+                raise self._text.build_error(
                     "A loop has whole curves", "a part of a curve", "the first and last parameter"
                 )
             curves.append(curve)
@@ -274,7 +265,7 @@ class _Reader:
         if not count or form.count_points() != count:
             message = "The number of control points is not that of the degrees and parameters"
             got = count_nouns(count, "control points")
-            raise self._build_error(message, got, form.describe_needed())
+            raise self._text.build_error(message, got, form.describe_needed())
         numbers = np.frombuffer(self._vertices if is_surface else self._places)
         points = numbers.reshape(-1, 4 if is_surface else 3)[self._indices]
         weights = points[:, -1] if self._is_rational else None
@@ -291,59 +282,3 @@ class _Reader:
     def _count_polygon(self, words: list[bytes]) -> None:
         del words
         self._polygons += 1
-
-    def _parse_numbers(self, words: Sequence[bytes]) -> list[float]:
-        try:
-            values = [*map(float, words)]
-        except ValueError:
-            raise self._build_word_error(words) from None
-        if not all(map(isfinite, values)) or self._are_strange(words):
-            raise self._build_word_error(words)
-        return values
-
-    def _parse_indices(self, words: Sequence[bytes], count: int) -> list[int]:
-        """Indices from 0, of numbers from 1, or from −1 backwards, of `count` things."""
-        try:
-            numbers = [*map(int, words)]
-        except ValueError:
-            numbers = []
-        if len(numbers) != len(words) or self._are_strange(words):
-            raise self._build_error("An index is a whole number", "something else", "1, 2, …")
-        indices = [n - 1 if n > 0 else n + count if n else -1 for n in numbers]
-        if indices and not 0 <= min(indices) <= max(indices) < count:
-            raise InvalidRequest(
-                Issue(
-                    "index_out_of_range",
-                    "Points and curves have numbers from 1, or from -1 backwards "
-                    f"(line {self._line()}).",
-                    "",
-                    "another number",
-                    f"1 to {count}, or -1 to -{count}" if count else "points, before this line",
-                )
-            )
-        return indices
-
-    def _are_strange(self, words: Sequence[bytes]) -> bool:
-        """Whether a word has a `_`, which Python reads in numbers."""
-        return self._has_underscores and any(b"_" in word for word in words)
-
-    def _build_word_error(self, words: Sequence[bytes]) -> SurfaceError:
-        """The error for the first of some words that is not a finite number."""
-        wrong = next(word for word in words if not _is_number(word))
-        return build_word_error(self._text, self._text.index(wrong, self._position))
-
-    def _build_error(self, message: str, got: str, needed: str) -> SurfaceError:
-        """The error for this statement; `message` has no full stop."""
-        return build_malformed_error(f"{message} (line {self._line()}).", got, needed)
-
-    def _line(self) -> int:
-        return line_at(self._content, self._position)
-
-
-def _is_number(word: bytes) -> bool:
-    if b"_" in word or len(word) > MAX_NUMBER_CHARS:
-        return False
-    try:
-        return isfinite(float(word))
-    except ValueError:
-        return False

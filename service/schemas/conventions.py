@@ -14,11 +14,9 @@ from typing import Any
 import orjson
 
 from service.errors import Issue, pointer
+from service.schemas.program_fields import ROLES, find_program, fold_name
 from service.schemas.translation import (
-    ROLES,
-    find_program,
     find_sizes,
-    fold_name,
     is_flat_list,
     translate_curve,
     translate_surface,

@@ -15,9 +15,9 @@ from service.errors import InvalidRequest, Issue
 from service.pipeline.calls import CALLS, JSON, CallLimits
 from service.schemas.conventions import MAX_REQUEST
 from service.schemas.curves import CurveRequest
+from service.schemas.program_fields import CONVENTIONS, ROLES, fold_name
 from service.schemas.queries import PointsRequest
 from service.schemas.request import MeshRequest, SurfaceRequest
-from service.schemas.translation import CONVENTIONS, ROLES, fold_name
 from service.schemas.validation import validate_document
 
 RNG = np.random.default_rng(3)
