@@ -258,16 +258,25 @@ def find_degrees(
 def _find_first(low: int, high: int, is_true: Callable[[int], bool]) -> int:
     """The least number from `low` on for which a monotone statement is true, or `high`.
 
-    Mostly none is, so the last number is tried first.
+    The first number and the last are tried first, and then numbers at growing distances, because
+    mostly one of the first is the answer, or none.
     """
-    if low >= high or not is_true(high - 1):
+    if low >= high or is_true(low):
+        return low
+    if high - low == 1 or not is_true(high - 1):
         return high
-    return low + bisect_left(range(low, high - 1), True, key=is_true)
+    step, first = 1, low + 1
+    while first < high - 1 and not is_true(first):
+        low, step = first, 2 * step
+        first = min(first + step, high - 1)
+    return low + 1 + bisect_left(range(low + 1, first), True, key=is_true)
 
 
 def _multiply(matrix: FloatArray, values: FloatArray, axis: int) -> FloatArray:
     """The values with the matrix applied along one axis."""
-    return np.moveaxis(np.tensordot(matrix, values, axes=(1, axis)), 0, axis)
+    shape = values.shape
+    stacked = values.reshape(prod(shape[:axis]), shape[axis], -1)
+    return (matrix @ stacked).reshape(*shape[:axis], len(matrix), *shape[axis + 1 :])
 
 
 def _change_along(

@@ -270,7 +270,7 @@ def build_homogeneous_cases() -> Iterator[HostileBody]:
     member = f'{{"surface":{{"homogeneous":true,"control_net":{net}}}}}'
     yield build_long_case(
         "homogeneous: many members of high degree",
-        lambda: write_surface(f'"type":"group","members":[{",".join([member] * 1000)}]'),
+        lambda: write_surface(f'"type":"group","members":[{",".join([member] * 600)}]'),
         "too_many_control_points",
         "/surface/members",
     )
