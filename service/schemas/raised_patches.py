@@ -75,13 +75,24 @@ class RaisedPatches:
             return values, self.patches, self.triangles, channels
         index_count = sum(form.indices.size for form in self.forms)
         channels.check_per_vertex(len(values), index_count)
-        # Adding 0 turns −0 into 0.
-        columns = [self._raise(each) + 0.0 for each in (values, *(n for *_, n in channels.each()))]
-        first, numbers = find_first_rows(np.concatenate(columns, axis=1))
+        nets = [values, *(net for *_, net in channels.each())]
+        rows = np.empty(
+            (sum(form.point_count for form in self.forms), sum(n.shape[1] for n in nets))
+        )
+        columns = np.split(rows, np.cumsum([net.shape[1] for net in nets])[:-1], axis=1)
+        for net, column in zip(nets, columns, strict=True):
+            first_row = 0
+            for form in self.forms:
+                raised = form.raising.apply(net[form.indices]).reshape(-1, net.shape[1])
+                column[first_row : first_row + len(raised)] = raised
+                first_row += len(raised)
+        rows += 0.0  # −0 becomes 0
+        first, numbers = find_first_rows(rows)
         new_values, *nets = [column[first] for column in columns]
         raised_nets = iter(nets)
         parts = np.split(numbers, np.cumsum([form.point_count for form in self.forms])[:-1])
-        grids, triangles = dict[int, NDArray[np.int64]](), self.triangles
+        shapes = list[tuple[Ints, NDArray[np.int64]]]()
+        triangles = self.triangles
         for form, part in zip(self.forms, parts, strict=True):
             pairs = zip(form.raising.directions, form.raising.degrees, strict=True)
             lengths = [direction.count(degree) for direction, degree in pairs]
@@ -89,14 +100,21 @@ class RaisedPatches:
             if len(lengths) == 1:
                 triangles = indices
             else:
-                grids |= dict(zip(form.numbers.tolist(), indices, strict=True))
-        patches: Grids = tuple(grids[number] for number in sorted(grids)) or NO_GRIDS
+                shapes.append((form.numbers, indices))
+        patches = _list_grids(shapes)
         return new_values, patches, triangles, map_channels(channels, lambda _: next(raised_nets))
 
-    def _raise(self, values: FloatArray) -> FloatArray:
-        """Values (V, d) of vertices as values (N, d) of the control points of all patches."""
-        nets = (form.raising.apply(values[form.indices]) for form in self.forms)
-        return np.concatenate([net.reshape(-1, values.shape[1]) for net in nets])
+
+def _list_grids(shapes: Sequence[tuple[Ints, NDArray[np.int64]]]) -> Grids:
+    """Grids in the order of their numbers: one array if all have one shape, else a tuple."""
+    if not shapes:
+        return NO_GRIDS
+    if len(shapes) == 1:
+        return shapes[0][1]
+    grids = {
+        n: grid for numbers, each in shapes for n, grid in zip(numbers.tolist(), each, strict=True)
+    }
+    return tuple(grids[number] for number in sorted(grids))
 
 
 def plan_patches(
