@@ -99,6 +99,7 @@ def descend(
         open_rows = np.flatnonzero(~ends_now)
         if remaining == 1 or not len(open_rows):
             break
-        cell_parameters = found.next(cell_parameters, minima.sides).take(open_rows, axis=1)
         rows, minima = rows[open_rows], minima.take(open_rows)
+        found, cell_parameters = found.take(open_rows), cell_parameters.take(open_rows, axis=1)
+        cell_parameters = found.next(cell_parameters, minima.sides)
     return is_ended, SurfacePoints.join(points), FoundMinima.join(bounds)

@@ -104,24 +104,21 @@ class Nearest:
 
         `upper` has squared upper bounds of the distances of the centres.
         """
-        if not len(point):
-            return
+        # Most pairs change nothing.
+        rows = np.flatnonzero(upper < self.best.take(point))
         if self._trims is not None:
-            upper = np.where(self._cells.has_center(cell), upper, np.inf)
-        # The first row of each point, and the least bound among its rows.
+            rows = rows[self._cells.has_center(cell[rows])]
+        if not len(rows):
+            return
+        point, cell, upper = point[rows], cell[rows], upper[rows]
+        # For each point, the first of the rows with its least bound.
         starts = find_begins(point)
-        min_upper = np.minimum.reduceat(upper, starts)
+        least = np.minimum.reduceat(upper, starts)
+        nearest = np.flatnonzero(upper == np.repeat(least, count_runs(starts, len(point))))
+        nearest = nearest[np.diff(point[nearest], prepend=-1) > 0]
         points = point[starts]
-        is_better = min_upper < self.best[points]
-        if is_better.any():
-            # For each point, the first of the rows with its least bound.
-            nearest_rows = np.flatnonzero(
-                upper == np.repeat(min_upper, count_runs(starts, len(point)))
-            )
-            nearest_rows = nearest_rows[np.diff(point[nearest_rows], prepend=-1) > 0]
-            points, nearest_rows = points[is_better], nearest_rows[is_better]
-            self.best[points] = self._center_best[points] = upper[nearest_rows]
-            self._center_cell[points] = cell[nearest_rows]
+        self.best[points] = self._center_best[points] = least
+        self._center_cell[points] = cell[nearest]
 
     def add_found(self, found: SurfacePoints, cell: Ints) -> Bools:
         """Record points of the surface, which are in cells (n,); returns which are outside."""

@@ -1,6 +1,7 @@
 """Closest points of parts, against dense samples, and against known distances."""
 
 from copy import deepcopy
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from oracles.breps import sample_face
 from oracles.coedges import read_edge
 from oracles.solids import read_solid
 from service.bases.arrays import FloatArray
-from service.engine.closest.project import ProjectQuery
+from service.engine.closest.project import LIMITS, ProjectQuery
 from service.engine.parts.build import build_part
 from service.engine.parts.part import Part
 from service.engine.parts.project import project_on_part
@@ -248,3 +249,36 @@ def test_points_beside_a_border_have_their_closest_point_on_the_edge(beyond: flo
     np.testing.assert_allclose(columns["distances"], beyond, rtol=1e-3)
     assert columns["near_edge"].all()
     assert columns["on_boundary"].all()
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"pairs": 1},
+        {"pairs": 400},
+        {"pairs": 2000, "of_item": 5},
+        {"open": 150},
+        {"spheres": 60, "free_spheres": 4},
+        {"additions": 100},
+    ],
+)
+def test_intervals_hold_the_distances_also_with_small_limits(changes: dict[str, int]) -> None:
+    """Pairs with edges join the search later than those with faces, and get their share."""
+    part = build_part(lower(read_solid("steinmetz")))
+    points = scatter(part, np.random.default_rng(4), 60)
+    low, high = project_on_part(part, ProjectQuery(points))["distance_bounds"].T
+    query = ProjectQuery(points, limits=replace(LIMITS, **changes))
+    least, most = project_on_part(part, query)["distance_bounds"].T
+    assert (least <= high).all()
+    assert (most >= low).all()
+    assert np.isfinite(most).all()
+
+
+def test_minima_outside_of_trims_that_are_far_do_not_widen_intervals() -> None:
+    """Each point is on a face, so its interval is no wider than rounding makes it."""
+    part = build_part(lower(read_solid("nut")))
+    points = scatter(part, np.random.default_rng(5), 300)
+    positions = project_on_part(part, ProjectQuery(points))["positions"]
+    columns = project_on_part(part, ProjectQuery(positions))
+    assert columns["reached"].all()
+    assert columns["distances"].max() < 1e-9 * part.diagonal
