@@ -32,6 +32,7 @@ from tools.certify.part_judge import PartFinding, judge_part
 from tools.certify.parts import PARTS
 from tools.certify.seams import SeamReport, judge_model
 from tools.certify.surfaces import FAMILIES
+from tools.certify.sweeps import SWEEPS, SweptFinding, judge_sweep
 from tools.certify.table import Finding, write_rows
 from tools.client import Client, start_client
 
@@ -64,26 +65,21 @@ def list_cases(share: float, names: list[str]) -> Iterator[Case]:
 
 
 def list_models(share: float, names: list[str]) -> Iterator[tuple[str, int, float]]:
-    """All models, parts, nearly closed surfaces and groups: family, seed, and a tolerance.
+    """All models, parts, nearly closed surfaces, sweeps and groups: family, seed, and a tolerance.
 
     The tolerance of a part comes from its generator.
     """
-    for kind, (count, _) in BODIES.items():
-        if names and kind not in names:
-            continue
-        for seed in range(max(1, round(share * count))):
-            yield kind, seed, JOINT_TOLERANCES[seed % len(JOINT_TOLERANCES)]
-    for kind, part_family in PARTS.items():
+    families: list[tuple[str, int, tuple[float, ...]]] = [
+        *[(kind, count, JOINT_TOLERANCES) for kind, (count, _) in BODIES.items()],
+        *[(kind, family.size, (0.0,)) for kind, family in PARTS.items()],
+        *[(kind, family.count, TOLERANCES[:3]) for kind, family in NEARLY_CLOSED.items()],
+        *[(kind, family.count, TOLERANCES[:3]) for kind, family in SWEEPS.items()],
+        ("groups", groups.COUNT, TOLERANCES[1:4]),
+    ]
+    for kind, count, tolerances in families:
         if not names or kind in names:
-            for seed in range(max(1, round(share * part_family.size))):
-                yield kind, seed, 0.0
-    for kind, case_family in NEARLY_CLOSED.items():
-        if not names or kind in names:
-            for seed in range(max(1, round(share * case_family.count))):
-                yield kind, seed, TOLERANCES[seed % 3]
-    if not names or "groups" in names:
-        for seed in range(max(1, round(share * groups.COUNT))):
-            yield "groups", seed, TOLERANCES[1 + seed % 3]
+            for seed in range(max(1, round(share * count))):
+                yield kind, seed, tolerances[seed % len(tolerances)]
 
 
 Task: TypeAlias = Case | tuple[str, int, float]
@@ -103,6 +99,8 @@ def judge_task(task: Task) -> Finding:
             return judge_part(_start_client(), *task[:2])
         if task[0] in NEARLY_CLOSED:
             return judge_nearly(*task)
+        if task[0] in SWEEPS:
+            return judge_sweep(*task)
         return judge_group(*task[1:]) if task[0] == "groups" else judge_model(*task)
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0)
@@ -164,12 +162,15 @@ def print_report(findings: list[Finding]) -> int:
     """Prints the tables and the complaints; returns 1 if there are complaints."""
     order = {
         name: number
-        for number, name in enumerate([*FAMILIES, *BODIES, *PARTS, *NEARLY_CLOSED, "groups"])
+        for number, name in enumerate(
+            [*FAMILIES, *BODIES, *PARTS, *NEARLY_CLOSED, *SWEEPS, "groups"]
+        )
     }
     findings.sort(key=lambda each: (order[each.kind], each.seed, -each.tolerance))
     models_and_groups = [each for each in findings if isinstance(each, SeamReport)]
     parts = [each for each in findings if isinstance(each, PartFinding)]
     nearly_closed = [each for each in findings if isinstance(each, NearlyClosed)]
+    swept = [each for each in findings if isinstance(each, SweptFinding)]
     verdicts = [each for each in findings if isinstance(each, Verdict)]
     by_tolerance = [v for v in verdicts if v.case.resolution is None]
     by_resolution = [v for v in verdicts if v.case.resolution is not None]
@@ -179,6 +180,7 @@ def print_report(findings: list[Finding]) -> int:
         ("models", models_and_groups, ("seams", "boundary")),
         ("parts", parts, ()),
         ("equal up to rounding", nearly_closed, ("closed",)),
+        ("tubes and ribbons", swept, ("refused",)),
     ):
         if rows:
             print("\n".join([*write_rows(title, rows, counts), ""]))

@@ -30,6 +30,8 @@ from tests.engine.round_sweeps.sweeps import (
     sample,
     tube,
 )
+from tools.certify.sweeps import SWEEPS as SWEPT_FAMILIES
+from tools.certify.sweeps import judge_sweep
 
 SWEEPS: dict[str, TubeSurface | RibbonSurface] = {**TUBES, **RIBBONS}
 each_sweep = pytest.mark.parametrize("name", SWEEPS)
@@ -155,3 +157,11 @@ def test_a_mesh_that_would_be_too_large_is_refused_before_it_is_built() -> None:
     with pytest.raises(TooLarge) as caught:
         mesher.build_mesh(Goal(1e-9), 10**6)
     assert caught.value.issues[0].code == "too_many_triangles"
+
+
+@pytest.mark.parametrize("kind", SWEPT_FAMILIES)
+@pytest.mark.parametrize("seed", range(3))
+def test_families_have_no_faults(kind: str, seed: int) -> None:
+    finding = judge_sweep(kind, seed, 0.03)
+    assert not finding.complaints()
+    assert finding.refused or finding.triangles
