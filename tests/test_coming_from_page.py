@@ -34,7 +34,8 @@ for each in BLOCKS:
 BEGINNINGS = {".glb": b"glTF", ".vtu": b"<?xml", ".stl": b""}
 """The first bytes of the files that requests write."""
 
-KNOTS_U, KNOTS_V = [0, 0, 0, 0.5, 1, 1, 1], [0, 0, 1, 2, 2]
+KNOTS_U: list[float] = [0, 0, 0, 0.5, 1, 1, 1]
+KNOTS_V: list[float] = [0, 0, 1, 2, 2]
 UV = np.array([[0, 0], [0.1, 1.7], [0.5, 1], [0.8, 0.3], [1, 2]])
 
 

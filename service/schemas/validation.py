@@ -145,7 +145,10 @@ def validate_document(
     def is_valid(request: dict[str, Any]) -> bool:
         """Whether the fields of a request have no error; further ones may be missing."""
         try:
-            model.model_validate(request, context=limits)
+            build = getattr(model.model_validate(request, context=limits), "build", bool)
+            build()
+        except InvalidRequest:
+            return False
         except ValidationError as error:
             return not any(
                 each["loc"][:1] == (name,) for each in error.errors() for name in request
