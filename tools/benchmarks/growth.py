@@ -28,7 +28,7 @@ MAX_SLOPE, MAX_PEAK = 1.1, 4.0
 """The largest slope of the times of requests whose plans are kept; and the most memory of the first
 request, in multiples of the file, for the largest size of a series."""
 
-MEMORY, ROUNDS = 8 << 30, 5
+MEMORY, ROUNDS = 8 << 30, 12
 """The setting `SURFACE_MEMORY_BYTES` on a machine of 16 GB; and the number of requests after the
 first."""
 
