@@ -219,7 +219,7 @@ def test_a_refused_section_is_an_error_until_it_is_switched_off(editor: Stage) -
     page.click("#open")
     page.click('[data-example="hair"]')  # a tube
     page.wait_for_selector("#problem:visible")
-    assert "Tubes and ribbons" in page.inner_text("#problem")
+    assert "exact patches" in page.inner_text("#problem")
     assert page.is_hidden("#section-row")
     page.wait_for_selector(READY)  # the mesh is shown
     page.check('input[name="section"][value="off"]', force=True)
