@@ -92,7 +92,8 @@ export interface paths {
          * @description Applies the operations in their order and returns the converted surface.
          *
          *     The operations may be left out: a CAD file, sent as the body, then becomes JSON, with the report
-         *     of reading it (`reading`). The response is in the format that `format` names or `Accept`
+         *     of reading it (`reading`). Of several patches or members, operations change all, or the one that
+         *     `patch` names. The response is in the format that `format` names or `Accept`
          *     prefers; JSON without either. JSON is a body for the other calls. Corner points keep their
          *     digits, and patches that shared an edge still share it. Colours, texture coordinates and
          *     attributes are converted too.
@@ -119,10 +120,13 @@ export interface paths {
         put?: never;
         /**
          * A curve as points, tangents and lengths, or as lines
-         * @description Samples the curve.
+         * @description Samples the curve, evenly, within a tolerance, or at parameters of your choice.
+         *
+         *     Row k of each column belongs to point k. Derivatives are with respect to the parameter of the
+         *     curve.
          *
          *     The response is in the format that `format` names or `Accept` prefers; JSON without either. In
-         *     glTF, OOGL and OBJ a plane curve has z = 0.
+         *     glTF, OOGL and OBJ a plane curve has z = 0; these formats have no derivatives.
          */
         post: operations["createCurve"];
         delete?: never;
@@ -146,8 +150,8 @@ export interface paths {
          *
          *     Row k of each column belongs to point k. The search subdivides the whole surface: it needs no
          *     starting point, and misses no minimum. Of a brep, the closest point is on a trimmed face or on
-         *     an edge, and `near_edge` says where an edge decides. Tubes and ribbons have no closest points
-         *     (`not_parametric`).
+         *     an edge, and `near_edge` says where an edge decides. Ribbons, and tubes that are not exact, have
+         *     no closest points (`not_parametric`).
          *
          *     Many points are sent faster as a NumPy file. Then the query of the URL names a stored or
          *     built-in surface, and has the other fields.
@@ -185,7 +189,7 @@ export interface paths {
          *     Many rays are sent faster as a NumPy file with a point and a direction in each row. The query
          *     then names a stored or built-in surface, and has the other fields.
          *
-         *     Tubes and ribbons have no hits and no sections (`not_parametric`).
+         *     Ribbons, and tubes that are not exact, have no hits and no sections (`not_parametric`).
          */
         post: operations["intersectSurface"];
         delete?: never;
@@ -211,7 +215,7 @@ export interface paths {
          *     otherwise `faulty_edges` lists the reasons. A `tolerance` that takes more work than one request
          *     may take is refused (`too_costly`); the error names the tolerance that can be reached for each
          *     quantity. Faces of a brep are measured inside their trims; `edge_lengths` has the lengths of its
-         *     edges. Tubes and ribbons are not measured (`not_parametric`).
+         *     edges. Ribbons, and tubes that are not exact, are not measured (`not_parametric`).
          */
         post: operations["measureSurface"];
         delete?: never;
@@ -640,6 +644,12 @@ export interface components {
              * @constant
              */
             op: "bezier";
+            /**
+             * Patch
+             * @description For `patches`, `multipatch` and `group`: the number of the patch that is changed, from 0, as POST /v1/points counts it. Its surface or member keeps its place, its name and its placement; a B-spline in a group is changed as a whole. By default all are changed.
+             * @example 0
+             */
+            patch?: number;
         };
         /**
          * BezierCurveDefinition
@@ -657,8 +667,15 @@ export interface components {
              */
             type?: "bezier";
             /**
+             * Homogeneous
+             * @description Whether control points are homogeneous: [w x, w y, w z, w], with no `weights` beside them. A point with w = 0 is a direction. If a w is 0 or negative, but none at a corner, the degree is raised, to 64 at most, until all weights are positive; this does not change the surface. It is stored, answered and hashed as points and weights.
+             * @default false
+             * @example true
+             */
+            homogeneous?: boolean;
+            /**
              * Control Points
-             * @description The control polygon: at least two points, all [x, y] or all [x, y, z].
+             * @description The control polygon: at least two points, all [x, y] or all [x, y, z]; [w x, w y, w] or [w x, w y, w z, w] if they are `homogeneous`.
              * @example [
              *       [
              *         0,
@@ -699,7 +716,7 @@ export interface components {
             control_points: number[][];
             /**
              * Weights
-             * @description One positive weight for every control point. Left out, the curve is polynomial.
+             * @description One weight for every control point: positive, or 0 for one that does not pull and is no end. Left out, the curve is polynomial.
              * @example [
              *       1,
              *       0.7071067811865476,
@@ -740,8 +757,15 @@ export interface components {
              */
             type?: "bezier";
             /**
+             * Homogeneous
+             * @description Whether control points are homogeneous: [w x, w y, w z, w], with no `weights` beside them. A point with w = 0 is a direction. If a w is 0 or negative, but none at a corner, the degree is raised, to 64 at most, until all weights are positive; this does not change the surface. It is stored, answered and hashed as points and weights.
+             * @default false
+             * @example true
+             */
+            homogeneous?: boolean;
+            /**
              * Control Net
-             * @description Control points [x, y, z], or [x, y] in the plane z = 0, row by row. Rows follow each other along u, points in a row along v; rows have equal lengths. At least 2 × 2 points; every coordinate is finite and within single precision.
+             * @description Control points [x, y, z], or [x, y] in the plane z = 0, row by row; [w x, w y, w z, w] if they are `homogeneous`. Rows follow each other along u, points in a row along v; rows have equal lengths. At least 2 × 2 points; every coordinate is finite and within single precision.
              * @example [
              *       [
              *         [
@@ -786,10 +810,15 @@ export interface components {
             ] | [
                 number,
                 number
+            ] | [
+                number,
+                number,
+                number,
+                number
             ])[][];
             /**
              * Weights
-             * @description One positive weight for every control point, in the same rows. Left out, the surface is polynomial.
+             * @description One weight for every control point, in the same rows: positive, or 0 for a point that does not pull and is no corner. Left out, the surface is polynomial.
              * @example [
              *       [
              *         1,
@@ -925,8 +954,15 @@ export interface components {
              */
             type?: "bezier";
             /**
+             * Homogeneous
+             * @description Whether control points are homogeneous: [w x, w y, w z, w], with no `weights` beside them. A point with w = 0 is a direction. If a w is 0 or negative, but none at a corner, the degree is raised, to 64 at most, until all weights are positive; this does not change the surface. It is stored, answered and hashed as points and weights.
+             * @default false
+             * @example true
+             */
+            homogeneous?: boolean;
+            /**
              * Control Net
-             * @description Control points [x, y, z], or [x, y] in the plane z = 0, row by row. Rows follow each other along u, points in a row along v; rows have equal lengths. At least 2 × 2 points; every coordinate is finite and within single precision.
+             * @description Control points [x, y, z], or [x, y] in the plane z = 0, row by row; [w x, w y, w z, w] if they are `homogeneous`. Rows follow each other along u, points in a row along v; rows have equal lengths. At least 2 × 2 points; every coordinate is finite and within single precision.
              * @example [
              *       [
              *         [
@@ -971,10 +1007,15 @@ export interface components {
             ] | [
                 number,
                 number
+            ] | [
+                number,
+                number,
+                number,
+                number
             ])[][];
             /**
              * Weights
-             * @description One positive weight for every control point, in the same rows. Left out, the surface is polynomial.
+             * @description One weight for every control point, in the same rows: positive, or 0 for a point that does not pull and is no corner. Left out, the surface is polynomial.
              * @example [
              *       [
              *         1,
@@ -1236,8 +1277,15 @@ export interface components {
              */
             type: "bspline";
             /**
+             * Homogeneous
+             * @description Whether control points are homogeneous: [w x, w y, w z, w], with no `weights` beside them. A point with w = 0 is a direction. If a w is 0 or negative, but none at a corner, the degree is raised, to 64 at most, until all weights are positive; this does not change the surface. It is stored, answered and hashed as points and weights.
+             * @default false
+             * @example true
+             */
+            homogeneous?: boolean;
+            /**
              * Control Points
-             * @description The control polygon: at least degree + 1 points, all [x, y] or all [x, y, z]. A periodic curve needs at least 3 points, and they are not repeated.
+             * @description The control polygon: at least degree + 1 points, all [x, y] or all [x, y, z]; [w x, w y, w] or [w x, w y, w z, w] if they are `homogeneous`. A periodic curve needs at least 3 points, and they are not repeated.
              * @example [
              *       [
              *         0,
@@ -1289,7 +1337,7 @@ export interface components {
             knots?: ("uniform" | "clamped" | "periodic") | number[];
             /**
              * Weights
-             * @description One positive weight for every control point. Left out, the curve is polynomial.
+             * @description One weight for every control point: positive, or 0 for one that does not pull and is no end. Left out, the curve is polynomial.
              * @example [
              *       1,
              *       2,
@@ -1331,8 +1379,15 @@ export interface components {
              */
             type: "bspline";
             /**
+             * Homogeneous
+             * @description Whether control points are homogeneous: [w x, w y, w z, w], with no `weights` beside them. A point with w = 0 is a direction. If a w is 0 or negative, but none at a corner, the degree is raised, to 64 at most, until all weights are positive; this does not change the surface. It is stored, answered and hashed as points and weights.
+             * @default false
+             * @example true
+             */
+            homogeneous?: boolean;
+            /**
              * Control Net
-             * @description Control points [x, y, z], or [x, y] in the plane z = 0, row by row. Rows follow each other along u, points in a row along v; rows have equal lengths. At least degree + 1 points in each direction (3 in a periodic direction); every coordinate is finite and within single precision.
+             * @description Control points [x, y, z], or [x, y] in the plane z = 0, row by row; [w x, w y, w z, w] if they are `homogeneous`. Rows follow each other along u, points in a row along v; rows have equal lengths. At least degree + 1 points in each direction (3 in a periodic direction); every coordinate is finite and within single precision.
              * @example [
              *       [
              *         [
@@ -1431,6 +1486,11 @@ export interface components {
             ] | [
                 number,
                 number
+            ] | [
+                number,
+                number,
+                number,
+                number
             ])[][];
             /**
              * Degree
@@ -1474,7 +1534,7 @@ export interface components {
             ];
             /**
              * Weights
-             * @description One positive weight for every control point, in the same rows. Left out, the surface is polynomial.
+             * @description One weight for every control point, in the same rows: positive, or 0 for a point that does not pull and is no corner. Left out, the surface is polynomial.
              * @example [
              *       [
              *         1,
@@ -1623,8 +1683,15 @@ export interface components {
              */
             type: "bspline";
             /**
+             * Homogeneous
+             * @description Whether control points are homogeneous: [w x, w y, w z, w], with no `weights` beside them. A point with w = 0 is a direction. If a w is 0 or negative, but none at a corner, the degree is raised, to 64 at most, until all weights are positive; this does not change the surface. It is stored, answered and hashed as points and weights.
+             * @default false
+             * @example true
+             */
+            homogeneous?: boolean;
+            /**
              * Control Net
-             * @description Control points [x, y, z], or [x, y] in the plane z = 0, row by row. Rows follow each other along u, points in a row along v; rows have equal lengths. At least degree + 1 points in each direction (3 in a periodic direction); every coordinate is finite and within single precision.
+             * @description Control points [x, y, z], or [x, y] in the plane z = 0, row by row; [w x, w y, w z, w] if they are `homogeneous`. Rows follow each other along u, points in a row along v; rows have equal lengths. At least degree + 1 points in each direction (3 in a periodic direction); every coordinate is finite and within single precision.
              * @example [
              *       [
              *         [
@@ -1723,6 +1790,11 @@ export interface components {
             ] | [
                 number,
                 number
+            ] | [
+                number,
+                number,
+                number,
+                number
             ])[][];
             /**
              * Degree
@@ -1766,7 +1838,7 @@ export interface components {
             ];
             /**
              * Weights
-             * @description One positive weight for every control point, in the same rows. Left out, the surface is polynomial.
+             * @description One weight for every control point, in the same rows: positive, or 0 for a point that does not pull and is no corner. Left out, the surface is polynomial.
              * @example [
              *       [
              *         1,
@@ -1972,6 +2044,17 @@ export interface components {
              */
             reading?: Record<string, never>;
             /**
+             * Orientation
+             * @description The report of the operation `orient`, as a response of `POST /v1/convert` has it beside the surface. It is ignored, so that the response can be sent as it is.
+             * @example {
+             *       "not_orientable": [],
+             *       "turned": [
+             *         2
+             *       ]
+             *     }
+             */
+            orientation?: Record<string, never>;
+            /**
              * Operations
              * @description The operations; each is applied to the result of the one before. Left out, the surface stays as it is.
              * @example [
@@ -2038,6 +2121,39 @@ export interface components {
              * @description Length of the curve up to each point; left out if `arc_lengths` is false.
              */
             arc_lengths?: number[];
+            /**
+             * Dt
+             * @description First derivatives, by the parameter of the curve; at a knot from the right.
+             */
+            dt?: (number | null)[][];
+            /**
+             * Degenerate
+             * @description Whether the first derivative vanishes, as at a cusp: tangents, curvatures and torsions there
+             *     are limits from the right, at the end of the curve from the left.
+             */
+            degenerate?: boolean[];
+            /**
+             * Dtt
+             * @description Second derivatives.
+             */
+            dtt?: (number | null)[][];
+            /**
+             * Curvature
+             * @description Curvatures, 1/r on a circle of radius r; of a curve in the plane positive where it turns
+             *     left. Null where they are infinite, as at most cusps, and where the curve is one point.
+             */
+            curvature?: (number | null)[];
+            /**
+             * Dttt
+             * @description Third derivatives.
+             */
+            dttt?: (number | null)[][];
+            /**
+             * Torsion
+             * @description Torsions of a curve in space, positive where it twists like a right-handed screw; null where
+             *     they are infinite, and where the curve is straight.
+             */
+            torsion?: (number | null)[];
             report: components["schemas"]["CurveReport"];
         };
         /**
@@ -2086,9 +2202,9 @@ export interface components {
             /**
              * Deviation Bound
              * @description Proved, in model units: no point of the curve is further than this from the lines. The lines
-             *     join the points as they are in the file, after rounding.
+             *     join the points as they are in the file, after rounding. Left out with `parameters`.
              */
-            deviation_bound: number;
+            deviation_bound?: number;
             bounds: components["schemas"]["CurveBounds"];
             /**
              * Engine
@@ -2114,6 +2230,23 @@ export interface components {
              * @example 0.001
              */
             tolerance?: number;
+            /**
+             * Parameters
+             * @description In place of a resolution or a tolerance: the parameters of the points, in any order, in the domain of the curve; for a Bézier curve from 0 to 1. A knot belongs to the span that begins at it, and the end of the domain belongs to the last span. Only for JSON.
+             * @example [
+             *       0,
+             *       0.5,
+             *       1
+             *     ]
+             */
+            parameters?: number[];
+            /**
+             * Derivatives
+             * @description Order of the derivatives that points carry. 1 adds `dt` and `degenerate`; 2 adds `dtt` and `curvature`; 3 adds `dttt` and, for curves in space, `torsion`. Only for JSON.
+             * @default 0
+             * @example 2
+             */
+            derivatives?: number;
             /**
              * Tangents
              * @description Whether points carry unit tangents.
@@ -2251,6 +2384,12 @@ export interface components {
                 number,
                 number
             ];
+            /**
+             * Patch
+             * @description For `patches`, `multipatch` and `group`: the number of the patch that is changed, from 0, as POST /v1/points counts it. Its surface or member keeps its place, its name and its placement; a B-spline in a group is changed as a whole. By default all are changed.
+             * @example 0
+             */
+            patch?: number;
         };
         /**
          * Estimate
@@ -2740,6 +2879,17 @@ export interface components {
              *     }
              */
             reading?: Record<string, never>;
+            /**
+             * Orientation
+             * @description The report of the operation `orient`, as a response of `POST /v1/convert` has it beside the surface. It is ignored, so that the response can be sent as it is.
+             * @example {
+             *       "not_orientable": [],
+             *       "turned": [
+             *         2
+             *       ]
+             *     }
+             */
+            orientation?: Record<string, never>;
             /** @description The rays that may hit the surface. */
             rays?: components["schemas"]["Rays"];
             /** @description The planes that may cut the surface, in place of rays. */
@@ -3124,6 +3274,17 @@ export interface components {
              *     }
              */
             reading?: Record<string, never>;
+            /**
+             * Orientation
+             * @description The report of the operation `orient`, as a response of `POST /v1/convert` has it beside the surface. It is ignored, so that the response can be sent as it is.
+             * @example {
+             *       "not_orientable": [],
+             *       "turned": [
+             *         2
+             *       ]
+             *     }
+             */
+            orientation?: Record<string, never>;
             /**
              * Tolerance
              * @description The largest width of intervals: relative to the area, to the length of all borders and to the volume of the whole surface; for the centroid relative to the diagonal of the bounding box of the control points. A request for too much work is refused (`too_costly`); if a larger tolerance can be reached, the error names it.
@@ -3575,6 +3736,22 @@ export interface components {
              */
             moved?: number;
             /**
+             * Turned
+             * @description With `orient`: the numbers of the patches that were turned, as `POST /v1/points` counts them
+             *     (`patch`); of a B-spline in a group its first. At most the first 10,000.
+             * @example [
+             *       2
+             *     ]
+             */
+            turned?: number[];
+            /**
+             * Not Orientable
+             * @description With `orient`: the numbers of the patches of surfaces without a consistent orientation, such
+             *     as a Möbius strip, which were not turned. At most the first 10,000.
+             * @example []
+             */
+            not_orientable?: number[];
+            /**
              * Metres Per Unit
              * @description The unit of all lengths in metres, if the surface has a `metres_per_unit`.
              */
@@ -3695,6 +3872,13 @@ export interface components {
              */
             weld_tolerance?: number;
             /**
+             * Orient
+             * @description Whether to turn patches so that neighbours agree about the side to which their normals point, and closed surfaces have a positive volume. A turned patch has u and v exchanged. Of an open surface the side stays on which most patches are. A surface without a consistent orientation, such as a Möbius strip, is not turned. The report lists the patches (`turned`, `not_orientable`). Breps, tubes and ribbons stay as they are.
+             * @default false
+             * @example true
+             */
+            orient?: boolean;
+            /**
              * Overlays
              * @description Lines to draw in addition to the faces, if the format has lines. For breps `boundary` has all edges, drawn through vertices of the mesh; they have no `control_net`.
              * @default []
@@ -3792,6 +3976,17 @@ export interface components {
              *     }
              */
             reading?: Record<string, never>;
+            /**
+             * Orientation
+             * @description The report of the operation `orient`, as a response of `POST /v1/convert` has it beside the surface. It is ignored, so that the response can be sent as it is.
+             * @example {
+             *       "not_orientable": [],
+             *       "turned": [
+             *         2
+             *       ]
+             *     }
+             */
+            orientation?: Record<string, never>;
             /**
              * @description The camera that will see the mesh; requires `pixel_tolerance`. A query cannot have it.
              * @example {
@@ -3911,7 +4106,51 @@ export interface components {
             name?: string;
         };
         /** @description A step of a conversion: `op` names its kind. */
-        OperationDefinition: components["schemas"]["ElevateDefinition"] | components["schemas"]["SplitDefinition"] | components["schemas"]["RestrictDefinition"] | components["schemas"]["TransposeDefinition"] | components["schemas"]["ReverseDefinition"] | components["schemas"]["BezierConversion"] | components["schemas"]["TriangleConversion"] | components["schemas"]["UntrimDefinition"] | components["schemas"]["SelectDefinition"];
+        OperationDefinition: components["schemas"]["ElevateDefinition"] | components["schemas"]["SplitDefinition"] | components["schemas"]["RestrictDefinition"] | components["schemas"]["TransposeDefinition"] | components["schemas"]["ReverseDefinition"] | components["schemas"]["BezierConversion"] | components["schemas"]["TriangleConversion"] | components["schemas"]["UntrimDefinition"] | components["schemas"]["SelectDefinition"] | components["schemas"]["OrientDefinition"];
+        /**
+         * OrientDefinition
+         * @description Turns patches so that neighbours agree, and closed surfaces have a positive volume.
+         *
+         *     Neighbours are found as in a mesh. A turned patch has u and v exchanged. Of an open surface the
+         *     side stays on which most patches are, or else that of the first. A surface inside another one
+         *     points outwards, too. What has no consistent orientation, such as a Möbius strip, is not turned.
+         *     Breps, tubes and ribbons stay as they are. The response lists the patches (`orientation`).
+         */
+        OrientDefinition: {
+            /**
+             * Op
+             * @description The operation.
+             * @constant
+             */
+            op: "orient";
+            /**
+             * Weld Tolerance
+             * @description A share of the diagonal of the bounding box of the control points: control points on borders that are nearer than this count as one, as in a mesh.
+             * @default 1e-12
+             * @example 1e-9
+             */
+            weld_tolerance?: number;
+        };
+        /**
+         * Orientation
+         * @description Which patches were turned, so that neighbours agree and volumes are positive.
+         *
+         *     Numbers are those of the surface before the operation, as `POST /v1/points` counts them
+         *     (`patch`); of a B-spline in a group its first.
+         */
+        Orientation: {
+            /**
+             * Turned
+             * @description The patches that were turned.
+             */
+            turned: number[];
+            /**
+             * Not Orientable
+             * @description The patches of surfaces without a consistent orientation, such as a Möbius strip, which were
+             *     not turned.
+             */
+            not_orientable: number[];
+        };
         /**
          * PageLinks
          * @description URLs, without the host.
@@ -4076,8 +4315,15 @@ export interface components {
              */
             type: "patches";
             /**
+             * Homogeneous
+             * @description Whether control points are homogeneous: [w x, w y, w z, w], with no `weights` beside them. A point with w = 0 is a direction. If a w is 0 or negative, but none at a corner, the degree is raised, to 64 at most, until all weights are positive; this does not change the surface. It is stored, answered and hashed as points and weights.
+             * @default false
+             * @example true
+             */
+            homogeneous?: boolean;
+            /**
              * Vertices
-             * @description Control points [x, y, z], or [x, y] in the plane z = 0, that the patches share.
+             * @description Control points [x, y, z], or [x, y] in the plane z = 0, that the patches share; [w x, w y, w z, w] if they are `homogeneous`.
              * @example [
              *       [
              *         0,
@@ -4118,10 +4364,15 @@ export interface components {
             ] | [
                 number,
                 number
+            ] | [
+                number,
+                number,
+                number,
+                number
             ])[];
             /**
              * Weights
-             * @description One positive weight for every vertex.
+             * @description One weight for every vertex, positive, or 0 for a point that does not pull; that of a corner is positive.
              * @example [
              *       1,
              *       1,
@@ -4483,6 +4734,17 @@ export interface components {
              */
             reading?: Record<string, never>;
             /**
+             * Orientation
+             * @description The report of the operation `orient`, as a response of `POST /v1/convert` has it beside the surface. It is ignored, so that the response can be sent as it is.
+             * @example {
+             *       "not_orientable": [],
+             *       "turned": [
+             *         2
+             *       ]
+             *     }
+             */
+            orientation?: Record<string, never>;
+            /**
              * Uv
              * @description Parameters [u, v], one pair for each point, in the domain of the surface; for a patch, both are from 0 to 1. A knot belongs to the span that begins at it, and the end of the domain belongs to the last span.
              * @example [
@@ -4592,6 +4854,17 @@ export interface components {
              *     }
              */
             reading?: Record<string, never>;
+            /**
+             * Orientation
+             * @description The report of the operation `orient`, as a response of `POST /v1/convert` has it beside the surface. It is ignored, so that the response can be sent as it is.
+             * @example {
+             *       "not_orientable": [],
+             *       "turned": [
+             *         2
+             *       ]
+             *     }
+             */
+            orientation?: Record<string, never>;
             /**
              * Points
              * @description Points [x, y, z], or [x, y] for a curve in the plane. At most 100,000.
@@ -4948,6 +5221,12 @@ export interface components {
                 number,
                 number
             ];
+            /**
+             * Patch
+             * @description For `patches`, `multipatch` and `group`: the number of the patch that is changed, from 0, as POST /v1/points counts it. Its surface or member keeps its place, its name and its placement; a B-spline in a group is changed as a whole. Needed if there are several.
+             * @example 0
+             */
+            patch?: number;
         };
         /**
          * ReverseDefinition
@@ -4971,6 +5250,12 @@ export interface components {
              * @enum {string}
              */
             direction: "u" | "v";
+            /**
+             * Patch
+             * @description For `patches`, `multipatch` and `group`: the number of the patch that is changed, from 0, as POST /v1/points counts it. Its surface or member keeps its place, its name and its placement; a B-spline in a group is changed as a whole. By default all are changed.
+             * @example 0
+             */
+            patch?: number;
         };
         /**
          * RibbonDefinition
@@ -4978,8 +5263,8 @@ export interface components {
          *
          *     The line across the ribbon is at right angles to the curve and to the direction that the ribbon
          *     faces. `resolution` is the number of divisions of each Bézier piece of the curve. Corners up to
-         *     90° are mitred, and sharper corners are rounded. Where the line turns round at a corner, no
-         *     faces join its two directions.
+         *     90° are mitred, and sharper corners are rounded. Where the line turns round at a corner, or gets
+         *     another width at a control point that is repeated, no faces join its two directions or widths.
          */
         RibbonDefinition: {
             /**
@@ -5324,9 +5609,10 @@ export interface components {
          * @description Splits one patch or a B-spline into two or four pieces, or a triangle into three.
          *
          *     A patch becomes `patches` over shared vertices. A B-spline becomes a `group` of B-splines that
-         *     keep their parameters. Piece k along u and l along v has the number k · (number of pieces along
-         *     v) + l. A triangle is split at a point into three triangles, each between the point and one
-         *     side: the point replaces the corner r = 1 in the first, s = 1 in the second, t = 1 in the third.
+         *     keep their parameters; as a member of a group, a `multipatch` of them. Piece k along u and l
+         *     along v has the number k · (number of pieces along v) + l. A triangle is split at a point into
+         *     three triangles, each between the point and one side: the point replaces the corner r = 1 in the
+         *     first, s = 1 in the second, t = 1 in the third.
          */
         SplitDefinition: {
             /**
@@ -5361,6 +5647,12 @@ export interface components {
                 number,
                 number
             ];
+            /**
+             * Patch
+             * @description For `patches`, `multipatch` and `group`: the number of the patch that is changed, from 0, as POST /v1/points counts it. Its surface or member keeps its place, its name and its placement; a B-spline in a group is changed as a whole. Needed if there are several.
+             * @example 0
+             */
+            patch?: number;
         };
         /**
          * StoredEntry
@@ -5457,6 +5749,8 @@ export interface components {
             surface: components["schemas"]["SurfaceDefinition"];
             /** @description The report of reading, if the surface came from a CAD file. Other calls ignore it. */
             reading?: components["schemas"]["Reading"];
+            /** @description The report of the last operation `orient`. Other calls ignore it. */
+            orientation?: components["schemas"]["Orientation"];
         };
         /**
          * SurfaceLinks
@@ -5611,6 +5905,17 @@ export interface components {
              *     }
              */
             reading?: Record<string, never>;
+            /**
+             * Orientation
+             * @description The report of the operation `orient`, as a response of `POST /v1/convert` has it beside the surface. It is ignored, so that the response can be sent as it is.
+             * @example {
+             *       "not_orientable": [],
+             *       "turned": [
+             *         2
+             *       ]
+             *     }
+             */
+            orientation?: Record<string, never>;
         };
         /**
          * SurfaceSummary
@@ -5665,6 +5970,12 @@ export interface components {
              * @constant
              */
             op: "transpose";
+            /**
+             * Patch
+             * @description For `patches`, `multipatch` and `group`: the number of the patch that is changed, from 0, as POST /v1/points counts it. Its surface or member keeps its place, its name and its placement; a B-spline in a group is changed as a whole. By default all are changed.
+             * @example 0
+             */
+            patch?: number;
         };
         /**
          * TriangleConversion
@@ -5688,6 +5999,12 @@ export interface components {
              * @enum {string}
              */
             half: "lower" | "upper";
+            /**
+             * Patch
+             * @description For `patches`, `multipatch` and `group`: the number of the patch that is changed, from 0, as POST /v1/points counts it. Its surface or member keeps its place, its name and its placement; a B-spline in a group is changed as a whole. Needed if there are several.
+             * @example 0
+             */
+            patch?: number;
         };
         /**
          * TriangleDefinition
@@ -5706,8 +6023,15 @@ export interface components {
              */
             type: "triangle";
             /**
+             * Homogeneous
+             * @description Whether control points are homogeneous: [w x, w y, w z, w], with no `weights` beside them. A point with w = 0 is a direction. If a w is 0 or negative, but none at a corner, the degree is raised, to 64 at most, until all weights are positive; this does not change the surface. It is stored, answered and hashed as points and weights.
+             * @default false
+             * @example true
+             */
+            homogeneous?: boolean;
+            /**
              * Control Net
-             * @description Control points [x, y, z], or [x, y] in the plane z = 0, row by row. Each row has one point less than the row before. At least two rows; every coordinate is finite and within single precision. Seen from the side to which the normal points, each row goes from left to right, and is above the row before.
+             * @description Control points [x, y, z], or [x, y] in the plane z = 0, row by row; [w x, w y, w z, w] if they are `homogeneous`. Each row has one point less than the row before. At least two rows; every coordinate is finite and within single precision. Seen from the side to which the normal points, each row goes from left to right, and is above the row before.
              * @example [
              *       [
              *         [
@@ -5754,10 +6078,15 @@ export interface components {
             ] | [
                 number,
                 number
+            ] | [
+                number,
+                number,
+                number,
+                number
             ])[][];
             /**
              * Weights
-             * @description One positive weight for every control point, in the same rows. Left out, the surface is polynomial.
+             * @description One weight for every control point, in the same rows: positive, or 0 for a point that does not pull and is no corner. Left out, the surface is polynomial.
              * @example [
              *       [
              *         1,
@@ -5984,16 +6313,22 @@ export interface components {
             op: "untrim";
             /**
              * Face
-             * @description The number of the face, from 0.
+             * @description The number of the face, from 0. Needed without `patch`.
              * @example 0
              */
-            face: number;
+            face?: number;
             /**
              * Member
              * @description Of a group, the number of the member, from 0, which is a brep; the result has no placement.
              * @example 0
              */
             member?: number;
+            /**
+             * Patch
+             * @description In place of both: the number of the face among all faces and patches, as POST /v1/points counts them.
+             * @example 0
+             */
+            patch?: number;
         };
     };
     responses: {
@@ -6383,6 +6718,8 @@ export type MeshReport = components['schemas']['MeshReport'];
 export type MeshRequest = components['schemas']['MeshRequest'];
 export type MultipatchDefinition = components['schemas']['MultipatchDefinition'];
 export type OperationDefinition = components['schemas']['OperationDefinition'];
+export type OrientDefinition = components['schemas']['OrientDefinition'];
+export type Orientation = components['schemas']['Orientation'];
 export type PageLinks = components['schemas']['PageLinks'];
 export type PartCounts = components['schemas']['PartCounts'];
 export type PartDefinition = components['schemas']['PartDefinition'];
@@ -6471,6 +6808,8 @@ export interface operations {
                 degree?: number[];
                 /** @description With a file: Knots of a `bspline`: `clamped`, `uniform` or `periodic`, or a name for u and one for v. */
                 knots?: ("uniform" | "clamped" | "periodic")[];
+                /** @description With a file: Whether points of four numbers in an array of NumPy are homogeneous, [w x, w y, w z, w]: `true`, or `false`, the default: [x, y, z, weight]. */
+                homogeneous?: boolean;
                 /** @description With a file: The model's vertical axis, `y` or `z`. A CAD file has `z`, unless this says `y`. */
                 up?: "y" | "z";
                 /** @description With a file: Name of the surface. A CAD file has names of its own; this is that of the whole. */
@@ -6508,6 +6847,8 @@ export interface operations {
                 crease_angle?: number;
                 /** @description With a file: A share of the model's diagonal. Control points on borders of patches that are nearer to each other than this count as one point. So sides that are equal up to rounding become one edge, closed surfaces have no gaps, and collapsed sides become poles. Near points, and points connected by a chain of near points, form a cluster; in a cluster wider than the tolerance, only points nearer than 1/8 of the tolerance become one. Patches without width are left out of the mesh. When two sides become one edge, the edge gets the positions of the side whose control points come first in lexicographic order, whatever the order of the patches. Far from the origin, where coordinates are too coarse for this tolerance, points nearer to each other than 2^-50 times the largest coordinate count as near. The report has the largest move of a point as `moved`, and every bound includes it. If two borders are the same curve with different knots, the surfaces are split at these knots. With 0, only points that are equal bit for bit are joined. Default: 1e-12. */
                 weld_tolerance?: number;
+                /** @description With a file: Whether to turn patches so that neighbours agree about the side to which their normals point, and closed surfaces have a positive volume. A turned patch has u and v exchanged. Of an open surface the side stays on which most patches are. A surface without a consistent orientation, such as a Möbius strip, is not turned. The report lists the patches (`turned`, `not_orientable`). Breps, tubes and ribbons stay as they are. Default: false. */
+                orient?: boolean;
                 /** @description With a file: Lines to draw in addition to the faces, if the format has lines. For breps `boundary` has all edges, drawn through vertices of the mesh; they have no `control_net`. Default: []. */
                 overlays?: ("control_net" | "boundary")[];
                 /** @description With a file: Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) gets the curves u = i/n_u and v = j/n_v, with its borders; a shared border is drawn once. A triangle gets the curves r = i/n, s = i/n and t = i/n. 0 draws no curves in that direction. Not for breps. Default: [0, 0]. */
@@ -6545,6 +6886,8 @@ export interface operations {
                 "application/x-npy": Blob;
                 "model/x-oogl": string;
                 "text/x-teapot": string;
+                "model/obj": string;
+                "application/vnd.geomdl+json": string;
                 "model/step": Blob;
                 "model/iges": Blob;
                 "model/vnd.3dm": Blob;
@@ -6618,7 +6961,7 @@ export interface operations {
                     "Server-Timing": string;
                     /**
                      * @description URL of the job, without the host.
-                     * @example /v1/jobs/4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35
+                     * @example /v1/jobs/5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3
                      */
                     Location: string;
                     /**
@@ -6663,6 +7006,8 @@ export interface operations {
                 degree?: number[];
                 /** @description With a file: Knots of a `bspline`: `clamped`, `uniform` or `periodic`, or a name for u and one for v. */
                 knots?: ("uniform" | "clamped" | "periodic")[];
+                /** @description With a file: Whether points of four numbers in an array of NumPy are homogeneous, [w x, w y, w z, w]: `true`, or `false`, the default: [x, y, z, weight]. */
+                homogeneous?: boolean;
                 /** @description With a file: The model's vertical axis, `y` or `z`. A CAD file has `z`, unless this says `y`. */
                 up?: "y" | "z";
                 /** @description With a file: Name of the surface. A CAD file has names of its own; this is that of the whole. */
@@ -6700,6 +7045,8 @@ export interface operations {
                 crease_angle?: number;
                 /** @description With a file: A share of the model's diagonal. Control points on borders of patches that are nearer to each other than this count as one point. So sides that are equal up to rounding become one edge, closed surfaces have no gaps, and collapsed sides become poles. Near points, and points connected by a chain of near points, form a cluster; in a cluster wider than the tolerance, only points nearer than 1/8 of the tolerance become one. Patches without width are left out of the mesh. When two sides become one edge, the edge gets the positions of the side whose control points come first in lexicographic order, whatever the order of the patches. Far from the origin, where coordinates are too coarse for this tolerance, points nearer to each other than 2^-50 times the largest coordinate count as near. The report has the largest move of a point as `moved`, and every bound includes it. If two borders are the same curve with different knots, the surfaces are split at these knots. With 0, only points that are equal bit for bit are joined. Default: 1e-12. */
                 weld_tolerance?: number;
+                /** @description With a file: Whether to turn patches so that neighbours agree about the side to which their normals point, and closed surfaces have a positive volume. A turned patch has u and v exchanged. Of an open surface the side stays on which most patches are. A surface without a consistent orientation, such as a Möbius strip, is not turned. The report lists the patches (`turned`, `not_orientable`). Breps, tubes and ribbons stay as they are. Default: false. */
+                orient?: boolean;
                 /** @description With a file: Lines to draw in addition to the faces, if the format has lines. For breps `boundary` has all edges, drawn through vertices of the mesh; they have no `control_net`. Default: []. */
                 overlays?: ("control_net" | "boundary")[];
                 /** @description With a file: Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) gets the curves u = i/n_u and v = j/n_v, with its borders; a shared border is drawn once. A triangle gets the curves r = i/n, s = i/n and t = i/n. 0 draws no curves in that direction. Not for breps. Default: [0, 0]. */
@@ -6734,6 +7081,8 @@ export interface operations {
                 "application/x-npy": Blob;
                 "model/x-oogl": string;
                 "text/x-teapot": string;
+                "model/obj": string;
+                "application/vnd.geomdl+json": string;
                 "model/step": Blob;
                 "model/iges": Blob;
                 "model/vnd.3dm": Blob;
@@ -6817,7 +7166,7 @@ export interface operations {
                     "Server-Timing": string;
                     /**
                      * @description URL of the job, without the host.
-                     * @example /v1/jobs/4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35
+                     * @example /v1/jobs/5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3
                      */
                     Location: string;
                     /**
@@ -6861,6 +7210,8 @@ export interface operations {
                 degree?: number[];
                 /** @description With a file: Knots of a `bspline`: `clamped`, `uniform` or `periodic`, or a name for u and one for v. */
                 knots?: ("uniform" | "clamped" | "periodic")[];
+                /** @description With a file: Whether points of four numbers in an array of NumPy are homogeneous, [w x, w y, w z, w]: `true`, or `false`, the default: [x, y, z, weight]. */
+                homogeneous?: boolean;
                 /** @description With a file: The model's vertical axis, `y` or `z`. A CAD file has `z`, unless this says `y`. */
                 up?: "y" | "z";
                 /** @description With a file: Name of the surface. A CAD file has names of its own; this is that of the whole. */
@@ -6883,6 +7234,8 @@ export interface operations {
                 "application/x-npy": Blob;
                 "model/x-oogl": string;
                 "text/x-teapot": string;
+                "model/obj": string;
+                "application/vnd.geomdl+json": string;
                 "model/step": Blob;
                 "model/iges": Blob;
                 "model/vnd.3dm": Blob;
@@ -6934,7 +7287,7 @@ export interface operations {
                     "Server-Timing": string;
                     /**
                      * @description URL of the job, without the host.
-                     * @example /v1/jobs/4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35
+                     * @example /v1/jobs/5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3
                      */
                     Location: string;
                     /**
@@ -7025,7 +7378,7 @@ export interface operations {
                     "Server-Timing": string;
                     /**
                      * @description URL of the job, without the host.
-                     * @example /v1/jobs/4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35
+                     * @example /v1/jobs/5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3
                      */
                     Location: string;
                     /**
@@ -7110,7 +7463,7 @@ export interface operations {
                     "Server-Timing": string;
                     /**
                      * @description URL of the job, without the host.
-                     * @example /v1/jobs/4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35
+                     * @example /v1/jobs/5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3
                      */
                     Location: string;
                     /**
@@ -7213,7 +7566,7 @@ export interface operations {
                     "Server-Timing": string;
                     /**
                      * @description URL of the job, without the host.
-                     * @example /v1/jobs/4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35
+                     * @example /v1/jobs/5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3
                      */
                     Location: string;
                     /**
@@ -7257,6 +7610,8 @@ export interface operations {
                 degree?: number[];
                 /** @description With a file: Knots of a `bspline`: `clamped`, `uniform` or `periodic`, or a name for u and one for v. */
                 knots?: ("uniform" | "clamped" | "periodic")[];
+                /** @description With a file: Whether points of four numbers in an array of NumPy are homogeneous, [w x, w y, w z, w]: `true`, or `false`, the default: [x, y, z, weight]. */
+                homogeneous?: boolean;
                 /** @description With a file: The model's vertical axis, `y` or `z`. A CAD file has `z`, unless this says `y`. */
                 up?: "y" | "z";
                 /** @description With a file: Name of the surface. A CAD file has names of its own; this is that of the whole. */
@@ -7281,6 +7636,8 @@ export interface operations {
                 "application/x-npy": Blob;
                 "model/x-oogl": string;
                 "text/x-teapot": string;
+                "model/obj": string;
+                "application/vnd.geomdl+json": string;
                 "model/step": Blob;
                 "model/iges": Blob;
                 "model/vnd.3dm": Blob;
@@ -7319,7 +7676,7 @@ export interface operations {
                     "Server-Timing": string;
                     /**
                      * @description URL of the job, without the host.
-                     * @example /v1/jobs/4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35
+                     * @example /v1/jobs/5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3
                      */
                     Location: string;
                     /**
@@ -7387,6 +7744,8 @@ export interface operations {
                 degree?: number[];
                 /** @description With a file: Knots of a `bspline`: `clamped`, `uniform` or `periodic`, or a name for u and one for v. */
                 knots?: ("uniform" | "clamped" | "periodic")[];
+                /** @description With a file: Whether points of four numbers in an array of NumPy are homogeneous, [w x, w y, w z, w]: `true`, or `false`, the default: [x, y, z, weight]. */
+                homogeneous?: boolean;
                 /** @description With a file: The model's vertical axis, `y` or `z`. A CAD file has `z`, unless this says `y`. */
                 up?: "y" | "z";
                 /** @description With a file: Name of the surface. A CAD file has names of its own; this is that of the whole. */
@@ -7404,6 +7763,8 @@ export interface operations {
                 "application/x-npy": Blob;
                 "model/x-oogl": string;
                 "text/x-teapot": string;
+                "model/obj": string;
+                "application/vnd.geomdl+json": string;
                 "model/step": Blob;
                 "model/iges": Blob;
                 "model/vnd.3dm": Blob;
@@ -7622,6 +7983,8 @@ export interface operations {
                 crease_angle?: number;
                 /** @description A share of the model's diagonal. Control points on borders of patches that are nearer to each other than this count as one point. So sides that are equal up to rounding become one edge, closed surfaces have no gaps, and collapsed sides become poles. Near points, and points connected by a chain of near points, form a cluster; in a cluster wider than the tolerance, only points nearer than 1/8 of the tolerance become one. Patches without width are left out of the mesh. When two sides become one edge, the edge gets the positions of the side whose control points come first in lexicographic order, whatever the order of the patches. Far from the origin, where coordinates are too coarse for this tolerance, points nearer to each other than 2^-50 times the largest coordinate count as near. The report has the largest move of a point as `moved`, and every bound includes it. If two borders are the same curve with different knots, the surfaces are split at these knots. With 0, only points that are equal bit for bit are joined. */
                 weld_tolerance?: number;
+                /** @description Whether to turn patches so that neighbours agree about the side to which their normals point, and closed surfaces have a positive volume. A turned patch has u and v exchanged. Of an open surface the side stays on which most patches are. A surface without a consistent orientation, such as a Möbius strip, is not turned. The report lists the patches (`turned`, `not_orientable`). Breps, tubes and ribbons stay as they are. */
+                orient?: boolean;
                 /** @description Lines to draw in addition to the faces, if the format has lines. For breps `boundary` has all edges, drawn through vertices of the mesh; they have no `control_net`. */
                 overlays?: ("control_net" | "boundary")[];
                 /** @description Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) gets the curves u = i/n_u and v = j/n_v, with its borders; a shared border is drawn once. A triangle gets the curves r = i/n, s = i/n and t = i/n. 0 draws no curves in that direction. Not for breps. */
@@ -7955,7 +8318,7 @@ export interface operations {
                     "Server-Timing": string;
                     /**
                      * @description URL of the job, without the host.
-                     * @example /v1/jobs/4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35
+                     * @example /v1/jobs/5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3
                      */
                     Location: string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
@@ -7977,7 +8340,7 @@ export interface operations {
                     "Server-Timing": string;
                     /**
                      * @description URL of the job, without the host.
-                     * @example /v1/jobs/4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35
+                     * @example /v1/jobs/5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3
                      */
                     Location: string;
                     /**
@@ -8019,6 +8382,8 @@ export interface operations {
                 "application/x-npy": Blob;
                 "model/x-oogl": string;
                 "text/x-teapot": string;
+                "model/obj": string;
+                "application/vnd.geomdl+json": string;
                 "model/step": Blob;
                 "model/iges": Blob;
                 "model/vnd.3dm": Blob;
@@ -8164,11 +8529,11 @@ export interface operations {
                 content: {
                     /**
                      * @example event: progress
-                     *     data: {"id":"4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35","state":"running","engine":4,"parts":{"total":100,"queued":56,"running":2,"succeeded":41,"failed":1},"created":"2026-11-29T14:40:20.125Z","started":"2026-11-29T14:40:21.125Z","ended":null,"expires":"2026-12-06T14:40:20.125Z","rate":12.5,"seconds_left":5,"links":{"self":"/v1/jobs/4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35","events":"/v1/jobs/4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35/events","results":"/v1/jobs/4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35/results"}}
+                     *     data: {"id":"5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3","state":"running","engine":4,"parts":{"total":100,"queued":56,"running":2,"succeeded":41,"failed":1},"created":"2026-11-29T14:40:20.125Z","started":"2026-11-29T14:40:21.125Z","ended":null,"expires":"2026-12-06T14:40:20.125Z","rate":12.5,"seconds_left":5,"links":{"self":"/v1/jobs/5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3","events":"/v1/jobs/5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3/events","results":"/v1/jobs/5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3/results"}}
                      *     retry: 1000
                      *
                      *     event: end
-                     *     data: {"id":"4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35","state":"succeeded","engine":4,"parts":{"total":2,"queued":0,"running":0,"succeeded":2,"failed":0},"created":"2026-11-29T14:40:20.125Z","started":"2026-11-29T14:40:21.125Z","ended":"2026-11-29T14:40:22.125Z","expires":"2026-12-06T14:40:22.125Z","rate":0.0,"seconds_left":null,"links":{"self":"/v1/jobs/4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35","events":"/v1/jobs/4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35/events","results":"/v1/jobs/4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35/results"}}
+                     *     data: {"id":"5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3","state":"succeeded","engine":4,"parts":{"total":2,"queued":0,"running":0,"succeeded":2,"failed":0},"created":"2026-11-29T14:40:20.125Z","started":"2026-11-29T14:40:21.125Z","ended":"2026-11-29T14:40:22.125Z","expires":"2026-12-06T14:40:22.125Z","rate":0.0,"seconds_left":null,"links":{"self":"/v1/jobs/5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3","events":"/v1/jobs/5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3/events","results":"/v1/jobs/5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3/results"}}
                      *     retry: 1000
                      */
                     "text/event-stream": string;
@@ -8246,7 +8611,7 @@ export interface operations {
                 headers: {
                     /**
                      * @description The SHA-256 of the file, in quotes.
-                     * @example "4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35"
+                     * @example "5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3"
                      */
                     ETag: string;
                     /**
@@ -8289,7 +8654,7 @@ export interface operations {
                 headers: {
                     /**
                      * @description The SHA-256 of the file, in quotes.
-                     * @example "4a5c00430704677fd92746b0ead5803dac8b56daf0696e7a60c73fe6c7679e35"
+                     * @example "5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3"
                      */
                     ETag: string;
                     /**
