@@ -43,7 +43,7 @@ NEEDED = (
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class PatchList(SurfaceKind):
+class ExactPatches(SurfaceKind):
     """Rational patches of one degree, to which another surface is equal.
 
     Attributes
@@ -99,7 +99,7 @@ class _Legs:
 
 def build_exact_tube(
     pieces: CurvePieces, tube: Tube, *, closed: bool, up: Up, name: str
-) -> PatchList:
+) -> ExactPatches:
     """The tube as patches: four for each piece of the curve, in its order, and four for each cap.
 
     Their u runs along the curve: outwards on the first cap, inwards on the last. Their v runs
@@ -139,7 +139,7 @@ def build_exact_tube(
                 caps.append(_build_cap(ring, centre, nets.shape[1], is_last=is_last))
     nets = np.concatenate([nets, *caps])
     weights = np.concatenate([weights, *[np.broadcast_to(WEIGHTS, cap.shape[:3]) for cap in caps]])
-    return PatchList(nets, np.ascontiguousarray(weights), up, name)
+    return ExactPatches(nets, np.ascontiguousarray(weights), up, name)
 
 
 def _find_legs(pieces: CurvePieces) -> _Legs:

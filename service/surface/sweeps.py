@@ -11,7 +11,7 @@ from service.errors import InvalidRequest, Issue, count_nouns
 from service.surface.checks import MAX_COORDINATE, MAX_DEGREE, Up, check_up
 from service.surface.curve import Curve
 from service.surface.curve_model import Profile, Ribbon, SweepModel, Tube
-from service.surface.exact_tubes import PatchList, build_exact_tube
+from service.surface.exact_tubes import ExactPatches, build_exact_tube
 from service.surface.placement import check_box
 from service.surface.sizes import SurfaceKind, SurfaceSize
 
@@ -123,7 +123,7 @@ class TubeSurface(SweptSurface):
         # texture coordinates. The 5 rows: a ring at the last sample, and two at each end for a cap.
         return self.count(self.sides + 1, end_rows=5)
 
-    def exact_patches(self) -> PatchList:
+    def exact_patches(self) -> ExactPatches:
         """The tube as rational patches, if its curve is made of lines and circular arcs."""
         closed = self.lower().closed
         return build_exact_tube(

@@ -337,7 +337,7 @@ def test_lines_with_files_that_cannot_be_read_fail(
     assert lines[2].startswith("surface: line 3  empty ")
     assert "/file: This must be a name." in lines[3]
     assert "/file: A part has a body, or a file in its place." in lines[4]
-    assert "/path: A CAD file says itself" in lines[5]
+    assert "/path: This file says itself" in lines[5]
     assert "No file with this suffix is read." in lines[6]
     assert lines[7].startswith("surface: 0 made, 0 were there, 7 failed")
 

@@ -101,7 +101,7 @@ def test_a_child_has_two_pipes_and_no_variables() -> None:
     assert described["variables"] == {}
     assert described["threads"] == 1
     rooms = {name.split(".")[1] for name in described["modules"] if name.startswith("service.")}
-    assert rooms == {"bases", "decoders", "errors", "framing", "surface"}
+    assert rooms == {"bases", "cancellation", "decoders", "errors", "framing", "surface"}
     assert not {"pydantic", "fastapi", "obstore"} & set(described["modules"])
 
 

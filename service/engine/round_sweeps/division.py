@@ -30,9 +30,6 @@ has a cusp."""
 LARGEST_TURN = pi / 2
 """The largest turn of the path on one cell, in radians, whatever the tolerance."""
 
-SHARP = "sharp_path"
-"""The code of the error for paths whose sweep has no bound."""
-
 SMOOTHER = "curves that meet there, each with a sweep of its own; or a mesh by resolution"
 
 CHUNK = 1 << 17
@@ -177,5 +174,5 @@ def _refuse(cells: PathNets) -> None:
         if not has_bound.all():
             number = int(np.flatnonzero(~has_bound)[0])
             place = f"piece {cells.piece[number]} at t = {cells.first[number]:.6g}"
-            raise InvalidRequest(Issue(SHARP, message, "/tolerance", place, SMOOTHER))
+            raise InvalidRequest(Issue("sharp_path", message, "/tolerance", place, SMOOTHER))
     raise build_tolerance_error("a smaller tolerance", "a greater tolerance")

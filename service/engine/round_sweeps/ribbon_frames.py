@@ -8,7 +8,7 @@ after it. At mitres, both pieces must have the same crossbar in the plane of the
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.engine.round_sweeps.division import SHARP, SMOOTHER, Leaves
+from service.engine.round_sweeps.division import SMOOTHER, Leaves
 from service.engine.round_sweeps.frames_of_cells import SMOOTH_TURN, CellFrames
 from service.engine.round_sweeps.slants import find_slants
 from service.engine.sweeps.frames import compute_frames, fill_gaps
@@ -61,5 +61,5 @@ def choose_crossbars(frames: CellFrames, leaves: Leaves) -> tuple[FloatArray, Fl
     ):
         if is_wrong:
             got = "such a corner of the curve of a ribbon"
-            raise InvalidRequest(Issue(SHARP, message, "/tolerance", got, SMOOTHER))
+            raise InvalidRequest(Issue("sharp_path", message, "/tolerance", got, SMOOTHER))
     return chosen, turn / 2 + gap
