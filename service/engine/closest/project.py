@@ -14,6 +14,7 @@ from service.engine.connectivity.connect import connect, connect_if_apart
 from service.engine.connectivity.incidence import triangular_patches
 from service.engine.connectivity.seams import Seams
 from service.engine.curves.evaluation import CurveSamples, evaluate_tangents
+from service.engine.joining.snap import snap
 from service.engine.nets.partials import net_partials
 from service.engine.nets.query_nets import LocalPoints, QueryNets, curve_nets, surface_nets
 from service.engine.points.surface_columns import Columns, surface_columns
@@ -74,23 +75,23 @@ def project_on_surface(model: PatchModel, query: ProjectQuery) -> Columns:
         - uv (m, 2): parameters of the surface if it has a domain, else of the patch; (s, t) on
           triangles
         - normals (m, 3)
-        - on_boundary (m,): whether the closest point is on an open side
+        - on_boundary (m,): whether the closest point is on an open side; sides that are equal up to
+          rounding are one edge
         - signs (m,), if requested: −1 inside, +1 outside, NaN where this is uncertain
     """
     nets = surface_nets(model.batches)
     local_points = nets.to_near_points(query.points)
     closest, columns = find_closest(nets, local_points, query)
-    seams = None
+    # None if points on borders may be nearly, but not exactly equal: then they are made equal.
+    seams = connect_if_apart(model, WELD_TOLERANCE)
     if query.sign:
-        # None if points on borders may be nearly, but not exactly equal: then `compute_signs` makes
-        # them equal.
-        seams = connect_if_apart(model, WELD_TOLERANCE)
         columns["signs"] = compute_signs(model, seams, nets, local_points.points, closest.low)
     patch = nets.patch[closest.net]
     local = nets.parameters(closest.net, closest.parameters.T)
     _, du, dv = net_partials(nets, closest.net, closest.parameters, 1)
     columns |= surface_columns(model, patch, local, du, dv)
-    columns["on_boundary"] = find_open_sides(model, seams or connect(model), patch, local)
+    seams = seams or connect(snap(model, WELD_TOLERANCE))
+    columns["on_boundary"] = find_open_sides(model, seams, patch, local)
     return columns
 
 

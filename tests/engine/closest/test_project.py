@@ -23,6 +23,7 @@ from service.surface.bezier import BezierSurface, TriangleSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.curve import BezierCurve, BsplineCurve
 from service.surface.examples.catalogue import find
+from service.surface.multipatch import MultipatchSurface
 from service.surface.patches import PatchSurface
 from service.surface.sizes import SurfaceKind
 from tools.certify.surfaces import FAMILIES
@@ -179,6 +180,17 @@ def test_ties_are_marked_and_the_first_patch_is_taken() -> None:
     assert columns["patch"].tolist() == [0, 0, 1]
     assert columns["on_boundary"].tolist() == [False, False, True]
     np.testing.assert_allclose(columns["uv"], [[0.25, 0.5], [0.25, 0.5], [1, 0.5]], atol=1e-9)
+
+
+@pytest.mark.parametrize("degrees", [(2, 2), (2, 4), (5, 3)])
+def test_a_border_between_nearly_equal_sides_is_no_boundary(degrees: tuple[int, int]) -> None:
+    surfaces = []
+    for first, degree in enumerate(degrees):
+        x, y = np.meshgrid(first + np.linspace(0, 1, 3), np.linspace(0, 1, degree + 1))
+        net = np.stack([x, y, np.zeros_like(x)], axis=-1)
+        surfaces.append(BezierSurface(net + 1e-13 * RNG(degree).normal(size=net.shape)))
+    columns = project(MultipatchSurface(tuple(surfaces)), np.array([[1, 0.5, 1.0], [0, 0.5, 1]]))
+    assert columns["on_boundary"].tolist() == [False, True]
 
 
 def test_closest_points_do_not_depend_on_other_points() -> None:
