@@ -5,7 +5,10 @@ Hits are inside of the trims, or near an edge. Where faces meet at an edge, they
 Proof in docs/proofs.md: "Hits on trimmed faces".
 """
 
+from dataclasses import replace
 from typing import Any
+
+import numpy as np
 
 from service.engine.cells.tree import WorkLimits
 from service.engine.parts.border_nets import build_border_nets
@@ -23,6 +26,10 @@ from service.engine.rays.intersect import (
     list_kinds,
 )
 from service.engine.rays.net_sides import NetSides
+
+FIRST_BYTES, RAY_BYTES = 24 << 20, 1 << 17
+"""The most bytes of cells of a search: the first, and for each ray. A ray in a face of high degree,
+whose search ends at its limits, would otherwise take as many as a million rays."""
 
 
 def intersect_part(part: Part, query: RayQuery, max_hits: int) -> dict[str, Any]:
@@ -45,9 +52,12 @@ def intersect_part(part: Part, query: RayQuery, max_hits: int) -> dict[str, Any]
     TooLarge
         `too_many_hits`: more than `max_hits`.
     """
-    faces = part.faces
+    faces, count = part.faces, np.broadcast(query.origins, query.directions).size // 3
+    limits = query.limits
+    limits = replace(limits, bytes=min(limits.bytes, FIRST_BYTES + RAY_BYTES * count))
+    query = replace(query, limits=limits)
     thickness = query.relative_thickness * (faces.diagonal / faces.scale)
-    borders = build_ray_borders(part, thickness, query.limits)
+    borders = build_ray_borders(part, thickness, limits)
     rays, hits, columns = find_hits(RaySearch(faces, query, borders), query, max_hits)
     sides = borders.sides
     columns |= PartColumns(part).describe(hits.net, hits.parameters, hits.du, hits.dv)
