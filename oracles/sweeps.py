@@ -8,7 +8,7 @@ the tangent span the same circle. Corners, caps and straight pieces are added as
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import cos, pi, radians
+from math import pi, radians
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -189,8 +189,3 @@ def _lean(ring: Array, direction: Array, plane: Array | None) -> Array:
         return np.zeros(len(ring))
     lean: Array = -(ring @ plane) / (direction @ plane)
     return lean
-
-
-def find_polygon_error(sides: int) -> float:
-    """How far the circle of radius 1 is from its regular polygon."""
-    return 1 - cos(pi / sides)

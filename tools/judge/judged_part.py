@@ -36,6 +36,9 @@ FORM = 1e-14
 GAP_ROUNDING = 2.0**-42
 """Share of the largest coordinate that the service adds to gaps."""
 
+TUBE_SLACK = 1e-8
+"""Share of the diagonal by which the boxes of edges are larger: the thickness of rays, and more."""
+
 NEAR = 2.0
 """Regions of the service and of the judge may differ up to this many gaps from an edge."""
 
@@ -91,16 +94,39 @@ class JudgedPart:
         """The least of the gaps of each face."""
         return np.asarray(self._bound_gaps[0])
 
-    @cached_property
-    def reach(self) -> float:
-        """How far from an edge or vertex rays may be that pass it, besides their thickness.
+    def find_reaches(self, positions: Array) -> Array:
+        """How far rays may be from the edges and vertices that they pass, besides the thickness.
 
-        It is the largest radius of the tubes and balls in which the engine closes gaps.
+        For positions (m, 3): the largest radius of the tubes and balls in which the engine closes
+        gaps, of those whose boxes contain the position.
         """
+        low, high, radii = self._tubes
+        slack = NEAR * radii[:, np.newaxis] + TUBE_SLACK * self.diagonal
+        result = np.zeros(len(positions))
+        for number, position in enumerate(positions):
+            is_near = ((position >= low - slack) & (position <= high + slack)).all(axis=1)
+            result[number] = radii[is_near].max(initial=0.0)
+        return result
+
+    @cached_property
+    def _tubes(self) -> tuple[Array, Array, Array]:
+        """The boxes (N, 3) about the engine's nets of edges and vertices, and their radii (N,)."""
         model = validate(self.case.document).to_surface().lower()
         assert isinstance(model, BrepModel | GroupModel)
-        nets = build_border_nets(build_part(model))
-        return 0.0 if nets is None else float(nets.reach.max() * nets.nets.scale)
+        borders = build_border_nets(build_part(model))
+        if borders is None:
+            return np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0)
+        nets = borders.nets
+        boxes = []
+        for group in nets.groups:
+            points = group.values[:, :, :3]
+            if group.values.shape[2] == 4:
+                points = points / group.values[:, :, 3:]
+            boxes.append([points.min(axis=(0, 1)).T, points.max(axis=(0, 1)).T])
+        low, high = (
+            nets.origin + nets.scale * np.concatenate(each) for each in zip(*boxes, strict=True)
+        )
+        return low, high, borders.reach * nets.scale
 
     @cached_property
     def _bound_gaps(self) -> Array:

@@ -176,7 +176,8 @@ def check_hits(judged: JudgedPart, rays: Rays, findings: Findings) -> None:
         )
 
     # A hit near an edge is on any of its faces, or between them.
-    gaps = np.where(near_edge, judged.reach, judged.gaps[face])
+    gaps = judged.gaps[face]
+    gaps[near_edge] = judged.find_reaches(positions[near_edge])
     thickness = 1.01 * THICKNESS * judged.diagonal + ON_PART * rays.reach[ray]
     allowed = np.where(near_edge, NEAR * (thickness + gaps), thickness)
     offset = positions - rays.origins[ray]
