@@ -83,6 +83,89 @@ def test_a_drag_moves_the_point_and_can_be_undone(page: Page) -> None:
     assert page.is_hidden("#edited")
 
 
+def test_undo_takes_one_step_also_while_a_number_is_typed(page: Page) -> None:
+    """A number that is typed, but not entered, is a step of its own, and can be redone."""
+    select_point(page, 2)
+    old_point = read_point(page)
+    page.fill("#z", "1.75")
+    page.press("#z", "Enter")
+    page.focus("#x")
+    page.keyboard.press("Control+a")
+    page.keyboard.type("5")
+    assert read_point(page) == [5, old_point[1], 1.75]
+    undone, entered = [old_point[0], old_point[1], 1.75], [5, old_point[1], 1.75]
+    for keys, point in (
+        ("Control+z", undone),
+        ("Control+Shift+z", entered),
+        ("Control+z", undone),
+        ("Control+y", entered),
+        ("Control+z", undone),
+        ("Control+z", old_point),
+    ):
+        page.keyboard.press(keys)
+        assert read_point(page) == point, keys
+    assert page.is_disabled("#undo")
+    # Leaving the field, whose number the document has, is no step.
+    page.focus("#y")
+    assert page.is_enabled("#redo")
+    # An empty field keeps the last number that was typed.
+    page.fill("#y", "3")
+    page.fill("#y", "")
+    page.press("#y", "Tab")
+    assert read_point(page)[1] == 3
+    page.click("#undo")
+    assert read_point(page) == old_point
+    assert page.is_disabled("#undo")
+
+
+def test_a_key_that_is_held_a_drag_and_a_slider_are_one_step_each(page: Page) -> None:
+    select_point(page, 4)
+    points = [read_point(page)]
+    page.focus("#view")
+    for _ in range(4):
+        page.keyboard.down("ArrowUp")  # each but the first repeats
+    page.keyboard.up("ArrowUp")
+    points.append(read_point(page))
+    drag(page, select_point(page, 4), (30, -20))
+    points.append(read_point(page))
+    assert points[0] != points[1] != points[2]
+    page.locator("#weight-slider").evaluate(
+        """slider => {
+            [1, 2, 3].forEach((value) => {
+                slider.value = value;
+                slider.dispatchEvent(new Event('input'));
+            });
+            slider.dispatchEvent(new Event('change'));
+        }"""
+    )
+    assert page.input_value("#weight") == "8"
+    page.click("#undo")
+    assert page.input_value("#weight") == "1"
+    for point in reversed(points[:2]):
+        page.click("#undo")
+        assert read_point(page) == point
+    assert page.is_disabled("#undo")
+
+
+def test_undo_ends_a_drag_and_takes_only_the_drag_back(page: Page) -> None:
+    select_point(page, 4)
+    page.fill("#z", "1.5")
+    page.press("#z", "Enter")
+    start, old_point = select_point(page, 4), read_point(page)
+    page.mouse.move(*start)
+    page.mouse.down()
+    page.mouse.move(start[0] + 30, start[1] - 20)
+    dragged = read_point(page)
+    assert dragged != old_point
+    page.keyboard.press("Control+z")
+    assert read_point(page) == old_point
+    page.mouse.move(start[0] + 60, start[1] - 40)
+    page.mouse.up()
+    assert read_point(page) == old_point
+    page.keyboard.press("Control+Shift+z")
+    assert read_point(page) == dragged
+
+
 def test_clicks_on_the_surface_show_parameters_curvature_and_distance(page: Page) -> None:
     box = page.locator("#view").bounding_box()
     assert box is not None

@@ -177,7 +177,8 @@ def test_only_one_request_runs_and_the_newest_document_is_sent_next(page: Page) 
 def test_the_history_has_200_steps_and_a_drag_or_a_reset_is_one_step(page: Page) -> None:
     """`preview` shows a drag that is running, and `keep` ends it as a step of the history.
 
-    Undo, redo and `cancel` first undo the running drag. Each document is a number n.
+    Undo and redo first make the running drag a step; `cancel` undoes it. Each document is a
+    number n.
     """
     result = page.evaluate(
         """async () => {
@@ -200,14 +201,16 @@ def test_the_history_has_200_steps_and_a_drag_or_a_reset_is_one_step(page: Page)
           history.redo();
           const [afterRedoInDrag, isDragOver] = [history.present.n, history.before === null];
           history.undo();
-          const afterUndoOfRedo = history.present.n;
+          const afterUndoOfDrag = history.present.n;
+          history.redo();
+          const afterRedoOfDrag = history.present.n;
           history.reset();
           const afterReset = history.present.n;
           history.undo();
           const [afterUndoOfReset, canRedo] = [history.present.n, history.canRedo];
           return {
             stepsOfDrag, stepsOfMany, afterCancel, afterUndo, afterRedoInDrag, isDragOver,
-            afterUndoOfRedo, afterReset, afterUndoOfReset, canRedo,
+            afterUndoOfDrag, afterRedoOfDrag, afterReset, afterUndoOfReset, canRedo,
           };
         }"""
     )
@@ -216,10 +219,34 @@ def test_the_history_has_200_steps_and_a_drag_or_a_reset_is_one_step(page: Page)
         "stepsOfMany": 200,
         "afterCancel": 500,
         "afterUndo": 499,
-        "afterRedoInDrag": 500,
+        "afterRedoInDrag": 0.9,
         "isDragOver": True,
-        "afterUndoOfRedo": 499,
+        "afterUndoOfDrag": 499,
+        "afterRedoOfDrag": 0.9,
         "afterReset": 0,
-        "afterUndoOfReset": 499,
+        "afterUndoOfReset": 0.9,
         "canRedo": True,
     }
+
+
+def test_a_step_that_changes_nothing_is_no_step_and_keeps_what_can_be_redone(page: Page) -> None:
+    result = page.evaluate(
+        """async () => {
+          const { History } = await import('/page/history.js');
+          const first = { net: [[1, 2], [3, 4]], name: 'n' };
+          const history = new History(first);
+          const undoable = [];
+          history.keep({ ...first, net: [[1, 2], [3, 5]] });
+          history.undo();
+          history.keep({ net: [[1, 2], [3, 4]], name: 'n' });
+          undoable.push(history.canUndo, history.present === first);
+          history.preview({ ...first, net: [[9, 2], [3, 4]] });
+          undoable.push(history.canUndo, history.canRedo);
+          history.preview({ net: [[1, 2], [3, 4]], name: 'n' });
+          undoable.push(history.canUndo, history.canRedo);
+          history.redo();
+          undoable.push(history.present.net[1][1]);
+          return undoable;
+        }"""
+    )
+    assert result == [False, True, True, False, False, True, 5]

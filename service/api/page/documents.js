@@ -31,6 +31,21 @@ export function replaceValue(root, path, value) {
 }
 
 /**
+ * Whether two values of JSON are equal. Parts that documents share are not looked into.
+ * @param {any} a @param {any} b @returns {boolean}
+ */
+export function isEqual(a, b) {
+  if (a === b) return true;
+  if (a === null || b === null || typeof a !== 'object' || typeof b !== 'object') return false;
+  if (Array.isArray(a) && Array.isArray(b)) {
+    return a.length === b.length && a.every((value, i) => isEqual(value, b[i]));
+  }
+  const [keys, otherKeys] = [Object.keys(a), Object.keys(b)];
+  return Array.isArray(a) === Array.isArray(b) && keys.length === otherKeys.length
+    && keys.every((key) => Object.hasOwn(b, key) && isEqual(a[key], b[key]));
+}
+
+/**
  * A path as a JSON pointer (RFC 6901).
  * @param {Path} path
  */

@@ -33,9 +33,7 @@ export function watchPanel(state) {
   button('reset').addEventListener('click', () => state.reset());
   button('help').addEventListener('click', () => element('guide', HTMLDialogElement).showModal());
   addEventListener('keydown', (event) => {
-    // In a text area the same keys undo typing.
-    const isTyping = event.target instanceof HTMLTextAreaElement;
-    if (isTyping || event.altKey || !(event.ctrlKey || event.metaKey)) return;
+    if (isTyping(event.target) || event.altKey || !(event.ctrlKey || event.metaKey)) return;
     const key = event.key.toLowerCase();
     if (key === 'z' && !event.shiftKey) state.undo();
     else if ((key === 'z' && event.shiftKey) || key === 'y') state.redo();
@@ -75,6 +73,12 @@ function show({ settings, history, surface }) {
   button('redo').disabled = !history.canRedo;
   button('reset').disabled = !history.canReset;
   element('edited', HTMLElement).hidden = !history.canReset;
+}
+
+/** Whether the keys of undo and redo are for a text that the user types. Fields of numbers show the document. @param {EventTarget | null} target */
+function isTyping(target) {
+  return target instanceof HTMLTextAreaElement
+    || (target instanceof HTMLInputElement && ['text', 'search', 'password'].includes(target.type));
 }
 
 /** @param {Event} event */

@@ -28,7 +28,8 @@ export function watchPointPanel(state) {
       state.move(point.map((value, i) => (i === axis ? field.valueAsNumber : value)), keep);
     };
     field.addEventListener('input', () => move(false));
-    field.addEventListener('change', () => { move(true); show(state); });
+    // If the field is empty now, the last number that was typed stays.
+    field.addEventListener('change', () => { move(true); state.commit(); show(state); });
   });
 
   const [weight, slider] = [input('weight'), input('weight-slider')];
@@ -36,7 +37,7 @@ export function watchPointPanel(state) {
     if (Number.isFinite(value)) state.setWeight(value, keep);
   };
   weight.addEventListener('input', () => weigh(weight.valueAsNumber, false));
-  weight.addEventListener('change', () => { weigh(weight.valueAsNumber, true); show(state); });
+  weight.addEventListener('change', () => { weigh(weight.valueAsNumber, true); state.commit(); show(state); });
   // The slider has the logarithm of the weight to base 2.
   const sliderWeight = () => Number((2 ** Number(slider.value)).toPrecision(3));
   slider.addEventListener('input', () => weigh(sliderWeight(), false));

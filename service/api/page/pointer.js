@@ -56,6 +56,7 @@ export function watchPointer(stage, netView, state, controls) {
     canvas.setPointerCapture(event.pointerId);
     canvas.focus();
     state.choose(index);
+    state.commit();
     const point = state.point();
     if (point === undefined || netView.matrices === undefined) return;
     const toScene = netView.matrices[state.net.handles[index].frame];
@@ -91,6 +92,12 @@ export function watchPointer(stage, netView, state, controls) {
     finish(true);
   });
   canvas.addEventListener('pointercancel', () => finish(false));
+  // Undo, or another document, ends a drag.
+  state.listen((change) => {
+    if (drag === null || (change !== 'surface' && change !== 'opened')) return;
+    drag = null;
+    canvas.dataset.cursor = '';
+  });
   canvas.addEventListener('pointerleave', () => {
     if (drag === null) netView.highlight(state.chosen, -1);
   });

@@ -50,9 +50,10 @@ export class State {
     this.notify('settings');
   }
 
-  /** @param {number} index  -1 for none */
+  /** Chooses a point; a running step of another point ends. @param {number} index  -1 for none */
   choose(index) {
     if (index === this.chosen) return;
+    this.commit();
     this.chosen = index;
     this.notify('chosen');
   }
@@ -70,7 +71,7 @@ export class State {
   /** Adds the running step (`History.preview`), if any, to the history. */
   commit() {
     if (this.history.before === null) return;
-    this.history.keep(this.surface);
+    this.history.settle();
     this.notify('surface');
   }
 
