@@ -26,9 +26,9 @@ FOCUS = """() => {
 
 # Names of elements that the tab key must reach, in this order; of radio buttons, the checked one.
 TAB_ORDER = [
-    *("open", "help", "theme", "view", "fit", "point-previous", "point", "point-next"),
-    *("x", "y", "z", "weight-slider", "weight", "axis"),
-    *("look", "show-net", "show-wires", "accuracy", "resolution", "section"),
+    *("open", "help", "theme", "view", "fit", "accuracy", "resolution"),
+    *("point-previous", "point", "point-next", "x", "y", "z", "weight-slider", "weight", "axis"),
+    *("look", "show-net", "show-wires", "section"),
     *(fmt.suffix for fmt in FORMATS),
     *("copy-link", "copy-curl", "copy-snippet"),
 ]

@@ -104,7 +104,7 @@ export class Stage {
 
   /** The height, at the bottom of the canvas, that other elements cover; the scene is centred above it. */
   coveredHeight() {
-    const cover = this.canvas.parentElement?.querySelector('[data-covers-view]');
+    const cover = document.querySelector('[data-covers-view]');
     if (!cover || getComputedStyle(cover).position !== 'absolute') return 0;
     return this.canvas.getBoundingClientRect().bottom - cover.getBoundingClientRect().top;
   }
