@@ -8,12 +8,7 @@ import { examples, readFile, Refusal, store, surfaceById } from './service.js';
 /** @typedef {import('./service.js').Example} Example */
 /** @typedef {import('./service.js').Issue} Issue */
 /** @typedef {import('./service.js').Reading} Reading */
-
-/**
- * What the page tells about the open surface; `origin` is its id in the service, empty for a pasted or
- * dropped JSON.
- * @typedef {{title: string, description: string, origin: string}} About
- */
+/** @typedef {import('./state.js').About} About */
 
 /** The most faces whose reason the description has. */
 const MAX_REASONS = 3;
@@ -135,14 +130,6 @@ export class Library {
   show(surface, about) {
     element('paste-problem', HTMLElement).hidden = true;
     if (this.dialog.open) this.dialog.close();
-    write('title', about.title);
-    write('description', about.description);
-    document.title = `${about.title} · Surface Service`;
-    document.querySelectorAll('[data-example]').forEach((chooser) => {
-      const isOpen = chooser.getAttribute('data-example') === about.origin;
-      if (isOpen) chooser.setAttribute('aria-current', 'true');
-      else chooser.removeAttribute('aria-current');
-    });
     this.open(surface, about);
   }
 
@@ -164,6 +151,18 @@ export class Library {
       void this.openFile(file);
     });
   }
+}
+
+/** Shows the title and the description of the surface that is open. @param {About} about */
+export function showAbout({ title, description, origin }) {
+  write('title', title);
+  write('description', description);
+  document.title = `${title} · Surface Service`;
+  document.querySelectorAll('[data-example]').forEach((chooser) => {
+    const isOpen = chooser.getAttribute('data-example') === origin;
+    if (isOpen) chooser.setAttribute('aria-current', 'true');
+    else chooser.removeAttribute('aria-current');
+  });
 }
 
 /** What was read from a CAD file, in words: also which faces were not. @param {Reading} reading */

@@ -2,7 +2,7 @@
 
 import { watchKey } from './key.js';
 import { Stopped } from './jobs.js';
-import { Library } from './library.js';
+import { Library, showAbout } from './library.js';
 import { Measure } from './measure.js';
 import { mesh } from './mesh.js';
 import { MeshRequests } from './mesh-requests.js';
@@ -114,6 +114,7 @@ let requestedMesh = '';
 state.listen((change) => {
   if (change === 'opened') {
     isOpen = true;
+    showAbout(state.about);
     requests.forget();
     hideProblem();
     isShown = false;
@@ -140,9 +141,9 @@ if (view) {
 }
 watchPanel(state);
 watchPointPanel(state);
-const library = new Library(() => { root.dataset.state = 'busy'; }, (surface, { origin, title }) => {
-  state.open(surface, origin);
-  announce(`${title} is open`);
+const library = new Library(() => { root.dataset.state = 'busy'; }, (surface, about) => {
+  state.open(surface, about);
+  announce(`${about.title} is open`);
 }, fail);
 
 // An error of an export does not change the state of the surface on the page.

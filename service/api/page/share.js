@@ -32,8 +32,10 @@ export function watchShare(state, failed) {
  * @param {State} state
  */
 async function idOf(state) {
-  if (state.origin && !state.history.canReset) return state.origin;
-  const { id } = await store(JSON.stringify({ surface: state.surface }));
+  if (state.address) return state.address;
+  const { surface } = state;
+  const { id } = await store(JSON.stringify({ surface }));
+  state.setAddress(surface, id);
   return id;
 }
 

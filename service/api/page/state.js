@@ -9,8 +9,15 @@ import { DEFAULTS } from './settings.js';
 /** @typedef {import('./settings.js').Settings} Settings */
 
 /**
+ * What the page tells about the open surface; `origin`: the name of the example, or the id of the stored
+ * surface, as which it was opened; empty for a surface of the user.
+ * @typedef {{title: string, description: string, origin: string}} About
+ */
+
+/**
  * The kind of a change: another document was opened; the document was edited (`moving`: a drag, a key or
- * typing goes on, and the history has no step yet); the settings, or the chosen point, changed.
+ * typing goes on, and the history has no step yet); the settings, or the address of the document, changed;
+ * the chosen point changed.
  * @typedef {'opened' | 'surface' | 'moving' | 'settings' | 'chosen'} Change
  */
 
@@ -22,13 +29,21 @@ export class State {
     this.net = netOf({});
     /** Number of the chosen control point, or -1. */
     this.chosen = -1;
-    /** Name of the example, or id of the stored surface, as which the document was opened. */
-    this.origin = '';
+    /** @type {About} */
+    this.about = { title: '', description: '', origin: '' };
+    /** Names and ids under which the service has documents. @type {WeakMap<Surface, string>} */
+    this.addresses = new WeakMap();
     /** @type {((change: Change) => void)[]} */
     this.listeners = [];
   }
 
   get surface() { return this.history.present; }
+
+  /** @see About */
+  get origin() { return this.about.origin; }
+
+  /** The name or the id under which the service has the present document; empty if it has none, as after an edit. */
+  get address() { return this.addresses.get(this.surface) ?? ''; }
 
   /** The chosen control point. */
   get handle() { return this.net.handles[this.chosen]; }
@@ -36,12 +51,24 @@ export class State {
   /** @param {(change: Change) => void} listener */
   listen(listener) { this.listeners.push(listener); }
 
-  /** @param {Surface} surface @param {string} origin */
-  open(surface, origin = '') {
-    this.history = new History(surface);
-    this.origin = origin;
+  /**
+   * Opens a document: a new one, or one with its history and with other settings.
+   * @param {Surface} surface @param {Partial<About>} about
+   * @param {{history?: History, settings?: Settings}} kept
+   */
+  open(surface, about = {}, { history = new History(surface), settings = this.settings } = {}) {
+    this.history = history;
+    this.settings = settings;
+    this.about = { title: '', description: '', origin: '', ...about };
+    if (this.origin) this.addresses.set(history.first, this.origin);
     this.chosen = -1;
     this.notify('opened');
+  }
+
+  /** The service has stored the document under this id. @param {Surface} surface @param {string} id */
+  setAddress(surface, id) {
+    this.addresses.set(surface, id);
+    this.notify('settings');
   }
 
   /** @param {Partial<Settings>} changes */
