@@ -1,13 +1,14 @@
 """Computes from a mesh what several formats write: positions, faces, colours, reports, comments."""
 
-from collections.abc import Callable, Hashable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from service.bases.arrays import Bools, Bytes, FloatArray, IndexArray, Ints, RealArray
 from service.bases.cache import Result, derive_once
-from service.encoders.text import FLOAT64_CHARS, LONGEST_ESCAPE, rows
+from service.encoders.format import MeshSize
+from service.encoders.text import FLOAT64_CHARS, LONGEST_ESCAPE, digits, rows
 from service.engine.clustering import find_leaders
 from service.engine.mesh.brep_report import BrepReport
 from service.engine.mesh.mesh import Mesh, MeshPart, MeshReport, Orientation, Overlay
@@ -183,6 +184,38 @@ def bound_brep_chars(defined_faces: int, placed_faces: int, name_bytes: int) -> 
     if placed_faces > MAX_LISTED_FACES:
         return chars
     return chars + placed_faces * REPORT_PART_CHARS + name_bytes * LONGEST_ESCAPE
+
+
+def bound_report_chars(size: MeshSize) -> int:
+    """The most characters of the lists of parts and of lines, the report, and the keys of all."""
+    # A part: keys, its range of faces, a colour of 4 numbers, and its entry in the report.
+    part = 100 + 2 * digits(size.triangles + size.quads) + 4 * FLOAT64_CHARS + REPORT_PART_CHARS
+    # 14 numbers: bounds (6), curvatures (4), two bounds, normal angle and unit. 640 characters
+    # suffice for the keys and brackets of the document, for whole numbers and for `moved`.
+    report = 640 + 14 * FLOAT64_CHARS
+    # Names of faces are in the list of parts, too.
+    brep = 2 * bound_brep_chars(size.defined_faces, size.placed_faces, size.face_name_bytes)
+    return (
+        (size.drawables + min(size.faces, MAX_LISTED_FACES)) * part
+        + brep
+        + bound_orientation_chars(size.listed_patches)
+        # The report repeats the names of parts.
+        + 2 * size.name_bytes * LONGEST_ESCAPE
+        + report
+    )
+
+
+def list_parts(mesh: Mesh) -> Iterator[dict[str, object]]:
+    """For each part its name, its range [first, last) of all faces, and its base colour if any.
+
+    The faces are in the order of JSON: part by part, the quads of a part before its triangles.
+    """
+    first = 0
+    for part in mesh.parts:
+        last = first + part.quads[1] - part.quads[0] + part.triangles[1] - part.triangles[0]
+        color = {} if part.color is None else {"color": part.color}
+        yield {"name": part.name, "faces": [first, last], **color}
+        first = last
 
 
 def report_object(report: MeshReport, parts: Sequence[MeshPart]) -> dict[str, object]:

@@ -12,20 +12,16 @@ seams of uvs), these lists have rows of their own. Then `attribute_faces`, which
 `faces`, has the row of these lists for each corner of each face.
 """
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from service.bases.arrays import IndexArray
 from service.encoders.content import (
-    MAX_LISTED_FACES,
-    REPORT_PART_CHARS,
     absolute,
-    bound_brep_chars,
-    bound_orientation_chars,
+    bound_report_chars,
     find_nonempty,
     find_shared_positions,
     keep_with_faces,
+    list_parts,
     lists_parts,
     rename_vertices,
     report_object,
@@ -34,7 +30,6 @@ from service.encoders.format import EncodeOptions, MeshSize
 from service.encoders.text import (
     FLOAT32_CHARS,
     FLOAT64_CHARS,
-    LONGEST_ESCAPE,
     digits,
     json_document,
 )
@@ -64,7 +59,7 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
         document["attributes"] = dict(mesh.attributes)
     if mesh.welds is not None and (rows or mesh.attributes):
         document["attribute_faces"] = _faces(mesh, None)
-    document["parts"] = list(_parts(mesh)) if lists_parts(mesh.report, mesh.parts) else []
+    document["parts"] = list(list_parts(mesh)) if lists_parts(mesh.report, mesh.parts) else []
     if overlays := find_nonempty(mesh.overlays):
         document["lines"] = [
             {
@@ -87,26 +82,14 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
     # Rows of normals, of uvs and of colours need 6 of the 7 characters at the end.
     vertex = position + (3 + size.colors) * (FLOAT32_CHARS + 1) + 2 * (FLOAT64_CHARS + 1) + 7
     vertex += sum(d * (FLOAT64_CHARS + 1) + 2 for d in dimensions)
-    # A part: keys, its range of faces, a colour of 4 numbers, and its entry in the report.
-    part = 100 + 2 * digits(size.triangles + size.quads) + 4 * FLOAT64_CHARS + REPORT_PART_CHARS
-    # 14 numbers: bounds (6), curvatures (4), two bounds, normal angle and unit. 640 characters
-    # suffice for the keys and brackets of the document, for whole numbers and for `moved`.
-    report = 640 + 14 * FLOAT64_CHARS
-    # Names of faces are in the list of parts, too.
-    brep = 2 * bound_brep_chars(size.defined_faces, size.placed_faces, size.face_name_bytes)
     return (
         size.vertices * vertex
         + size.triangles * 2 * (3 * index + 2)
         + size.quads * 2 * (4 * index + 2)
         + size.overlay_points * position
         + size.overlay_segments * (2 * index + 2)
-        + (size.drawables + min(size.faces, MAX_LISTED_FACES)) * part
-        + brep
-        + bound_orientation_chars(size.listed_patches)
-        # The report repeats the names of parts.
-        + 2 * size.name_bytes * LONGEST_ESCAPE
         + sum(len(name) + 8 for name, _ in size.attributes)
-        + report
+        + bound_report_chars(size)
     )
 
 
@@ -142,13 +125,3 @@ def _write_faces(mesh: Mesh, row: IndexArray | None) -> bytes:
         for faces, run in ((quads, part.quads), (triangles, part.triangles))
     )
     return b"[" + b",".join(run for run in runs if run) + b"]"
-
-
-def _parts(mesh: Mesh) -> Iterator[dict[str, object]]:
-    """For each part its name, its range [first, last) of `faces`, and its base colour if any."""
-    first = 0
-    for part in mesh.parts:
-        last = first + part.quads[1] - part.quads[0] + part.triangles[1] - part.triangles[0]
-        color = {} if part.color is None else {"color": part.color}
-        yield {"name": part.name, "faces": [first, last], **color}
-        first = last

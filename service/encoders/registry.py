@@ -7,7 +7,7 @@ formats and the OpenAPI document are made from this table. `Format` explains the
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from service.encoders import json_mesh, obj, off, oogl, ply, stl, threemf
+from service.encoders import json_mesh, npz, obj, off, oogl, ply, stl, threemf
 from service.encoders.format import COMPACT_OPTIONS, Format
 from service.encoders.gltf import scene as gltf_scene
 from service.encoders.gltf.document import encode_gltf, glb_byte_bound, gltf_byte_bound
@@ -137,6 +137,18 @@ FORMATS: tuple[Format, ...] = (
         encode_scene=threemf.encode_scene,
         carries=frozenset({"colors"}),
         repeats_meshes=True,
+    ),
+    Format(
+        name="npz",
+        title="Arrays of NumPy",
+        media_type="application/x-npz",
+        suffix="npz",
+        is_float32=False,
+        has_quads=True,
+        has_overlays=True,
+        encode=npz.encode,
+        byte_bound=npz.byte_bound,
+        carries=EVERYTHING,
     ),
 )
 """All formats of meshes, in the order in which lists name them."""

@@ -49,4 +49,4 @@ def test_formats_with_attributes_refuse_curvatures_that_do_not_exist(client: Cli
         assert client.post("/v1/mesh?format=stl", body).status_code == 200
         estimate = client.post("/v1/estimate", body).json()
         refused_formats = {name for entry in estimate["refused"] for name in entry["formats"]}
-        assert refused_formats == {"json", "glb", "gltf", "ply"}
+        assert refused_formats == {"json", "glb", "gltf", "ply", "npz"}

@@ -25,6 +25,7 @@ FILES: dict[str, OoglForm | None] = {
     "silo.obj": None,
     "silo.ply": None,
     "silo.off": None,
+    "silo.npz": None,
     "silo-colors.glb": None,
     "silo-colors.gltf": None,
     "silo-colors.json": None,
@@ -34,6 +35,7 @@ FILES: dict[str, OoglForm | None] = {
     "silo-colors.obj": None,
     "silo-colors.ply": None,
     "silo-colors.off": None,
+    "silo-colors.npz": None,
 }
 """Names of the golden files, with the form of OOGL."""
 

@@ -37,7 +37,7 @@ SETTINGS = Settings(
     max_vertices=50_000, memory_bytes=MEMORY, request_timeout=120, log_level="error"
 )
 
-FORMATS = ("glb", "json", "obj", "ply", "stl", "off", "oogl", "gltf")
+FORMATS = ("glb", "json", "obj", "ply", "stl", "off", "oogl", "gltf", "npz")
 
 
 def draw_request(rng: Random) -> tuple[str, dict[str, Any]]:
