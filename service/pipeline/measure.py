@@ -144,8 +144,7 @@ def _measure(surface: SurfaceKind, query: MeasureQuery, limits: Limits) -> bytes
     InvalidRequest
         `not_parametric`: a tube or a ribbon has no patches.
     TooLarge
-        `too_costly`: too many patches after a split that joins borders; or the tolerance needs too
-        many cells.
+        `too_costly`: too many patches after a split that joins borders.
     BudgetEnded
         The query is a trial, and needs more cells.
     """

@@ -121,8 +121,8 @@ class MeasureRequest(SurfaceRequest):
         default=TOLERANCE,
         description="The largest width of intervals: relative to the area, to the length of all "
         "borders and to the volume of the whole surface; for the centroid relative to the diagonal "
-        "of the bounding box of the control points. A request for too much work is refused "
-        "(`too_costly`); if a larger tolerance can be reached, the error names it.",
+        "of the bounding box of the control points. Intervals that take more work than one request "
+        "may take are wider, and `reached` is false.",
         examples=[1e-9],
     )
     weld_tolerance: Annotated[float, Field(ge=0, le=MAX_WELD_TOLERANCE)] = Field(

@@ -280,8 +280,8 @@ class SurfaceMeasures(ResponseModel):
     whole surface needs: for a small part they may be wider than `tolerance`."""
     reached: bool
     """Whether all intervals of the whole surface are at most `tolerance` wide. They are wider where
-    rounding or gaps that were closed (`moved`) require it, for a quantity for which no allowed
-    `tolerance` can be reached, such as a volume of zero, and for borders with a costly length."""
+    rounding or gaps that were closed (`moved`) require it, where a quantity takes more work than
+    one request may take, and for a volume of zero."""
     moved: Length
     """The largest distance by which control points were moved so that borders meet. The intervals
     include the effect of this."""

@@ -28,7 +28,6 @@ from service.cancellation import OutOfTime
 from service.decoders import teapot
 from service.decoders.registry import DECODERS
 from service.encoders.registry import BY_NAME, FORMATS
-from service.engine.measures.values import MeasureQuery
 from service.engine.mesh.mesh import ENGINE
 from service.engine.options import MeshOptions
 from service.engine.points.places import PointsQuery
@@ -46,8 +45,6 @@ from service.jobs.checks import check_part
 from service.jobs.reading import unknown_job, unknown_result
 from service.pipeline.calls import CallLimits
 from service.pipeline.documents import plan_conversion
-from service.pipeline.limits import Limits
-from service.pipeline.measure import plan_measure
 from service.pipeline.mesh import render
 from service.pipeline.queries import plan_points
 from service.schemas.document import DEFAULT_LIMITS
@@ -57,7 +54,6 @@ from service.schemas.validation import parse_request
 from service.settings.values import Settings
 from service.storage.failures import disk_full
 from service.storage.quota import quota_exceeded
-from service.surface.bezier import BezierSurface
 from service.surface.convert.nets import SizeLimits
 from service.surface.convert.operations import Split
 from service.surface.examples.catalogue import find
@@ -78,9 +74,6 @@ _KNOTS = (
     b'{"surface": {"type": "bspline", "control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], '
     b'[1, 1, 0]]], "degree": 1, "knots": [[0, 0, 1, 1], [0, 1, 0.5, 1]]}}'
 )
-# Where du × dv changes its direction, the area is hard to compute to 11 digits.
-_FOLDED = BezierSurface(np.array([[[0, 0, 0], [1, 0, 0]], [[1, 0.1, 0], [2, 1.1, 0]]]))
-_SMALL_LIMITS = Limits(max_multiplications=100_000_000)
 _MESH_PATH, _EXPIRY = "/v1/surfaces/saddle/mesh.glb", 1_800_000_000
 
 
@@ -146,7 +139,6 @@ def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
             "knots": _post_mesh(_KNOTS),
             "face": lambda: plan_points(find("gear").surface(), _NO_FACE).run(),
             "parameters": lambda: plan_points(find("trefoil-tube").surface(), _INSIDE).run(),
-            "intervals": lambda: plan_measure(_FOLDED, MeasureQuery(1e-11), _SMALL_LIMITS).run(),
             "conversion": lambda: plan_conversion(
                 find("sphere").surface(), (Split(u=0.5),), SizeLimits()
             ).run(),

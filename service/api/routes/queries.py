@@ -189,10 +189,10 @@ async def measure_surface(body: MeasureRequest, context: ContextDep) -> Response
     """Measures a surface: every number has an interval that provably contains the exact value.
 
     A surface has a volume if it has no open edge and its patches are oriented consistently;
-    otherwise `faulty_edges` lists the reasons. A `tolerance` that takes more work than one request
-    may take is refused (`too_costly`); the error names the tolerance that can be reached for each
-    quantity. Faces of a brep are measured inside their trims; `edge_lengths` has the lengths of its
-    edges. Ribbons, and tubes that are not exact, are not measured (`not_parametric`).
+    otherwise `faulty_edges` lists the reasons. Where a `tolerance` takes more work than one request
+    may take, the interval is wider, and `reached` is false. Faces of a brep are measured inside
+    their trims; `edge_lengths` has the lengths of its edges. Ribbons, and tubes that are not exact,
+    are not measured (`not_parametric`).
     """
     services, computation, *_ = context
     for work in plan_trials(body.to_surface(), body.to_query(), services.limits):

@@ -4,17 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.arrays import FloatArray
 from service.engine.cells.bounding_spheres import BoundingSpheres
 from service.engine.cells.pair_search import Chunks
 from service.engine.cells.tree import CellTree, WorkLimits
 from service.engine.closest.levels import ClosestLevels
 from service.engine.closest.nearest import ClosestPoints
-from service.engine.connectivity.connect import connect, connect_if_apart
-from service.engine.connectivity.incidence import triangular_patches
-from service.engine.connectivity.seams import Seams
+from service.engine.closest.open_sides import find_open_sides
 from service.engine.curves.evaluation import CurveSamples, evaluate_tangents
-from service.engine.joining.snap import snap
+from service.engine.joining.join import join
 from service.engine.nets.partials import net_partials
 from service.engine.nets.query_nets import LocalPoints, QueryNets, curve_nets, surface_nets
 from service.engine.points.surface_columns import Columns, surface_columns
@@ -35,9 +33,6 @@ LIMITS = WorkLimits(pairs=12_000_000, of_item=1000)
 
 MAX_ROUNDS = 12
 """The most halvings of all cells after which some centre of a cell is inside of the trims."""
-
-MAX_GAP = 1e-12
-"""A point counts as on a side of its patch if its parameters are at most this far from the side."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -75,23 +70,20 @@ def project_on_surface(model: PatchModel, query: ProjectQuery) -> Columns:
         - uv (m, 2): parameters of the surface if it has a domain, else of the patch; (s, t) on
           triangles
         - normals (m, 3)
-        - on_boundary (m,): whether the closest point is on an open side; sides that are equal up to
-          rounding are one edge
+        - on_boundary (m,): whether the closest point is on an open side of the joined surface
         - signs (m,), if requested: −1 inside, +1 outside, NaN where this is uncertain
     """
     nets = surface_nets(model.batches)
     local_points = nets.to_near_points(query.points)
     closest, columns = find_closest(nets, local_points, query)
-    # None if points on borders may be nearly, but not exactly equal: then they are made equal.
-    seams = connect_if_apart(model, WELD_TOLERANCE)
-    if query.sign:
-        columns["signs"] = compute_signs(model, seams, nets, local_points.points, closest.low)
+    joined = join(model, WELD_TOLERANCE) if query.sign else None
+    if joined is not None:
+        columns["signs"] = compute_signs(model, joined, nets, local_points.points, closest.low)
     patch = nets.patch[closest.net]
     local = nets.parameters(closest.net, closest.parameters.T)
     _, du, dv = net_partials(nets, closest.net, closest.parameters, 1)
     columns |= surface_columns(model, patch, local, du, dv)
-    seams = seams or connect(snap(model, WELD_TOLERANCE))
-    columns["on_boundary"] = find_open_sides(model, seams, patch, local)
+    columns["on_boundary"] = find_open_sides(model, patch, local, joined)
     return columns
 
 
@@ -181,16 +173,3 @@ def begin_inside(cells: CellTree) -> None:
         if cells.has_center(cells.first).any() or not cells.can_halve(cells.first).all():
             break
         cells.replace_first(np.ones(len(cells.first), bool))
-
-
-def find_open_sides(model: PatchModel, seams: Seams, patch: Ints, local: FloatArray) -> Bools:
-    """Whether points with the parameters `local` (m, 2) lie on an open side of their patch."""
-    # A side is open if its edge has no other side.
-    is_open = (seams.sides_per_edge[seams.edge] == 1) & ~seams.collapsed
-    u, v = local.T
-    gaps = np.stack([u, 1 - u, v, 1 - v], axis=1)
-    # The sides 0, 1 and 2 of a triangle are s = 0, s + t = 1 and t = 0; it has no side 3.
-    is_triangle = triangular_patches(model.batches)[patch]
-    gaps[is_triangle, 1] = (1 - u - v)[is_triangle]
-    gaps[is_triangle, 3] = 1.0
-    return np.asarray(((gaps <= MAX_GAP) & is_open[patch]).any(axis=1))

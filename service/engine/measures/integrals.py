@@ -157,8 +157,6 @@ class Refinement:
         Cells that have an exact rule.
     bounded : list of BoundedCells
         Other cells, for which rules of `NODES` nodes have remainders.
-    excess : float
-        Sum of the remainders, in units of the allowed errors: above 1 if the budget ended first.
     used_budget : bool
         Whether the budget ended before the cells that it leaves are as they would be without one.
     """
@@ -166,7 +164,6 @@ class Refinement:
     integrand: Integrand
     exact: list[Integrable]
     bounded: list[BoundedCells]
-    excess: float
     used_budget: bool
 
     def integrate(self) -> Integrals:
@@ -214,7 +211,7 @@ def refine(
     accepted: list[BoundedCells] = []
     size = sum(bounded.size for bounded in open_cells)
     # `share` of the allowed errors is still allowed; accepted cells have used the rest.
-    remaining_points, share, excess = max(budget - size, 2 * size), 1.0, 0.0
+    remaining_points, share = max(budget - size, 2 * size), 1.0
     used_budget = False
     for _ in range(MAX_ROUNDS):
         checkpoint()
@@ -223,7 +220,6 @@ def refine(
         )
         order = np.argsort(errors, kind="stable")
         summed_errors = np.cumsum(errors[order])
-        excess = 1 - share + float(summed_errors[-1]) if len(summed_errors) else 0.0
         if not len(summed_errors) or summed_errors[-1] <= share:
             break
         points_of_cells = np.concatenate(
@@ -245,7 +241,7 @@ def refine(
         divided = list(zip(open_cells, np.split(is_halved, splits), strict=True))
         accepted += [bounded.take(~rows) for bounded, rows in divided]
         open_cells = [half for bounded, rows in divided for half in bounded.halve(rows, integrand)]
-    return Refinement(integrand, exact, [*accepted, *open_cells], excess, used_budget)
+    return Refinement(integrand, exact, [*accepted, *open_cells], used_budget)
 
 
 def _integrate(

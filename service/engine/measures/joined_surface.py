@@ -136,7 +136,7 @@ class JoinedSurface:
             side, ends = exchanged_side, ends[:, ::-1]
         if model.domains:
             # From here on, `index` is the number of a parametric surface.
-            ends, domain = in_domains(model, np.array([index, index]), ends)
+            ends, domain = in_domains(model.domains, np.array([index, index]), ends)
             index = int(domain[0])
         if joined.is_cluster:
             counts = [

@@ -16,8 +16,7 @@ from service.engine.joining.join import Allow, allow_any
 from service.engine.measures.chains import chain_edges
 from service.engine.measures.joined_surface import JoinedSurface, RequestSide, place_and_join
 from service.engine.measures.patch_cells import build_cells, group_cells
-from service.engine.measures.precision import Precision
-from service.engine.measures.sizes import measure_sizes
+from service.engine.measures.precision import measure_sizes
 from service.engine.measures.solids import measure_solids
 from service.engine.measures.values import (
     MAX_LISTED,
@@ -46,27 +45,20 @@ def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Me
     ------
     InvalidRequest
         `not_parametric`: tubes and ribbons have no measures.
-    TooLarge
-        `too_costly`: the budget of the query does not suffice for its tolerance, but would suffice
-        for a larger one.
     BudgetEnded
         The query is a trial, and a larger budget would change the result.
     """
     # Areas are measured on the patches of the request; borders and volumes on joined patches, which
     # are in `joined`.
     patch_model, part_of_patch, joined = place_and_join(lowered, query.weld_tolerance, allow)
-    precision = Precision(query)
     nets = surface_nets(patch_model.batches)
     groups = group_cells(nets, joined.point_error)
-    sizes = measure_sizes("the area", groups, part_of_patch, len(patch_model.parts), precision)
+    sizes = measure_sizes(groups, part_of_patch, len(patch_model.parts), query)
     areas = [size.times(nets.scale**2) for size in sizes]
     oriented = orient_sides(joined.seams)
     closed_parts = oriented.find_closed_parts(joined.part, len(patch_model.parts))
-    solids = measure_solids(
-        joined, oriented.is_closed, closed_parts, (sizes, nets.scale), precision
-    )
-    boundary_length, boundaries = _measure_boundaries(joined, oriented, precision)
-    precision.refuse_if_too_costly()
+    solids = measure_solids(joined, oriented.is_closed, closed_parts, (sizes, nets.scale), query)
+    boundary_length, boundaries = _measure_boundaries(joined, oriented, query)
     (volume, centroid), *solid_parts = solids
     tolerance = query.tolerance
     sides = np.flatnonzero(oriented.find_unbalanced_sides().ravel())
@@ -100,12 +92,9 @@ def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Me
 
 
 def _measure_boundaries(
-    joined: JoinedSurface, oriented: OrientedSides, precision: Precision
+    joined: JoinedSurface, oriented: OrientedSides, query: MeasureQuery
 ) -> tuple[Interval, list[Boundary[RequestSide]]]:
-    """The length of all open edges together, and the open borders.
-
-    The list is empty if the query will be refused.
-    """
+    """The length of all open edges together, and the open borders."""
     borders = _join_open_sides(joined.seams, oriented)
     if not borders:
         return Interval(0.0, 0.0, 0.0), []
@@ -125,9 +114,7 @@ def _measure_boundaries(
             groups.append(
                 build_cells(pieces[:, :, np.newaxis], border_of_edge[curves.ids[rows]], point_error)
             )
-    lengths = measure_sizes("the borders", groups, numbers, len(borders), precision)
-    if not lengths:
-        return Interval(0.0, 0.0, 0.0), []
+    lengths = measure_sizes(groups, numbers, len(borders), query)
     total, *each_length = [length.times(scale) for length in lengths]
     return total, [
         Boundary(length, len(border), is_closed, joined.find_request_side(border[0]))

@@ -19,8 +19,8 @@ from service.engine.measures.cells import UPWARDS
 from service.engine.measures.integrals import estimate
 from service.engine.measures.joined_surface import JoinedSurface
 from service.engine.measures.patch_cells import bound_growth, group_cells
-from service.engine.measures.precision import REMAINDER_SHARE, Precision
-from service.engine.measures.values import Interval
+from service.engine.measures.precision import REMAINDER_SHARE, integrate
+from service.engine.measures.values import Interval, MeasureQuery
 from service.engine.nets.query_nets import surface_nets
 
 Solid: TypeAlias = tuple[Interval | None, tuple[Interval, ...] | None]
@@ -32,12 +32,12 @@ def measure_solids(
     is_whole_closed: bool,
     closed_parts: Bools,
     areas: tuple[list[Interval], float],
-    precision: Precision,
+    query: MeasureQuery,
 ) -> list[Solid]:
     """The volume and centroid of the whole surface, and then of each part.
 
     They are None for an open surface or part. `areas` are the areas of the surface and of each
-    part, and their unit of length in model units. The result is empty if the query will be refused.
+    part, and their unit of length in model units.
     """
     is_closed = np.concatenate([[is_whole_closed], closed_parts])
     if not is_closed.any():
@@ -54,9 +54,7 @@ def measure_solids(
     # (3/16 + REMAINDER_SHARE / 2) · tolerance · diagonal, if the centroid is at most half a
     # diagonal from the origin.
     scales = abs(flux) * np.array([REMAINDER_SHARE, diagonal / 4])
-    integrals = precision.integrate("the volume", groups, "flux", scales, rounding)
-    if integrals is None:
-        return []
+    integrals = integrate(groups, "flux", scales, rounding, query)
     # Column 0 is the whole surface, column k + 1 part k. Row 0 is the flux, the rest the moment.
     sums, errors = integrals.over_parts(joined.part, len(closed_parts))
     # All cells have the same error.

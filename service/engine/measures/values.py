@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import fsum, inf, nextafter
 from typing import Generic, TypeVar
 
@@ -22,6 +22,10 @@ WELD_TOLERANCE = MeshOptions().weld_tolerance
 BUDGET = 1 << 20
 """The most control points of the cells of one integral, which takes some seconds. A cell is a part
 of a patch over a rectangle of its parameters (`service.engine.measures.cells`)."""
+
+EDGE_BUDGET = 1 << 16
+"""The most control points of the cells of the edges of parts. The length of an edge is costly where
+its curve turns back."""
 
 MIN_NORMAL = sys.float_info.min
 """The least normal float64. Below it, products with powers of two are rounded."""
@@ -45,9 +49,9 @@ class MeasureQuery:
         for the centroid, relative to the diagonal of the box about the control points.
     weld_tolerance : float
         As in `MeshOptions`.
-    budget : int
-        The most control points of the cells of one integral; but at least three times those of the
-        patches.
+    budget, edge_budget : int
+        The most control points of the cells of one integral, and of the edges of a part; but at
+        least three times those of the patches.
     is_trial : bool
         Whether to end with `BudgetEnded` as soon as a larger budget would change the result.
     """
@@ -55,7 +59,17 @@ class MeasureQuery:
     tolerance: float = TOLERANCE
     weld_tolerance: float = WELD_TOLERANCE
     budget: int = BUDGET
+    edge_budget: int = EDGE_BUDGET
     is_trial: bool = False
+
+    def with_share(self, share: float) -> "MeasureQuery":
+        """The query with a share of the budgets: for one of several bodies."""
+        budgets = int(self.budget * share), int(self.edge_budget * share)
+        return replace(self, budget=budgets[0], edge_budget=budgets[1])
+
+    def of_edges(self) -> "MeasureQuery":
+        """The query for the lengths of edges, which are the same in every trial."""
+        return replace(self, budget=self.edge_budget, is_trial=False)
 
 
 class BudgetEnded(Exception):

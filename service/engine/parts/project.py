@@ -8,8 +8,8 @@ import numpy as np
 from service.bases.arrays import Bools, Ints
 from service.engine.brep.edge_tree import EdgeTree
 from service.engine.closest.nearest import ClosestPoints
-from service.engine.closest.project import ProjectQuery, find_closest, find_open_sides
-from service.engine.connectivity.connect import connect
+from service.engine.closest.open_sides import find_open_sides
+from service.engine.closest.project import ProjectQuery, find_closest
 from service.engine.nets.partials import net_partials
 from service.engine.parts.columns import PartColumns
 from service.engine.parts.part import Part
@@ -95,5 +95,5 @@ def _find_open_patches(part: Part, closest: ClosestPoints) -> Bools:
     if patches is not None and len(rows):
         net = closest.net[rows]
         local = part.nets.parameters(net, closest.parameters[:, rows].T)
-        is_open[rows] = find_open_sides(patches, connect(patches), part.rows.span[net], local)
+        is_open[rows] = find_open_sides(patches, part.rows.span[net], local)
     return is_open

@@ -12,7 +12,7 @@ Proof in docs/proofs.md: "Winding numbers of parts".
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.connectivity.connect import connect_if_apart
+from service.engine.joining.join import join
 from service.engine.nets.query_nets import surface_nets
 from service.engine.parts.intersect import build_ray_borders
 from service.engine.parts.part import Part
@@ -70,8 +70,8 @@ def _sign_patches(part: Part, points: FloatArray, low: FloatArray) -> FloatArray
     nets = surface_nets(patches.batches)
     shift = (part.nets.origin - nets.origin) / nets.scale
     ratio = part.nets.scale / nets.scale
-    seams = connect_if_apart(patches, WELD_TOLERANCE)
-    return compute_signs(patches, seams, nets, points * ratio + shift, low * ratio)
+    joined = join(patches, WELD_TOLERANCE)
+    return compute_signs(patches, joined, nets, points * ratio + shift, low * ratio)
 
 
 def _sign_solids(part: Part, solids: Ints, points: FloatArray, low: FloatArray) -> FloatArray:

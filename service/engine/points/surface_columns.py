@@ -1,5 +1,6 @@
 """Columns of responses for points on patches, which queries find: parameters, patches, normals."""
 
+from collections.abc import Sequence
 from typing import TypeAlias
 
 import numpy as np
@@ -8,7 +9,7 @@ from service.bases.arrays import AnyArray, FloatArray, Ints
 from service.engine.connectivity.incidence import triangular_patches
 from service.engine.evaluation.normals import evaluate_scattered_normals
 from service.engine.vectors import cross, dot, length
-from service.surface.lowered import PatchModel
+from service.surface.lowered import Domain, PatchModel
 
 Columns: TypeAlias = dict[str, AnyArray]
 
@@ -27,7 +28,7 @@ def surface_columns(
     """
     columns: Columns = {}
     if model.domains:
-        columns["uv"], number = in_domains(model, patch, local)
+        columns["uv"], number = in_domains(model.domains, patch, local)
         if len(model.domains) > 1:
             columns["patch"] = number
     else:
@@ -52,17 +53,19 @@ def surface_columns(
     return columns | {"normals": normals}
 
 
-def in_domains(model: PatchModel, patch: Ints, local: FloatArray) -> tuple[FloatArray, Ints]:
-    """Convert parameters (m, 2) of patches to those of the parametric surfaces of a model.
+def in_domains(
+    domains: Sequence[Domain], patch: Ints, local: FloatArray
+) -> tuple[FloatArray, Ints]:
+    """Convert parameters (m, 2) of patches to those of parametric surfaces with these domains.
 
     Returns the parameters (m, 2), and the numbers (m,) of the surfaces.
     """
-    first_patches = np.array([domain.first for domain in model.domains])
+    first_patches = np.array([domain.first for domain in domains])
     order = np.argsort(first_patches)
     surface_numbers = order[np.searchsorted(first_patches[order], patch, side="right") - 1]
     uv = np.empty(local.shape)
     for k in np.unique(surface_numbers).tolist():
-        domain, rows = model.domains[k], np.flatnonzero(surface_numbers == k)
+        domain, rows = domains[k], np.flatnonzero(surface_numbers == k)
         # The patches of a domain are numbered span by span, with v first.
         spans = np.divmod(patch[rows] - domain.first, len(domain.v) - 1)
         for axis, (knots, span) in enumerate(zip((domain.u, domain.v), spans, strict=True)):

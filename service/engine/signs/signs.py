@@ -35,7 +35,6 @@ from service.engine.cells.pair_search import Chunks, Pairs, PairSearch
 from service.engine.cells.tree import CellTree, WorkLimits
 from service.engine.connectivity.orientation import orient_sides
 from service.engine.connectivity.seams import Seams
-from service.engine.joining.join import allow_any, join_further
 from service.engine.nets.query_nets import QueryNets
 from service.engine.options import MeshOptions
 from service.engine.vectors import UNIT, cross, dot, length
@@ -73,7 +72,7 @@ CHUNK_PAIRS = 1 << 15
 
 def compute_signs(
     model: PatchModel,
-    seams: Seams | None,
+    joined: tuple[PatchModel, Seams],
     nets: QueryNets,
     x: FloatArray,
     low: FloatArray,
@@ -87,9 +86,9 @@ def compute_signs(
 
     Parameters
     ----------
-    seams : Seams or None
-        Seams of the model, from `connect_if_apart`. None if points on borders may be nearly, but
-        not exactly equal; they are then made equal first.
+    joined : (PatchModel, Seams)
+        The result of `join`: borders that are equal up to rounding, or up to knots and degree, are
+        edges, as in a mesh.
     nets : QueryNets
         Nets of the model.
     x : ndarray of float64, shape (m, 3)
@@ -98,12 +97,10 @@ def compute_signs(
         Lower bounds of their distances from the surface, in the coordinates of the nets.
     limits : WorkLimits
     """
-    # Borders that are equal up to rounding, or up to knots and degree, are edges, as in a mesh.
-    # `allow_any`: the joined model may have any size.
-    joined, seams = join_further(model, seams, WELD_TOLERANCE, allow_any)
+    joined_model, seams = joined
     if not orient_sides(seams).is_closed:
         return np.full(len(x), np.nan)
-    gap = (joined.moved + SAME_EDGE * model.diagonal) / nets.scale
+    gap = (joined_model.moved + SAME_EDGE * model.diagonal) / nets.scale
     numbers = compute_winding_numbers(CellTree(nets, limits, CHORDS), x, low, gap)
     return np.where(np.isnan(numbers), np.nan, np.where(numbers != 0, -1.0, 1.0))
 

@@ -193,6 +193,21 @@ def test_a_border_between_nearly_equal_sides_is_no_boundary(degrees: tuple[int, 
     assert columns["on_boundary"].tolist() == [False, True]
 
 
+@pytest.mark.parametrize("turn", range(4))
+def test_a_side_beside_pieces_of_others_is_open_where_no_piece_is(turn: int) -> None:
+    """The side x = 1 of a square 1 × 2 has a unit square beside it, from y = 0 to y = 1."""
+    large, small = (
+        np.stack(np.meshgrid(x, y, [0.0], indexing="ij"), axis=-1)[:, :, 0]
+        for x, y in (([0.0, 1], [0.0, 2]), ([1.0, 2], [0.0, 1]))
+    )
+    for _ in range(turn):  # another side of the patch each time, in both orders of u and v
+        large = large[::-1].swapaxes(0, 1)
+    surface = MultipatchSurface((BezierSurface(large), BezierSurface(small)))
+    points = np.array([[1, 0.5, 1.0], [1, 1.5, 1], [1, 1, 1], [1, 0, 1], [0, 0.5, 1], [2, 0.3, 1]])
+    columns = project(surface, points)
+    assert columns["on_boundary"].tolist() == [False, True, True, True, True, True]
+
+
 def test_closest_points_do_not_depend_on_other_points() -> None:
     for name in ("rational", "triangles", "NURBS"):
         surface = FAMILIES[name].surface(seed=5)

@@ -6,11 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from service.engine.measures import precision as precision_module
 from service.engine.measures.chains import chain_edges
 from service.engine.measures.joined_surface import RequestSide
 from service.engine.measures.measure import measure
-from service.engine.measures.precision import Precision
 from service.engine.measures.values import MeasureQuery, Measures
 from service.surface.bezier import BezierSurface
 from service.surface.convert.operations import Elevate
@@ -84,24 +82,3 @@ def test_edges_in_one_direction_follow_each_other_where_borders_touch() -> None:
     """Two loops with a common corner: the chain goes on with the edge of the least number."""
     edges = np.array([[0, 1], [1, 0], [0, 2], [2, 0]])
     assert chain_edges(edges[:, 0], edges[:, 1]) == [([0, 1], True), ([2, 3], True)]
-
-
-def test_a_costly_length_has_a_wider_interval_in_place_of_a_refusal(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """If the budget of a query does not suffice, an area is refused, and a length is not."""
-
-    class Refined:
-        """Cells with ten times the error that is allowed."""
-
-        excess, used_budget = 10.0, True
-
-        def integrate(self) -> str:
-            return "the integrals so far"
-
-    monkeypatch.setattr(precision_module, "refine", lambda *_: Refined())
-    one, zero = np.array([1.0]), np.array([0.0])
-    for name, is_refused in (("the borders", False), ("the area", True)):
-        precision = Precision(MeasureQuery())
-        assert (precision.integrate(name, [], "size", one, zero) is None) == is_refused
-        assert bool(precision.reachable_tolerances) == is_refused

@@ -12,7 +12,7 @@ from service.engine.build import build
 from service.engine.cells import chord_models
 from service.engine.cells.cells import NetCells
 from service.engine.closest.project import ProjectQuery, project_on_surface
-from service.engine.connectivity.connect import connect_if_apart
+from service.engine.joining.join import join
 from service.engine.models import to_patches
 from service.engine.nets.query_nets import surface_nets
 from service.engine.options import MeshOptions
@@ -188,9 +188,9 @@ def compute_signs_within(points: Array, **changes: int) -> Array:
     """The signs of points about the sphere, with these limits of work."""
     nets = surface_nets(SPHERE.batches)
     low = np.abs(np.linalg.norm(points, axis=1) - 1) * 0.999 / nets.scale
-    seams = connect_if_apart(SPHERE, WELD_TOLERANCE)
+    joined = join(SPHERE, WELD_TOLERANCE)
     limits = replace(LIMITS, **changes)
-    return compute_signs(SPHERE, seams, nets, nets.local(points), low, limits=limits)
+    return compute_signs(SPHERE, joined, nets, nets.local(points), low, limits=limits)
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])

@@ -14,10 +14,9 @@ from service.engine.measures.cells import UPWARDS
 from service.engine.measures.integrals import Integrable, estimate
 from service.engine.measures.panels import Panels
 from service.engine.measures.patch_cells import PatchCells
-from service.engine.measures.precision import EDGES, OPEN_EDGES, REMAINDER_SHARE, Precision
-from service.engine.measures.sizes import measure_sizes
+from service.engine.measures.precision import REMAINDER_SHARE, integrate, measure_sizes
 from service.engine.measures.solids import Solid, find_solid
-from service.engine.measures.values import Interval
+from service.engine.measures.values import Interval, MeasureQuery
 from service.engine.parts.edge_uses import EdgeUses
 from service.engine.parts.measures.border_pieces import BorderPieces, cut_borders
 from service.engine.parts.measures.edge_lengths import list_border_cells, list_edge_cells
@@ -70,22 +69,22 @@ def allow_all(count: int, degree: tuple[int, int]) -> None:
 
 
 def measure_brep(
-    placed: PlacedBrep, precision: Precision, allow: AllowPanels = allow_all
+    placed: PlacedBrep, query: MeasureQuery, allow: AllowPanels = allow_all
 ) -> BrepMeasures:
-    """Measure a placed brep; lists are empty if the query will be refused."""
+    """Measure a placed brep."""
     prepared, scale = placed.prepared, placed.frame.scale
     uses = EdgeUses.of(prepared)
     areas = [NOTHING] * (1 + len(prepared.model.shell_counts))
     solids: list[Solid] = [(None, None)] * len(areas)
     if len(prepared.coedge_edges):
-        areas, solids = _measure_faces(placed, uses, precision, allow)
+        areas, solids = _measure_faces(placed, uses, query, allow)
     every = np.arange(len(prepared.model.edge_curves))
-    lengths = _measure_lengths(EDGES, list_edge_cells(placed), len(every), precision)
+    lengths = _measure_lengths(list_edge_cells(placed), len(every), query)
     borders = uses.chain_open()
     coedges = np.concatenate([np.zeros(0, np.intp), *(chain for chain, _ in borders)])
     border = np.repeat(np.arange(len(borders)), [len(chain) for chain, _ in borders])
     cells = list_border_cells(placed, coedges, border)
-    boundaries = _measure_lengths(OPEN_EDGES, cells, len(borders), precision)
+    boundaries = _measure_lengths(cells, len(borders), query)
     return BrepMeasures(
         [area.times(scale**2) for area in areas],
         solids,
@@ -99,7 +98,7 @@ def measure_brep(
 
 
 def _measure_faces(
-    placed: PlacedBrep, uses: EdgeUses, precision: Precision, allow: AllowPanels
+    placed: PlacedBrep, uses: EdgeUses, query: MeasureQuery, allow: AllowPanels
 ) -> tuple[list[Interval], list[Solid]]:
     """Areas, and volumes and centroids, of the brep, and then of each shell."""
     prepared = placed.prepared
@@ -113,20 +112,17 @@ def _measure_faces(
     drifts += np.bincount(shell, _bound_drifts(placed, pieces), minlength=count)
     areas = [NOTHING] * (1 + count)
     if panels:
-        areas = measure_sizes("the area", panels, shell, count, precision, more_errors=drifts)
+        areas = measure_sizes(panels, shell, count, query, more_errors=drifts)
     if panels and uses.closed_shells.any():
-        return areas, _measure_solids(placed, pieces, panels, uses=uses, precision=precision)
+        return areas, _measure_solids(placed, pieces, panels, uses=uses, query=query)
     return areas, [(None, None)] * (1 + count)
 
 
-def _measure_lengths(
-    name: str, cells: list[PatchCells], count: int, precision: Precision
-) -> list[Interval]:
+def _measure_lengths(cells: list[PatchCells], count: int, query: MeasureQuery) -> list[Interval]:
     """The length of all cells of curves together, and of each of `count` edges or borders."""
     if not cells:
         return [NOTHING] * (1 + count)
-    lengths = measure_sizes(name, cells, np.arange(count), count, precision)
-    return lengths or [NOTHING]
+    return measure_sizes(cells, np.arange(count), count, query.of_edges())
 
 
 def _bound_drifts(placed: PlacedBrep, borders: BorderPieces) -> FloatArray:
@@ -150,11 +146,11 @@ def _measure_solids(
     panels: list[Panels],
     *,
     uses: EdgeUses,
-    precision: Precision,
+    query: MeasureQuery,
 ) -> list[Solid]:
     """The volume and centroid of the brep, and then of each shell.
 
-    They are None for those that are not closed. The list is empty if the query will be refused.
+    They are None for those that are not closed.
     """
     prepared, radius = placed.prepared, placed.radius
     shells = np.maximum(prepared.model.face_shells, 0)
@@ -166,9 +162,7 @@ def _measure_solids(
     (flux, *_), rounding = estimate(groups, "flux")
     # As in `solids`: the scales of the flux and of its moment.
     scales = abs(flux) * np.array([REMAINDER_SHARE, radius / 4])
-    integrals = precision.integrate("the volume", groups, "flux", scales, rounding)
-    if integrals is None:
-        return []
+    integrals = integrate(groups, "flux", scales, rounding, query)
     count = len(uses.closed_shells)
     sums, errors = integrals.over_parts(shells, count)
     more = np.zeros((2, count))

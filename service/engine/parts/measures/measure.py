@@ -12,7 +12,6 @@ from dataclasses import replace
 from service.engine.joining.join import Allow, allow_any
 from service.engine.measures.joined_surface import RequestSide
 from service.engine.measures.measure import measure
-from service.engine.measures.precision import Precision
 from service.engine.measures.values import (
     MAX_LISTED,
     FaceEdge,
@@ -53,15 +52,11 @@ def measure_part(
     ------
     InvalidRequest
         A brep is invalid; or `not_parametric`: tubes and ribbons have no measures.
-    TooLarge
-        `too_costly`: as `measure`.
     BudgetEnded
         The query is a trial, and a larger budget would change the result.
     """
     members = Members.of(lowered)
-    precision = Precision(query)
-    copies = _measure_copies(members, precision, allow_panels)
-    precision.refuse_if_too_costly()
+    copies = _measure_copies(members, query, allow_panels)
     others = None
     if isinstance(lowered, GroupModel) and members.patches is not None:
         others = measure(_without_breps(lowered), query, allow)
@@ -70,7 +65,7 @@ def measure_part(
 
 
 def _measure_copies(
-    members: Members, precision: Precision, allow: AllowPanels
+    members: Members, query: MeasureQuery, allow: AllowPanels
 ) -> list[BrepMeasures]:
     """The measures of all copies of breps; each brep is measured once for copies alike."""
     done: dict[tuple[int, bytes], BrepMeasures] = {}
@@ -81,10 +76,9 @@ def _measure_copies(
     results = []
     for copy, key in zip(members.copies, keys, strict=True):
         if key not in done:
-            precision.share = sizes[key] / total
             matrix = None if not key[1] else copy.matrix
             placed = PlacedBrep(members.definitions[key[0]], matrix)
-            done[key] = measure_brep(placed, precision, allow)
+            done[key] = measure_brep(placed, query.with_share(sizes[key] / total), allow)
         measures = done[key]
         scaling = find_scaling(copy.matrix)
         if scaling is not None and copy.matrix is not None:
