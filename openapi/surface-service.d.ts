@@ -212,10 +212,10 @@ export interface paths {
          * @description Measures a surface: every number has an interval that provably contains the exact value.
          *
          *     A surface has a volume if it has no open edge and its patches are oriented consistently;
-         *     otherwise `faulty_edges` lists the reasons. A `tolerance` that takes more work than one request
-         *     may take is refused (`too_costly`); the error names the tolerance that can be reached for each
-         *     quantity. Faces of a brep are measured inside their trims; `edge_lengths` has the lengths of its
-         *     edges. Ribbons, and tubes that are not exact, are not measured (`not_parametric`).
+         *     otherwise `faulty_edges` lists the reasons. Where a `tolerance` takes more work than one request
+         *     may take, the interval is wider, and `reached` is false. Faces of a brep are measured inside
+         *     their trims; `edge_lengths` has the lengths of its edges. Ribbons, and tubes that are not exact,
+         *     are not measured (`not_parametric`).
          */
         post: operations["measureSurface"];
         delete?: never;
@@ -2442,12 +2442,14 @@ export interface components {
                 off?: number;
                 /** @description Bytes as 3mf. */
                 "3mf"?: number;
+                /** @description Bytes as npz. */
+                npz?: number;
             };
             /**
              * Exact Bytes
              * @description The formats whose number of bytes is exact.
              */
-            exact_bytes: ("glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off" | "3mf")[];
+            exact_bytes: ("glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off" | "3mf" | "npz")[];
             /**
              * Memory
              * @description The most memory that the work takes, in bytes, by format. The service refuses a request that
@@ -2473,6 +2475,8 @@ export interface components {
                 off?: number;
                 /** @description Bytes of memory for the mesh as 3mf. */
                 "3mf"?: number;
+                /** @description Bytes of memory for the mesh as npz. */
+                npz?: number;
             };
             /**
              * Accepted
@@ -3287,7 +3291,7 @@ export interface components {
             orientation?: Record<string, never>;
             /**
              * Tolerance
-             * @description The largest width of intervals: relative to the area, to the length of all borders and to the volume of the whole surface; for the centroid relative to the diagonal of the bounding box of the control points. A request for too much work is refused (`too_costly`); if a larger tolerance can be reached, the error names it.
+             * @description The largest width of intervals: relative to the area, to the length of all borders and to the volume of the whole surface; for the centroid relative to the diagonal of the bounding box of the control points. Intervals that take more work than one request may take are wider, and `reached` is false.
              * @default 0.000001
              * @example 1e-9
              */
@@ -5154,7 +5158,7 @@ export interface components {
              * Formats
              * @description The formats that would be refused.
              */
-            formats: ("glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off" | "3mf")[];
+            formats: ("glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off" | "3mf" | "npz")[];
             /**
              * Code
              * @description The code of the error that `POST /v1/mesh` would return.
@@ -5710,6 +5714,8 @@ export interface components {
                 off: string;
                 /** @description 3MF, binary. */
                 "3mf": string;
+                /** @description Arrays of NumPy. */
+                npz: string;
             };
         };
         /**
@@ -5785,6 +5791,8 @@ export interface components {
                 off: string;
                 /** @description 3MF, binary. */
                 "3mf": string;
+                /** @description Arrays of NumPy. */
+                npz: string;
             };
         };
         /**
@@ -5858,8 +5866,8 @@ export interface components {
             /**
              * Reached
              * @description Whether all intervals of the whole surface are at most `tolerance` wide. They are wider where
-             *     rounding or gaps that were closed (`moved`) require it, for a quantity for which no allowed
-             *     `tolerance` can be reached, such as a volume of zero, and for borders with a costly length.
+             *     rounding or gaps that were closed (`moved`) require it, where a quantity takes more work than
+             *     one request may take, and for a volume of zero.
              */
             reached: boolean;
             /**
@@ -6801,7 +6809,7 @@ export interface operations {
         parameters: {
             query?: {
                 /** @description Format of the response; takes precedence over `Accept`. */
-                format?: "glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off" | "3mf";
+                format?: "glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off" | "3mf" | "npz";
                 /** @description With a file: The kind of surface: `bezier` or `bspline` for one net, `patches` for many. */
                 type?: "bezier" | "bspline" | "patches";
                 /** @description With a file: Degree of a `bspline`: one number, or one for u and one for v. */
@@ -6949,6 +6957,7 @@ export interface operations {
                     "model/x-ply": Blob;
                     "model/x-off": string;
                     "model/3mf": Blob;
+                    "application/x-npz": string;
                 };
             };
             /** @description With `Prefer: respond-async`: the state of the job, a `Job`. */
@@ -6999,7 +7008,7 @@ export interface operations {
         parameters: {
             query?: {
                 /** @description The format to estimate for; without it, all formats. */
-                format?: "glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off" | "3mf";
+                format?: "glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off" | "3mf" | "npz";
                 /** @description With a file: The kind of surface: `bezier` or `bspline` for one net, `patches` for many. */
                 type?: "bezier" | "bspline" | "patches";
                 /** @description With a file: Degree of a `bspline`: one number, or one for u and one for v. */
@@ -7618,7 +7627,7 @@ export interface operations {
                 name?: string;
                 /** @description With a file: Whether an invalid face of a CAD file is left out and listed in the report (`skip`, the default), or refuses the file (`refuse`). */
                 invalid_faces?: "refuse" | "skip";
-                /** @description With a file: The largest width of intervals: relative to the area, to the length of all borders and to the volume of the whole surface; for the centroid relative to the diagonal of the bounding box of the control points. A request for too much work is refused (`too_costly`); if a larger tolerance can be reached, the error names it. Default: 1e-06. */
+                /** @description With a file: The largest width of intervals: relative to the area, to the length of all borders and to the volume of the whole surface; for the centroid relative to the diagonal of the bounding box of the control points. Intervals that take more work than one request may take are wider, and `reached` is false. Default: 1e-06. */
                 tolerance?: number;
                 /** @description With a file: A share of the diagonal of the bounding box of the control points. Control points on borders of patches that are nearer to each other than this count as one point, as in a mesh. The interval of a volume includes every way to close the gaps between such points. Default: 1e-12. */
                 weld_tolerance?: number;
@@ -8031,7 +8040,7 @@ export interface operations {
                 /** @description Id of a surface: the name of a built-in one, or the id of a stored one. */
                 id: ("utah-teapot" | "utah-teapot-original" | "bourke-1111" | "bourke-1111-colors" | "tveit" | "saddle" | "heated-panel" | "cylinder" | "cone" | "sphere" | "torus" | "monkey-saddle" | "octahedral-sphere" | "rounded-box" | "trefoil-tube" | "ribbon" | "hair" | "tea-service" | "bspline-hills" | "nurbs-goblet" | "bspline-ring" | "swept-wing" | "ship-hull" | "plate-with-holes" | "pipe-tee" | "gear" | "impeller" | "screw-thread" | "crossed-holes") | string;
                 /** @description Suffix of the response's format; `Accept` is not read. */
-                suffix: "glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off" | "3mf";
+                suffix: "glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off" | "3mf" | "npz";
             };
             cookie?: never;
         };
@@ -8112,6 +8121,7 @@ export interface operations {
                     "model/x-ply": Blob;
                     "model/x-off": string;
                     "model/3mf": Blob;
+                    "application/x-npz": string;
                 };
             };
             /** @description The client has the mesh already: `If-None-Match` lists its tag in a coding that the client accepts. */
@@ -8643,6 +8653,7 @@ export interface operations {
                     "model/x-ply": Blob;
                     "model/x-off": string;
                     "model/3mf": Blob;
+                    "application/x-npz": string;
                     "model/step": string;
                     "model/iges": string;
                     "model/x-vtu": Blob;
