@@ -62,6 +62,7 @@ CONVERT = Query(
             "split", "u=A,v=B|R,S,T", "cut at u, at v or at both; a triangle at a point"
         ),
         _operation_flag("restrict", "u=A:B,v=C:D", "cut out a piece"),
+        _operation_flag("insert", "u=A,v=B", "insert a knot into a B-spline"),
         _operation_flag("transpose", None, "exchange u and v"),
         _operation_flag("reverse", "u|v", "reverse u or v"),
         _operation_flag("bezier", None, "convert a B-spline to Bézier patches"),
@@ -126,7 +127,7 @@ def _parse_operation(name: str, text: str) -> dict[str, object]:
     match name:
         case "elevate":
             fields = {"degree": _one_or_list(_parse_numbers(text, ","))}
-        case "split" if "=" in text:
+        case "split" | "insert" if "=" in text or name == "insert":
             fields = {key: number_from_text(value) for key, value in _parse_pairs(name, text)}
         case "split":
             fields = {"at": _parse_numbers(text, ",")}

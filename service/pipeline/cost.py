@@ -23,7 +23,7 @@ from service.pipeline.brep_cost import (
 )
 from service.pipeline.limits import Limits
 from service.pipeline.mesh_counts import adaptive_size, mesh_counts
-from service.surface.convert.operations import Elevate, Operation, Split, ToTriangle
+from service.surface.convert.operations import Elevate, Insert, Operation, Split, ToTriangle
 from service.surface.sizes import SurfaceSize
 
 Result = TypeVar("Result")
@@ -172,12 +172,18 @@ def _list_sizes(
 ) -> Iterator[tuple[tuple[int, int], int]]:
     """Degrees and number of patches before the first operation, and after each."""
     (p, q), patches = size.degree, max(1, size.patches + size.face_patches)
+    uncut, inserted = patches, 0  # patches before the last `inserted` knots along u and along v
     yield (p, q), patches
     for operation in operations:
         if isinstance(operation, Elevate):
             p, q = max(p, operation.degree[0]), max(q, operation.degree[1])
         elif isinstance(operation, Split):
             patches *= 4
+            uncut, inserted = patches, 0
+        elif isinstance(operation, Insert):
+            # (a + k)(b + k) ≤ a b + k (a b + 1) + k² for a, b ≥ 1 spans along u and v.
+            inserted += 1
+            patches = uncut + inserted * (uncut + 1 + inserted)
         elif isinstance(operation, ToTriangle):
             p = q = p + q
         yield (p, q), patches

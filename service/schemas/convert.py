@@ -139,6 +139,24 @@ class RestrictDefinition(StrictModel):
     patch: PatchNumber = _patch_field(_ONE)
 
 
+class InsertDefinition(StrictModel):
+    """Inserts a knot into a B-spline: one more row or column of control points, the same points.
+
+    At a knot that is there already, its multiplicity increases, up to the degree. The direction
+    becomes clamped. For several knots, repeat the operation.
+    """
+
+    op: Literal["insert"] = Field(description="The operation.")
+    u: Annotated[Number | None, Omittable()] = optional(
+        "The new knot along u: inside the surface's domain. It adds a row of control points.", 0.5
+    )
+    v: Annotated[Number | None, Omittable()] = optional(
+        "The new knot along v: inside the surface's domain. It adds a column of control points.",
+        0.25,
+    )
+    patch: PatchNumber = _patch_field(_ONE)
+
+
 class TransposeDefinition(StrictModel):
     """Exchanges u and v of every patch, or s and t of a triangle. Normals change their sign."""
 
@@ -248,6 +266,7 @@ OPERATIONS: Mapping[str, Callable[..., values.Operation]] = MappingProxyType(
         "elevate": values.Elevate,
         "split": values.Split,
         "restrict": values.Restrict,
+        "insert": values.Insert,
         "transpose": values.Transpose,
         "reverse": values.Reverse,
         "bezier": values.ToBezier,
@@ -266,6 +285,7 @@ OperationDefinition = TypeAliasType(
         Annotated[ElevateDefinition, Tag("elevate")]
         | Annotated[SplitDefinition, Tag("split")]
         | Annotated[RestrictDefinition, Tag("restrict")]
+        | Annotated[InsertDefinition, Tag("insert")]
         | Annotated[TransposeDefinition, Tag("transpose")]
         | Annotated[ReverseDefinition, Tag("reverse")]
         | Annotated[BezierConversion, Tag("bezier")]

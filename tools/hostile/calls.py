@@ -185,6 +185,22 @@ def build_conversion_cases() -> Iterator[HostileBody]:
     }
     yield from vary_operation("restrict", faults)
     faults = {
+        "missing_field": "@",
+        "null_value": ',"u":null@/u',
+        "wrong_type": ',"u":"0.5"@/u ,"v":[0.5]@/v',
+        "unsupported_operation": ',"u":0.5@',  # a patch has no knots
+    }
+    yield from vary_operation("insert", faults)
+    net = "[[[0,0,0],[0,1,0]],[[1,0,0],[1,1,0]],[[2,0,0],[2,1,0]]]"
+    spline = f'"type":"bspline","degree":1,"control_net":{net}'
+    body = f'{{"surface":{{{spline}}},"operations":[{{"op":"insert"?}}]}}'
+    faults = {
+        "out_of_range": ',"u":0@/u ,"v":1@/v ,"u":-1e308@/u',
+        "knots_too_close": ',"u":1e-14@/u',
+        "knot_multiplicity": ',"u":1@/u',
+    }
+    yield from vary_body("insert into a spline", body, "/operations/0", faults)
+    faults = {
         "missing_field": "@/direction",
         "wrong_value": ',"direction":"w"@/direction',
         "null_value": ',"direction":null@/direction',

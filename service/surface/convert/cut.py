@@ -146,14 +146,19 @@ def highest_degree(shapes: Iterable[tuple[int, ...]]) -> tuple[int, int]:
     return max(rows) - 1, max(columns) - 1
 
 
-def check_inside(name: str, parameter: float, domain: Interval) -> None:
+def check_inside(
+    name: str,
+    parameter: float,
+    domain: Interval,
+    message: str = "A surface is split inside its domain.",
+) -> None:
     """Refuse a parameter that is not strictly inside the domain: one piece would be empty."""
     first, last = domain
     if not first < parameter < last:
         raise InvalidRequest(
             Issue(
                 "out_of_range",
-                "A surface is split inside its domain.",
+                message,
                 f"/{name}",
                 format_number(parameter),
                 f"above {format_number(first)} and below {format_number(last)}",

@@ -13,7 +13,13 @@ from service.cancellation import checkpoint
 from service.errors import InvalidRequest, Issue
 from service.surface.convert.chosen import Convert, list_pieces, require_number
 from service.surface.convert.nets import SizeLimits, check_count
-from service.surface.convert.operations import PatchOperation, Restrict, Split, ToTriangle
+from service.surface.convert.operations import (
+    Insert,
+    PatchOperation,
+    Restrict,
+    Split,
+    ToTriangle,
+)
 from service.surface.group import GroupSurface
 from service.surface.member import Member
 from service.surface.multipatch import MultipatchSurface
@@ -34,7 +40,9 @@ def convert_group(
     InvalidRequest
         `missing_field` if an operation on one patch finds several surfaces.
     """
-    if operation.patch is None and not isinstance(operation, Restrict | Split | ToTriangle):
+    if operation.patch is None and not isinstance(
+        operation, Restrict | Split | Insert | ToTriangle
+    ):
         return _convert_all(group, operation, allowed, convert)
     own: int | None = None
     if operation.patch is None:

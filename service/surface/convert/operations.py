@@ -120,6 +120,27 @@ class Restrict:
 
 
 @dataclass(frozen=True, slots=True)
+class Insert:
+    """Insert a knot into a B-spline at u, at v or at both."""
+
+    u: float | None = None
+    v: float | None = None
+    patch: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.u is None and self.v is None:
+            raise InvalidRequest(
+                Issue(
+                    "missing_field",
+                    "A knot is inserted at u, at v or at both.",
+                    "",
+                    "no parameter",
+                    "`u`, `v` or both",
+                )
+            )
+
+
+@dataclass(frozen=True, slots=True)
 class Transpose:
     """Exchange u and v; the normal changes its sign."""
 
@@ -198,7 +219,9 @@ class Orient:
     weld_tolerance: float
 
 
-PatchOperation: TypeAlias = Elevate | Split | Restrict | Transpose | Reverse | ToBezier | ToTriangle
+PatchOperation: TypeAlias = (
+    Elevate | Split | Restrict | Insert | Transpose | Reverse | ToBezier | ToTriangle
+)
 """The operations that change patches: all, or the one with the number `patch`."""
 
 SurfaceOperation: TypeAlias = PatchOperation | Untrim | Select

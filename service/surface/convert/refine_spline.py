@@ -1,7 +1,7 @@
-"""Computes a B-spline over a piece of its domain and in a higher degree.
+"""Computes a B-spline over a piece of its domain, in a higher degree and over more knots.
 
-B-splines are elevated, restricted and split by such changes, each along one axis: multiplicities of
-knots increase, and the new control points are weighted means of the old ones.
+B-splines are elevated, restricted, refined and split by such changes, each along one axis:
+multiplicities of knots increase, and the new control points are weighted means of the old ones.
 """
 
 from dataclasses import replace
@@ -52,14 +52,15 @@ def refine_over(
     allowed: SizeLimits,
     *,
     where: str,
+    new_knots: tuple[float, ...] = (),
 ) -> BsplineSurface:
     """Restrict a spline to a piece of its domain along one axis, and elevate it there.
 
-    The new knot vector of this axis is clamped. `where` is the JSON pointer to the field of the
-    operation that asks for this.
+    The new knot vector of this axis is clamped, and has `new_knots` too. `where` is the JSON
+    pointer to the field of the operation that asks for this.
     """
     knots, old_degree = surface.knot_vectors[axis], surface.degree[axis]
-    target = raise_knots(knots, old_degree, degree, *piece)
+    target = np.sort(np.append(raise_knots(knots, old_degree, degree, *piece), new_knots))
     shortest = float(np.diff(knot.breaks(target, degree)).min())
     check_length(shortest, find_least_span(*find_domain(surface, axis)), where)
     new_count = len(target) - degree - 1

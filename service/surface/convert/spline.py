@@ -1,4 +1,7 @@
-"""Conversions of a B-spline: elevate, restrict, split, transpose, reverse, to Bézier patches."""
+"""Conversions of a B-spline.
+
+Elevate, restrict, insert knots, split, transpose, reverse, to Bézier patches.
+"""
 
 from dataclasses import replace
 
@@ -6,6 +9,7 @@ import numpy as np
 
 from service.bases import knots as knot
 from service.bases.arrays import FloatArray
+from service.errors import InvalidRequest, Issue
 from service.surface.bspline import BsplineSurface
 from service.surface.convert.cut import (
     check_inside,
@@ -24,6 +28,7 @@ from service.surface.convert.nets import (
 )
 from service.surface.convert.operations import (
     Elevate,
+    Insert,
     Interval,
     Restrict,
     Reverse,
@@ -84,6 +89,37 @@ def restrict_spline(
         if piece != find_domain(surface, axis):
             degree, where = surface.degree[axis], f"/{'uv'[axis]}"
             surface = refine_over(surface, axis, degree, piece, allowed, where=where)
+    return surface
+
+
+def insert_knots(surface: BsplineSurface, operation: Insert, allowed: SizeLimits) -> BsplineSurface:
+    """Insert a knot along u, along v or along both; the direction becomes clamped.
+
+    Knots of a multiplicity up to the degree keep the surface continuous.
+    """
+    places = {
+        axis: snap_to_knot(surface, axis, t)
+        for axis, t in enumerate((operation.u, operation.v))
+        if t is not None
+    }
+    for axis, t in places.items():
+        degree, name = surface.degree[axis], "uv"[axis]
+        check_inside(name, t, find_domain(surface, axis), "A knot is inserted inside the domain.")
+        count = int(np.count_nonzero(surface.knot_vectors[axis] == t))
+        if count >= degree:
+            raise InvalidRequest(
+                Issue(
+                    "knot_multiplicity",
+                    "With more equal knots than its degree, the surface could have a gap there.",
+                    f"/{name}",
+                    f"the multiplicity {count} already",
+                    f"below the degree, {degree}",
+                )
+            )
+    for axis, t in places.items():
+        domain, degree = find_domain(surface, axis), surface.degree[axis]
+        where = f"/{'uv'[axis]}"
+        surface = refine_over(surface, axis, degree, domain, allowed, where=where, new_knots=(t,))
     return surface
 
 

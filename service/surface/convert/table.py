@@ -25,6 +25,7 @@ from service.surface.convert.multipatch import bezier_of_multipatch, convert_eac
 from service.surface.convert.nets import SizeLimits
 from service.surface.convert.operations import (
     Elevate,
+    Insert,
     Operation,
     Orient,
     PatchOperation,
@@ -41,6 +42,7 @@ from service.surface.convert.operations import (
 from service.surface.convert.spline import (
     bezier_of_spline,
     elevate_spline,
+    insert_knots,
     restrict_spline,
     reverse_spline,
     split_spline,
@@ -102,6 +104,7 @@ CONVERSIONS: Mapping[type[SurfaceOperation], Mapping[type[Surface], Conversion]]
             PatchSurface: restrict_patches,
             BsplineSurface: restrict_spline,
         },
+        Insert: {BsplineSurface: insert_knots},
         Transpose: {
             BezierSurface: turn_bezier,
             PatchSurface: turn_patches,

@@ -19,6 +19,7 @@ from service.surface.channels import Channels
 from service.surface.convert.nets import SizeLimits
 from service.surface.convert.operations import (
     Elevate,
+    Insert,
     Operation,
     Restrict,
     Reverse,
@@ -189,6 +190,45 @@ def _has_room(knots: np.ndarray, begin: float, end: float) -> bool:
     return begin < end and float(gaps.min()) > 1e-5
 
 
+@settings(max_examples=6)
+@given(splines(may_be_discontinuous=False), st.floats(0, 1), st.floats(0, 1))
+def test_an_inserted_knot_keeps_the_points(
+    surface: BsplineSurface, share_u: float, share_v: float
+) -> None:
+    """A share of 0 stands for a direction without a new knot."""
+    places: list[float | None] = [None, None]
+    for axis, share in enumerate((share_u, share_v)):
+        low, high = find_domain(surface, axis)
+        if _has_room(surface.knot_vectors[axis], low, low + share * (high - low)) and share < 1:
+            assume(_has_room(surface.knot_vectors[axis], low + share * (high - low), high))
+            places[axis] = low + share * (high - low)
+    assume(places != [None, None])
+    result = convert_to_spline(surface, Insert(places[0], places[1]))
+    assert_same(result, surface)
+    for axis, place in enumerate(places):
+        if place is None:
+            assert result.control_net.shape[axis] == surface.control_net.shape[axis]
+        else:
+            degree, (low, high) = surface.degree[axis], find_domain(surface, axis)
+            old = surface.knot_vectors[axis]
+            inner = old[(old > low) & (old < high)]
+            expected = [*[low] * (degree + 1), *sorted([*inner, place]), *[high] * (degree + 1)]
+            assert result.knot_vectors[axis].tolist() == pytest.approx(expected, abs=1e-12)
+
+
+def test_a_knot_is_inserted_up_to_the_degree() -> None:
+    """With a knot of multiplicity 3 a cubic spline has a control point on the surface."""
+    surface = build_cubic()
+    result = convert(surface, [Insert(u=1.0), Insert(v=0.5), Insert(u=1.0)])
+    assert isinstance(result, BsplineSurface)
+    assert result.knot_vectors[0].tolist() == [0, 0, 0, 0, 1, 1, 1, 2, 3, 3, 3, 3]
+    assert result.control_net.shape == (8, 7, 3)
+    with pytest.raises(SurfaceError) as caught:
+        convert(result, [Insert(u=1 + 1e-14)])
+    (issue,) = caught.value.issues
+    assert (issue.code, issue.pointer) == ("knot_multiplicity", "/operations/0/u")
+
+
 @settings(max_examples=5)
 @given(splines(may_be_discontinuous=False))
 def test_transposed_and_reversed_splines_have_the_same_points(surface: BsplineSurface) -> None:
@@ -267,7 +307,8 @@ def test_white_colors_stay_white(shape: tuple[int, int]) -> None:
 
 
 @pytest.mark.parametrize(
-    "operation", [Elevate((4, 2)), Elevate((5, 4)), Restrict(v=(0.5, 2.25)), Reverse("u")]
+    "operation",
+    [Elevate((4, 2)), Elevate((5, 4)), Insert(2.5, 1.5), Restrict(v=(0.5, 2.25)), Reverse("u")],
 )
 @pytest.mark.parametrize("is_rational", [False, True])
 def test_closed_surfaces_stay_closed(operation: Operation, is_rational: bool) -> None:
@@ -282,7 +323,7 @@ def test_closed_surfaces_stay_closed(operation: Operation, is_rational: bool) ->
     assert after.closure is not None
     assert after.closure.u == "C1"
     assert before.boundary_edges > 0
-    if not isinstance(operation, Restrict):
+    if not isinstance(operation, Insert | Restrict):
         assert after.boundary_edges == before.boundary_edges
 
 
@@ -315,6 +356,9 @@ def build_cubic() -> BsplineSurface:
         (Split(u=0.0), "out_of_range", "/u"),
         (Split(u=1.0, v=3.0), "out_of_range", "/v"),
         (Split(at=(0.25, 0.25, 0.5)), "unknown_field", "/at"),
+        (Insert(u=0.0), "out_of_range", "/u"),
+        (Insert(u=1.5, v=3.5), "out_of_range", "/v"),
+        (Insert(u=1e-9, patch=0), "unexpected_patch", "/patch"),
     ],
 )
 def test_refused_operations_on_a_spline(operation: Operation, code: str, pointer: str) -> None:
