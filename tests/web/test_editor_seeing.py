@@ -6,8 +6,12 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Locator, Page
 
+from tests.web.clients import visit
 from tools.browser import WITHOUT_PIXELS, Stage, record_page
-from tools.editor import WINDOW, reset_editor, show
+from tools.editor import WINDOW, perform, reset_editor, show
+
+NET_SIZE = 200
+"""Rows and columns of a net that would cover its surface if all of it were drawn."""
 
 PHONE, LAPTOP = (390, 844), (1280, 720)
 """Widths and heights of windows, in pixels."""
@@ -82,3 +86,102 @@ def test_on_a_phone_view_and_slider_are_in_sight_and_fingers_hit_all_controls(
     assert [target for target in targets if target[2] < 44] == []
     context.close()
     assert stage.messages == []
+
+
+def test_standard_views_look_along_the_axes_of_the_surface(page: Page) -> None:
+    """The teapot is 6.43 × 4 × 3.15 with z up; a click on an axis looks along it."""
+    page.click("#open")
+    perform(page, lambda: page.click('[data-example="utah-teapot"]'))
+    assert page.inner_text("#size") == "6.43 × 4 × 3.15"
+    page.click("#views summary")
+    # Names of axes by what the view shows to the right and upwards.
+    for name, right, up in [
+        ("front", "+x", "+z"),
+        ("back", "-x", "+z"),
+        ("left", "-y", "+z"),
+        ("right", "+y", "+z"),
+        ("top", "+x", "+y"),
+        ("bottom", "+x", "-y"),
+    ]:
+        page.click(f"#view-{name}")
+        wait_for_axes(page, right, up)
+        assert page.inner_text("#status") == f"View: {name}"
+    page.check("#orthographic", force=True)
+    assert page.evaluate("document.querySelector('#views').open")
+    page.keyboard.press("Escape")
+    assert not page.evaluate("document.querySelector('#views').open")
+    page.focus("#view")
+    page.keyboard.press("3")
+    wait_for_axes(page, "-y", "+z")
+    page.keyboard.press("o")
+    assert not page.is_checked("#orthographic")
+    page.locator('#axes [data-axis="0"] circle').dispatch_event("click")
+    wait_for_axes(page, "+y", "+z")
+
+
+def wait_for_axes(page: Page, right: str, up: str) -> None:
+    """Waits until the picture of the axes shows these directions to the right and upwards."""
+    page.wait_for_function(
+        """([right, up]) => {
+          const end = (name, field) => (name[0] === '+' ? 1 : -1) * document.querySelector(
+            `#axes [data-axis="${'xyz'.indexOf(name[1])}"] line`)[field].baseVal.value;
+          return end(right, 'x2') > 33.9 && end(up, 'y2') < -33.9;
+        }""",
+        arg=[right, up],
+    )
+
+
+def test_a_dense_net_is_thinned_and_its_points_are_found_fast(visitor: Stage, server: str) -> None:
+    """Each 2^k-th row is drawn, and the last one, if rows are closer than 16 pixels."""
+    visit(visitor, f"{server}/health")
+    found = visitor.page.evaluate(
+        """async (size) => {
+          const { chooseLevel, findLevels } = await import('/page/net-levels.js');
+          const { netOf } = await import('/page/net.js');
+          const { NetView } = await import('/page/net-view.js');
+          const { PerspectiveCamera, Scene } = await import('/page/three.js');
+          const range = Array.from({ length: size }, (_, i) => i);
+          const surface = { control_net: range.map((i) => range.map((j) => [i, j, 0])) };
+          const net = netOf(surface);
+          const { points, edges, pointCounts, edgeCounts } = findLevels(net);
+          const camera = new PerspectiveCamera(45, 1, 1, 1000);
+          camera.position.set(size / 2, size / 2, 1.3 * size);
+          camera.updateMatrixWorld();
+          const canvas = { clientWidth: 600, clientHeight: 600 };
+          const stage = { scene: new Scene(), camera, drawingCamera: camera, canvas,
+            beforeDraw: [], draw: () => {}, radius: () => size };
+          const view = new NetView(stage);
+          view.showNet(net, surface);
+          stage.beforeDraw.forEach((act) => act());
+          const index = 8 * size + 16; // the control point of row 8 and column 16
+          const { x, y } = view.screenPosition(index);
+          const start = performance.now();
+          let picked = -1;
+          for (let k = 0; k < 100; k += 1) picked = view.pick(x + 2, y - 1, 'mouse');
+          const rows = (count) => new Set(
+            Array.from(points.slice(0, count), (i) => Math.floor(i / size)));
+          return {
+            levels: [100, 16, 8, 3, 0].map(chooseLevel),
+            pointCounts: pointCounts.slice(0, 4), edgeCounts: edgeCounts.slice(0, 4),
+            rows: [...rows(pointCounts[3])].sort((a, b) => a - b).slice(-3),
+            level: view.level, spacing: view.spacing, picked: picked === index,
+            between: view.pick(x + view.spacing / 2, y + view.spacing / 2, 'mouse'),
+            milliseconds: (performance.now() - start) / 101,
+            range: view.lineGeometry.drawRange.count,
+            isEveryEdge: new Set(edges).size === size * size,
+          };
+        }""",
+        NET_SIZE,
+    )
+    rows = [NET_SIZE, 101, 51, 26]  # rows 0, 2^k, …, and row 199
+    assert found["levels"] == [0, 0, 1, 3, 14]
+    assert found["pointCounts"] == [count * count for count in rows]
+    assert found["edgeCounts"] == [2 * count * (NET_SIZE - 1) for count in rows]
+    assert found["rows"] == [184, 192, 199]
+    assert found["level"] == 3
+    assert found["range"] == 2 * found["edgeCounts"][3]
+    assert 16 <= found["spacing"] < 32
+    assert found["picked"]
+    assert found["between"] == -1
+    assert found["isEveryEdge"]
+    assert found["milliseconds"] < 20

@@ -21,6 +21,7 @@ import { watchShare } from './share.js';
 import { State } from './state.js';
 import { watchTheme } from './theme.js';
 import { View } from './view.js';
+import { watchViews } from './views.js';
 
 /** @typedef {import('./mesh.js').MeshResponse} MeshResponse */
 
@@ -135,6 +136,7 @@ const section = new Section(state, {
 });
 element('measure', HTMLButtonElement).addEventListener('click', () => { measures.ask().catch(fail); });
 if (view) {
+  watchViews(state, view);
   view.clicked = (point) => {
     probe.showPoint(point, state.surface.type === 'brep' ? parts : []).catch(fail);
   };

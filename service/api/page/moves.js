@@ -23,7 +23,7 @@ export class Drag {
    * @param {Vector2} mouse  its position on the canvas, -1 to 1
    */
   constructor(stage, point, frame, mouse) {
-    this.camera = stage.camera;
+    this.camera = stage.drawingCamera;
     this.frame = frame;
     this.toDocument = frame.clone().invert();
     this.start = new Vector3(point[0], point[1], point[2] ?? 0);

@@ -2,9 +2,10 @@
 
 import {
   BufferAttribute, BufferGeometry, CanvasTexture, Group, LineBasicMaterial, LineSegments,
-  Matrix4, Points, PointsMaterial, Vector3,
+  MathUtils, Matrix4, Points, PointsMaterial, Vector3,
 } from './three.js';
 import { pointAt } from './net.js';
+import { chooseLevel, findLevels, MAX_LEVEL } from './net-levels.js';
 
 /** @typedef {import('./colors.js').Palette} Palette */
 /** @typedef {import('./documents.js').Surface} Surface */
@@ -15,6 +16,13 @@ import { pointAt } from './net.js';
 const sizeFor = (count) => Math.max(3.4, 10.5 - 0.62 * Math.log2(Math.max(4, count)));
 /** Distance from a point at which the mouse selects it, in CSS pixels; larger for a finger. */
 const REACH = { mouse: 11, touch: 24 };
+/** The most of the distance between two points that are drawn at which one is selected: elsewhere in a dense net
+ *  the mouse still turns the surface. */
+const REACH_SHARE = 0.4;
+/** The number of lines whose length on the screen says how dense a net is. */
+const SAMPLES = 200;
+/** Lengths of lines in CSS pixels between which lines without rows fade away. */
+const FADE = [1.5, 8];
 /** If points are equally near to the mouse, the front point is selected: a depth of one radius of the
  *  model counts as this many pixels. */
 const DEPTH_PIXELS = 14;
@@ -28,7 +36,13 @@ export class NetView {
     this.stage = stage;
     this.group = new Group();
     this.positions = new BufferAttribute(new Float32Array(0), 3);
-    this.edges = new BufferAttribute(new Uint32Array(0), 1);
+    /** The lines as in the document, two numbers of points each. */
+    this.lines = new Uint32Array(0);
+    this.levels = findLevels({ handles: [], edges: [], frames: [] });
+    /** The level from which rows are drawn, and the distance of the points that are drawn, in CSS pixels. */
+    this.level = 0;
+    this.spacing = Infinity;
+    this.isStrong = false;
     const dot = buildDotTexture();
     const lines = { transparent: true };
     const points = { transparent: true, sizeAttenuation: false, map: dot, alphaTest: 0.01 };
@@ -55,6 +69,7 @@ export class NetView {
     [this.chosenPoint, this.hoveredPoint].forEach((single) => { single.frustumCulled = false; });
     this.group.add(this.chosenPoint, this.hoveredPoint);
     stage.scene.add(this.group);
+    stage.beforeDraw.push(() => this.adaptToScreen());
   }
 
   /** @param {any} object @param {number} order */
@@ -66,8 +81,7 @@ export class NetView {
 
   /** Sets how visible the net is behind and inside the surface. @param {boolean} isStrong */
   setVisible(isStrong) {
-    this.lineMaterials[0].opacity = isStrong ? 0.4 : 0.13;
-    this.pointMaterials[0].opacity = isStrong ? 0.75 : 0.25;
+    this.isStrong = isStrong;
   }
 
   /** Draws the net of a document. @param {Net} net @param {Surface} surface */
@@ -83,24 +97,55 @@ export class NetView {
       const [x, y, z = 0] = pointAt(surface, handle);
       position.set(x, y, z).applyMatrix4(matrices[handle.frame]).toArray(numbers, 3 * i);
     });
-    const hasSameEdges = hasSameCount && this.edges.count === 2 * net.edges.length;
     if (!hasSameCount) this.positions = new BufferAttribute(/** @type {Float32Array} */ (numbers), 3);
     this.positions.needsUpdate = true;
-    if (!hasSameEdges) this.edges = new BufferAttribute(Uint32Array.from(net.edges.flat()), 1);
-    if (!hasSameEdges || !hasSameCount) this.rebuild();
+    if (!hasSameCount || !hasLines(this.lines, net.edges)) this.rebuild(net);
     this.stage.draw();
   }
 
-  rebuild() {
-    const size = sizeFor(this.positions.count);
-    this.pointMaterials.forEach((material) => { material.size = size; });
-    this.chosenMaterial.size = size + 6;
-    this.hoveredMaterial.size = size + 4;
+  /** @param {Net} net */
+  rebuild(net) {
+    this.lines = Uint32Array.from(net.edges.flat());
+    this.levels = findLevels(net);
     [this.pointGeometry, this.lineGeometry].forEach((geometry) => {
       geometry.dispose();
       geometry.setAttribute('position', this.positions);
     });
-    this.lineGeometry.setIndex(this.edges);
+    this.pointGeometry.setIndex(new BufferAttribute(this.levels.points, 1));
+    this.lineGeometry.setIndex(new BufferAttribute(this.levels.edges, 1));
+  }
+
+  /** Chooses which rows are drawn, and how large, by the length of lines on the screen. */
+  adaptToScreen() {
+    const { pointCounts, edgeCounts } = this.levels;
+    const length = this.lineLength();
+    this.level = this.positions.count > 1 ? chooseLevel(length) : 0;
+    const count = Math.max(1, pointCounts[this.level]);
+    // In a grid, the rows that are drawn are further apart; other lines, which all are drawn, fade.
+    const hasRows = edgeCounts[0] > edgeCounts[MAX_LEVEL];
+    this.spacing = length * 2 ** this.level;
+    const share = hasRows ? 1 : MathUtils.smoothstep(length, FADE[0], FADE[1]);
+    this.pointGeometry.setDrawRange(0, pointCounts[this.level]);
+    this.lineGeometry.setDrawRange(0, 2 * edgeCounts[this.level]);
+    const size = sizeFor(count);
+    this.pointMaterials.forEach((material) => { material.size = size; });
+    this.chosenMaterial.size = size + 6;
+    this.hoveredMaterial.size = size + 4;
+    this.lineMaterials[0].opacity = share * (this.isStrong ? 0.4 : 0.13);
+    this.lineMaterials[1].opacity = share * 0.6;
+    this.pointMaterials[0].opacity = this.isStrong ? 0.75 : 0.25;
+  }
+
+  /** The median length of lines of the net on the screen, in CSS pixels; infinite without lines. */
+  lineLength() {
+    const step = 2 * Math.max(1, Math.floor(this.lines.length / 2 / SAMPLES));
+    const lengths = [];
+    for (let i = 0; i < this.lines.length; i += step) {
+      const [a, b] = [this.screenPosition(this.lines[i]), this.screenPosition(this.lines[i + 1])];
+      if (a.depth < 1 && b.depth < 1) lengths.push(Math.hypot(a.x - b.x, a.y - b.y));
+    }
+    lengths.sort((a, b) => a - b);
+    return lengths[Math.floor(lengths.length / 2)] ?? Infinity;
   }
 
   /** Marks the chosen point, and the point under the mouse; -1 for none. @param {number} chosen @param {number} hovered */
@@ -126,23 +171,36 @@ export class NetView {
   /** The position of a control point on the canvas, in CSS pixels, and its depth, which is above 1 behind the
    *  camera. @param {number} index */
   screenPosition(index) {
-    const { camera, canvas } = this.stage;
-    const { x, y, z } = this.at(index).project(camera);
+    const { drawingCamera, canvas } = this.stage;
+    const { x, y, z } = this.at(index).project(drawingCamera);
     return { x: (x + 1) / 2 * canvas.clientWidth, y: (1 - y) / 2 * canvas.clientHeight, depth: z };
   }
 
-  /** The index of the control point at a place of the canvas, or -1. @param {number} x @param {number} y @param {string} pointer */
+  /**
+   * The index of the control point at a place of the canvas, or -1. Only points that are drawn count.
+   * @param {number} x @param {number} y @param {string} pointer
+   */
   pick(x, y, pointer) {
     if (!this.group.visible) return -1;
-    const reach = pointer === 'touch' ? REACH.touch : REACH.mouse;
+    const reach = Math.min(pointer === 'touch' ? REACH.touch : REACH.mouse, Math.max(4, REACH_SHARE * this.spacing));
+    const { drawingCamera: camera, canvas } = this.stage;
+    const { clientWidth: width, clientHeight: height } = canvas;
+    // Without objects, because the net may have 100,000 points, and the mouse moves often.
+    const m = new Matrix4().multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse).elements;
+    const numbers = this.positions.array;
+    const count = this.levels.pointCounts[this.level];
     let [bestIndex, minScore] = [-1, Infinity];
     const radius = this.stage.radius();
-    const eye = this.stage.camera.position;
-    for (let i = 0; i < this.positions.count; i += 1) {
-      const screen = this.screenPosition(i);
-      const distance = Math.hypot(screen.x - x, screen.y - y);
-      if (distance > reach || screen.depth > 1) continue;
-      const score = distance + DEPTH_PIXELS * this.at(i).distanceTo(eye) / radius;
+    const eye = camera.position;
+    for (let k = 0; k < count; k += 1) {
+      const i = this.levels.points[k];
+      const [px, py, pz] = [numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]];
+      const w = m[3] * px + m[7] * py + m[11] * pz + m[15];
+      const dx = ((m[0] * px + m[4] * py + m[8] * pz + m[12]) / w + 1) / 2 * width - x;
+      const dy = (1 - (m[1] * px + m[5] * py + m[9] * pz + m[13]) / w) / 2 * height - y;
+      const distance = Math.hypot(dx, dy);
+      if (w <= 0 || distance > reach) continue;
+      const score = distance + DEPTH_PIXELS * Math.hypot(px - eye.x, py - eye.y, pz - eye.z) / radius;
       if (score < minScore) [bestIndex, minScore] = [i, score];
     }
     return bestIndex;
@@ -161,6 +219,12 @@ export class NetView {
   visiblePoints() {
     return this.group.visible ? Array.from({ length: this.positions.count }, (_, i) => this.at(i)) : [];
   }
+}
+
+/** Whether the lines are these edges. @param {Uint32Array} lines @param {Net['edges']} edges */
+function hasLines(lines, edges) {
+  return lines.length === 2 * edges.length
+    && edges.every(([a, b], i) => lines[2 * i] === a && lines[2 * i + 1] === b);
 }
 
 /** A texture with a white dot. */
@@ -186,7 +250,8 @@ export function drawNearer(material) {
   material.onBeforeCompile = (shader) => {
     const project = '#include <project_vertex>';
     shader.vertexShader = shader.vertexShader
-      .replace(project, `${project}\n  gl_Position = projectionMatrix * vec4(${DEPTH_FACTOR} * mvPosition.xyz, 1.0);`);
+      .replace(project, `${project}\n  gl_Position = projectionMatrix * vec4(
+        isOrthographic ? mvPosition.xy : ${DEPTH_FACTOR} * mvPosition.xy, ${DEPTH_FACTOR} * mvPosition.z, 1.0);`);
   };
   return material;
 }

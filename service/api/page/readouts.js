@@ -11,6 +11,8 @@ export function showReadouts(report, { bytes, serverTime, roundTrip }) {
   put('bytes', bytes, bytesText(bytes));
   const bound = report.deviation_bound;
   put('deviation', bound, bound === null || bound === undefined ? 'not known' : significant(bound));
+  const size = report.bounds.max.map((high, axis) => high - report.bounds.min[axis]);
+  put('size', size.join(','), size.map((length) => Number(length.toPrecision(3))).join(' × '));
   const openEdges = report.boundary_edges;
   put('open-edges', openEdges, report.watertight ? 'none' : openEdges.toLocaleString('en'));
   const isPart = report.gap_bound !== undefined;
@@ -37,7 +39,7 @@ function showPart({ gap_bound: gap, skipped_faces: skipped = [], non_manifold_ed
 /** Shows that the surface has no mesh. */
 export function clearReadouts() {
   showPartRows(false);
-  ['triangles', 'vertices', 'bytes', 'deviation', 'open-edges', 'server-time', 'round-trip']
+  ['triangles', 'vertices', 'bytes', 'size', 'deviation', 'open-edges', 'server-time', 'round-trip']
     .forEach((id) => put(id, null, '–'));
 }
 
@@ -48,7 +50,7 @@ export function speakReadouts(report) {
   announce(`${report.triangles.toLocaleString('en')} triangles${deviation}`);
 }
 
-/** @param {string} id @param {number | null | undefined} value @param {string} text */
+/** @param {string} id @param {number | string | null | undefined} value @param {string} text */
 function put(id, value, text) {
   const readout = element(id, HTMLDataElement);
   readout.value = value === null || value === undefined ? '' : String(value);

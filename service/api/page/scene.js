@@ -1,8 +1,8 @@
 // The stage: camera, light and floor. It draws a picture only after a change.
 
 import {
-  Box3, DirectionalLight, HemisphereLight, Mesh, NeutralToneMapping, OrbitControls,
-  PerspectiveCamera, PlaneGeometry, Scene, ShadowMaterial, Vector3, VSMShadowMap, WebGLRenderer,
+  Box3, DirectionalLight, HemisphereLight, MathUtils, Mesh, NeutralToneMapping, OrbitControls,
+  OrthographicCamera, PerspectiveCamera, PlaneGeometry, Scene, ShadowMaterial, Vector3, VSMShadowMap, WebGLRenderer,
 } from './three.js';
 
 /** @typedef {import('./colors.js').Palette} Palette */
@@ -10,7 +10,9 @@ import {
 /** Vertical, in degrees. */
 const FIELD_OF_VIEW = 26;
 /** From the target to the camera, for a new surface: from slightly above. */
-const DEFAULT_DIRECTION = new Vector3(0.42, 0.4, 1).normalize();
+export const DEFAULT_DIRECTION = new Vector3(0.42, 0.4, 1).normalize();
+/** Half the height of the view, divided by the distance of what it shows. */
+const SLOPE = Math.tan(MathUtils.degToRad(FIELD_OF_VIEW) / 2);
 /** The width of the view, divided by the width of the model in it. */
 const MARGIN = 1.09;
 
@@ -32,7 +34,11 @@ export class Stage {
   constructor(canvas, context) {
     this.canvas = canvas;
     this.scene = new Scene();
+    /** The camera that the controls move. */
     this.camera = new PerspectiveCamera(FIELD_OF_VIEW);
+    /** A camera without perspective in the same place, which shows as much of the target. */
+    this.orthographicCamera = new OrthographicCamera();
+    this.isOrthographic = false;
     this.renderer = new WebGLRenderer({ canvas, context, antialias: true, alpha: true });
     this.renderer.toneMapping = NeutralToneMapping;
     this.renderer.shadowMap.enabled = true;
@@ -54,6 +60,8 @@ export class Stage {
     this.width = { value: 1 };
     /** Whether a mesh was shown. Before, nothing is drawn: compiling the shaders would delay the page. */
     this.isStarted = false;
+    /** @type {(() => void)[]} */
+    this.beforeDraw = [];
     /** @type {(() => void)[]} */
     this.onDraw = [];
     new ResizeObserver(() => this.resize()).observe(canvas);
@@ -86,8 +94,36 @@ export class Stage {
   drawNow() {
     this.isDrawPending = false;
     this.controls.update();
-    this.renderer.render(this.scene, this.camera);
+    this.copyCamera();
+    this.beforeDraw.forEach((listener) => listener());
+    this.renderer.render(this.scene, this.drawingCamera);
     this.onDraw.forEach((listener) => listener());
+  }
+
+  /** The camera that draws, and by which places of the canvas are found in the scene. */
+  get drawingCamera() {
+    return this.isOrthographic ? this.orthographicCamera : this.camera;
+  }
+
+  /** Draws without perspective, or with it. @param {boolean} isOrthographic */
+  setOrthographic(isOrthographic) {
+    this.isOrthographic = isOrthographic;
+    this.copyCamera();
+    this.draw();
+  }
+
+  /** Places the camera without perspective as the other one. */
+  copyCamera() {
+    const { camera, orthographicCamera: copy, controls } = this;
+    camera.updateMatrixWorld();
+    copy.position.copy(camera.position);
+    copy.quaternion.copy(camera.quaternion);
+    const top = SLOPE * camera.position.distanceTo(controls.target);
+    const right = top * camera.aspect;
+    // What is beside or behind the camera is drawn, too: without perspective, its place has no meaning.
+    Object.assign(copy, { left: -right, right, top, bottom: -top, near: -camera.far, far: camera.far });
+    copy.updateProjectionMatrix();
+    copy.updateMatrixWorld();
   }
 
   resize() {
@@ -97,7 +133,9 @@ export class Stage {
     this.renderer.setSize(width, height, false);
     this.width.value = this.canvas.width;
     this.camera.aspect = width / height;
-    this.camera.setViewOffset(width, height, 0, this.coveredHeight() / 2, width, height);
+    [this.camera, this.orthographicCamera].forEach((camera) => (
+      camera.setViewOffset(width, height, 0, this.coveredHeight() / 2, width, height)
+    ));
     // A canvas of a new size is empty, so it is drawn at once.
     if (this.isStarted) this.drawNow();
   }
@@ -141,27 +179,27 @@ export class Stage {
   /**
    * Moves the camera to the nearest position from which it shows all points, and looks at their middle.
    * @param {Vector3[]} points  are overwritten
-   * @param {boolean} resets  whether the camera gets the default direction, as for a new surface
+   * @param {Vector3 | null} towardsCamera  from where it looks; null: from where it is
    */
-  fit(points, resets) {
+  fit(points, towardsCamera) {
     const { camera, controls } = this;
     const box = new Box3().setFromPoints(points);
     const radius = Math.max(1e-6, box.getSize(new Vector3()).length() / 2);
     const center = box.getCenter(new Vector3());
-    const direction = resets
-      ? DEFAULT_DIRECTION.clone()
-      : camera.position.clone().sub(controls.target).normalize();
+    const direction = towardsCamera?.clone().normalize()
+      ?? camera.position.clone().sub(controls.target).normalize();
     camera.position.copy(center).add(direction);
     camera.lookAt(center);
     camera.updateMatrixWorld();
     const toCamera = camera.quaternion.clone().invert();
     // Slopes of the sides of the visible pyramid, for the part of the canvas that is not covered.
     const { clientHeight: height } = this.canvas;
-    const slopeX = camera.aspect * Math.tan((FIELD_OF_VIEW * Math.PI) / 360);
-    const slopeY = Math.tan((FIELD_OF_VIEW * Math.PI) / 360) * (1 - this.coveredHeight() / height);
+    const slopeX = camera.aspect * SLOPE;
+    const slopeY = SLOPE * (1 - this.coveredHeight() / height);
     const distance = points.reduce((maximum, point) => {
       const { x, y, z } = point.sub(center).applyQuaternion(toCamera);
-      return Math.max(maximum, z + MARGIN * Math.max(Math.abs(x) / slopeX, Math.abs(y) / slopeY));
+      const depth = this.isOrthographic ? 0 : z;
+      return Math.max(maximum, depth + MARGIN * Math.max(Math.abs(x) / slopeX, Math.abs(y) / slopeY));
     }, 0.2 * radius);
     camera.position.copy(center).addScaledVector(direction, distance);
     camera.near = 0.02 * radius;

@@ -12,6 +12,7 @@
  * @property {'resolution' | 'tolerance'} accuracy
  * @property {number} resolution  divisions of a patch
  * @property {number} tolerance  logarithm to base 10 of `relative_tolerance`
+ * @property {boolean} orthographic  whether the view has no perspective
  */
 
 /** @type {readonly Look[]} */
@@ -26,6 +27,7 @@ const MIN_COARSE_RESOLUTION = 2;
 /** @type {Readonly<Settings>} */
 export const DEFAULTS = Object.freeze({
   look: 'shaded', net: true, wires: false, accuracy: 'resolution', resolution: 16, tolerance: -3,
+  orthographic: false,
 });
 
 /** `relative_tolerance`, with enough digits to distinguish the steps of the slider. @param {Settings} settings */
@@ -114,6 +116,7 @@ export function toQuery(settings) {
   if (settings.look !== DEFAULTS.look) query.set('look', settings.look);
   if (!settings.net) query.set('net', '0');
   if (settings.wires) query.set('wires', '1');
+  if (settings.orthographic) query.set('orthographic', '1');
   return query;
 }
 
@@ -133,6 +136,7 @@ export function fromQuery(query) {
   if (look !== undefined) settings.look = look;
   settings.net = query.get('net') !== '0';
   settings.wires = query.get('wires') === '1';
+  settings.orthographic = query.get('orthographic') === '1';
   return settings;
 }
 

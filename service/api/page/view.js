@@ -2,12 +2,13 @@
 // page still works.
 
 import { paintLegend, PALETTES } from './colors.js';
+import { AxesView } from './axes-view.js';
 import { toDocument, toScene } from './frame.js';
 import { Raycaster } from './three.js';
 import { NetView } from './net-view.js';
 import { checkRadio, getChecked, element, write } from './page.js';
 import { watchPointer } from './pointer.js';
-import { Stage } from './scene.js';
+import { DEFAULT_DIRECTION, Stage } from './scene.js';
 import { SectionView } from './section-view.js';
 import { hasSweep, chooseLook } from './settings.js';
 import { SurfaceView } from './surface-view.js';
@@ -29,11 +30,12 @@ export class View {
     this.surfaceView = new SurfaceView(this.stage);
     this.netView = new NetView(this.stage);
     this.sectionView = new SectionView(this.stage);
+    new AxesView(this.stage, state, (towardsCamera) => this.fit(towardsCamera));
     /** Whether the open document has not been shown yet. */
     this.isNew = true;
     /** Number of the control point that an error names, or -1. */
     this.errorIndex = -1;
-    const fit = () => this.fit(false);
+    const fit = () => this.fit();
     watchPointer(this.stage, this.netView, state, {
       axis: () => /** @type {Axis} */ (getChecked('axis')),
       setAxis: (axis) => checkRadio('axis', axis),
@@ -57,7 +59,7 @@ export class View {
     await this.surfaceView.showMesh(content);
     this.updateLook(coarse);
     if (!coarse) this.stage.placeLights(this.surfaceView.bounds());
-    if (this.isNew) this.fit(true);
+    if (this.isNew) this.fit(DEFAULT_DIRECTION);
     this.isNew = false;
     this.paint();
   }
@@ -65,7 +67,7 @@ export class View {
   /** Handles a click that hits no control point. @param {import('./three.js').Vector2} mouse */
   click(mouse) {
     const caster = new Raycaster();
-    caster.setFromCamera(mouse, this.stage.camera);
+    caster.setFromCamera(mouse, this.stage.drawingCamera);
     const [hit] = caster.intersectObjects(this.surfaceView.meshes, false);
     if (!hit) return;
     this.surfaceView.markFace(hit);
@@ -121,10 +123,13 @@ export class View {
     this.stage.paint(palette);
   }
 
-  /** @param {boolean} resets */
-  fit(resets) {
+  /**
+   * Shows the whole surface.
+   * @param {import('./three.js').Vector3 | null} towardsCamera  from where, in the scene; null: from where it is seen now
+   */
+  fit(towardsCamera = null) {
     const points = [...this.surfaceView.points(), ...this.netView.visiblePoints()];
-    if (points.length > 0) this.stage.fit(points, resets);
+    if (points.length > 0) this.stage.fit(points, towardsCamera);
   }
 
   showLegend() {
