@@ -49,6 +49,19 @@ EXPOSED = (
 )
 """Response headers that scripts may read, besides those that the standard always allows."""
 
+ALLOWED = (
+    "Authorization",
+    "Cache-Control",
+    "Content-Type",
+    "If-None-Match",
+    "Prefer",
+    "traceparent",
+    "tracestate",
+    ID_HEADER,
+)
+"""Request headers that scripts of other origins may send, besides those that the standard always
+allows. Libraries for traces and for requests add some of them to every request."""
+
 _JOBS = "/v1/jobs"
 
 
@@ -56,7 +69,7 @@ def _build_preflight(methods: bytes) -> Message:
     """The head of the response to a preflight request for a URL that has these methods."""
     headers: RawHeaders = (
         (b"access-control-allow-methods", methods),
-        (b"access-control-allow-headers", b"Authorization, Content-Type, If-None-Match, Prefer"),
+        (b"access-control-allow-headers", ", ".join(ALLOWED).encode()),
         # One day; browsers may use less.
         (b"access-control-max-age", b"86400"),
     )

@@ -13,7 +13,7 @@ import httpx
 import numpy as np
 import pytest
 
-from service.api.cors import EXPOSED
+from service.api.cors import ALLOWED, EXPOSED
 from service.api.openapi.document import build_full_settings
 from service.settings.environment import apply_flags
 from service.settings.values import Settings
@@ -201,6 +201,23 @@ def test_the_table_lists_the_headers_that_scripts_may_read(server: str) -> None:
         "Surface-Writing",
     }
     assert all(name in headers for name in set(EXPOSED) - rare_headers)
+
+
+def test_the_table_lists_the_headers_that_scripts_may_send() -> None:
+    names = {name for cells in read_rows("Headers of requests") for name in cells[0].split(", ")}
+    assert {name.strip("`") for name in names} == set(ALLOWED)
+
+
+def test_scripts_of_other_origins_may_send_these_headers(open_page: OpenPage, server: str) -> None:
+    """A browser asks first, by a preflight request, and would otherwise refuse to send them."""
+    page = open_page(EMPTY_PAGE).page
+    headers = dict.fromkeys(ALLOWED, "x") | {"Content-Type": "application/json"}
+    statuses = page.evaluate(
+        """async ([url, headers]) => Promise.all(headers.map(async (header) =>
+             (await fetch(url, { headers: Object.fromEntries([header]) })).status))""",
+        [f"{server}/v1/formats", list(headers.items())],
+    )
+    assert statuses == [200] * len(headers)
 
 
 def test_the_setting_of_origins_on_the_page_is_valid() -> None:
