@@ -66,8 +66,7 @@ def slow_editor(browser: Browser) -> Iterator[tuple[Stage, SlowService]]:
 def ask_mesh(page: Page, resolution: int) -> None:
     """Asks for another mesh, and waits for its job."""
     page.fill("#resolution", str(resolution))
-    page.wait_for_selector("#job:visible")
-    page.wait_for_function("document.getElementById('job-text').textContent.startsWith('queued')")
+    page.wait_for_selector("#busy-detail:text('as a job, queued')")
 
 
 def test_a_long_mesh_is_made_by_a_job(slow_editor: tuple[Stage, SlowService]) -> None:
@@ -75,7 +74,7 @@ def test_a_long_mesh_is_made_by_a_job(slow_editor: tuple[Stage, SlowService]) ->
     ask_mesh(stage.page, 7)
     service.end_job(MESH)
     stage.page.wait_for_selector(READY)
-    assert stage.page.is_hidden("#job")
+    assert stage.page.is_hidden("#busy")
     assert read_value(stage.page, "triangles") == 8
 
 
@@ -83,10 +82,10 @@ def test_a_button_stops_the_job(slow_editor: tuple[Stage, SlowService]) -> None:
     stage, service = slow_editor
     ask_mesh(stage.page, 8)
     with stage.page.expect_response(lambda r: r.request.method == "DELETE") as response:
-        stage.page.click("#job-stop")
+        stage.page.click("#busy-stop")
     assert response.value.status == 204
     stage.page.wait_for_selector("#problem-title:text('Stopped')")
-    assert stage.page.is_hidden("#job")
+    assert stage.page.is_hidden("#busy")
     assert list(service.jobs.states.values())[-1].state == "cancelled"
 
 

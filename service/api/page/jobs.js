@@ -1,63 +1,41 @@
-// Long work is a job of the service: the page shows its progress, and a button that stops it.
+// Long work is a job of the service, whose progress the page shows.
 
-import { announce, button, element, write } from './page.js';
 import { ask, Refusal } from './service.js';
+import { Stopped } from './work.js';
 
 /** @typedef {import('./service.js').Issue} Issue */
 /** @typedef {{state: string, waiting_for?: string, links: {self: string, events: string, results: string}}} Job */
 
-/** The job was stopped, here or elsewhere. */
-export class Stopped extends Error {}
-
 const RECONNECT_PAUSE = 1000; // milliseconds
 const MAX_RECONNECTS = 60;
 
-/** The functions that stop the jobs of this page. @type {Set<() => void>} */
-const stops = new Set();
-
-button('job-stop').addEventListener('click', () => { for (const stop of stops) stop(); });
-
 /**
- * The file of a job with one part, as soon as it is ready; shows the progress until then.
- * @param {Job} job @param {AbortSignal} [signal]  stops the job @returns {Promise<ArrayBuffer>}
+ * The file of a job with one part, as soon as it is ready.
+ * @param {Job} job @param {AbortSignal} signal  withdraws the job
+ * @param {(detail: string) => void} tell  gets the state of the job in words
+ * @returns {Promise<ArrayBuffer>}
  */
-export async function fetchResult(job, signal) {
-  const controller = new AbortController();
-  const stop = () => controller.abort();
-  const start = performance.now();
+export async function fetchResult(job, signal, tell) {
   let state = job;
-  const show = () => write('job-text', describe(state, performance.now() - start));
-  const timer = setInterval(show, 1000);
-  stops.add(stop);
-  signal?.addEventListener('abort', stop);
-  if (signal?.aborted) stop();
-  show();
-  element('job', HTMLElement).hidden = false;
-  announce('The service makes this mesh as a job');
+  tell(describe(state));
   try {
     for (let tries = 0; isOpen(state);) {
       try {
-        for await (const change of readEvents(state.links.events, controller.signal)) {
+        for await (const change of readEvents(state.links.events, signal)) {
           state = change;
           tries = 0;
-          show();
+          tell(describe(state));
         }
       } catch (error) {
         // The connection may be lost, as while the service restarts.
-        if (controller.signal.aborted || error instanceof Refusal || tries >= MAX_RECONNECTS) throw error;
+        if (signal.aborted || error instanceof Refusal || tries >= MAX_RECONNECTS) throw error;
       }
       tries += 1;
       if (isOpen(state)) await new Promise((resolve) => { setTimeout(resolve, RECONNECT_PAUSE); });
     }
   } catch (error) {
-    if (!controller.signal.aborted) throw error;
-    ask(job.links.self, { method: 'DELETE' }).catch(() => {});
-    throw new Stopped('The job was stopped.');
-  } finally {
-    clearInterval(timer);
-    signal?.removeEventListener('abort', stop);
-    stops.delete(stop);
-    element('job', HTMLElement).hidden = stops.size === 0;
+    if (signal.aborted) ask(job.links.self, { method: 'DELETE' }).catch(() => {});
+    throw error;
   }
   return readResult(state);
 }
@@ -65,10 +43,10 @@ export async function fetchResult(job, signal) {
 /** @param {Job} state */
 const isOpen = (state) => state.state === 'queued' || state.state === 'running';
 
-/** @param {Job} state @param {number} milliseconds */
-function describe(state, milliseconds) {
+/** @param {Job} state */
+function describe(state) {
   const reason = state.waiting_for ? `, waits for ${state.waiting_for.replaceAll('_', ' ')}` : '';
-  return `${state.state}${reason}, ${Math.round(milliseconds / 1000)} s`;
+  return `as a job, ${state.state}${reason}`;
 }
 
 /** The states of a job, from its stream of events. @param {string} url @param {AbortSignal} signal @returns {AsyncGenerator<Job>} */

@@ -3,6 +3,7 @@
 import { parseSurface } from './documents.js';
 import { button, element, input, makeElement, write } from './page.js';
 import { examples, readFile, Refusal, store, surfaceById } from './service.js';
+import { perform } from './work.js';
 
 /** @typedef {import('./documents.js').Surface} Surface */
 /** @typedef {import('./service.js').Example} Example */
@@ -30,6 +31,8 @@ export class Library {
     this.cadTypes = JSON.parse(input('file').dataset.cadTypes ?? '[]');
     /** Why the service does not read a file, by its suffix. @type {Record<string, Issue>} */
     this.refusedFiles = JSON.parse(input('file').dataset.refusedFiles ?? '{}');
+    /** Aborts the requests for a surface that will not be opened, as the user chose another one. */
+    this.outdated = new AbortController();
     this.dialog = element('library', HTMLDialogElement);
     button('open').addEventListener('click', () => this.dialog.showModal());
     button('paste-open').addEventListener('click', () => this.openPasted());
@@ -44,7 +47,7 @@ export class Library {
 
   /** Lists the examples of the service. */
   async list() {
-    this.examples = await examples();
+    this.examples = await perform('Asking for the list of examples', examples);
     const items = this.examples.map((example) => {
       const item = document.createElement('li');
       const chooser = document.createElement('button');
@@ -60,11 +63,23 @@ export class Library {
     element('examples', HTMLElement).replaceChildren(...items);
   }
 
+  /** Another surface will be opened: aborts the requests for the one before. */
+  replaceOutdated() {
+    this.outdated.abort();
+    this.outdated = new AbortController();
+    return this.outdated.signal;
+  }
+
   /** Opens an example, or the stored surface with an id. @param {string} id */
   async openById(id) {
+    this.dialog.close();
     this.waiting();
     try {
-      const [surface] = await Promise.all([surfaceById(id), this.listed]);
+      const listed = this.examples.find((item) => item.id === id);
+      const opening = perform(
+        `Opening ${listed?.title ?? 'the surface'}`, (signal) => surfaceById(id, signal), this.replaceOutdated(),
+      );
+      const [surface] = await Promise.all([opening, this.listed]);
       const example = this.examples.find((item) => item.id === id);
       this.show(surface, {
         title: example?.title ?? chooseTitle(surface),
@@ -72,7 +87,6 @@ export class Library {
         origin: id,
       });
     } catch (error) {
-      this.dialog.close();
       this.failed(/** @type {Error} */ (error));
     }
   }
@@ -110,18 +124,22 @@ export class Library {
       this.openText(await file.text(), `from ${file.name}`);
       return;
     }
+    this.dialog.close();
     this.waiting();
     try {
       if (this.cadTypes.includes(mediaType)) {
-        const { surface, reading } = await readFile(file, mediaType);
+        const { surface, reading } = await perform(
+          `Reading ${file.name}`, (signal) => readFile(file, mediaType, signal), this.replaceOutdated(),
+        );
         this.show(surface, { title: file.name, description: describeReading(reading), origin: '' });
         return;
       }
-      const { id } = await store(file, mediaType);
-      const surface = await surfaceById(id);
+      const { id, surface } = await perform(`Reading ${file.name}`, async (signal) => {
+        const stored = await store(file, mediaType, signal);
+        return { id: stored.id, surface: await surfaceById(stored.id, signal) };
+      }, this.replaceOutdated());
       this.show(surface, { title: file.name, description: 'A file of yours, read by the service.', origin: id });
     } catch (error) {
-      this.dialog.close();
       this.failed(/** @type {Error} */ (error));
     }
   }

@@ -1,12 +1,12 @@
 // The editor: opens a surface, requests its mesh after each change, and shows it.
 
+import { watchBusy } from './busy.js';
 import { watchKey } from './key.js';
-import { Stopped } from './jobs.js';
 import { Library, showAbout } from './library.js';
 import { Measure } from './measure.js';
 import { mesh } from './mesh.js';
 import { MeshRequests } from './mesh-requests.js';
-import { announce, element } from './page.js';
+import { announce, element, readTitle } from './page.js';
 import { watchPanel } from './panel.js';
 import { watchPointPanel } from './point-panel.js';
 import { Probe } from './probe.js';
@@ -16,12 +16,13 @@ import { readReport } from './report.js';
 import { createContext } from './scene.js';
 import { Section } from './section.js';
 import { NoResponse, Refusal } from './service.js';
-import { fromQuery, meshOptions } from './settings.js';
+import { describeAccuracy, fromQuery, meshOptions } from './settings.js';
 import { watchShare } from './share.js';
 import { State } from './state.js';
 import { watchTheme } from './theme.js';
 import { View } from './view.js';
 import { watchViews } from './views.js';
+import { Outdated, perform, Stopped } from './work.js';
 
 /** @typedef {import('./mesh.js').MeshResponse} MeshResponse */
 
@@ -46,16 +47,18 @@ let isShown = false;
 /** Whether any document is open. */
 let isOpen = false;
 
-/** Stops the running request if it has become a job. */
-let replaced = new AbortController();
+/** The longest time, in milliseconds, for which a coarse mesh is computed if a newer one is needed. */
+const COARSE_PATIENCE = 5000;
 
 /** @type {MeshRequests<MeshRequest, MeshResponse>} */
 const requests = new MeshRequests({
-  send: ({ coarse }) => {
+  send: ({ coarse }, outdated) => {
     const options = meshOptions(state.settings, state.surface, patchCount, coarse);
-    replaced = new AbortController();
-    return mesh({ surface: state.surface, ...options }, undefined, replaced.signal);
+    const request = { surface: state.surface, ...options };
+    const what = `Computing the mesh of ${readTitle()} ${describeAccuracy(state.settings, state.surface)}`;
+    return perform(what, (signal, tell) => mesh(request, { signal, tell }), outdated);
   },
+  isKept: ({ coarse }, milliseconds) => coarse && milliseconds < COARSE_PATIENCE,
   answered: async ({ content, serverTime, roundTrip }, { coarse }) => {
     const bytes = content.byteLength;
     const report = readReport(content);
@@ -72,19 +75,24 @@ const requests = new MeshRequests({
     speakReadouts(report);
     section.showMesh(report.bounds);
   },
-  failed: (error) => fail(error),
+  failed: (error) => fail(error, true),
   idle: () => { if (root.dataset.state === 'busy') root.dataset.state = 'ready'; },
 });
 
 /** @param {boolean} coarse */
 function requestMesh(coarse) {
   root.dataset.state = 'busy';
-  replaced.abort();
   requests.ask({ coarse });
 }
 
-/** @param {Error} error */
-function fail(error) {
+/** Shows an error of any work. @param {Error} error @param {boolean} isOfMesh */
+function fail(error, isOfMesh = false) {
+  if (error instanceof Outdated) return;
+  if (error instanceof Stopped && !isOfMesh) {
+    if (requests.running === null) root.dataset.state = isShown ? 'ready' : 'refused';
+    showProblem(error, state);
+    return;
+  }
   if (isTooFine(error)) {
     state.set({ resolution: 1 });
     return;
@@ -95,7 +103,7 @@ function fail(error) {
     view?.clear();
     clearReadouts();
   }
-  const errorIndex = showProblem(error, state);
+  const errorIndex = showProblem(error, state, isOfMesh);
   view?.markError(errorIndex);
   // An error of the page itself is also written to the console.
   if (!isExpected) reportError(error);
@@ -126,6 +134,7 @@ state.listen((change) => {
   requestMesh(change === 'moving');
 });
 
+watchBusy(() => state.history.before !== null);
 watchTheme(() => view?.updateLook());
 const probe = new Probe(state);
 const measures = new Measure(state);
@@ -134,11 +143,11 @@ const section = new Section(state, {
   failed: (error) => showProblem(error, state),
   mended: () => { if (root.dataset.state !== 'refused' && root.dataset.state !== 'away') hideProblem(); },
 });
-element('measure', HTMLButtonElement).addEventListener('click', () => { measures.ask().catch(fail); });
+element('measure', HTMLButtonElement).addEventListener('click', () => { measures.ask().catch((error) => fail(error)); });
 if (view) {
   watchViews(state, view);
   view.clicked = (point) => {
-    probe.showPoint(point, state.surface.type === 'brep' ? parts : []).catch(fail);
+    probe.showPoint(point, state.surface.type === 'brep' ? parts : []).catch((error) => fail(error));
   };
 }
 watchPanel(state);

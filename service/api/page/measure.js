@@ -3,6 +3,7 @@
 import { announce, element } from './page.js';
 import { hasSweep } from './settings.js';
 import { measure } from './service.js';
+import { perform } from './work.js';
 
 /** @typedef {import('./state.js').State} State */
 
@@ -10,8 +11,8 @@ export class Measure {
   /** @param {State} state */
   constructor(state) {
     this.state = state;
-    /** Number of changes of the surface: a response about an older surface is not shown. */
-    this.changes = 0;
+    /** Aborts the request about an older surface. */
+    this.outdated = new AbortController();
     state.listen((change) => {
       // The measures do not depend on the settings, nor on which control point is chosen.
       if (change !== 'settings' && change !== 'chosen') this.forget();
@@ -20,7 +21,8 @@ export class Measure {
   }
 
   forget() {
-    this.changes += 1;
+    this.outdated.abort();
+    this.outdated = new AbortController();
     const { surface } = this.state;
     const hasNone = hasSweep(surface);
     element('measure', HTMLButtonElement).hidden = hasNone;
@@ -31,9 +33,10 @@ export class Measure {
 
   /** Requests the measures of the present surface. */
   async ask() {
-    const { changes } = this;
-    const measures = await measure(this.state.surface);
-    if (changes !== this.changes) return;
+    const { surface } = this.state;
+    const measures = await perform(
+      'Measuring the area and the volume', (signal) => measure(surface, signal), this.outdated.signal,
+    );
     element('measure', HTMLButtonElement).hidden = true;
     put('area', String(measures.area.value), short(measures.area.value));
     const edges = measures.open_edges + measures.inconsistent_edges;

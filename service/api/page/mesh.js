@@ -10,31 +10,35 @@ const PATIENCE = 5000;
 
 /**
  * The mesh file that a request describes (a surface with options), and the times it took, in milliseconds.
- * @param {object} request @param {string} [mediaType] @param {AbortSignal} [signal]  stops the work, if it is a job
+ * @param {object} request
+ * @param {object} options
+ * @param {string} [options.mediaType]  of the file
+ * @param {AbortSignal} options.signal  stops the work
+ * @param {(detail: string) => void} options.tell  gets the progress of a job
  * @returns {Promise<MeshResponse>}
  */
-export async function mesh(request, mediaType = 'model/gltf-binary', signal) {
+export async function mesh(request, { mediaType = 'model/gltf-binary', signal, tell }) {
   const start = performance.now();
   const headers = { 'Content-Type': 'application/json', Accept: mediaType };
-  const options = { method: 'POST', body: JSON.stringify(request), headers };
+  const options = { method: 'POST', body: JSON.stringify(request), headers, signal };
   const response = await askBriefly('v1/mesh', options)
     ?? await ask('v1/mesh', { ...options, headers: { ...headers, Prefer: 'respond-async' } });
   // A service without jobs ignores the preference.
   const isJob = response.headers.has('Preference-Applied');
-  const content = isJob ? await fetchResult(await response.json(), signal) : await response.arrayBuffer();
+  const content = isJob ? await fetchResult(await response.json(), signal, tell) : await response.arrayBuffer();
   const roundTrip = performance.now() - start;
   return { content, serverTime: isJob ? null : serverTime(response.headers.get('Server-Timing')), roundTrip };
 }
 
-/** The response; null if the service needs too long for it. @param {string} path @param {RequestInit} options */
+/** The response; null if the service needs too long for it. @param {string} path @param {RequestInit & {signal: AbortSignal}} options */
 async function askBriefly(path, options) {
-  const controller = new AbortController();
-  const timer = setTimeout(() => controller.abort(), PATIENCE);
+  const patience = new AbortController();
+  const timer = setTimeout(() => patience.abort(), PATIENCE);
   try {
-    return await ask(path, { ...options, signal: controller.signal });
+    return await ask(path, { ...options, signal: AbortSignal.any([options.signal, patience.signal]) });
   } catch (error) {
-    if (controller.signal.aborted || takesLong(error)) return null;
-    throw error;
+    if (options.signal.aborted || !(patience.signal.aborted || takesLong(error))) throw error;
+    return null;
   } finally {
     clearTimeout(timer);
   }

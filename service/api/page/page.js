@@ -23,6 +23,9 @@ export function write(id, text) {
   if (node.textContent !== text) node.textContent = text;
 }
 
+/** The title of the open surface. */
+export const readTitle = () => element('title', HTMLElement).textContent ?? '';
+
 /** The radio buttons of one name. @param {string} name */
 export function radios(name) {
   return /** @type {HTMLInputElement[]} */ ([...document.querySelectorAll(`input[name="${name}"]`)]);

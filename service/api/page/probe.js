@@ -5,6 +5,7 @@ import { announce, element } from './page.js';
 import { hasSweep } from './settings.js';
 import { significant } from './readouts.js';
 import { curvatures, project } from './service.js';
+import { perform } from './work.js';
 
 /** @typedef {import('./state.js').State} State */
 
@@ -14,15 +15,15 @@ export class Probe {
     this.state = state;
     /** @type {number[] | null} */
     this.previousPoint = null;
-    /** Number of clicks and changes of the surface: a response to an older request is not shown. */
-    this.requestNumber = 0;
+    /** Aborts the requests about an older click, or an older surface. */
+    this.outdated = new AbortController();
     state.listen((change) => {
       if (change !== 'settings' && change !== 'chosen') this.forget();
     });
   }
 
   forget() {
-    this.requestNumber += 1;
+    this.outdated.abort();
     this.previousPoint = null;
     ['probe', 'probe-deviation', 'probe-distance'].forEach((id) => show(id, '', ''));
   }
@@ -35,11 +36,13 @@ export class Probe {
   async showPoint(point, faces = []) {
     const { surface } = this.state;
     if (hasSweep(surface)) return; // the service finds no closest points of these
-    this.requestNumber += 1;
-    const { requestNumber } = this;
-    const { positions: [position], uv: [uv], patch, near_edge: nearEdge } = await project(surface, point);
-    const curvature = await curvatures(surface, uv, patch?.[0]);
-    if (requestNumber !== this.requestNumber) return;
+    this.outdated.abort();
+    this.outdated = new AbortController();
+    const { closest, curvature } = await perform('Finding the point that was clicked', async (signal) => {
+      const found = await project(surface, point, signal);
+      return { closest: found, curvature: await curvatures(surface, found.uv[0], found.patch?.[0], signal) };
+    }, this.outdated.signal);
+    const { positions: [position], uv: [uv], patch, near_edge: nearEdge } = closest;
     const [u, v] = uv;
     const parts = [`u ${short(u)}`, `v ${short(v)}`];
     if (patch) parts.unshift(surface.type === 'brep' ? nameFace(patch[0], faces) : `patch ${patch[0]}`);

@@ -2,9 +2,10 @@
 
 import { isAboutKeys } from './key.js';
 import { parsePointer } from './documents.js';
-import { button, element, makeElement, write } from './page.js';
-import { Stopped } from './jobs.js';
+import { announce, button, element, makeElement, write } from './page.js';
+import { askNow, watchPresence } from './presence.js';
 import { NoResponse, Refusal } from './service.js';
+import { Stopped } from './work.js';
 
 /** @typedef {import('./net.js').Net} Net */
 /** @typedef {import('./service.js').Issue} Issue */
@@ -15,7 +16,13 @@ import { NoResponse, Refusal } from './service.js';
 /** @param {State} state @param {() => void} retry */
 export function watchProblems(state, retry) {
   button('problem-close').addEventListener('click', hideProblem);
-  button('problem-retry').addEventListener('click', retry);
+  let isAway = false;
+  button('problem-retry').addEventListener('click', () => (isAway ? askNow() : retry()));
+  watchPresence((isNowAway) => {
+    isAway = isNowAway;
+    if (isAway) showAway(state);
+    else hideAway();
+  });
   button('problem-example').addEventListener('click', () => button('open').click());
   button('problem-undo').addEventListener('click', () => state.undo());
   button('problem-point').addEventListener('click', () => {
@@ -23,8 +30,30 @@ export function watchProblems(state, retry) {
   });
 }
 
-/** Shows an error; returns the number of the control point that it names, or -1. @param {Error} error @param {State} state */
-export function showProblem(error, state) {
+const root = document.documentElement;
+/** The state of the page before the service was away. */
+let stateBefore = '';
+
+/** Shows that the service is away, until `hideAway`. @param {State} state */
+function showAway(state) {
+  stateBefore = root.dataset.state ?? '';
+  showProblem(new NoResponse(), state);
+  root.dataset.state = 'away';
+}
+
+/** The service is back: the page sends again what waits. */
+function hideAway() {
+  if (root.dataset.state !== 'away') return;
+  root.dataset.state = stateBefore;
+  hideProblem();
+  announce('The service is back');
+}
+
+/**
+ * Shows an error; returns the number of the control point that it names, or -1.
+ * @param {Error} error @param {State} state @param {boolean} isOfMesh  whether the mesh can be asked for again
+ */
+export function showProblem(error, state, isOfMesh = false) {
   const isRefusal = error instanceof Refusal;
   const isUnknownSurface = isRefusal && error.code === 'unknown_surface';
   // The error lists all ids of examples; the button `problem-example` shows them with pictures instead.
@@ -42,7 +71,7 @@ export function showProblem(error, state) {
   button('problem-example').hidden = !isUnknownSurface;
   button('problem-undo').hidden = !isRefusal || !state.history.canUndo;
   button('problem-key').hidden = !(isRefusal && isAboutKeys(error.code));
-  button('problem-retry').hidden = !(error instanceof NoResponse || error instanceof Stopped);
+  button('problem-retry').hidden = !(error instanceof NoResponse || (error instanceof Stopped && isOfMesh));
   element('problem', HTMLElement).hidden = false;
   return index;
 }
@@ -50,11 +79,11 @@ export function showProblem(error, state) {
 /** @param {Error} error @returns {{title: string, detail: string}} */
 function describeError(error) {
   if (error instanceof NoResponse) {
-    const detail = 'Nothing answers at its address. Your changes are kept; the next change is sent to it again.';
+    const detail = 'Nothing answers at its address. Your changes are kept. The page asks again by itself.';
     return { title: 'The service is away', detail };
   }
   if (error instanceof Stopped) {
-    return { title: 'Stopped', detail: 'This mesh was not made. The next change asks for another one.' };
+    return { title: 'Stopped', detail: `${error.message} was stopped. The page shows what it showed before.` };
   }
   if (!(error instanceof Refusal)) return { title: 'The page made a mistake', detail: String(error) };
   if (error.code === 'unknown_surface') {

@@ -4,6 +4,7 @@
 import { MeshRequests } from './mesh-requests.js';
 import { announce, element, getChecked, input, radios, write } from './page.js';
 import { section } from './service.js';
+import { perform } from './work.js';
 
 /** @typedef {import('./report.js').Report} Report */
 /** @typedef {import('./service.js').Polyline} Polyline */
@@ -32,7 +33,10 @@ export class Section {
     this.timer = 0;
     /** @type {MeshRequests<{axis: number, offset: number}, Polyline[]>} */
     this.requests = new MeshRequests({
-      send: ({ axis, offset }) => section(state.surface, axis, offset),
+      send: ({ axis, offset }, outdated) => {
+        const { surface } = state;
+        return perform('Computing the section', (signal) => section(surface, axis, offset, signal), outdated);
+      },
       answered: (polylines) => this.show(polylines),
       failed: (error) => this.fail(error),
       idle: () => {},

@@ -25,57 +25,61 @@ export class Refusal extends Error {
 /** The service did not respond. */
 export class NoResponse extends Error {}
 
-/** @returns {Promise<Example[]>} */
-export async function examples() {
-  return (await json('v1/surfaces')).surfaces;
+/** @param {AbortSignal} [signal] @returns {Promise<Example[]>} */
+export async function examples(signal) {
+  return (await json('v1/surfaces', { signal })).surfaces;
 }
 
-/** @returns {Promise<Format[]>} */
-export async function formats() {
-  return (await json('v1/formats')).formats;
+/** @param {AbortSignal} [signal] @returns {Promise<Format[]>} */
+export async function formats(signal) {
+  return (await json('v1/formats', { signal })).formats;
 }
 
-/** An example by its name, or a stored surface by its id. @param {string} id @returns {Promise<Surface>} */
-export async function surfaceById(id) {
-  return (await json(`v1/surfaces/${encodeURIComponent(id)}`)).surface;
+/**
+ * An example by its name, or a stored surface by its id.
+ * @param {string} id @param {AbortSignal} [signal] @returns {Promise<Surface>}
+ */
+export async function surfaceById(id, signal) {
+  return (await json(`v1/surfaces/${encodeURIComponent(id)}`, { signal })).surface;
 }
 
 /**
  * Stores a surface and returns its id; `body` is JSON, or a file of another media type.
- * @param {BodyInit} body @param {string} mediaType @returns {Promise<{id: string}>}
+ * @param {BodyInit} body @param {string} [mediaType] @param {AbortSignal} [signal] @returns {Promise<{id: string}>}
  */
-export async function store(body, mediaType = 'application/json') {
-  return json('v1/surfaces', { method: 'POST', body, headers: { 'Content-Type': mediaType } });
+export async function store(body, mediaType = 'application/json', signal) {
+  return json('v1/surfaces', { method: 'POST', body, headers: { 'Content-Type': mediaType }, signal });
 }
 
 /**
  * Reads a CAD file; the report says what is not in the surface.
- * @param {BodyInit} body @param {string} mediaType @returns {Promise<{surface: Surface, reading: Reading}>}
+ * @param {BodyInit} body @param {string} mediaType @param {AbortSignal} [signal]
+ * @returns {Promise<{surface: Surface, reading: Reading}>}
  */
-export async function readFile(body, mediaType) {
-  return json('v1/convert', { method: 'POST', body, headers: { 'Content-Type': mediaType } });
+export async function readFile(body, mediaType, signal) {
+  return json('v1/convert', { method: 'POST', body, headers: { 'Content-Type': mediaType }, signal });
 }
 
 /**
  * The point of a surface that is nearest to a point.
- * @param {Surface} surface @param {number[]} point
+ * @param {Surface} surface @param {number[]} point @param {AbortSignal} [signal]
  * @returns {Promise<{positions: number[][], uv: number[][], patch?: number[], near_edge?: boolean[]}>}
  */
-export async function project(surface, point) {
-  return post('v1/project', { surface, points: [point] });
+export async function project(surface, point, signal) {
+  return post('v1/project', { surface, points: [point] }, signal);
 }
 
 /**
  * The curvatures at parameters; null if the service refuses them, as on triangles of groups.
- * @param {Surface} surface @param {number[]} uv @param {number} [patch]
+ * @param {Surface} surface @param {number[]} uv @param {number} [patch] @param {AbortSignal} [signal]
  * @returns {Promise<{gaussian: number, mean: number} | null>}
  */
-export async function curvatures(surface, uv, patch) {
+export async function curvatures(surface, uv, patch, signal) {
   // Of a triangle, `uv` has the last two barycentric coordinates.
   const [s, t] = uv;
   const parameters = surface.type === 'triangle' ? { barycentric: [[1 - s - t, s, t]] } : { uv: [uv] };
   try {
-    const point = await post('v1/points', { surface, ...parameters, patch, derivatives: 2 });
+    const point = await post('v1/points', { surface, ...parameters, patch, derivatives: 2 }, signal);
     return { gaussian: point.gaussian_curvature[0], mean: point.mean_curvature[0] };
   } catch (error) {
     if (error instanceof Refusal) return null;
@@ -85,11 +89,11 @@ export async function curvatures(surface, uv, patch) {
 
 /**
  * Area and volume of a surface; an open surface has no volume.
- * @param {Surface} surface
+ * @param {Surface} surface @param {AbortSignal} [signal]
  * @returns {Promise<{area: {value: number}, volume?: {value: number}, open_edges: number, inconsistent_edges: number}>}
  */
-export async function measure(surface) {
-  return post('v1/measure', { surface, tolerance: 1e-6 });
+export async function measure(surface, signal) {
+  return post('v1/measure', { surface, tolerance: 1e-6 }, signal);
 }
 
 /** A line of a section; a closed one ends at its first point. @typedef {{closed: boolean, points: number[][]}} Polyline */
@@ -97,18 +101,18 @@ export async function measure(surface) {
 /**
  * The lines in which the plane of all points with this coordinate cuts a surface.
  * @param {Surface} surface @param {number} axis  0 for x, 1 for y, 2 for z @param {number} offset  the coordinate
- * @returns {Promise<Polyline[]>}
+ * @param {AbortSignal} [signal] @returns {Promise<Polyline[]>}
  */
-export async function section(surface, axis, offset) {
+export async function section(surface, axis, offset, signal) {
   const planes = { normals: [[0, 1, 2].map((k) => Number(k === axis))], offsets: [offset] };
-  const { sections: [{ polylines }] } = await post('v1/intersect', { surface, planes, relative_tolerance: 1e-4 });
+  const { sections: [{ polylines }] } = await post('v1/intersect', { surface, planes, relative_tolerance: 1e-4 }, signal);
   return polylines;
 }
 
-/** @param {string} path @param {object} content @returns {Promise<any>} */
-async function post(path, content) {
+/** @param {string} path @param {object} content @param {AbortSignal} [signal] @returns {Promise<any>} */
+async function post(path, content, signal) {
   const headers = { 'Content-Type': 'application/json' };
-  return json(path, { method: 'POST', body: JSON.stringify(content), headers });
+  return json(path, { method: 'POST', body: JSON.stringify(content), headers, signal });
 }
 
 let arePrivate = false;

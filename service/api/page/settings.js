@@ -77,6 +77,13 @@ export function chooseAccuracy(settings, surface) {
   return hasPart(surface) ? 'tolerance' : settings.accuracy;
 }
 
+/** How finely a surface is divided, in words. @param {Settings} settings @param {Surface} surface */
+export function describeAccuracy(settings, surface) {
+  return chooseAccuracy(settings, surface) === 'resolution'
+    ? `at resolution ${settings.resolution}`
+    : `at tolerance ${Number((100 * relativeTolerance(settings)).toPrecision(3))} %`;
+}
+
 /**
  * Options of a mesh request; with `coarse`, of a mesh that follows the mouse.
  * @param {Settings} settings @param {Surface} surface @param {number} patches @param {boolean} coarse

@@ -4,6 +4,7 @@ import { element, makeElement, write, announce, button } from './page.js';
 import { meshQuery, toQuery, meshOptions } from './settings.js';
 import { mesh } from './mesh.js';
 import { formats, readsArePrivate, store, resolveUrl } from './service.js';
+import { perform } from './work.js';
 
 /** @typedef {import('./state.js').State} State */
 /** @typedef {import('./service.js').Format} Format */
@@ -18,7 +19,7 @@ export function watchShare(state, failed) {
       failed(/** @type {Error} */ (error));
     }
   }));
-  formats().then((list) => {
+  perform('Asking for the list of formats', formats).then((list) => {
     const chips = list.map((format) => buildButton(format, state, failed));
     element('formats', HTMLElement).replaceChildren(...chips);
   }).catch(failed);
@@ -34,7 +35,8 @@ export function watchShare(state, failed) {
 async function idOf(state) {
   if (state.address) return state.address;
   const { surface } = state;
-  const { id } = await store(JSON.stringify({ surface }));
+  const body = JSON.stringify({ surface });
+  const { id } = await perform('Storing the surface', (signal) => store(body, 'application/json', signal));
   state.setAddress(surface, id);
   return id;
 }
@@ -92,8 +94,11 @@ function buildButton(format, state, failed) {
     try {
       // A file needs no curvatures. The number of patches (1) matters only for a coarse mesh.
       const options = meshOptions({ ...state.settings, look: 'shaded' }, state.surface, 1, false);
-      const { content } = await mesh({ surface: state.surface, ...options }, format.media_type);
-      save(new Blob([content], { type: format.media_type }), `${fileName(state)}.${format.suffix}`);
+      const request = { surface: state.surface, ...options };
+      const name = `${fileName(state)}.${format.suffix}`;
+      const mediaType = format.media_type;
+      const { content } = await perform(`Making ${name}`, (signal, tell) => mesh(request, { mediaType, signal, tell }));
+      save(new Blob([content], { type: mediaType }), name);
       announce(`Downloaded ${format.title}`);
     } catch (error) {
       failed(/** @type {Error} */ (error));
