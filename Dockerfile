@@ -4,13 +4,16 @@ ARG NODE_IMAGE=node:24.19.0-bookworm-slim
 ARG PYTHON_IMAGE=python:3.11.14-slim-bookworm
 
 
-# The scripts of / and /docs come from the npm registry, and the service serves them. The secrets,
-# here and below, may configure other registries; the image does not contain these secrets.
+# The scripts of / are bundled, and those of /docs come from the npm registry. The secrets, here and
+# below, may configure other registries; the image does not contain these secrets.
 FROM ${NODE_IMAGE} AS web
-WORKDIR /web
-COPY web/.npmrc web/package.json web/package-lock.json web/three.js ./
+WORKDIR /source/web
+COPY web/.npmrc web/package.json web/package-lock.json ./
 RUN --mount=type=secret,id=npmrc,target=/root/.npmrc \
-    npm ci && npm run build
+    npm ci
+COPY web/build.mjs ./
+COPY service/api/page ../service/api/page
+RUN npm run build
 
 
 # The service and the packages that it imports are in /app. pip is in /tools, which is not copied.
@@ -22,15 +25,12 @@ WORKDIR /source
 COPY pyproject.toml constraints.txt README.md LICENSE ./
 COPY service service
 COPY --from=web \
-    /web/node_modules/swagger-ui-dist/swagger-ui-bundle.js \
-    /web/node_modules/swagger-ui-dist/swagger-ui.css \
-    /web/node_modules/swagger-ui-dist/NOTICE \
-    /web/node_modules/swagger-ui-dist/LICENSE \
+    /source/web/node_modules/swagger-ui-dist/swagger-ui-bundle.js \
+    /source/web/node_modules/swagger-ui-dist/swagger-ui.css \
+    /source/web/node_modules/swagger-ui-dist/NOTICE \
+    /source/web/node_modules/swagger-ui-dist/LICENSE \
     service/api/static/swagger-ui/
-COPY --from=web \
-    /web/build/three.js \
-    /web/node_modules/three/LICENSE \
-    service/api/static/three/
+COPY --from=web /source/service/api/static/page service/api/static/page
 # Only wheels, so that no package except the service runs code while it is installed.
 RUN --mount=type=secret,id=pip.conf,target=/etc/pip.conf \
     PIP_CONSTRAINT=constraints.txt \

@@ -40,7 +40,7 @@ FUZZER  := atheris==3.0.0
 SECONDS ?= 600
 CASES   ?= 20000
 SWAGGER := service/api/static/swagger-ui
-THREE   := service/api/static/three
+BUNDLES := service/api/static/page
 
 .DEFAULT_GOAL := help
 .PHONY: help serve test check format openapi types generated bench bench-occ bench-queries test-disk test-s3 test-cad test-api test-attack fuzz test-jobs test-rolling test-upgrade lint-deploy certify judge judge-files judge-queries memory test-recipes test-libraries test-properties web picture lock image image-test sbom audit licences release-check clean
@@ -162,7 +162,7 @@ judge-queries: $(VENV)/.dev build/occ/.ready ## Search for nearer points and mis
 	$(BIN)/python -m tools.judge.part_measures build/occ/bin/python
 	$(BIN)/python -m tools.judge.sections
 
-web: $(SWAGGER)/LICENSE $(THREE)/LICENSE ## Fetch the scripts of / and /docs from the npm registry
+web: $(SWAGGER)/LICENSE $(BUNDLES)/manifest.json ## Bundle the scripts of / and fetch those of /docs from the npm registry
 
 picture: $(VENV)/.dev tests/web/node_modules/.package-lock.json ## Draw the pictures of docs/ again
 	$(BIN)/python -m tools.picture docs
@@ -204,7 +204,7 @@ release-check: $(VENV)/.dev ## Check that this checkout may be tagged: docs/rele
 	$(BIN)/python -m tools.supply.release
 
 clean: ## Remove all built files
-	rm -rf $(VENV) build dist service/api/static web/build web/node_modules tests/web/node_modules
+	rm -rf $(VENV) build dist service/api/static web/node_modules tests/web/node_modules
 	rm -rf .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis
 	find service tests tools oracles -name __pycache__ -type d -prune -exec rm -rf {} +
 
@@ -303,18 +303,17 @@ build/fuzz/.ready: Makefile | $(VENV)/.dev
 	$(PIP) install --upgrade --target build/fuzz/packages $(FUZZER)
 	touch $@
 
-# In the folders of scripts, LICENSE is the marker file.
+# In the folder of Swagger UI, LICENSE is the marker file.
 $(SWAGGER)/LICENSE: web/node_modules/.package-lock.json
 	@mkdir -p $(SWAGGER)
 	@cd web/node_modules/swagger-ui-dist && \
 	  cp swagger-ui-bundle.js swagger-ui.css NOTICE LICENSE $(abspath $(SWAGGER))
 	@touch $@
 
-$(THREE)/LICENSE: web/node_modules/.package-lock.json web/three.js
+# Bundled again after each change of a source; `web/build.mjs` says what is in this folder.
+$(BUNDLES)/manifest.json: web/node_modules/.package-lock.json web/build.mjs $(shell find service/api/page clients/typescript/src -type f 2>/dev/null)
 	@cd web && $(NPM) run build > /dev/null
-	@mkdir -p $(THREE)
-	@cp web/build/three.js web/node_modules/three/LICENSE $(THREE)
-	@touch $@
+	@rm -rf service/api/static/three
 
 tests/web/node_modules/.package-lock.json: tests/web/package-lock.json | $(VENV)/.dev
 	@cd tests/web && $(NPM) ci --no-audit --no-fund > /dev/null

@@ -3,11 +3,10 @@
 from collections.abc import Callable
 from typing import Any
 
-import pytest
 from playwright.sync_api import Browser, Page, ViewportSize
 
-from service.api.routes.pages import STATIC, THREE
 from tools.browser import WITHOUT_PIXELS, Stage, record_page
+from tools.page_build import need_bundles
 
 READY = 'html[data-state="ready"]'
 """Selector of the page in the state in which no request runs and the last response was a mesh."""
@@ -19,8 +18,7 @@ DEFAULT_CHOICES = {"look": "shaded", "accuracy": "resolution", "section": "off"}
 
 def open_profile(browser: Browser) -> Stage:
     """An empty page in a new profile of the browser; to save time, WebGL draws no pixels on it."""
-    if not (STATIC / THREE).is_file():
-        pytest.skip("three.js is not built ('make web')")
+    need_bundles()
     context = browser.new_context(viewport=WINDOW, reduced_motion="reduce")
     stage = record_page(context.new_page())
     stage.page.add_init_script(WITHOUT_PIXELS)

@@ -16,7 +16,7 @@ from typing import Any, Literal, TypeAlias
 from playwright.sync_api import Browser, Page
 
 from service.api.openapi.parameters import REQUESTS
-from service.api.routes.pages import THUMBNAILS
+from service.api.page_files import THUMBNAILS
 from service.encoders.polylines.registry import CURVES_BY_NAME
 from service.pipeline.polylines import plan_curve
 from service.schemas.curves import CurveRequest

@@ -13,7 +13,7 @@ from fastapi import APIRouter, FastAPI
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from service import __version__
-from service.api import problem_handlers
+from service.api import page_files, problem_handlers
 from service.api.cache_middleware import CacheMiddleware
 from service.api.caching.cache import ResponseCache
 from service.api.cors import Origins
@@ -139,7 +139,7 @@ def _build_services(app: FastAPI, settings: Settings) -> Services:
         origins=Origins(settings.cors_origins),
         keys=build_keys(settings),
         signer=build_signer(settings),
-        static_files=StaticFiles(pages.files(app.openapi)),
+        static_files=StaticFiles(page_files.list_files(app.openapi)),
         jobs=build_jobs(settings, store, threads),
         part_limits=part_limits(settings),
     )

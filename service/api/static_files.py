@@ -10,7 +10,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
 
-from service.api.caching.cached_response import entity_tag, find_match, matches_all
+from service.api.caching.cached_response import FOR_EVER, entity_tag, find_match, matches_all
 from service.api.caching.codings import Coding, compress
 from service.api.negotiation import codings_of, condition_of
 from service.api.responses import HEADERS, ChunkedResponse
@@ -18,7 +18,7 @@ from service.api.responses import HEADERS, ChunkedResponse
 
 @dataclass(slots=True)
 class StaticFile:
-    """A file: how to read it, its media type, and extra headers.
+    """A file: how to read it, its media type, extra headers, and whether its name has its hash.
 
     Once it is loaded, it has its content, its hash in hexadecimal, and its bodies by coding. A
     compressed body is None if it is not much smaller than the content.
@@ -27,6 +27,7 @@ class StaticFile:
     read: Callable[[], bytes]
     media_type: str
     headers: Mapping[str, str] = field(default_factory=dict)
+    is_immutable: bool = False
     content: bytes = b""
     hash: str = ""
     bodies: dict[Coding, bytes | None] = field(default_factory=dict)
@@ -35,12 +36,16 @@ class StaticFile:
 class StaticFiles:
     """The files that the service serves, by name.
 
-    Entity tags are hashes of the bytes. `Cache-Control: no-cache` makes clients revalidate each
-    file every time, so that they never mix the files of two releases.
+    Entity tags are hashes of the bytes. Clients keep files whose names have their hashes for ever;
+    `Cache-Control: no-cache` makes them revalidate all others every time, so that they never mix
+    the files of two releases.
     """
 
     def __init__(self, files: Mapping[str, StaticFile]) -> None:
         self._files = files
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._files
 
     async def respond(self, request: Request, name: str) -> Response:
         """The response to GET or HEAD for the file of this name.
@@ -60,7 +65,7 @@ class StaticFiles:
             **HEADERS,
             **file.headers,
             "ETag": entity_tag(file.hash, unchanged_coding or coding).decode(),
-            "Cache-Control": "no-cache",
+            "Cache-Control": FOR_EVER if file.is_immutable else "no-cache",
             "Vary": "Accept-Encoding",
         }
         if unchanged_coding is not None:

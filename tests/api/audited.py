@@ -22,6 +22,7 @@ from starlette.types import ASGIApp, Message
 
 from service.api.app import create_app
 from service.api.guard.keys import format_entry, make_key
+from service.api.page_files import list_files
 from service.encoders.registry import BY_SUFFIX
 from service.settings.values import Settings
 
@@ -149,8 +150,10 @@ async def send_ordinary_requests(app: ASGIApp) -> None:
     net = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]
     body = json.dumps({"surface": {"control_net": net}}).encode()
     await send_request(app, "POST", "/v1/surfaces", body, content_type="application/json")
-    for path in ("/", "/docs", "/openapi.json", "/page/main.js", "/docs/start.js", "/metrics"):
+    for path in ("/", "/docs", "/openapi.json", "/docs/start.js", "/metrics"):
         await send_request(app, "GET", path)
+    for name in list_files(dict):
+        await send_request(app, "GET", f"/{name}")
     for suffix in BY_SUFFIX:
         await send_request(app, "GET", f"/v1/surfaces/saddle/mesh.{suffix}")
 

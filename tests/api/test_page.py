@@ -7,36 +7,91 @@ from pathlib import Path
 
 import pytest
 
+from service.api import page_files
 from service.api.app import create_app
-from service.api.routes import pages
 from service.decoders.registry import BY_SUFFIX
 from service.settings.values import Settings
 from service.surface.examples.catalogue import EXAMPLES
+from tools import page_build
 from tools.client import Client, start_client
+from tools.page_build import hash_source, need_bundles
 
-MAIN = "page/main.js"
-FILES = pages.files(dict)
+FILES = page_files.list_files(dict)
 """All static files by name; `dict` stands for the function that makes the OpenAPI document."""
 
-needs_three = pytest.mark.skipif(
-    not (pages.STATIC / pages.THREE).is_file(), reason="three.js is not built ('make web')"
+MAX_SCRIPT_BYTES = 230_000
+"""Most bytes of the scripts and styles of the first picture in gzip, the longer of two codings."""
+
+BUNDLES = page_files.Bundles.read(page_files.STATIC)
+
+needs_bundles = pytest.mark.skipif(
+    not BUNDLES.files, reason="the scripts of the page are not built ('make web')"
 )
 
 
-@needs_three
+@needs_bundles
+def test_the_bundles_are_made_of_the_sources_as_they_are() -> None:
+    need_bundles()
+
+
+def test_old_bundles_are_noticed_by_the_content_of_their_sources(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A changed and a missing source are named, an equal one is not."""
+    manifest = tmp_path / "manifest.json"
+    sources = {"a.js": hash_source(tmp_path / "none"), "b.js": "", "c.js": "0" * 64}
+    manifest.write_text(json.dumps({"sources": sources}))
+    for name in ("b.js", "c.js"):
+        (tmp_path / name).write_text(name)
+    monkeypatch.setattr(page_build, "MANIFEST", manifest)
+    monkeypatch.setattr(page_build, "ROOT", tmp_path)
+    assert page_build.find_changed_sources() == ["b.js", "c.js"]
+    with pytest.raises(pytest.fail.Exception, match=r"Run 'make web' .* Changed: b\.js, c\.js\."):
+        need_bundles()
+
+
+@needs_bundles
 def test_all_files_of_the_page_come_from_this_service(client: Client) -> None:
     """All URLs are relative, so that the page works behind any prefix."""
     response = client.get("/")
     assert response.status_code == 200
     assert response.headers["content-type"] == "text/html; charset=utf-8"
     sources = re.findall(r'(?:src|href)="([^"#]+)"', response.text)
-    assert {MAIN, "page/style.css", "page/three.js", "docs"} <= set(sources)
+    assert {*map(BUNDLES.url, ("main.js", "page.css", "icon.svg")), "docs"} <= set(sources)
     for source in sources:
         assert not source.startswith(("/", "http"))
         assert client.get(f"/{source}").status_code == 200, source
 
 
-@needs_three
+@needs_bundles
+def test_browsers_keep_bundles_for_ever_and_ask_for_the_page_again(client: Client) -> None:
+    """The page names its bundles by hashes of their contents; both have entity tags."""
+    page = client.get("/")
+    assert page.headers["cache-control"] == "no-cache"
+    assert client.get("/", {"If-None-Match": page.headers["etag"]}).status_code == 304
+    for name in BUNDLES.names:
+        assert re.fullmatch(r"[\w-]+-[0-9A-Z]{8}\.(js|css|svg)", name), name
+        kept = client.get(f"/page/{name}")
+        assert kept.headers["cache-control"] == "public, max-age=31536000, immutable"
+        tag = {"If-None-Match": kept.headers["etag"]}
+        assert client.get(f"/page/{name}", tag).status_code == 304
+    assert client.get("/page/saddle.webp").headers["cache-control"] == "no-cache"
+
+
+@needs_bundles
+def test_the_first_picture_needs_few_bytes_of_scripts_and_styles(client: Client) -> None:
+    """One script and one style, compressed; what it imports at once is fetched with it."""
+    names = {BUNDLES.url(name) for name in ("main.js", "page.css")}
+    names |= {f"page/{name}" for name in BUNDLES.files["main.js"]["imports"]}
+    responses = [client.get(f"/{name}", {"Accept-Encoding": "gzip"}) for name in names]
+    assert sum(int(each.headers["content-length"]) for each in responses) < MAX_SCRIPT_BYTES
+    page = client.get("/").text
+    preloaded = re.findall(r'<link rel="modulepreload" href="page/([^"]+)">', page)
+    assert preloaded == BUNDLES.files["main.js"]["imports"]
+    assert len(names) <= 3
+
+
+@needs_bundles
 def test_the_content_security_policy_allows_only_this_service(client: Client) -> None:
     response = client.get("/")
     policy = dict(
@@ -54,12 +109,9 @@ def test_the_content_security_policy_allows_only_this_service(client: Client) ->
     assert re.findall(r"<script(?![^>]* src=)|<style|\sstyle=|\son\w+=", response.text) == []
 
 
-@needs_three
-def test_the_page_lists_all_modules_and_file_types(client: Client) -> None:
-    """The list of modules lets the browser fetch all of them at once."""
+@needs_bundles
+def test_the_page_lists_all_file_types(client: Client) -> None:
     text = client.get("/").text
-    preloaded = re.findall(r'<link rel="modulepreload" href="([^"]+)">', text)
-    assert preloaded == sorted({name for name in FILES if re.match(r"page/.*\.js", name)} - {MAIN})
     (accepted,) = re.findall(r'type="file" accept="([^"]+)"', text)
     (media_types,) = re.findall(r'data-media-types="([^"]+)"', text)
     expected = {suffix: decoder.media_type for suffix, decoder in BY_SUFFIX.items()}
@@ -69,7 +121,7 @@ def test_the_page_lists_all_modules_and_file_types(client: Client) -> None:
 
 
 def test_every_example_has_a_thumbnail(client: Client) -> None:
-    assert {path.stem for path in pages.THUMBNAILS.iterdir()} == set(EXAMPLES)
+    assert {path.stem for path in page_files.THUMBNAILS.iterdir()} == set(EXAMPLES)
     pictures = [client.get(f"/page/{name}.webp") for name in EXAMPLES]
     assert {picture.headers["content-type"] for picture in pictures} == {"image/webp"}
     # Bytes 8 to 11 of a WebP file.
@@ -78,7 +130,7 @@ def test_every_example_has_a_thumbnail(client: Client) -> None:
 
 
 def test_modules_are_short_and_begin_with_a_comment() -> None:
-    for path in pages.PAGE.glob("*.js"):
+    for path in page_files.PAGE.glob("*.js"):
         lines = path.read_text(encoding="utf-8").splitlines()
         assert len(lines) <= 250, (
             f"{path.name} has more than 250 lines; move a part to another module"
@@ -89,7 +141,7 @@ def test_modules_are_short_and_begin_with_a_comment() -> None:
 @pytest.mark.parametrize(
     "url",
     [
-        *("/page/..%2fpage.py", "/page/index.html", "/page/LICENSE", "/page/three.d.ts"),
+        *("/page/..%2fpage.py", "/page/index.html", "/page/LICENSE", "/page/manifest.json"),
         *("/docs/..%2f..%2fapp.py", "/docs/LICENSE", "/docs/swagger-ui.css.map"),
     ],
 )
@@ -113,13 +165,13 @@ def test_all_files_of_swagger_ui_come_from_this_service(client: Client) -> None:
 def test_pages_without_their_scripts_name_the_command_to_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(pages, "STATIC", tmp_path)
+    monkeypatch.setattr(page_files, "STATIC", tmp_path)
     with start_client(create_app(Settings())) as client:
         for url in ("/", "/docs"):
             response = client.get(url)
             assert response.status_code == 503
             assert "make web" in response.text
-        for url in ("/page/three.js", "/docs/swagger-ui.css"):
+        for url in ("/page/main.js", "/docs/swagger-ui.css"):
             assert client.get(url).status_code == 404
         for url in ("/v1/formats", "/openapi.json"):
             assert client.get(url).status_code == 200

@@ -21,9 +21,9 @@ def test_every_response_forbids_sniffing_and_says_who_may_embed_it(
     """Also responses from the cache, unchanged ones, pages and their files, and problems."""
     with start_client(create_app(Settings(cors_origins=origins, allow_delete=True))) as client:
         url = client.post("/v1/surfaces", NET).headers["location"]
-        tags = {path: client.get(path).headers["etag"] for path in (MESH, url, "/page/main.js")}
+        tags = {path: client.get(path).headers["etag"] for path in (MESH, url, "/docs/start.js")}
         responses = [
-            *(client.get(path) for path in (MESH, url, *PAGES, "/page/style.css", "/health")),
+            *(client.get(path) for path in (MESH, url, *PAGES, "/page/saddle.webp", "/health")),
             *(client.get(path, {"If-None-Match": tag}) for path, tag in tags.items()),
             client.post("/v1/mesh", NET),
             client.post("/v1/mesh", []),

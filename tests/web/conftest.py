@@ -1,14 +1,16 @@
 """One browser for all tests of this folder, because its start takes longer than most tests."""
 
 from collections.abc import Iterator
+from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
-from playwright.sync_api import Browser
+from playwright.sync_api import Browser, Page, Route
 
-from tests.web.clients import open_blank_page
+from tests.web.clients import open_blank_page, visit
 from tools.browser import FOLDER, Stage, open_browser, open_page, open_viewer, serve_folder
 from tools.editor import SADDLE, open_editor
+from tools.page_build import build_modules
 from tools.programs import find_chromium, find_node_package
 
 
@@ -36,6 +38,29 @@ def viewer(browser: Browser) -> Iterator[Stage]:
 def visitor(browser: Browser) -> Stage:
     """A page in which tests open other URLs; a new page for each test would take 0.5 s."""
     return open_blank_page(browser)
+
+
+@pytest.fixture(scope="package")
+def module_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with every module of the editor by its own name; the service has only bundles."""
+    return build_modules(tmp_path_factory.mktemp("modules"))
+
+
+@pytest.fixture(scope="module")
+def modules(server: str, visitor: Stage, module_folder: Path) -> Iterator[Page]:
+    """A page of the service without scripts, which may import single modules of the editor.
+
+    Their URLs are those of their names: `await import('/page/net.js')`.
+    """
+
+    def respond(route: Route) -> None:
+        path = module_folder / urlsplit(route.request.url).path.rpartition("/")[2]
+        route.fulfill(path=path, content_type="text/javascript")
+
+    visit(visitor, f"{server}/health")
+    visitor.page.route("**/page/*.js", respond)
+    yield visitor.page
+    visitor.page.unroute("**/page/*.js", respond)
 
 
 @pytest.fixture(scope="package")

@@ -5,7 +5,7 @@ from urllib.parse import urlsplit
 import pytest
 from playwright.sync_api import Browser
 
-from service.api.routes.pages import STATIC, SWAGGER
+from service.api.page_files import STATIC, SWAGGER
 from tools.browser import open_page
 
 

@@ -1,4 +1,4 @@
-"""Single modules of the editor, which the browser imports from the service."""
+"""Single modules of the editor, which the browser imports by their names."""
 
 from typing import Any
 
@@ -11,16 +11,12 @@ from service.engine.build import build
 from service.engine.options import MeshOptions
 from service.schemas.surfaces import definition
 from service.surface.examples.catalogue import find
-from tests.web.clients import visit
-from tools.browser import Stage
 from tools.examples import UNTRIMMED
 
 
 @pytest.fixture(scope="module")
-def page(server: str, visitor: Stage) -> Page:
-    """A page of the service without scripts, which may import modules from the service."""
-    visit(visitor, f"{server}/health")
-    return visitor.page
+def page(modules: Page) -> Page:
+    return modules
 
 
 def read_net(page: Page, name: str) -> tuple[np.ndarray, np.ndarray]:

@@ -1,4 +1,4 @@
-// The types of `page/three.js`, which is bundled from `web/three.js` when the service is installed.
+// three.js, as the modules of the page import it. The bundle contains only the parts that they use.
 
 export * from 'three';
 export { OrbitControls } from 'three/addons/controls/OrbitControls.js';

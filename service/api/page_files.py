@@ -1,0 +1,148 @@
+"""The files of the pages: the editor, the documentation, and the scripts that both load.
+
+`make web` bundles the modules of the editor. The names of the bundles contain hashes of their
+contents, so browsers keep them for ever, and ask again only for the page itself, which names them.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from html import escape
+from pathlib import Path
+from string import Template
+from types import MappingProxyType
+from typing import Any
+
+import orjson
+
+from service.api.responses import HEADERS, PAGE_HEADERS
+from service.api.static_files import StaticFile
+from service.decoders.refused import REFUSED
+from service.decoders.registry import BY_NAME, BY_SUFFIX, CAD_DECODERS
+
+API = Path(__file__).parent
+PAGE, DOCS = API / "page", API / "docs"
+"""Folders of the pages in this repository: the editor, and the page that shows Swagger UI."""
+
+THUMBNAILS = PAGE / "examples"
+"""A small picture of each example, drawn by `make picture`."""
+
+STATIC = API / "static"
+"""Folder of bundles and of scripts of other projects, which `make web` and the build of the image
+fill."""
+
+SWAGGER = ("swagger-ui/swagger-ui-bundle.js", "swagger-ui/swagger-ui.css")
+
+_MEDIA_TYPES = MappingProxyType(
+    {".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml", ".webp": "image/webp"}
+)
+
+
+def _headers(directives: str) -> dict[str, str]:
+    """Headers of a page; `directives`: its content security policy for styles and images."""
+    origins = "default-src 'none'; script-src 'self'; connect-src 'self'"
+    limits = "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    policy = f"{origins}; {directives}; {limits}"
+    return HEADERS | PAGE_HEADERS | {"Content-Security-Policy": policy}
+
+
+EDITOR_HEADERS = _headers("style-src 'self'; img-src 'self' data: blob:")
+# Swagger UI sets styles on its elements, which needs `unsafe-inline`.
+DOCS_HEADERS = _headers("style-src 'self' 'unsafe-inline'; img-src 'self' data:")
+
+
+@dataclass(frozen=True, slots=True)
+class Bundles:
+    """The bundles that `make web` has made, as its `manifest.json` lists them.
+
+    Attributes
+    ----------
+    files : mapping
+        For each file that a page names, such as `main.js`: `file`, its name with the hash, and
+        `imports`, the scripts that it loads at once.
+    names : tuple of str
+        All bundles in the folder.
+    """
+
+    folder: Path
+    files: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    names: tuple[str, ...] = ()
+
+    @classmethod
+    def read(cls, static: Path) -> "Bundles":
+        """The bundles in the folder of static files; without files if they are not built."""
+        folder = static / "page"
+        try:
+            manifest = orjson.loads((folder / "manifest.json").read_bytes())
+        except FileNotFoundError:
+            return cls(folder)
+        names = sorted(path.name for path in folder.iterdir() if path.suffix in _MEDIA_TYPES)
+        return cls(folder, manifest["files"], tuple(names))
+
+    def url(self, name: str) -> str:
+        """The relative URL of a file that a page names."""
+        return f"page/{self.files[name]['file']}"
+
+    def preloads(self, name: str) -> str:
+        """Links that let the browser fetch the imports of a script together with the script."""
+        return "\n".join(
+            f'<link rel="modulepreload" href="page/{each}">' for each in self.files[name]["imports"]
+        )
+
+
+def list_files(document: Callable[[], dict[str, Any]]) -> dict[str, StaticFile]:
+    """All files that pages need, and the OpenAPI document; no other file is served.
+
+    A page is missing if its scripts are not installed.
+    """
+    bundles = Bundles.read(STATIC)
+    docs_files = [path for name in SWAGGER if (path := STATIC / name).is_file()]
+    files = {
+        "openapi.json": StaticFile(lambda: orjson.dumps(document()), "application/json"),
+        **_by_name("page", [bundles.folder / name for name in bundles.names], is_immutable=True),
+        **_by_name("page", sorted(THUMBNAILS.iterdir())),
+        **_by_name("docs", [DOCS / "start.js", *docs_files]),
+    }
+    if bundles.files:
+        files["page"] = StaticFile(partial(_editor_page, bundles), "text/html", EDITOR_HEADERS)
+    if len(docs_files) == len(SWAGGER):
+        files["docs"] = StaticFile((DOCS / "index.html").read_bytes, "text/html", DOCS_HEADERS)
+    return files
+
+
+def _by_name(
+    folder: str, paths: Sequence[Path], *, is_immutable: bool = False
+) -> dict[str, StaticFile]:
+    return {
+        f"{folder}/{path.name}": StaticFile(
+            path.read_bytes, _MEDIA_TYPES[path.suffix], is_immutable=is_immutable
+        )
+        for path in paths
+        if path.suffix in _MEDIA_TYPES
+    }
+
+
+def _editor_page(bundles: Bundles) -> bytes:
+    """`index.html`, with the names of the bundles and the lists of file suffixes filled in."""
+    # Files of the teapot often have the suffix `.txt`.
+    media_types = {suffix: decoder.media_type for suffix, decoder in BY_SUFFIX.items()}
+    media_types["txt"] = BY_NAME["teapot"].media_type
+    refused_files = {
+        suffix: {"code": issue.code, "detail": issue.message, "needed": issue.needed}
+        for each in REFUSED
+        for issue in (each.issue(),)
+        for suffix in each.suffixes
+    }
+    suffixes = [".json", *(f".{suffix}" for suffix in media_types)]
+    text = Template((PAGE / "index.html").read_text(encoding="utf-8")).substitute(
+        icon=bundles.url("icon.svg"),
+        style=bundles.url("page.css"),
+        script=bundles.url("main.js"),
+        preloads=bundles.preloads("main.js"),
+        accept=",".join(suffixes),
+        suffixes=", ".join(f"<code>{suffix}</code>" for suffix in suffixes),
+        media_types=escape(orjson.dumps(media_types).decode()),
+        cad_types=escape(orjson.dumps([each.media_type for each in CAD_DECODERS]).decode()),
+        refused_files=escape(orjson.dumps(refused_files).decode()),
+    )
+    return text.encode()

@@ -1,0 +1,88 @@
+// Bundles the modules of the page, with three.js, into service/api/static/page: `make web`.
+//
+//   node build.mjs                    the files that the service serves, and manifest.json
+//   node build.mjs --modules FOLDER   every module by its own name, for tests of single modules
+//
+// The name of each file contains a hash of its content, so that browsers keep the file for ever. The
+// manifest has, for each file that a page names, its name with the hash, and the scripts that it imports.
+// It also has a hash of every source: so the tests find a bundle that is older than its sources.
+
+import { createHash } from 'node:crypto';
+import { copyFileSync, existsSync, mkdirSync, readdirSync, readFileSync, renameSync, rmSync, writeFileSync } from 'node:fs';
+import { basename, dirname, join } from 'node:path';
+import { fileURLToPath } from 'node:url';
+import { build } from 'esbuild';
+
+const WEB = dirname(fileURLToPath(import.meta.url));
+const ROOT = dirname(WEB);
+const PAGE = 'service/api/page';
+const STATIC = 'service/api/static/page';
+const CLIENT = join(ROOT, 'clients/typescript/src/index.ts');
+
+/** The files that the pages name; these import all others. */
+const ENTRIES = ['main.js', 'page.css', 'icon.svg'];
+
+const OPTIONS = {
+  absWorkingDir: ROOT,
+  bundle: true,
+  splitting: true,
+  format: 'esm',
+  target: 'es2022',
+  charset: 'utf8',
+  loader: { '.svg': 'copy' },
+  nodePaths: [join(WEB, 'node_modules')],
+  alias: existsSync(CLIENT) ? { 'surface-service': CLIENT } : {},
+  logLevel: 'warning',
+};
+
+/** The hash of a file, in hexadecimal. @param {string} path */
+const hash = (path) => createHash('sha256').update(readFileSync(join(ROOT, path))).digest('hex');
+
+async function bundle() {
+  const folder = `${STATIC}.new`;
+  rmSync(join(ROOT, folder), { recursive: true, force: true });
+  const { metafile: { inputs, outputs } } = await build({
+    ...OPTIONS,
+    entryPoints: ENTRIES.map((name) => `${PAGE}/${name}`),
+    entryNames: '[name]-[hash]',
+    chunkNames: 'part-[hash]',
+    assetNames: '[name]-[hash]',
+    outdir: folder,
+    minify: true,
+    legalComments: 'inline',
+    metafile: true,
+  });
+  /** The scripts that a script imports at once, also through others. @param {string} path @returns {string[]} */
+  const listImports = (path) => outputs[path].imports
+    .filter(({ kind }) => kind === 'import-statement')
+    .flatMap(({ path: imported }) => [imported, ...listImports(imported)]);
+  const files = {};
+  for (const [path, { entryPoint }] of Object.entries(outputs)) {
+    // A file of kind `copy` has no entry point, and its name begins with that of its source.
+    const name = entryPoint ? basename(entryPoint) : ENTRIES.find((entry) => isCopy(entry, basename(path)));
+    if (name) files[name] = { file: basename(path), imports: [...new Set(listImports(path))].map((each) => basename(each)) };
+  }
+  const sources = [...Object.keys(inputs).filter((path) => !path.includes('node_modules/')), 'web/build.mjs', 'web/package-lock.json'];
+  const manifest = { files, sources: Object.fromEntries(sources.sort().map((path) => [path, hash(path)])) };
+  copyFileSync(join(WEB, 'node_modules/three/LICENSE'), join(ROOT, folder, 'LICENSE'));
+  writeFileSync(join(ROOT, folder, 'manifest.json'), `${JSON.stringify(manifest, null, 1)}\n`);
+  rmSync(join(ROOT, STATIC), { recursive: true, force: true });
+  renameSync(join(ROOT, folder), join(ROOT, STATIC));
+}
+
+/** Whether a file is the copy of an entry, with a hash in its name. @param {string} entry @param {string} file */
+function isCopy(entry, file) {
+  const [stem, suffix] = entry.split('.');
+  return file.startsWith(`${stem}-`) && file.endsWith(`.${suffix}`);
+}
+
+/** @param {string} folder */
+async function separate(folder) {
+  const names = readdirSync(join(ROOT, PAGE)).filter((name) => name.endsWith('.js'));
+  mkdirSync(folder, { recursive: true });
+  await build({ ...OPTIONS, entryPoints: names.map((name) => `${PAGE}/${name}`), outdir: folder });
+}
+
+const [option, folder] = process.argv.slice(2);
+if (option === '--modules') await separate(folder);
+else await bundle();
