@@ -21,11 +21,7 @@ from service.engine.rays.intersect import RayQuery, intersect_rays
 from service.engine.trims.inside import INSIDE, OUTSIDE, UNDECIDED
 from service.errors import InvalidRequest
 from service.measuring import Measured
-from service.pipeline.checks import (
-    require_no_sweeps,
-    require_numbered_patches,
-    require_patches,
-)
+from service.pipeline.checks import require_numbered_patches, require_patches
 from service.pipeline.cost import Work
 from service.pipeline.limits import DEFAULT_LIMITS, Limits, check_items
 from service.pipeline.parts import (
@@ -69,7 +65,10 @@ def plan_points(
     ------
     TooLarge
         The surface or the query exceeds a limit.
+    InvalidRequest
+        `not_parametric`: a ribbon, or a tube that is not made of patches.
     """
+    surface = require_exact(surface)
     where, count = f"/{query.field}", len(query.places)
     check_items("too_many_points", count, limits.max_points, where)
     limits.check_bytes(points_bound(count, query.order), where)
@@ -85,8 +84,7 @@ def _evaluate(surface: SurfaceKind, query: PointsQuery, limits: Limits) -> bytes
     Raises
     ------
     InvalidRequest
-        A place is outside the domain, or its patch does not exist; `not_parametric`; a face of a
-        brep is invalid.
+        A place is outside the domain, or its patch does not exist; a face of a brep is invalid.
     TooLarge
         The patches of these places have too high degrees.
     """
@@ -98,7 +96,6 @@ def _evaluate(surface: SurfaceKind, query: PointsQuery, limits: Limits) -> bytes
         limits.check_effort(effort, message, f"/{query.field}", instead)
 
     if isinstance(lowered, GroupModel | BrepModel):
-        require_no_sweeps(lowered)
         points = locate_on_part(lowered, query)
         with Measured("points"):
             columns = evaluate_on_part(points, query.order, check_effort)

@@ -162,9 +162,10 @@ def test_refusals_point_into_the_request(client: Client) -> None:
     assert refuse(client, MIXED, **place, patch=1) == ("wrong_parameters", "/barycentric/0")
     group = build_group((PLATE, None), (TRIANGLE, None))
     assert refuse(client, group, uv=uv, patch=1) == ("wrong_parameters", "/uv/0")
-    tube = {"type": "tube", "curve": {"control_points": [[0, 0, 0], [1, 0, 0]]}, "radius": 1}
-    group = build_group((PLATE, None), (tube, None))
-    assert refuse(client, group, uv=uv, patch=0) == ("not_parametric", "/surface")
+    ribbon = {"type": "ribbon", "curve": {"control_points": [[0, 0, 0], [1, 0, 0]]}, "width": 1}
+    group = build_group((PLATE, None), (ribbon, None))
+    pointer = "/surface/members/1/surface"
+    assert refuse(client, group, uv=uv, patch=0) == ("not_parametric", pointer)
     corners = [[0, 0], [0, 1], [1, 1], [1, 0], [0, 0]]  # clockwise
     loop = {"pcurves": [{"control_points": corners[k : k + 2]} for k in range(4)]}
     wrong = {"type": "brep", "faces": [{"surface": {"control_net": NET}, "loops": [loop]}]}

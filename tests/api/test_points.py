@@ -156,3 +156,23 @@ def test_an_error_shows_all_digits_of_a_value_just_outside_its_range(client: Cli
         "/v1/mesh", {"surface": {"control_net": NET, "colors": [[[1, 1, 1 + 1e-9]]]}}
     )
     assert [each["got"] for each in response_to_color.json()["errors"]] == ["1.000000001"]
+
+
+def test_tubes_that_are_exact_have_the_points_that_closest_points_name(client: Client) -> None:
+    """A quarter of a torus, R = 1 and r = 1/4, with the curvatures of a torus."""
+    root = math.sqrt(0.5)
+    bend = {"control_points": [[1, 0], [1, 1], [0, 1]], "weights": [1, root, 1]}
+    tube = {"type": "tube", "curve": bend, "radius": 0.25, "caps": False}
+    points = [[1.5 * root, 1.5 * root, 0], [0.5 * root, 0.5 * root, 0]]  # outside, inside the bend
+    answer = client.post("/v1/project", {"surface": tube, "points": points}).json()
+    for k, distance in enumerate((1.25, 0.75)):  # from the axis of the torus
+        place = {"uv": [answer["uv"][k]], "patch": answer["patch"][k], "derivatives": 2}
+        found = client.post("/v1/points", {"surface": tube, **place}).json()
+        np.testing.assert_allclose(found["positions"], [answer["positions"][k]], atol=1e-12)
+        gaussian = (distance - 1) / (0.25**2 * distance)
+        mean = (1 / 0.25 + (distance - 1) / (0.25 * distance)) / 2
+        assert found["gaussian_curvature"][0] == pytest.approx(gaussian)
+        assert abs(found["mean_curvature"][0]) == pytest.approx(mean)
+    response = client.post("/v1/points", {"surface": tube, "uv": [[0, 0]]})
+    assert response.json()["errors"][0]["code"] == "missing_field"
+    assert response.json()["errors"][0]["pointer"] == "/patch"

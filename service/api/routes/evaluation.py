@@ -102,7 +102,8 @@ async def query_points(body: PointsRequest, context: ContextDep) -> Response:
     parameters on a brep are those of the surface of a face, which `patch` names, and `inside` says
     whether the point is inside the trims of this face. In a group, `patch` counts the faces and
     Bézier patches of all members; points, derivatives and curvatures are those of the placed
-    surfaces. Tubes and ribbons have no patches (`not_parametric`).
+    surfaces. Exact tubes have the patches that `/v1/project` names; ribbons, and other tubes, have
+    none (`not_parametric`).
     """
     services, computation, *_ = context
     work = plan_points(body.to_surface(), body.to_query(), services.limits)
