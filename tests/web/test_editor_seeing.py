@@ -1,12 +1,13 @@
 """Layout and looks of the editor: what is in sight, the view, clicks, sections, names of faces."""
 
+import json
+import math
 from collections.abc import Iterator
 from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Locator, Page
 
-from tests.web.clients import visit
 from tools.browser import WITHOUT_PIXELS, Stage, record_page
 from tools.editor import WINDOW, perform, reset_editor, show
 
@@ -131,10 +132,9 @@ def wait_for_axes(page: Page, right: str, up: str) -> None:
     )
 
 
-def test_a_dense_net_is_thinned_and_its_points_are_found_fast(visitor: Stage, server: str) -> None:
+def test_a_dense_net_is_thinned_and_its_points_are_found_fast(modules: Page) -> None:
     """Each 2^k-th row is drawn, and the last one, if rows are closer than 16 pixels."""
-    visit(visitor, f"{server}/health")
-    found = visitor.page.evaluate(
+    found = modules.evaluate(
         """async (size) => {
           const { chooseLevel, findLevels } = await import('/page/net-levels.js');
           const { netOf } = await import('/page/net.js');
@@ -185,3 +185,103 @@ def test_a_dense_net_is_thinned_and_its_points_are_found_fast(visitor: Stage, se
     assert found["between"] == -1
     assert found["isEveryEdge"]
     assert found["milliseconds"] < 20
+
+
+def click_surface(page: Page, share: float = 0.4) -> None:
+    """Clicks the middle of the view, at this share of its height, and waits for the answer."""
+    left, top, right, bottom = box_of(page.locator("#view"))
+    with page.expect_response(lambda response: "/v1/project" in response.url):
+        page.mouse.click((left + right) / 2, top + share * (bottom - top))
+    page.wait_for_selector("#probe-row:visible")
+
+
+def open_pasted(page: Page, surface: dict[str, Any]) -> None:
+    """Opens this surface, without its net, so that every click hits the surface."""
+    page.click("#open")
+    page.fill("#paste", json.dumps(surface))
+    perform(page, lambda: page.click("#paste-open"))
+    page.set_checked("#show-net", False)
+
+
+def read_place(page: Page) -> list[float]:
+    """The coordinates that the page shows for the last click."""
+    value = page.locator("#place").get_attribute("value") or ""
+    return [float(number) for number in value.split(",")]
+
+
+def test_a_click_marks_the_place_until_it_is_cleared(page: Page) -> None:
+    page.set_checked("#show-net", False)
+    assert page.is_hidden("#place-row")
+    click_surface(page)
+    x, y, z = read_place(page)
+    assert z == pytest.approx(x * y)  # the saddle is z = xy
+    pin = page.locator("#pin")
+    pin.wait_for()
+    assert pin.inner_text() == page.inner_text("#place")
+    # The dot is where the mouse was, up to the distance between the mesh and the surface.
+    left, top, right, bottom = box_of(page.locator("#view"))
+    assert float(pin.get_attribute("data-x") or "") == pytest.approx((right - left) / 2, abs=15)
+    assert float(pin.get_attribute("data-y") or "") == pytest.approx(0.4 * (bottom - top), abs=15)
+    page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    page.click("#place-copy")
+    page.wait_for_selector("#status:has-text('Copied')")
+    copied = page.evaluate("navigator.clipboard.readText()")
+    assert [float(number) for number in copied.split(", ")] == [x, y, z]
+    page.click("#place-clear")
+    assert page.is_hidden("#place-row")
+    assert page.is_hidden("#pin")
+    assert page.evaluate("document.activeElement.id") == "view"
+    click_surface(page)
+    page.click("#open")
+    perform(page, lambda: page.click('[data-example="sphere"]'))
+    assert page.is_hidden("#pin")
+
+
+TUBE = {"type": "tube", "radius": 0.5, "curve": {"control_points": [[0, 0, -2], [0, 0, 2]]}}
+FLAT_TRIANGLE = {
+    "type": "triangle",
+    "control_net": [
+        [[1, 0, 0], [0.5, 0.5, 0], [0, 1, 0]],
+        [[0.5, 0, 0.5], [0, 0.5, 0.5]],
+        [[0, 0, 1]],
+    ],
+}
+
+
+@pytest.mark.parametrize(
+    ("surface", "gaussian", "mean"),
+    [
+        (TUBE, 0, 1),
+        ({"type": "group", "members": [{"surface": TUBE}]}, 0, 1),
+        ({"type": "group", "members": [{"surface": FLAT_TRIANGLE}]}, 0, 0),
+    ],
+)
+def test_clicks_show_curvatures_on_exact_tubes_and_in_groups(
+    editor: Stage, surface: dict[str, Any], gaussian: float, mean: float
+) -> None:
+    """The triangle needs a second request, after one that the browser logs."""
+    page = editor.page
+    reset_editor(page)
+    open_pasted(page, surface)
+    click_surface(page, 0.35)
+    texts = page.inner_text("#probe").replace("−", "-").split(", ")
+    values = dict(text.split(" ") for text in texts if text[0] in "uvKH")
+    assert float(values["K"]) == pytest.approx(gaussian, abs=1e-9)
+    assert abs(float(values["H"])) == pytest.approx(mean, abs=1e-9)
+
+
+def test_where_there_is_no_answer_the_reason_stands_in_its_place(editor: Stage) -> None:
+    """This test ignores the console, because the browser itself writes refused requests there."""
+    page = editor.page
+    reset_editor(page)
+    bent = {"control_points": [[-2, 0, 0], [0, 1, 1], [2, 0, 0]]}
+    open_pasted(page, TUBE | {"curve": bent})
+    click_surface(page)
+    reason = "Its curve has a piece that is neither straight nor a circular arc."
+    assert page.inner_text("#probe").startswith("on the mesh; no parameters: ")
+    assert page.inner_text("#probe").endswith(reason)
+    assert math.hypot(*read_place(page)) < 2
+    page.click("#measure")
+    page.wait_for_selector("#measure", state="hidden")
+    assert page.inner_text("#area").endswith(reason)
+    assert page.is_hidden("#problem")

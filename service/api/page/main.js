@@ -136,7 +136,10 @@ state.listen((change) => {
 
 watchBusy(() => state.history.before !== null);
 watchTheme(() => view?.updateLook());
-const probe = new Probe(state);
+const probe = new Probe(state, {
+  show: (point, text) => view?.showPin(point, text),
+  hide: () => view?.pinView.hide(),
+});
 const measures = new Measure(state);
 const section = new Section(state, {
   show: (polylines) => view?.showSection(polylines),
@@ -146,8 +149,8 @@ const section = new Section(state, {
 element('measure', HTMLButtonElement).addEventListener('click', () => { measures.ask().catch((error) => fail(error)); });
 if (view) {
   watchViews(state, view);
-  view.clicked = (point) => {
-    probe.showPoint(point, state.surface.type === 'brep' ? parts : []).catch((error) => fail(error));
+  view.clicked = (hit) => {
+    probe.showPoint(hit, state.surface.type === 'brep' ? parts : []).catch((error) => fail(error));
   };
 }
 watchPanel(state);

@@ -1,7 +1,7 @@
 // Shows area and volume of the surface on request, and hides them when the surface changes.
 
 import { announce, element } from './page.js';
-import { hasSweep } from './settings.js';
+import { reasonOf } from './probe.js';
 import { measure } from './service.js';
 import { perform } from './work.js';
 
@@ -23,20 +23,27 @@ export class Measure {
   forget() {
     this.outdated.abort();
     this.outdated = new AbortController();
-    const { surface } = this.state;
-    const hasNone = hasSweep(surface);
-    element('measure', HTMLButtonElement).hidden = hasNone;
-    // The button, if it is shown, is in the place of the area.
-    put('area', '', hasNone ? '–' : '');
+    // The button is in the place of the area.
+    element('measure', HTMLButtonElement).hidden = false;
+    put('area', '', '');
     put('volume', '', '–');
   }
 
-  /** Requests the measures of the present surface. */
+  /** Requests the measures of the present surface; a refusal stands in place of them, with its reason. */
   async ask() {
     const { surface } = this.state;
-    const measures = await perform(
-      'Measuring the area and the volume', (signal) => measure(surface, signal), this.outdated.signal,
-    );
+    let measures;
+    try {
+      measures = await perform(
+        'Measuring the area and the volume', (signal) => measure(surface, signal), this.outdated.signal,
+      );
+    } catch (error) {
+      const reason = `none: ${reasonOf(error)}`;
+      element('measure', HTMLButtonElement).hidden = true;
+      put('area', '', reason);
+      announce(`Area ${reason}`);
+      return;
+    }
     element('measure', HTMLButtonElement).hidden = true;
     put('area', String(measures.area.value), short(measures.area.value));
     const edges = measures.open_edges + measures.inconsistent_edges;

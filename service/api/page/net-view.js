@@ -43,7 +43,7 @@ export class NetView {
     this.level = 0;
     this.spacing = Infinity;
     this.isStrong = false;
-    const dot = buildDotTexture();
+    const dot = makeDotTexture();
     const lines = { transparent: true };
     const points = { transparent: true, sizeAttenuation: false, map: dot, alphaTest: 0.01 };
     // The first material draws all lines or points, faintly (`setVisible`); the second draws those that
@@ -228,7 +228,7 @@ function hasLines(lines, edges) {
 }
 
 /** A texture with a white dot. */
-function buildDotTexture() {
+export function makeDotTexture() {
   const canvas = document.createElement('canvas');
   canvas.width = 64;
   canvas.height = 64;

@@ -1,68 +1,147 @@
-// A click on the surface shows the parameters and curvatures there, and the distance from the point of
-// the previous click; on a part, also the face and the bound of its deviation.
+// A click on the surface marks the place and shows its coordinates, the parameters and curvatures there, and
+// the distance from the previous click; on a part, also the face and the bound of its deviation. If the
+// service has no answer, the reason stands in place of it.
 
-import { announce, element } from './page.js';
-import { hasSweep } from './settings.js';
+import { announce, button, element } from './page.js';
 import { significant } from './readouts.js';
-import { curvatures, project } from './service.js';
+import { curvatures, project, Refusal } from './service.js';
 import { perform } from './work.js';
 
 /** @typedef {import('./state.js').State} State */
 
+/**
+ * @typedef {object} Pin
+ * @property {(point: number[], text: string) => void} show  marks a point of the document
+ * @property {() => void} hide
+ */
+
+/**
+ * What was clicked.
+ * @typedef {object} Hit
+ * @property {number[]} point  of the mesh, in the coordinates of the control points
+ * @property {string} name  of the part of the mesh; empty without one
+ */
+
+const ROWS = ['place', 'probe', 'probe-deviation', 'probe-distance'];
+
 export class Probe {
-  /** @param {State} state */
-  constructor(state) {
+  /** @param {State} state @param {Pin} pin */
+  constructor(state, pin) {
     this.state = state;
-    /** @type {number[] | null} */
-    this.previousPoint = null;
+    this.pin = pin;
+    /** The place of the last click. @type {number[] | null} */
+    this.point = null;
     /** Aborts the requests about an older click, or an older surface. */
     this.outdated = new AbortController();
     state.listen((change) => {
       if (change !== 'settings' && change !== 'chosen') this.forget();
     });
+    button('place-clear').addEventListener('click', () => {
+      this.forget();
+      element('view', HTMLCanvasElement).focus();
+    });
+    button('place-copy').addEventListener('click', () => this.copy());
   }
 
   forget() {
     this.outdated.abort();
-    this.previousPoint = null;
-    ['probe', 'probe-deviation', 'probe-distance'].forEach((id) => show(id, '', ''));
+    this.point = null;
+    this.pin.hide();
+    ROWS.forEach((id) => show(id, '', ''));
   }
 
   /**
-   * Shows the parameters and curvatures at the point of the surface that is closest to a point of its mesh.
-   * @param {number[]} point  in the coordinates of the control points
-   * @param {{name: string, deviation_bound?: number}[]} faces  the faces in the report of a brep; else none
+   * Shows what is known about the point of the surface that is closest to the point of its mesh.
+   * @param {Hit} hit @param {{name: string, deviation_bound?: number}[]} faces  the faces in the report of a brep; else none
    */
-  async showPoint(point, faces = []) {
+  async showPoint({ point, name }, faces = []) {
     const { surface } = this.state;
-    if (hasSweep(surface)) return; // the service finds no closest points of these
+    const { point: previousPoint } = this;
     this.outdated.abort();
     this.outdated = new AbortController();
-    const { closest, curvature } = await perform('Finding the point that was clicked', async (signal) => {
-      const found = await project(surface, point, signal);
-      return { closest: found, curvature: await curvatures(surface, found.uv[0], found.patch?.[0], signal) };
-    }, this.outdated.signal);
-    const { positions: [position], uv: [uv], patch, near_edge: nearEdge } = closest;
-    const [u, v] = uv;
-    const parts = [`u ${short(u)}`, `v ${short(v)}`];
-    if (patch) parts.unshift(surface.type === 'brep' ? nameFace(patch[0], faces) : `patch ${patch[0]}`);
-    if (nearEdge?.[0]) parts.push('at an edge');
-    if (curvature) parts.push(`K ${short(curvature.gaussian)}`, `H ${short(curvature.mean)}`);
-    show('probe', `${u},${v}`, parts.join(', '));
-    const bound = patch && faces[patch[0]]?.deviation_bound;
+    this.showPlace(point);
+    const found = await perform('Finding the point that was clicked', (signal) => (
+      ask(surface, point, signal)
+    ), this.outdated.signal);
+    const { patch, position = point } = found;
+    this.showPlace(position);
+    const parts = [];
+    if (surface.type === 'brep' && patch !== undefined) parts.push(nameFace(patch, faces));
+    else {
+      if (name) parts.push(name);
+      if (patch !== undefined) parts.push(`patch ${patch}`);
+    }
+    parts.push(...found.facts);
+    show('probe', found.uv?.join(',') ?? '', parts.join(', '));
+    const bound = patch === undefined ? undefined : faces[patch]?.deviation_bound;
     const hasBound = typeof bound === 'number';
     show('probe-deviation', String(hasBound ? bound : ''), hasBound ? `at most ${significant(bound)}` : '');
-    const { previousPoint } = this;
     const distance = previousPoint
       && Math.hypot(...position.map((value, axis) => value - previousPoint[axis]));
     show('probe-distance', String(distance ?? ''), distance === null ? '' : short(distance));
-    this.previousPoint = position;
-    announce(distance === null ? parts.join(', ') : `${parts.join(', ')}; distance ${short(distance)}`);
+    const place = element('place', HTMLDataElement).textContent;
+    announce([place, ...parts].join(', ') + (distance === null ? '' : `; distance ${short(distance)}`));
+  }
+
+  /** Marks a place, and shows its coordinates. @param {number[]} point */
+  showPlace(point) {
+    this.point = point;
+    const text = point.map((value, axis) => `${'xyz'[axis]} ${short(value)}`).join(', ');
+    this.pin.show(point, text);
+    show('place', point.join(','), text);
+  }
+
+  /** Copies the coordinates, with all of their digits. */
+  async copy() {
+    const text = this.point?.join(', ') ?? '';
+    try {
+      await navigator.clipboard.writeText(text);
+      announce(`Copied: ${text}`);
+    } catch {
+      // Without permission for the clipboard, or without https, the user can copy what is selected.
+      element('place', HTMLDataElement).textContent = text;
+      getSelection()?.selectAllChildren(element('place', HTMLDataElement));
+      announce('Selected, to be copied');
+    }
   }
 }
 
+/**
+ * @typedef {object} Found
+ * @property {number[]} [position]  of the closest point of the surface
+ * @property {number[]} [uv]
+ * @property {number} [patch]
+ * @property {string[]} facts  parameters and curvatures, or why there are none
+ */
+
+/** @param {import('./documents.js').Surface} surface @param {number[]} point @param {AbortSignal} signal @returns {Promise<Found>} */
+async function ask(surface, point, signal) {
+  let closest;
+  try {
+    closest = await project(surface, point, signal);
+  } catch (error) {
+    return { facts: [`on the mesh; no parameters: ${reasonOf(error)}`] };
+  }
+  const { positions: [position], uv: [uv], patch: [patch] = [], near_edge: [isNearEdge] = [] } = closest;
+  const facts = [`u ${short(uv[0])}`, `v ${short(uv[1])}`];
+  if (isNearEdge) facts.push('at an edge');
+  try {
+    const { gaussian, mean } = await curvatures(surface, uv, patch, signal);
+    facts.push(`K ${shortOrNone(gaussian)}`, `H ${shortOrNone(mean)}`);
+  } catch (error) {
+    facts.push(`no curvatures: ${reasonOf(error)}`);
+  }
+  return { position, uv, patch, facts };
+}
+
+/** Why the service refuses something; throws other errors. @param {unknown} error */
+export function reasonOf(error) {
+  if (!(error instanceof Refusal)) throw error;
+  return error.issues[0]?.detail ?? error.message;
+}
+
 /** The number of a face, and its name if it has one. @param {number} number @param {{name: string}[]} faces */
-function nameFace(number, faces) {
+export function nameFace(number, faces) {
   const text = `face ${number}`;
   const name = faces[number]?.name;
   return name === undefined || name === text ? text : `${text} (${name})`;
@@ -70,6 +149,9 @@ function nameFace(number, faces) {
 
 /** @param {number} value */
 const short = (value) => String(Number(value.toPrecision(4))).replace('-', '−');
+
+/** A curvature; where the surface has none, as at the tip of a cone, the service answers null. @param {number | null} value */
+const shortOrNone = (value) => (value === null ? 'has no limit' : short(value));
 
 /** Shows a text in a row of the readouts; hides the row if the text is empty. @param {string} id @param {string} value @param {string} text */
 function show(id, value, text) {

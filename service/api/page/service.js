@@ -70,19 +70,25 @@ export async function project(surface, point, signal) {
 }
 
 /**
- * The curvatures at parameters; null if the service refuses them, as on triangles of groups.
+ * The curvatures at parameters; null where they have no limit.
  * @param {Surface} surface @param {number[]} uv @param {number} [patch] @param {AbortSignal} [signal]
- * @returns {Promise<{gaussian: number, mean: number} | null>}
+ * @returns {Promise<{gaussian: number | null, mean: number | null}>}
  */
 export async function curvatures(surface, uv, patch, signal) {
   // Of a triangle, `uv` has the last two barycentric coordinates.
   const [s, t] = uv;
-  const parameters = surface.type === 'triangle' ? { barycentric: [[1 - s - t, s, t]] } : { uv: [uv] };
-  try {
-    const point = await post('v1/points', { surface, ...parameters, patch, derivatives: 2 }, signal);
+  const barycentric = { barycentric: [[1 - s - t, s, t]] };
+  const isTriangle = surface.type === 'triangle'
+    || (surface.type === 'patches' && (patch ?? 0) >= (surface.patches?.length ?? 0));
+  const read = async (/** @type {object} */ place) => {
+    const point = await post('v1/points', { surface, ...place, patch, derivatives: 2 }, signal);
     return { gaussian: point.gaussian_curvature[0], mean: point.mean_curvature[0] };
+  };
+  try {
+    return await read(isTriangle ? barycentric : { uv: [uv] });
   } catch (error) {
-    if (error instanceof Refusal) return null;
+    // Only the service knows which patches of a group are triangles.
+    if (error instanceof Refusal && error.issues[0]?.code === 'wrong_parameters') return read(barycentric);
     throw error;
   }
 }

@@ -166,6 +166,18 @@ export class SurfaceView {
   }
 }
 
+/**
+ * The name of the part that a mesh draws, with those of its groups, as in the report; empty if the model is one part.
+ * @param {any} mesh
+ */
+export function nameOf(mesh) {
+  const names = [];
+  for (let node = mesh; node !== null; node = node.parent) {
+    if (node.userData.name !== undefined) names.unshift(node.userData.name);
+  }
+  return names.slice(1).join('/'); // without the name of the document
+}
+
 /** For each vertex, twice the area of its triangles, as a weight. @param {any} geometry */
 function computeAreas(geometry) {
   const position = geometry.getAttribute('position');

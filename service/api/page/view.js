@@ -7,11 +7,12 @@ import { toDocument, toScene } from './frame.js';
 import { Raycaster } from './three.js';
 import { NetView } from './net-view.js';
 import { checkRadio, getChecked, element, write } from './page.js';
+import { PinView } from './pin-view.js';
 import { watchPointer } from './pointer.js';
 import { DEFAULT_DIRECTION, Stage } from './scene.js';
 import { SectionView } from './section-view.js';
 import { hasSweep, chooseLook } from './settings.js';
-import { SurfaceView } from './surface-view.js';
+import { nameOf, SurfaceView } from './surface-view.js';
 import { theme } from './theme.js';
 
 /** @typedef {import('./moves.js').Axis} Axis */
@@ -30,6 +31,7 @@ export class View {
     this.surfaceView = new SurfaceView(this.stage);
     this.netView = new NetView(this.stage);
     this.sectionView = new SectionView(this.stage);
+    this.pinView = new PinView(this.stage);
     new AxesView(this.stage, state, (towardsCamera) => this.fit(towardsCamera));
     /** Whether the open document has not been shown yet. */
     this.isNew = true;
@@ -42,7 +44,7 @@ export class View {
       fit,
       click: (mouse) => this.click(mouse),
     });
-    /** Called with the point of the mesh that the user clicked. @type {(point: number[]) => void} */
+    /** Called with what the user clicked. @type {(hit: import('./probe.js').Hit) => void} */
     this.clicked = () => {};
     element('fit', HTMLButtonElement).addEventListener('click', fit);
     this.stage.onDraw.push(() => { this.placeMarker(); hide('loading', true); });
@@ -71,7 +73,13 @@ export class View {
     const [hit] = caster.intersectObjects(this.surfaceView.meshes, false);
     if (!hit) return;
     this.surfaceView.markFace(hit);
-    this.clicked(toDocument(this.state.surface, hit.point.toArray()));
+    const name = this.surfaceView.meshes.length > 1 ? nameOf(hit.object) : '';
+    this.clicked({ point: toDocument(this.state.surface, hit.point.toArray()), name });
+  }
+
+  /** Marks a point of the document, with a text beside it. @param {number[]} point @param {string} text */
+  showPin(point, text) {
+    this.pinView.show(toScene(this.state.surface, point), text);
   }
 
   /** Draws the lines of a section of the document, in place of the present ones. @param {{points: number[][]}[]} polylines */
@@ -120,6 +128,7 @@ export class View {
     hide('invitation', this.isNew || history.canUndo || !settings.net || net.handles.length === 0);
     this.netView.paint(palette, chosen >= 0 && chosen === this.errorIndex);
     this.sectionView.paint(palette);
+    this.pinView.paint(palette);
     this.stage.paint(palette);
   }
 
