@@ -11,6 +11,9 @@ const REASONS = new Map([
   ['key_unknown', 'The service does not know this key; it may have been replaced.'],
 ]);
 
+/** Has an event `change` when there is another key, or none. */
+export const keyChanges = new EventTarget();
+
 let key = readKey();
 /** The result of the open dialog. @type {Promise<boolean> | null} */
 let asking = null;
@@ -93,6 +96,7 @@ function storeKey(newKey) {
   } catch {
     // The browser does not allow storage: the key stays in the memory of the page.
   }
+  keyChanges.dispatchEvent(new Event('change'));
 }
 
 function readKey() {

@@ -1,6 +1,9 @@
 // The editor: opens a surface, requests its mesh after each change, and shows it.
 
+import { readAddress } from './address.js';
 import { watchBusy } from './busy.js';
+import { Drafts } from './drafts.js';
+import { hasKey, keepsAll, watchDraftList } from './draft-list.js';
 import { watchKey } from './key.js';
 import { Library, showAbout } from './library.js';
 import { Measure } from './measure.js';
@@ -16,12 +19,14 @@ import { readReport } from './report.js';
 import { createContext } from './scene.js';
 import { Section } from './section.js';
 import { NoResponse, Refusal } from './service.js';
-import { describeAccuracy, fromQuery, meshOptions } from './settings.js';
+import { describeAccuracy, meshOptions } from './settings.js';
 import { watchShare } from './share.js';
 import { State } from './state.js';
+import { Tab } from './tab.js';
 import { watchTheme } from './theme.js';
 import { View } from './view.js';
 import { watchViews } from './views.js';
+import { Visits } from './visits.js';
 import { Outdated, perform, Stopped } from './work.js';
 
 /** @typedef {import('./mesh.js').MeshResponse} MeshResponse */
@@ -29,8 +34,7 @@ import { Outdated, perform, Stopped } from './work.js';
 const FIRST_SURFACE = 'utah-teapot';
 
 const root = document.documentElement;
-const query = new URLSearchParams(location.search);
-const state = new State(fromQuery(query));
+const state = new State(readAddress(location).settings);
 const context = createContext(element('view', HTMLCanvasElement));
 const view = context ? new View(state, context) : null;
 element('no-webgl', HTMLElement).hidden = view !== null;
@@ -160,10 +164,17 @@ const library = new Library(() => { root.dataset.state = 'busy'; }, (surface, ab
   announce(`${about.title} is open`);
 }, fail);
 
+const visits = new Visits(state, new Drafts(new Tab(), hasKey, keepsAll), {
+  read: () => view?.readCamera() ?? null,
+  start: (camera) => view?.startCamera(camera),
+}, (id) => library.openById(id));
+view?.stage.onDraw.push(() => visits.noteAddress());
+watchDraftList(visits.drafts, visits);
+
 // An error of an export does not change the state of the surface on the page.
-watchShare(state, (error) => showProblem(error, state));
+watchShare(state, (id) => visits.describeAddress(id), (error) => showProblem(error, state));
 /** Requests the mesh of the open document, or opens the first one: at the start, after a failure, with a new key. */
-const requestAgain = () => (isOpen ? requestMesh(false) : void library.openById(query.get('surface') ?? FIRST_SURFACE));
+const requestAgain = () => (isOpen ? requestMesh(false) : void visits.start(FIRST_SURFACE));
 watchProblems(state, requestAgain);
 watchKey(requestAgain);
 requestAgain();

@@ -210,6 +210,18 @@ export class Stage {
     this.draw();
   }
 
+  /** The position of the camera, and of the point it looks at: six numbers. */
+  readCamera() {
+    return [...this.camera.position.toArray(), ...this.controls.target.toArray()];
+  }
+
+  /** @param {number[]} numbers  as of `readCamera` */
+  placeCamera(numbers) {
+    this.camera.position.fromArray(numbers);
+    this.controls.target.fromArray(numbers, 3);
+    this.draw();
+  }
+
   /** Turns the camera about its target. @param {number} right @param {number} up  radians */
   turn(right, up) {
     const offset = this.camera.position.clone().sub(this.controls.target);

@@ -1,7 +1,7 @@
 // Export: the surface as a link, as a command, as a snippet, as a file.
 
 import { element, makeElement, write, announce, button } from './page.js';
-import { meshQuery, toQuery, meshOptions } from './settings.js';
+import { meshQuery, meshOptions } from './settings.js';
 import { mesh } from './mesh.js';
 import { formats, readsArePrivate, store, resolveUrl } from './service.js';
 import { perform } from './work.js';
@@ -9,8 +9,12 @@ import { perform } from './work.js';
 /** @typedef {import('./state.js').State} State */
 /** @typedef {import('./service.js').Format} Format */
 
-/** @param {State} state @param {(error: Error) => void} failed */
-export function watchShare(state, failed) {
+/**
+ * @param {State} state @param {(id: string) => string} describeAddress  of this page, with a surface
+ * @param {(error: Error) => void} failed
+ */
+export function watchShare(state, describeAddress, failed) {
+  const link = async () => resolveUrl(describeAddress(await idOf(state)));
   const builders = { 'copy-link': link, 'copy-curl': curl, 'copy-snippet': snippet };
   Object.entries(builders).forEach(([id, build]) => button(id).addEventListener('click', async () => {
     try {
@@ -25,6 +29,7 @@ export function watchShare(state, failed) {
   }).catch(failed);
   state.listen((change) => {
     if (change === 'opened') element('export', HTMLFieldSetElement).disabled = false;
+    element('share-stores', HTMLElement).hidden = state.address !== '';
   });
 }
 
@@ -39,15 +44,6 @@ async function idOf(state) {
   const { id } = await perform('Storing the surface', (signal) => store(body, 'application/json', signal));
   state.setAddress(surface, id);
   return id;
-}
-
-/** A URL that opens the same surface in the same way; the address bar has it, too. @param {State} state */
-async function link(state) {
-  const query = new URLSearchParams({ surface: await idOf(state) });
-  toQuery(state.settings).forEach((value, key) => query.set(key, value));
-  const url = resolveUrl(`?${query}`);
-  history.replaceState(null, '', url);
-  return url;
 }
 
 /** @param {State} state */

@@ -1,6 +1,7 @@
 // Draws the state: surface, net, marker, legend. Without WebGL it draws nothing, and the rest of the
 // page still works.
 
+import { formatCamera } from './address.js';
 import { paintLegend, PALETTES } from './colors.js';
 import { AxesView } from './axes-view.js';
 import { toDocument, toScene } from './frame.js';
@@ -35,6 +36,10 @@ export class View {
     new AxesView(this.stage, state, (towardsCamera) => this.fit(towardsCamera));
     /** Whether the open document has not been shown yet. */
     this.isNew = true;
+    /** The camera for the document that is shown next, if not the default one. @type {number[] | null} */
+    this.nextCamera = null;
+    /** The camera that the document got by default. @type {number[]} */
+    this.defaultCamera = [];
     /** Number of the control point that an error names, or -1. */
     this.errorIndex = -1;
     const fit = () => this.fit();
@@ -61,9 +66,29 @@ export class View {
     await this.surfaceView.showMesh(content);
     this.updateLook(coarse);
     if (!coarse) this.stage.placeLights(this.surfaceView.bounds());
-    if (this.isNew) this.fit(DEFAULT_DIRECTION);
+    if (this.isNew) this.placeFirst();
     this.isNew = false;
     this.paint();
+  }
+
+  /** Places the camera for a document that has not been shown yet. */
+  placeFirst() {
+    this.fit(DEFAULT_DIRECTION);
+    this.defaultCamera = this.stage.readCamera();
+    if (this.nextCamera) this.stage.placeCamera(this.nextCamera);
+  }
+
+  /** The camera: its position and target; null for the default one. */
+  readCamera() {
+    if (this.isNew) return this.nextCamera;
+    const camera = this.stage.readCamera();
+    return formatCamera(camera) === formatCamera(this.defaultCamera) ? null : camera;
+  }
+
+  /** Uses a camera for the document that is shown next, or is shown now; null for the default one. @param {number[] | null} camera */
+  startCamera(camera) {
+    this.nextCamera = camera;
+    if (!this.isNew) this.stage.placeCamera(camera ?? this.defaultCamera);
   }
 
   /** Handles a click that hits no control point. @param {import('./three.js').Vector2} mouse */

@@ -1,0 +1,246 @@
+// The surfaces that are open one after another in this tab. Each is an entry of the browser's history,
+// and a draft; so Back, Forward, a reload and an undo of opening lead back to it with all of its steps.
+
+import { formatAddress, readAddress } from './address.js';
+import { History } from './history.js';
+import { button, element, write } from './page.js';
+import { makeId } from './tab.js';
+
+/** @typedef {import('./drafts.js').Session} Session */
+/** @typedef {import('./drafts.js').Place} Place */
+/** @typedef {import('./draft-stores.js').DraftRecord} DraftRecord */
+/** @typedef {import('./state.js').State} State */
+
+/** @typedef {{read: () => number[] | null, start: (camera: number[] | null) => void}} Camera  null: the default view */
+
+/** Milliseconds after an edit until it is kept; after a change of the view until the address has it. */
+const [SAVE_PAUSE, ADDRESS_PAUSE] = [250, 400];
+/** The most surfaces that the memory of the page has. */
+const MAX_SESSIONS = 20;
+/** Milliseconds for which a draft is offered to a new tab: a day. */
+const MAX_AGE = 86_400_000;
+
+export class Visits {
+  /**
+   * @param {State} state @param {import('./drafts.js').Drafts} drafts @param {Camera} camera
+   * @param {(id: string) => Promise<void>} openById  opens a surface of the service
+   */
+  constructor(state, drafts, camera, openById) {
+    this.state = state;
+    this.drafts = drafts;
+    this.camera = camera;
+    this.openById = openById;
+    /** The open surface. @type {Session | null} */
+    this.session = null;
+    /** @type {Map<string, Session>} */
+    this.sessions = new Map();
+    /** What becomes of the entry of the history when the next surface opens. @type {'push' | 'replace'} */
+    this.entry = 'replace';
+    /** The session that opens next, if it is not a new one; and its camera. @type {{session: Session | null, camera: number[] | null}} */
+    this.next = { session: null, camera: null };
+    /** The number of the last visit: an older one, which comes later, is dropped. */
+    this.turn = 0;
+    this.saveTimer = 0;
+    this.addressTimer = 0;
+    /** The address that the entry of the history has, or gets after a pause. */
+    this.address = '';
+    /** @type {Place} */
+    this.place = 'device';
+    /** Called when a draft was kept, or could not be. @type {() => void} */
+    this.kept = () => {};
+    state.listen((change) => {
+      if (change === 'opened') this.opened();
+      else if (change === 'surface' || change === 'moving') {
+        hideOffer();
+        this.edited();
+      }
+      if (change !== 'chosen') this.noteAddress();
+    });
+    addEventListener('popstate', (event) => { void this.visit(event.state?.draft); });
+    addEventListener('pagehide', () => this.flush());
+    document.addEventListener('visibilitychange', () => { if (document.hidden) this.flush(); });
+    addEventListener('beforeunload', (event) => {
+      if (this.session && needsDraft(this.session) && this.place === 'nowhere') event.preventDefault();
+    });
+    button('offer-close').addEventListener('click', hideOffer);
+    element('skip', HTMLElement).addEventListener('click', (event) => {
+      // The fragment of the address is for the settings, not for a place of the page.
+      event.preventDefault();
+      element('view', HTMLElement).focus();
+    });
+  }
+
+  /** Opens what the address names: its draft, the surface of the service, or the first one. @param {string} first */
+  async start(first) {
+    const address = readAddress(location);
+    this.next.camera = address.camera;
+    const draft = history.state?.draft;
+    await this.drafts.tab.claim();
+    const session = draft === undefined ? null : await this.drafts.open(draft, makeId());
+    if (session !== null) {
+      this.show(session);
+      return;
+    }
+    await this.openById(address.surface || first);
+    if (draft === undefined) await this.offerRecent();
+  }
+
+  /** Opens a draft of the list, as another entry of the history. @param {string} id */
+  async openDraft(id) {
+    this.turn += 1;
+    const { turn } = this;
+    const session = this.sessions.get(id) ?? await this.drafts.open(id, makeId());
+    if (turn !== this.turn || session === null || session === this.session) return;
+    this.show(session);
+  }
+
+  /** Opens the surface of an entry of the history. @param {string | undefined} draft */
+  async visit(draft) {
+    const { settings, surface, camera } = readAddress(location);
+    // The entry of the earlier surface has gone.
+    clearTimeout(this.addressTimer);
+    this.address = '';
+    if (this.session && (draft === undefined || draft === this.session.id)) {
+      // Only the fragment has changed: by hand, or by a link to a place of the page.
+      if (location.hash.includes('=')) {
+        this.state.set(settings);
+        this.camera.start(camera);
+      }
+      this.address = this.describeAddress();
+      this.writeAddress();
+      return;
+    }
+    this.turn += 1;
+    const { turn } = this;
+    const session = draft === undefined ? null
+      : this.sessions.get(draft) ?? await this.drafts.open(draft, makeId());
+    if (turn !== this.turn) return;
+    this.entry = 'replace';
+    this.next.camera = camera;
+    if (session !== null) {
+      this.show(session, settings);
+    } else if (surface) {
+      this.state.settings = settings;
+      await this.openById(surface);
+    } else {
+      offer('This surface is no longer kept.', 'Open another one', () => button('open').click());
+    }
+    this.entry = 'push';
+  }
+
+  /** @param {Session} session @param {import('./settings.js').Settings} settings */
+  show(session, settings = this.state.settings) {
+    this.next.session = session;
+    this.state.open(session.history.first, session.about, { history: session.history, settings });
+  }
+
+  /** The state has another document. */
+  opened() {
+    const before = this.session;
+    before?.history.settle();
+    this.flush();
+    const { history: steps, about } = this.state;
+    this.session = this.next.session ?? { id: makeId(), about, history: steps, isPrivate: false };
+    this.camera.start(this.next.camera);
+    this.next = { session: null, camera: null };
+    this.sessions.delete(this.session.id);
+    this.sessions.set(this.session.id, this.session);
+    if (this.sessions.size > MAX_SESSIONS) this.sessions.delete([...this.sessions.keys()][0]);
+    this.address = this.describeAddress();
+    this.writeAddress(this.entry === 'push' ? 'pushState' : 'replaceState');
+    hideOffer();
+    if (before && this.entry === 'push') {
+      offer(`Opened in place of ${before.about.title}.`, 'Undo', () => history.back());
+    }
+    this.entry = 'push';
+    this.edited();
+  }
+
+  /** The document was edited, or opened: keeps it after a pause. */
+  edited() {
+    if (this.session === null || !needsDraft(this.session) || this.saveTimer !== 0) return;
+    this.saveTimer = setTimeout(() => this.save(), SAVE_PAUSE);
+  }
+
+  /** Keeps the open document now. */
+  save() {
+    clearTimeout(this.saveTimer);
+    this.saveTimer = 0;
+    const { session } = this;
+    if (session === null || !needsDraft(session)) return;
+    this.drafts.save(session).then((place) => {
+      const isNew = place !== this.place;
+      this.place = place;
+      if (isNew) this.kept();
+    }).catch(() => {});
+  }
+
+  /** The page, or the visit of this surface, may end: keeps what waits. */
+  flush() {
+    if (this.saveTimer !== 0) this.save();
+    if (this.addressTimer !== 0) this.writeAddress();
+  }
+
+  /** The settings, the camera or the address of the document may have changed. */
+  noteAddress() {
+    const address = this.describeAddress();
+    if (this.session === null || address === this.address) return;
+    this.address = address;
+    clearTimeout(this.addressTimer);
+    this.addressTimer = setTimeout(() => this.writeAddress(), ADDRESS_PAUSE);
+  }
+
+  /** The address of the open document, with its settings and its camera. @param {string} [surface]  its id, if it will be stored */
+  describeAddress(surface = this.state.address) {
+    return formatAddress({ surface, settings: this.state.settings, camera: this.camera.read() });
+  }
+
+  /** @param {'pushState' | 'replaceState'} method */
+  writeAddress(method = 'replaceState') {
+    clearTimeout(this.addressTimer);
+    this.addressTimer = 0;
+    try {
+      history[method]({ draft: this.session?.id }, '', location.pathname + this.address);
+    } catch {
+      // Some browsers limit the changes in a minute; the next one writes the address.
+    }
+  }
+
+  /** Offers the newest draft, if it may have been lost with its tab. */
+  async offerRecent() {
+    const [newest] = await this.drafts.list();
+    if (!newest || Date.now() - newest.when > MAX_AGE || await this.drafts.tab.isLive(newest.tab)) return;
+    offer(`There is a draft of ${newest.about.title}, with ${describeEdits(newest)}.`, 'Open it', () => { void this.openDraft(newest.id); });
+  }
+}
+
+/** Whether a session has what the service does not have: edits, or a surface of the user. @param {Session} session */
+function needsDraft({ about, history: steps }) {
+  return about.origin === '' || steps.canUndo || steps.canRedo || steps.canReset;
+}
+
+/** @param {DraftRecord} draft */
+export function describeEdits({ edits }) {
+  return edits === 1 ? '1 edit' : `${edits} edits`;
+}
+
+let act = () => {};
+
+/** Shows a message with a button. @param {string} text @param {string} label @param {() => void} action */
+function offer(text, label, action) {
+  const doer = button('offer-act');
+  doer.removeEventListener('click', act);
+  act = () => {
+    hideOffer();
+    action();
+  };
+  doer.addEventListener('click', act);
+  doer.textContent = label;
+  element('offer', HTMLElement).hidden = false;
+  write('offer-text', text);
+}
+
+function hideOffer() {
+  element('offer', HTMLElement).hidden = true;
+  write('offer-text', '');
+}
