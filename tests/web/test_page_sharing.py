@@ -1,17 +1,23 @@
 """Sharing a surface from the editor: by a link, by HTML for another page, and by a command."""
 
+import json
+import re
 import shlex
+from base64 import b64encode
 from collections.abc import Iterator
+from hashlib import sha384
+from html import unescape
 from pathlib import Path
-from urllib.parse import urlsplit
+from urllib.parse import parse_qsl, urlsplit
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from playwright.sync_api import Browser, Page
 
+from service.engine.mesh.mesh import ENGINE
 from tests.test_readme import run_shell
-from tests.web.clients import read_meshes, serve_site, visit
+from tests.web.clients import read_meshes, visit
 from tools.browser import FILL_PIXELS_SCRIPT, Stage
 from tools.editor import (
     READY,
@@ -22,10 +28,7 @@ from tools.editor import (
     reset_editor,
     select_point,
 )
-
-VIEWER = """<!doctype html><html lang="en"><title>A shop</title><link rel="icon" href="data:,">
-<script type="module" src="/node_modules/@google/model-viewer/dist/model-viewer.min.js"></script>
-"""
+from tools.programs import find_node_package
 
 
 @pytest.fixture(scope="module")
@@ -88,15 +91,38 @@ def test_the_link_opens_an_equal_surface_in_another_profile(
     other_editor.page.context.close()
 
 
-def test_the_copied_html_draws_the_surface_on_a_page_of_another_origin(
-    edited: Page, visitor: Stage
+def test_the_copied_html_draws_the_surface_alone_in_a_file(
+    edited: Page, visitor: Stage, tmp_path: Path, server: str
 ) -> None:
-    with serve_site({"/": VIEWER + copy_text(edited, "copy-snippet")}) as origin:
-        visit(visitor, f"{origin}/")
+    """The file has only the copied text; its script comes from a public host, here from npm."""
+    html = copy_text(edited, "copy-snippet")
+    (src,) = re.findall(r'src="(https://[^"]+)"', html)
+    package = find_node_package("@google/model-viewer")
+    version = json.loads((package / "package.json").read_text(encoding="utf-8"))["version"]
+    host, path = src.split(f"/npm/@google/model-viewer@{version}/")
+    script = (package / path).read_bytes()
+    assert f'integrity="sha384-{b64encode(sha384(script).digest()).decode()}"' in html
+    (address,) = re.findall(r'src="(http:[^"]+)"', html)
+    query = dict(parse_qsl(urlsplit(unescape(address)).query))
+    assert query["engine"] == str(ENGINE)
+    # The comment says which hosts the page needs, and what to do with another engine.
+    comment = html[: html.index("-->")]
+    assert all(word in comment for word in (host, server, "SURFACE_CORS_ORIGINS", "410"))
+    file = tmp_path / "surface.html"
+    file.write_text(html, encoding="utf-8")
+    headers = {"Access-Control-Allow-Origin": "*"}
+    visitor.page.route(
+        f"{host}/**",
+        lambda route: route.fulfill(body=script, content_type="text/javascript", headers=headers),
+    )
+    try:
+        visit(visitor, file.as_uri())
         (mesh,) = read_meshes(visitor)
-        assert len(mesh["triangles"]) == 3 * read_value(edited, "triangles")
-        assert len(mesh["positions"]) == read_value(edited, "vertices")
-        assert visitor.messages == []
+    finally:
+        visitor.page.unroute(f"{host}/**")
+    assert len(mesh["triangles"]) == 3 * read_value(edited, "triangles")
+    assert len(mesh["positions"]) == read_value(edited, "vertices")
+    assert visitor.messages == []
 
 
 def test_the_copied_command_writes_the_file(edited: Page, tmp_path: Path) -> None:

@@ -3,7 +3,8 @@
 import { element, makeElement, write, announce, button } from './page.js';
 import { meshQuery, meshOptions } from './settings.js';
 import { mesh } from './mesh.js';
-import { formats, readsArePrivate, store, resolveUrl } from './service.js';
+import { ask, formats, readsArePrivate, store, resolveUrl } from './service.js';
+import { buildSnippet } from './snippet.js';
 import { perform } from './work.js';
 
 /** @typedef {import('./state.js').State} State */
@@ -46,14 +47,14 @@ async function idOf(state) {
   return id;
 }
 
-/** @param {State} state */
-async function meshUrl(state) {
-  return resolveUrl(`v1/surfaces/${await idOf(state)}/mesh.glb?${meshQuery(state.settings, state.surface)}`);
+/** The path of the mesh by its id. @param {State} state */
+async function meshPath(state) {
+  return `v1/surfaces/${await idOf(state)}/mesh.glb?${meshQuery(state.settings, state.surface)}`;
 }
 
 /** @param {State} state */
 async function curl(state) {
-  const url = await meshUrl(state);
+  const url = resolveUrl(await meshPath(state));
   // The command does not contain the key; the shell replaces the variable by it.
   const key = readsArePrivate() ? '-H "Authorization: Bearer $SURFACE_KEY" ' : '';
   return `curl ${key}-o ${fileName(state)}.glb '${url}'`;
@@ -61,8 +62,12 @@ async function curl(state) {
 
 /** @param {State} state */
 async function snippet(state) {
-  const attributes = `src="${await meshUrl(state)}" camera-controls shadow-intensity="1"`;
-  return `<model-viewer ${attributes} alt="${fileName(state)}"></model-viewer>`;
+  const path = await meshPath(state);
+  // The canonical address, which never changes, is in the response, and so is the error if there is no mesh.
+  const response = await perform('Asking for the address of the mesh', (signal) => ask(path, { signal }));
+  void response.body?.cancel();
+  const canonical = /<([^>]+)>; rel="canonical"/.exec(response.headers.get('Link') ?? '')?.[1];
+  return buildSnippet(resolveUrl(canonical ?? path), fileName(state), readsArePrivate());
 }
 
 /** @param {string} text @param {string} label */
