@@ -12,6 +12,7 @@ COPY web/.npmrc web/package.json web/package-lock.json ./
 RUN --mount=type=secret,id=npmrc,target=/root/.npmrc \
     npm ci
 COPY web/build.mjs ./
+COPY clients/typescript ../clients/typescript
 COPY service/api/page ../service/api/page
 RUN npm run build
 

@@ -43,7 +43,7 @@ SWAGGER := service/api/static/swagger-ui
 BUNDLES := service/api/static/page
 
 .DEFAULT_GOAL := help
-.PHONY: help serve test check format openapi types generated bench bench-occ bench-queries test-disk test-s3 test-cad test-api test-attack fuzz test-jobs test-rolling test-upgrade lint-deploy certify judge judge-files judge-queries memory test-recipes test-libraries test-properties web picture lock image image-test sbom audit licences release-check clean
+.PHONY: help serve test check format openapi types generated bench bench-occ bench-queries test-disk test-s3 test-cad test-api test-attack fuzz test-jobs test-rolling test-upgrade lint-deploy certify judge judge-files judge-queries memory test-recipes test-libraries test-properties web client picture lock image image-test sbom audit licences release-check clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-13s  %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -163,6 +163,11 @@ judge-queries: $(VENV)/.dev build/occ/.ready ## Search for nearer points and mis
 	$(BIN)/python -m tools.judge.sections
 
 web: $(SWAGGER)/LICENSE $(BUNDLES)/manifest.json ## Bundle the scripts of / and fetch those of /docs from the npm registry
+
+client: web/node_modules/.package-lock.json tests/web/node_modules/.package-lock.json ## Pack the TypeScript client: build/surface-service-VERSION.tgz
+	@rm -rf build/typescript && mkdir -p build
+	@$(NODE) clients/typescript/build.js build/typescript
+	@$(NPM) pack --silent --pack-destination build ./build/typescript
 
 picture: $(VENV)/.dev tests/web/node_modules/.package-lock.json ## Draw the pictures of docs/ again
 	$(BIN)/python -m tools.picture docs

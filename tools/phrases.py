@@ -15,14 +15,14 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).parents[1]
-FOLDERS = ("service", "tests", "tools", "oracles", "docs", "deploy", ".github", ".ci")
+FOLDERS = ("service", "clients", "tests", "tools", "oracles", "docs", "deploy", ".github", ".ci")
 PAGES = (
     *("README.md", "CONTRIBUTING.md", "SECURITY.md", "CHANGELOG.md"),
     *("Makefile", "Dockerfile", "pyproject.toml"),
 )
 SUFFIXES = frozenset(
     {"", ".cfg", ".css", ".example", ".html", ".js", ".json", ".md", ".py", ".service", ".toml"}
-    | {".yaml", ".yml"}
+    | {".ts", ".yaml", ".yml"}
 )
 SKIPPED = frozenset({"node_modules", "static", "__pycache__", "golden"})
 

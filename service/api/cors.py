@@ -128,7 +128,8 @@ class Origins:
     def headers(self, scope: Scope) -> RawHeaders:
         """The CORS headers of the response to a request."""
         if not self._listed_origins:
-            lists_jobs = scope["path"].endswith(_JOBS) and scope["method"] != "POST"
+            # A preflight request has no key, also if the request after it has one.
+            lists_jobs = scope["path"].endswith(_JOBS) and scope["method"] in ("GET", "HEAD")
             if lists_jobs and not _has_key(scope):
                 return (_SAME_ORIGIN,)
             return self._common_headers

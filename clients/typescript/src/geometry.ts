@@ -8,6 +8,11 @@ export interface ThreeModule {
   BufferAttribute: new (array: Float32Array | Uint16Array | Uint32Array, itemSize: number) => object;
 }
 
+/** The type of geometries that a module makes: that of its meshes, where it has these. */
+export type GeometryOf<Three extends ThreeModule> =
+  Three extends { Mesh: new (...parameters: never) => { geometry: infer Geometry } }
+    ? Geometry : InstanceType<Three['BufferGeometry']>;
+
 /** The methods of a geometry that are used here. */
 interface Geometry {
   setAttribute(name: string, attribute: object): unknown;
@@ -22,10 +27,8 @@ type Rows = readonly (readonly number[])[];
  * (`vertexColors: true`). Attributes have their names after `_`, as those of glTF. Each part is a
  * group with the material index of its number, for lists of materials; one material draws all parts.
  */
-export function toBufferGeometry<Three extends ThreeModule>(
-  three: Three, mesh: Mesh,
-): InstanceType<Three['BufferGeometry']> {
-  const geometry = new three.BufferGeometry() as InstanceType<Three['BufferGeometry']> & Geometry;
+export function toBufferGeometry<Three extends ThreeModule>(three: Three, mesh: Mesh): GeometryOf<Three> {
+  const geometry = new three.BufferGeometry() as Geometry;
   const corners: Rows = mesh.attribute_faces ?? mesh.faces;
   const positions = spreadPositions(mesh, corners);
   const set = (name: string, rows: Rows | undefined, convert?: (value: number, column: number) => number) => {
@@ -46,7 +49,7 @@ export function toBufferGeometry<Three extends ThreeModule>(
     const start = starts[first] ?? 0;
     geometry.addGroup(start, (starts[last] ?? 0) - start, number);
   });
-  return geometry;
+  return geometry as GeometryOf<Three>;
 }
 
 /** The positions in the order of normals: where a position has several normals, it is repeated. */
