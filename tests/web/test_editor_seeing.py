@@ -2,14 +2,14 @@
 
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Locator, Page
 
 from tools.browser import WITHOUT_PIXELS, Stage, record_page
-from tools.editor import WINDOW, perform, reset_editor, show
+from tools.editor import WINDOW, perform, read_value, reset_editor, show
 
 NET_SIZE = 200
 """Rows and columns of a net that would cover its surface if all of it were drawn."""
@@ -55,7 +55,7 @@ def is_inside(page: Page, selector: str) -> bool:
 
 def test_on_a_laptop_the_slider_and_all_of_mesh_are_in_sight(page: Page) -> None:
     page.set_viewport_size({"width": LAPTOP[0], "height": LAPTOP[1]})
-    for selector in ("#view", "#resolution", 'section[aria-labelledby="h-mesh"]', ".readouts"):
+    for selector in ("#view", "#resolution", 'section[aria-labelledby="h-mesh"]', "#vertices"):
         assert is_inside(page, selector), selector
     panel = box_of(page.locator(".settings"))
     assert box_of(page.locator('section[aria-labelledby="h-mesh"]'))[3] <= panel[3]
@@ -285,3 +285,139 @@ def test_where_there_is_no_answer_the_reason_stands_in_its_place(editor: Stage) 
     page.wait_for_selector("#measure", state="hidden")
     assert page.inner_text("#area").endswith(reason)
     assert page.is_hidden("#problem")
+
+
+@pytest.fixture
+def cut_page(page: Page) -> Iterator[Page]:
+    """The editor; in the end, the plane is in the middle, and all of the surface is shown."""
+    yield page
+    page.fill("#section-offset", "0.5")
+    page.check('input[name="section-shown"][value="both"]', force=True)
+    page.check('input[name="section"][value="off"]', force=True)
+
+
+def cut(page: Page, act: Callable[[], Any]) -> float:
+    """Changes the plane of the section; returns the length of its lines."""
+    with page.expect_response(lambda response: response.url.endswith("/v1/intersect")):
+        act()
+    page.wait_for_selector("#section-row:visible")
+    page.wait_for_function("document.documentElement.dataset.state === 'ready'")
+    return read_value(page, "section")
+
+
+def choose_plane(page: Page, name: str) -> float:
+    """Chooses a section across an axis, or a free one; returns the length of its lines."""
+    return cut(page, lambda: page.check(f'input[name="section"][value="{name}"]', force=True))
+
+
+def test_a_section_may_have_any_normal_and_an_exact_offset(cut_page: Page) -> None:
+    """All sections are circles of a sphere of radius 1."""
+    page = cut_page
+    page.click("#open")
+    perform(page, lambda: page.click('[data-example="sphere"]'))
+    assert choose_plane(page, "free") == pytest.approx(2 * math.pi, rel=1e-3)
+    assert page.inner_text("#section-offset-value") == "n · p = 0"
+    valuetext = page.get_attribute("#section-offset", "aria-valuetext")
+    assert valuetext == "0.577 x + 0.577 y + 0.577 z = 0"
+    page.fill("#section-position", "0.6")
+    length = cut(page, lambda: page.press("#section-position", "Enter"))
+    assert length == pytest.approx(2 * math.pi * 0.8, rel=1e-3)
+    page.focus("#view")
+    page.keyboard.press("1")
+    wait_for_axes(page, "+x", "+z")
+    cut(page, lambda: page.click("#section-facing"))
+    normal = [float(page.input_value(f"#section-n{axis}")) for axis in "xyz"]
+    assert normal == pytest.approx([0, -1, 0], abs=1e-4)
+    page.set_checked("#show-net", False)
+    click_surface(page, 0.22)
+    cut(page, lambda: page.click("#section-here"))
+    place = read_place(page)
+    offset = sum(a * b for a, b in zip(normal, place, strict=True))
+    assert float(page.input_value("#section-position")) == pytest.approx(offset)
+
+
+def test_the_plane_follows_its_handle_and_hides_one_side(cut_page: Page) -> None:
+    page = cut_page
+    page.set_checked("#show-net", False)
+    choose_plane(page, "x")
+    page.focus("#view")
+    page.keyboard.press("5")  # from above: x points to the right
+    wait_for_axes(page, "+x", "+y")
+    left, top, right, bottom = box_of(page.locator("#section-handle"))
+    x, y = (left + right) / 2, (top + bottom) / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    cut(page, lambda: page.mouse.move(x + 40, y + 10, steps=4))
+    page.mouse.up()
+    moved = float(page.input_value("#section-position"))
+    assert 0 < moved < 1
+    assert page.inner_text("#section-offset-value") == f"x = {moved:g}"
+    page.wait_for_function(
+        """left => {
+          const { x } = document.querySelector('#section-handle').getBoundingClientRect();
+          return Math.abs(x - left) < 3;
+        }""",
+        arg=left + 40,
+    )
+    page.check('input[name="section-shown"][value="above"]', force=True)
+    page.mouse.click(x - 20, y - 30)  # hidden
+    page.mouse.click(x + 60, y - 30)
+    page.wait_for_selector("#probe-row:visible")
+    assert read_place(page)[0] > moved
+    assert page.is_hidden("#probe-distance-row")
+
+
+def test_stripes_are_where_the_reflection_says(modules: Page) -> None:
+    """A sphere without perspective: at (x, y) its normal is (x, y, √(1 − x² − y²))."""
+    found = modules.evaluate(
+        """async () => {
+          const { buildZebra } = await import('/page/zebra.js');
+          const { Mesh, OrthographicCamera, Scene, SphereGeometry, WebGLRenderer } =
+            await import('/page/three.js');
+          const [size, stripes] = [128, 5];
+          const canvas = document.createElement('canvas');
+          [canvas.width, canvas.height] = [size, size];
+          const renderer = new WebGLRenderer({ canvas, preserveDrawingBuffer: true });
+          const gl = renderer.getContext();
+          gl.disable(gl.RASTERIZER_DISCARD); // see WITHOUT_PIXELS
+          const material = buildZebra();
+          material.uniforms.stripes.value = stripes;
+          material.uniforms.axis.value.set(1, 0, 0);
+          const scene = new Scene();
+          scene.add(new Mesh(new SphereGeometry(1, 200, 150), material));
+          const camera = new OrthographicCamera(-1, 1, 1, -1, 0, 10);
+          camera.position.z = 5;
+          renderer.render(scene, camera);
+          const pixels = new Uint8Array(4 * size * size);
+          gl.readPixels(0, 0, size, size, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+          const results = { dark: 0, light: 0, wrong: 0 };
+          for (let j = 0; j < size; j += 1) {
+            for (let i = 0; i < size; i += 1) {
+              const [x, y] = [i, j].map((k) => (2 * k + 1) / size - 1);
+              if (Math.hypot(x, y) > 0.8) continue;
+              const z = Math.sqrt(1 - x * x - y * y);
+              const reflected = 2 * z * x; // the x of 2 (n · e) n - e, where e = (0, 0, 1)
+              const wave = Math.abs(2 * ((stripes * Math.acos(reflected) / Math.PI) % 1) - 1);
+              if (Math.abs(wave - 0.5) < 0.25) continue; // near an edge of a stripe
+              const isLight = pixels[4 * (j * size + i)] > 128;
+              if (isLight !== wave > 0.5) results.wrong += 1;
+              else results[isLight ? 'light' : 'dark'] += 1;
+            }
+          }
+          renderer.dispose();
+          return results;
+        }"""
+    )
+    assert found["wrong"] == 0
+    assert min(found["dark"], found["light"]) > 500
+
+
+def test_zebra_is_a_look_with_number_and_axis_of_its_stripes(page: Page) -> None:
+    assert page.is_hidden("#zebra")
+    page.check('input[name="look"][value="zebra"]', force=True)
+    page.fill("#stripes", "30")
+    page.check('input[name="stripe-axis"][value="x"]', force=True)
+    assert page.inner_text("#stripes-value") == "30"
+    assert "kink" in page.inner_text("#look-explained")
+    page.check('input[name="look"][value="shaded"]', force=True)
+    assert page.is_hidden("#zebra")

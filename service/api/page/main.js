@@ -147,12 +147,16 @@ const probe = new Probe(state, {
 const measures = new Measure(state);
 const section = new Section(state, {
   show: (polylines) => view?.showSection(polylines),
+  showPlane: (plane) => view?.showPlane(plane),
+  facing: () => view?.facing() ?? null,
+  place: () => probe.point,
   failed: (error) => showProblem(error, state),
   mended: () => { if (root.dataset.state !== 'refused' && root.dataset.state !== 'away') hideProblem(); },
 });
 element('measure', HTMLButtonElement).addEventListener('click', () => { measures.ask().catch((error) => fail(error)); });
 if (view) {
   watchViews(state, view);
+  view.planeView.moved = (distance) => section.moveBy(distance);
   view.clicked = (hit) => {
     probe.showPoint(hit, state.surface.type === 'brep' ? parts : []).catch((error) => fail(error));
   };

@@ -242,7 +242,7 @@ export function makeDotTexture() {
 
 /**
  * Makes a material pass the depth test as if it were a little nearer, so that the surface does not hide
- * lines and points that lie on it.
+ * lines and points that lie on it. Without perspective, only the depth changes.
  * @template {import('./three.js').Material} M
  * @param {M} material @returns {M}
  */
@@ -251,7 +251,7 @@ export function drawNearer(material) {
     const project = '#include <project_vertex>';
     shader.vertexShader = shader.vertexShader
       .replace(project, `${project}\n  gl_Position = projectionMatrix * vec4(
-        isOrthographic ? mvPosition.xy : ${DEPTH_FACTOR} * mvPosition.xy, ${DEPTH_FACTOR} * mvPosition.z, 1.0);`);
+        projectionMatrix[2][3] == 0.0 ? mvPosition.xy : ${DEPTH_FACTOR} * mvPosition.xy, ${DEPTH_FACTOR} * mvPosition.z, 1.0);`);
   };
   return material;
 }

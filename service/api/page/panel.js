@@ -12,6 +12,7 @@ const EXPLANATIONS = {
   normals: 'The colour shows the direction of the normal.',
   gaussian: 'Orange bends like a ball, blue like a saddle; pale is flat or bends in one direction only.',
   mean: 'Orange bends towards its normals, like the inside of a bowl; blue away from them.',
+  zebra: 'Stripes break where the normal jumps, and have a kink where the curvature does.',
 };
 
 /** @param {State} state */
@@ -22,6 +23,10 @@ export function watchPanel(state) {
   }));
   radios('accuracy').forEach((radio) => radio.addEventListener('change', () => {
     state.set({ accuracy: /** @type {Settings['accuracy']} */ (radio.value) });
+  }));
+  input('stripes').addEventListener('input', (event) => state.set({ stripes: valueOf(event) }));
+  radios('stripe-axis').forEach((radio) => radio.addEventListener('change', () => {
+    state.set({ stripeAxis: /** @type {Settings['stripeAxis']} */ (radio.value) });
   }));
   input('show-net').addEventListener('change', (event) => state.set({ net: isOn(event) }));
   input('show-wires').addEventListener('change', (event) => state.set({ wires: isOn(event) }));
@@ -53,6 +58,10 @@ function show({ settings, history, surface }) {
   radios('look').forEach((radio) => {
     radio.disabled = (radio.value === 'gaussian' || radio.value === 'mean') && hasSweep(surface);
   });
+  element('zebra', HTMLElement).hidden = look !== 'zebra';
+  input('stripes').value = String(settings.stripes);
+  write('stripes-value', String(settings.stripes));
+  checkRadio('stripe-axis', settings.stripeAxis);
   const accuracy = chooseAccuracy(settings, surface);
   checkRadio('accuracy', accuracy);
   radios('accuracy').forEach((radio) => { radio.disabled = radio.value !== 'tolerance' && hasPart(surface); });

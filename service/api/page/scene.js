@@ -41,6 +41,7 @@ export class Stage {
     this.isOrthographic = false;
     this.renderer = new WebGLRenderer({ canvas, context, antialias: true, alpha: true });
     this.renderer.toneMapping = NeutralToneMapping;
+    this.renderer.localClippingEnabled = true;
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = VSMShadowMap;
     // Shadows are drawn again for a new mesh, not when the camera turns.

@@ -1,25 +1,31 @@
-// Shows where a plane across an axis cuts the surface, while its switch is on: the lines, how many of them
-// are closed, and their length.
+// Shows where a plane cuts the surface, while its switch is on: the lines, how many of them are closed, and
+// their length. The plane is across an axis, or has any normal.
 
 import { MeshRequests } from './mesh-requests.js';
-import { announce, element, getChecked, input, radios, write } from './page.js';
+import { announce, button, element, getChecked, input, radios, write } from './page.js';
+import { describe, dot, findRange, normalize, offsetAt, roundIn, shareOf } from './section-plane.js';
 import { section } from './service.js';
 import { perform } from './work.js';
 
 /** @typedef {import('./report.js').Report} Report */
+/** @typedef {import('./section-plane.js').SectionPlane} SectionPlane */
 /** @typedef {import('./service.js').Polyline} Polyline */
 /** @typedef {import('./state.js').State} State */
 
 /**
  * @typedef {object} Callbacks
  * @property {(polylines: Polyline[]) => void} show  draws these lines, and no others
+ * @property {(plane: SectionPlane | null) => void} showPlane  draws the plane; null draws none
+ * @property {() => number[] | null} facing  the direction towards the viewer, in the document
+ * @property {() => number[] | null} place  the point that was clicked last
  * @property {(error: Error) => void} failed
  * @property {() => void} mended  called when an error of the section no longer applies
  */
 
 const AXES = ['x', 'y', 'z'];
-/** Milliseconds without a further change after which a request is sent. */
-const PAUSE = 60;
+const NORMAL_FIELDS = ['section-nx', 'section-ny', 'section-nz'];
+/** Milliseconds after a change after which a request is sent, with all changes until then. */
+const PAUSE = 30;
 
 export class Section {
   /** @param {State} state @param {Callbacks} callbacks */
@@ -27,29 +33,98 @@ export class Section {
     this.callbacks = callbacks;
     /** The box of the mesh that is shown. @type {Report['bounds'] | null} */
     this.bounds = null;
-    /** Axis and offset of the last request; empty if the section must be requested again. */
+    /** An offset that was typed, or to which the plane was dragged; null: that of the slider. @type {number | null} */
+    this.exactOffset = null;
+    /** The plane of the last request as a text; empty if the section must be requested again. */
     this.asked = '';
     this.hasFailed = false;
     this.timer = 0;
-    /** @type {MeshRequests<{axis: number, offset: number}, Polyline[]>} */
+    /** The offset to which the plane was dragged, with all digits. @type {number | null} */
+    this.dragged = null;
+    /** @type {MeshRequests<{normal: number[], offset: number}, Polyline[]>} */
     this.requests = new MeshRequests({
-      send: ({ axis, offset }, outdated) => {
+      send: ({ normal, offset }, outdated) => {
         const { surface } = state;
-        return perform('Computing the section', (signal) => section(surface, axis, offset, signal), outdated);
+        return perform('Computing the section', (signal) => section(surface, normal, offset, signal), outdated);
       },
       answered: (polylines) => this.show(polylines),
       failed: (error) => this.fail(error),
       idle: () => {},
     });
     state.listen((change) => {
-      if (change === 'opened') this.bounds = null;
+      if (change === 'opened') {
+        this.bounds = null;
+        this.exactOffset = null;
+      }
       if (change !== 'settings' && change !== 'chosen') this.forget();
     });
+    this.watchControls();
+  }
+
+  watchControls() {
     radios('section').forEach((radio) => radio.addEventListener('change', () => {
+      this.exactOffset = null;
       this.update();
       element('section-slider', HTMLElement).scrollIntoView({ block: 'nearest' });
     }));
-    input('section-offset').addEventListener('input', () => this.update());
+    radios('section-shown').forEach((radio) => radio.addEventListener('change', () => this.update()));
+    input('section-offset').addEventListener('input', () => {
+      this.exactOffset = null;
+      this.update();
+    });
+    input('section-position').addEventListener('change', (event) => {
+      const { value, valueAsNumber } = /** @type {HTMLInputElement} */ (event.currentTarget);
+      if (value !== '' && Number.isFinite(valueAsNumber)) this.moveTo(valueAsNumber);
+      this.update();
+    });
+    NORMAL_FIELDS.forEach((id) => input(id).addEventListener('input', () => {
+      this.exactOffset = null;
+      this.update();
+    }));
+    button('section-facing').addEventListener('click', () => {
+      const direction = this.callbacks.facing();
+      if (direction === null) return;
+      NORMAL_FIELDS.forEach((id, axis) => { input(id).value = String(Number(direction[axis].toPrecision(4))); });
+      this.exactOffset = null;
+      this.update();
+    });
+    button('section-here').addEventListener('click', () => {
+      const [normal, place] = [this.readNormal(), this.callbacks.place()];
+      if (normal === null || place === null) announce('Click a point of the surface first');
+      else this.moveTo(dot(normal, place));
+    });
+  }
+
+  /** Moves the plane by a distance along its normal. @param {number} distance */
+  moveBy(distance) {
+    const normal = this.readNormal();
+    if (normal === null || this.bounds === null) return;
+    const range = findRange(normal, this.bounds);
+    // Steps that are smaller than the digits that are shown add up.
+    const offset = this.dragged ?? this.readOffset(range);
+    this.dragged = Math.min(range[1], Math.max(range[0], offset + distance));
+    this.exactOffset = roundIn(range, this.dragged);
+    this.update();
+  }
+
+  /** @param {number} offset */
+  moveTo(offset) {
+    this.dragged = null;
+    this.exactOffset = offset;
+    this.update();
+  }
+
+  /** The unit normal that is chosen; null if the section is off, or the normal has no direction. */
+  readNormal() {
+    const choice = getChecked('section');
+    if (choice === 'free') return normalize(NORMAL_FIELDS.map((id) => Number(input(id).value)));
+    const axis = AXES.indexOf(choice);
+    return axis < 0 ? null : AXES.map((_, k) => Number(k === axis));
+  }
+
+  /** @param {[number, number]} range */
+  readOffset(range) {
+    return this.exactOffset ?? offsetAt(range, Number(input('section-offset').value));
   }
 
   /** Cuts the surface whose mesh is now shown. @param {Report['bounds']} bounds */
@@ -58,21 +133,32 @@ export class Section {
     this.update();
   }
 
-  /** Requests the section that the switch and the slider describe, unless it was requested. */
+  /** Requests the section that the controls describe, unless it was requested. */
   update() {
-    const axis = AXES.indexOf(getChecked('section'));
-    element('section-slider', HTMLElement).hidden = axis < 0;
-    if (axis < 0) this.forget();
-    if (axis < 0 || this.bounds === null) return;
+    const choice = getChecked('section');
+    const normal = this.readNormal();
+    element('section-slider', HTMLElement).hidden = choice === 'off';
+    element('section-normal', HTMLElement).hidden = choice !== 'free';
+    if (this.exactOffset === null) this.dragged = null;
+    if (normal === null) this.forget();
+    if (normal === null || this.bounds === null) return;
+    const range = findRange(normal, this.bounds);
+    const offset = this.readOffset(range);
+    const text = describe(normal, offset);
+    // Of a free normal, its fields are beside the slider.
+    write('section-offset-value', choice === 'free' ? `n · p = ${text.split(' = ')[1]}` : text);
     const slider = input('section-offset');
-    const offset = offsetAt(this.bounds.min[axis], this.bounds.max[axis], Number(slider.value));
-    const text = `${AXES[axis]} = ${String(offset).replace('-', '−')}`;
-    write('section-offset-value', text);
+    if (this.exactOffset !== null) slider.value = String(shareOf(range, offset));
     slider.setAttribute('aria-valuetext', text);
-    if (text === this.asked) return;
-    this.asked = text;
+    input('section-position').value = String(offset);
+    this.callbacks.showPlane({
+      normal, offset, shown: /** @type {SectionPlane['shown']} */ (getChecked('section-shown')),
+    });
+    const asked = JSON.stringify([normal, offset]);
+    if (asked === this.asked) return;
+    this.asked = asked;
     clearTimeout(this.timer);
-    this.timer = setTimeout(() => this.requests.ask({ axis, offset }), PAUSE);
+    this.timer = setTimeout(() => this.requests.ask({ normal, offset }), PAUSE);
   }
 
   /** Removes the section, and drops its requests. */
@@ -80,6 +166,7 @@ export class Section {
     clearTimeout(this.timer);
     this.requests.forget();
     this.asked = '';
+    this.callbacks.showPlane(null);
     this.clear();
   }
 
@@ -108,13 +195,6 @@ export class Section {
     if (this.hasFailed) this.callbacks.mended();
     this.hasFailed = false;
   }
-}
-
-/** The offset at a share of the way between two bounds, with four digits of their distance. @param {number} low @param {number} high @param {number} share */
-function offsetAt(low, high, share) {
-  if (high <= low) return low;
-  const unit = 10 ** (Math.floor(Math.log10(high - low)) - 3);
-  return Number((Math.round((low + share * (high - low)) / unit) * unit).toPrecision(12));
 }
 
 /** @param {number[][]} points */

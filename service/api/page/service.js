@@ -105,12 +105,12 @@ export async function measure(surface, signal) {
 /** A line of a section; a closed one ends at its first point. @typedef {{closed: boolean, points: number[][]}} Polyline */
 
 /**
- * The lines in which the plane of all points with this coordinate cuts a surface.
- * @param {Surface} surface @param {number} axis  0 for x, 1 for y, 2 for z @param {number} offset  the coordinate
+ * The lines in which a plane cuts a surface: that of all points p with normal · p = offset.
+ * @param {Surface} surface @param {number[]} normal  a unit vector @param {number} offset
  * @param {AbortSignal} [signal] @returns {Promise<Polyline[]>}
  */
-export async function section(surface, axis, offset, signal) {
-  const planes = { normals: [[0, 1, 2].map((k) => Number(k === axis))], offsets: [offset] };
+export async function section(surface, normal, offset, signal) {
+  const planes = { normals: [normal], offsets: [offset] };
   const { sections: [{ polylines }] } = await post('v1/intersect', { surface, planes, relative_tolerance: 1e-4 }, signal);
   return polylines;
 }

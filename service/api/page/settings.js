@@ -2,7 +2,7 @@
 // is divided.
 
 /** @typedef {import('./documents.js').Surface} Surface */
-/** @typedef {'shaded' | 'normals' | 'gaussian' | 'mean'} Look */
+/** @typedef {'shaded' | 'normals' | 'gaussian' | 'mean' | 'zebra'} Look */
 
 /**
  * @typedef {object} Settings
@@ -12,13 +12,15 @@
  * @property {'resolution' | 'tolerance'} accuracy
  * @property {number} resolution  divisions of a patch
  * @property {number} tolerance  logarithm to base 10 of `relative_tolerance`
+ * @property {number} stripes  of the look `zebra`
+ * @property {'x' | 'y' | 'z'} stripeAxis  about which they are rings
  * @property {boolean} orthographic  whether the view has no perspective
  */
 
 /** @type {readonly Look[]} */
-export const LOOKS = ['shaded', 'normals', 'gaussian', 'mean'];
+export const LOOKS = ['shaded', 'normals', 'gaussian', 'mean', 'zebra'];
 /** The ranges of the sliders. */
-export const RANGES = { resolution: [1, 64], tolerance: [-5, -1] };
+export const RANGES = { resolution: [1, 64], tolerance: [-5, -1], stripes: [4, 60] };
 
 /** The most quads (patches × resolution²) of a mesh that follows a drag, so that each frame can show a new mesh. */
 const COARSE_QUADS = 6000;
@@ -27,7 +29,7 @@ const MIN_COARSE_RESOLUTION = 2;
 /** @type {Readonly<Settings>} */
 export const DEFAULTS = Object.freeze({
   look: 'shaded', net: true, wires: false, accuracy: 'resolution', resolution: 16, tolerance: -3,
-  orthographic: false,
+  stripes: 12, stripeAxis: 'z', orthographic: false,
 });
 
 /** `relative_tolerance`, with enough digits to distinguish the steps of the slider. @param {Settings} settings */
@@ -123,6 +125,8 @@ export function toQuery(settings) {
   if (settings.look !== DEFAULTS.look) query.set('look', settings.look);
   if (!settings.net) query.set('net', '0');
   if (settings.wires) query.set('wires', '1');
+  if (settings.stripes !== DEFAULTS.stripes) query.set('stripes', String(settings.stripes));
+  if (settings.stripeAxis !== DEFAULTS.stripeAxis) query.set('stripe_axis', settings.stripeAxis);
   if (settings.orthographic) query.set('orthographic', '1');
   return query;
 }
@@ -143,6 +147,10 @@ export function fromQuery(query) {
   if (look !== undefined) settings.look = look;
   settings.net = query.get('net') !== '0';
   settings.wires = query.get('wires') === '1';
+  const stripes = Number(query.get('stripes'));
+  if (Number.isInteger(stripes) && stripes > 0) settings.stripes = within(stripes, RANGES.stripes);
+  const axis = query.get('stripe_axis');
+  if (axis === 'x' || axis === 'y' || axis === 'z') settings.stripeAxis = axis;
   settings.orthographic = query.get('orthographic') === '1';
   return settings;
 }

@@ -6,6 +6,7 @@ import {
 } from './three.js';
 import { curvatureColors, findRange } from './colors.js';
 import { buildMaterial, OFFSET } from './studio.js';
+import { buildZebra } from './zebra.js';
 
 /** @typedef {import('./colors.js').Palette} Palette */
 /** @typedef {import('./settings.js').Look} Look */
@@ -27,6 +28,9 @@ export class SurfaceView {
     /** Materials of the looks that show normals and curvatures. */
     this.normalMaterial = new MeshNormalMaterial({ side: DoubleSide, ...OFFSET });
     this.curvatureMaterial = buildMaterial({ vertexColors: true, roughness: 0.6 });
+    this.zebraMaterial = buildZebra();
+    /** Planes that hide what is on their other side. @type {import('./three.js').Plane[]} */
+    this.clippingPlanes = [];
     /** Materials of the look `shaded` by name, also for later meshes, because to compile one takes time. */
     this.materials = new Map();
     /** The face of a part that was clicked last, drawn over the mesh. */
@@ -49,6 +53,7 @@ export class SurfaceView {
     this.model = gltf.scene;
     this.model.updateMatrixWorld(true);
     this.model.traverse((/** @type {any} */ node) => {
+      if (node.isLine) node.material.clippingPlanes = this.clippingPlanes;
       if (!node.isMesh) return;
       node.castShadow = true;
       node.receiveShadow = true;
@@ -68,7 +73,9 @@ export class SurfaceView {
     const name = isPlain ? PLAIN : `${original.color.getHexString()} ${opacity} ${vertexColors}`;
     if (!this.materials.has(name)) {
       const color = original.color.clone();
-      this.materials.set(name, buildMaterial({ name, color, vertexColors, opacity, transparent }));
+      const material = buildMaterial({ name, color, vertexColors, opacity, transparent });
+      material.clippingPlanes = this.clippingPlanes;
+      this.materials.set(name, material);
     }
     return this.materials.get(name);
   }
@@ -94,12 +101,35 @@ export class SurfaceView {
         mesh.material = this.curvatureMaterial;
       } else {
         if (own.color) mesh.geometry.setAttribute('color', own.color);
-        mesh.material = look === 'normals' ? this.normalMaterial : own.material;
+        const others = { normals: this.normalMaterial, zebra: this.zebraMaterial };
+        mesh.material = others[/** @type {keyof typeof others} */ (look)] ?? own.material;
       }
       if (own.material.name === PLAIN) own.material.color.set(palette.glaze);
       this.showWires(mesh, wires);
     });
     this.stage.draw();
+  }
+
+  /** @param {number} stripes @param {number[]} axis  in the scene */
+  setStripes(stripes, axis) {
+    this.zebraMaterial.uniforms.stripes.value = stripes;
+    this.zebraMaterial.uniforms.axis.value.fromArray(axis);
+  }
+
+  /** Hides what is on the other side of some planes. @param {import('./three.js').Plane[]} planes */
+  clip(planes) {
+    this.clippingPlanes = planes;
+    const materials = [
+      this.normalMaterial, this.curvatureMaterial, this.zebraMaterial, this.marked.material, this.wire, ...this.materials.values(),
+    ];
+    materials.forEach((material) => { material.clippingPlanes = planes; });
+    this.model.traverse((/** @type {any} */ node) => { if (node.isLine) node.material.clippingPlanes = planes; });
+    this.stage.draw();
+  }
+
+  /** Whether a point of the scene is on the sides that are shown. @param {Vector3} point */
+  isShown(point) {
+    return this.clippingPlanes.every((plane) => plane.distanceToPoint(point) >= 0);
   }
 
   /** @param {any} mesh @param {boolean} wires */

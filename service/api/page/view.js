@@ -5,10 +5,11 @@ import { formatCamera } from './address.js';
 import { paintLegend, PALETTES } from './colors.js';
 import { AxesView } from './axes-view.js';
 import { toDocument, toScene } from './frame.js';
-import { Raycaster } from './three.js';
+import { Raycaster, Vector3 } from './three.js';
 import { NetView } from './net-view.js';
 import { checkRadio, getChecked, element, write } from './page.js';
 import { PinView } from './pin-view.js';
+import { PlaneView } from './plane-view.js';
 import { watchPointer } from './pointer.js';
 import { DEFAULT_DIRECTION, Stage } from './scene.js';
 import { SectionView } from './section-view.js';
@@ -33,6 +34,7 @@ export class View {
     this.netView = new NetView(this.stage);
     this.sectionView = new SectionView(this.stage);
     this.pinView = new PinView(this.stage);
+    this.planeView = new PlaneView(this.stage);
     new AxesView(this.stage, state, (towardsCamera) => this.fit(towardsCamera));
     /** Whether the open document has not been shown yet. */
     this.isNew = true;
@@ -95,11 +97,23 @@ export class View {
   click(mouse) {
     const caster = new Raycaster();
     caster.setFromCamera(mouse, this.stage.drawingCamera);
-    const [hit] = caster.intersectObjects(this.surfaceView.meshes, false);
+    const hits = caster.intersectObjects(this.surfaceView.meshes, false);
+    const hit = hits.find(({ point }) => this.surfaceView.isShown(point));
     if (!hit) return;
     this.surfaceView.markFace(hit);
     const name = this.surfaceView.meshes.length > 1 ? nameOf(hit.object) : '';
     this.clicked({ point: toDocument(this.state.surface, hit.point.toArray()), name });
+  }
+
+  /** Draws the plane of a section, and hides the side that is not shown. @param {import('./section-plane.js').SectionPlane | null} plane */
+  showPlane(plane) {
+    this.surfaceView.clip(this.planeView.show(plane, this.state.surface, this.surfaceView.bounds()));
+  }
+
+  /** The direction towards the camera, in the document. */
+  facing() {
+    const direction = this.stage.camera.getWorldDirection(new Vector3()).negate();
+    return toDocument({ up: this.state.surface.up }, direction.toArray());
   }
 
   /** Marks a point of the document, with a text beside it. @param {number[]} point @param {string} text */
@@ -139,7 +153,10 @@ export class View {
   updateLook(coarse = false) {
     const { settings } = this.state;
     this.netView.group.visible = settings.net;
-    const look = chooseLook(settings, this.state.surface);
+    const { surface } = this.state;
+    const look = chooseLook(settings, surface);
+    const axis = ['x', 'y', 'z'].map((name) => Number(name === settings.stripeAxis));
+    this.surfaceView.setStripes(settings.stripes, toScene({ up: surface.up }, axis));
     this.surfaceView.setLook(look, settings.wires, PALETTES[theme()], coarse);
     this.paint();
     this.showLegend();
@@ -154,6 +171,7 @@ export class View {
     this.netView.paint(palette, chosen >= 0 && chosen === this.errorIndex);
     this.sectionView.paint(palette);
     this.pinView.paint(palette);
+    this.planeView.paint(palette);
     this.stage.paint(palette);
   }
 
