@@ -36,6 +36,8 @@ AUDIT   := pip-audit==2.10.1
 ACCEPTED :=
 # Schemathesis for `make test-api`, with zstd for compressed responses; and the fuzzer of `make fuzz`.
 SCHEMATHESIS := schemathesis==4.32.5 hypothesis==6.170.15 backports.zstd==1.8.0
+# Generators of Python clients, for `make test-generators`; those for TypeScript are in tests/generators/.
+GENERATORS := openapi-python-client==0.29.1 datamodel-code-generator==0.89.0
 FUZZER  := atheris==3.0.0
 SECONDS ?= 600
 CASES   ?= 20000
@@ -43,7 +45,7 @@ SWAGGER := service/api/static/swagger-ui
 BUNDLES := service/api/static/page
 
 .DEFAULT_GOAL := help
-.PHONY: help serve test check format openapi types generated bench bench-occ bench-queries test-disk test-s3 test-cad test-api test-attack fuzz test-jobs test-rolling test-upgrade lint-deploy certify judge judge-files judge-queries memory test-recipes test-libraries test-properties web client picture lock image image-test sbom audit licences release-check clean
+.PHONY: help serve test check format openapi types generated bench bench-occ bench-queries test-disk test-s3 test-cad test-api test-attack fuzz test-generators test-jobs test-rolling test-upgrade lint-deploy certify judge judge-files judge-queries memory test-recipes test-libraries test-properties web client picture lock image image-test sbom audit licences release-check clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-13s  %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -130,6 +132,9 @@ lint-deploy: build/checkov/.ready ## Check Dockerfile and manifests with a secur
 test-api: $(VENV)/.dev build/api/.ready ## Compare the live service with its OpenAPI document, by CASES requests (20000)
 	$(BIN)/python -m tools.schemathesis_run build/api/bin/schemathesis $(CASES)
 
+test-generators: $(VENV)/.dev tests/generators/node_modules/.package-lock.json build/generators/.ready ## Lint the OpenAPI document, and use the clients that five generators make from it (2 minutes)
+	GENERATORS_PYTHON=build/generators/bin/python $(BIN)/python -m pytest tests/generators/live_clients.py
+
 test-attack: $(VENV)/.dev ## Make all attacks of docs/safety.md on the live service, and print a table (5 minutes)
 	$(BIN)/python -m tools.attack
 
@@ -199,7 +204,7 @@ audit: build/audit/.ready $(VENV)/.runtime ## Check the pinned packages for know
 	@good=true; \
 	build/audit/bin/pip-audit --strict --requirement constraints.txt --no-deps --disable-pip \
 	  --progress-spinner off $(ACCEPTED) || good=false; \
-	for folder in web tests/web; do (cd $$folder && $(NPM) audit --package-lock-only) || good=false; done; \
+	for folder in web tests/web tests/generators; do (cd $$folder && $(NPM) audit --package-lock-only) || good=false; done; \
 	$$good || { echo 'A package is vulnerable, or could not be checked: see above.'; exit 1; }
 
 licences: $(VENV)/.dev ## Write docs/licences.md again; fails for a licence that is not allowed
@@ -209,7 +214,7 @@ release-check: $(VENV)/.dev ## Check that this checkout may be tagged: docs/rele
 	$(BIN)/python -m tools.supply.release
 
 clean: ## Remove all built files
-	rm -rf $(VENV) build dist service/api/static web/node_modules tests/web/node_modules
+	rm -rf $(VENV) build dist service/api/static web/node_modules tests/*/node_modules
 	rm -rf .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis
 	find service tests tools oracles -name __pycache__ -type d -prune -exec rm -rf {} +
 
@@ -302,6 +307,15 @@ build/api/.ready: Makefile
 	build/api/bin/python -m pip --disable-pip-version-check --quiet install $(SCHEMATHESIS)
 	touch $@
 
+# The generators have other dependencies than the service, and the generated clients need httpx,
+# attrs and pydantic.
+build/generators/.ready: Makefile constraints.txt
+	@echo 'Installing the generators of Python clients into build/generators …'
+	$(PYTHON) -m venv build/generators
+	build/generators/bin/python -m pip --disable-pip-version-check --quiet install \
+	  --constraint constraints.txt $(GENERATORS)
+	touch $@
+
 # The fuzzer imports the modules of the service, so both are in one environment.
 build/fuzz/.ready: Makefile | $(VENV)/.dev
 	@echo 'Installing Atheris into build/fuzz …'
@@ -322,4 +336,8 @@ $(BUNDLES)/manifest.json: web/node_modules/.package-lock.json web/build.mjs $(sh
 
 tests/web/node_modules/.package-lock.json: tests/web/package-lock.json | $(VENV)/.dev
 	@cd tests/web && $(NPM) ci --no-audit --no-fund > /dev/null
+	@touch $@
+
+tests/generators/node_modules/.package-lock.json: tests/generators/package-lock.json | $(VENV)/.dev
+	@cd tests/generators && $(NPM) ci --no-audit --no-fund > /dev/null
 	@touch $@

@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[1]
 MODULES = sorted((ROOT / "service").rglob("*.py"))
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 CONSTRAINTS = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
-LOCKS = [ROOT / "web" / "package-lock.json", ROOT / "tests" / "web" / "package-lock.json"]
+LOCKS = [ROOT / each / "package-lock.json" for each in ("web", "tests/web", "tests/generators")]
 MAX_LINES = 500
 
 

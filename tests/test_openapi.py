@@ -42,6 +42,7 @@ from service.schemas.file_fields import FIELDS, document_from_query
 from service.schemas.kinds import KINDS
 from service.schemas.options import MeshOptionFields
 from service.schemas.queries import PointsRequest
+from service.schemas.query import LIST_NAMES
 from service.schemas.request import MeshRequest
 from service.schemas.validation import validate_document
 from service.settings.values import Settings
@@ -395,7 +396,8 @@ def test_every_call_that_jobs_can_make_has_the_preference_for_a_job() -> None:
         operation = item.get("post", {})
         names = {parameter["name"] for parameter in operation.get("parameters", [])}
         assert ("Prefer" in names) == (path in CALLS)
-        assert ("202" in operation.get("responses", {})) == (path in {*CALLS, "/v1/jobs"})
+        # `Prefer` describes its response: as a response, it would change the type of every result.
+        assert ("202" in operation.get("responses", {})) == (path == "/v1/jobs")
 
 
 def test_get_requests_with_all_examples_and_defaults_succeed(
@@ -415,15 +417,59 @@ def test_get_requests_with_all_examples_and_defaults_succeed(
             name, examples = parameter["name"], list(parameter.get("examples", {}).values())
             value = parameter.get("example", parameter["schema"].get("default"))
             if parameter["in"] == "path":
-                url = url.replace(f"{{{name}}}", examples[0]["value"])
+                url = url.replace(f"{{{name}}}", str(examples[0]["value"]))
             elif value is not None and parameter["in"] == "query":
-                query[name] = ",".join(map(str, value)) if isinstance(value, list) else value
+                query[name] = value
             elif value is not None:
                 headers[name] = value
         if "get" in item and path != "/v1/stored":  # a service without keys does not have it
             # In lower case, because True must be `true`.
-            response = client.get(f"{url}?{urlencode(query).lower()}", headers)
+            response = client.get(f"{url}?{urlencode(query, doseq=True).lower()}", headers)
             assert response.status_code == 200, (path, query, response.text)
+
+
+def test_lists_in_queries_are_described_as_repeated_parameters(client: Client) -> None:
+    """Generated clients repeat a parameter for each item, so the service must accept it."""
+    for _, _, operation in list_operations():
+        for parameter in operation.get("parameters", []):
+            schemas = [parameter["schema"], *parameter["schema"].get("oneOf", [])]
+            is_list = any(schema.get("type") == "array" for schema in schemas)
+            assert (parameter.get("style"), parameter.get("explode")) == (
+                ("form", True) if is_list else (None, None)
+            )
+            assert not is_list or parameter["name"] in LIST_NAMES
+    url = "/v1/surfaces/saddle/mesh.json"
+    repeated = "resolution=2&resolution=3&overlays=control_net&isocurves=0&overlays=boundary"
+    mesh = client.get(f"{url}?{repeated}")
+    assert mesh.status_code == 200
+    assert (
+        mesh.content
+        == client.get(f"{url}?resolution=2,3&overlays=control_net,boundary&isocurves=0,0").content
+    )
+
+
+def list_nodes(value: Any) -> Iterator[dict[str, Any]]:
+    """All objects in a JSON value."""
+    if isinstance(value, dict):
+        yield value
+        value = list(value.values())
+    if isinstance(value, list):
+        for each in value:
+            yield from list_nodes(each)
+
+
+def test_generators_find_what_they_read() -> None:
+    """`make test-generators` uses clients that generators make from this document."""
+    for node in list_nodes(DOCUMENT["components"]["schemas"] | DOCUMENT["paths"]):
+        # Beside `items`, some generators take `prefixItems` for further elements.
+        assert "prefixItems" not in node
+        assert node.get("type") != "array" or "items" in node
+    assert DOCUMENT["servers"][0]["url"] == "/"
+    assert DOCUMENT["security"] == []
+    assert DOCUMENT["info"]["license"]["identifier"] == "Apache-2.0"
+    point = SCHEMAS["Mesh"]["properties"]["vertices"]["items"]
+    number = {"type": "number"}
+    assert point == {"type": "array", "items": number, "minItems": 3, "maxItems": 3}
 
 
 def test_query_parameters_beside_a_file_have_valid_examples() -> None:

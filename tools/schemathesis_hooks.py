@@ -100,7 +100,6 @@ schemathesis.openapi.media_type("application/vnd.geomdl+json", _geomdl())
 @schemathesis.hook  # type: ignore[untyped-decorator]
 def before_load_schema(_: Any, document: dict[str, Any]) -> None:
     """Changes the OpenAPI document to a form with the same meaning that schemathesis can read."""
-    _remove_prefix_items(document)
     # Without `itemSchema`, schemathesis would take the schema of the whole stream for that of each
     # event.
     events = document["paths"].get("/v1/jobs/{id}/events", {}).get("get")
@@ -137,18 +136,6 @@ _EVENT = {
     },
 }
 """The events of a job: the state of the job as JSON."""
-
-
-def _remove_prefix_items(node: Any) -> None:
-    """Removes `prefixItems` from schemas whose `items`, `minItems` and `maxItems` say the same."""
-    if isinstance(node, dict):
-        if {"items", "minItems", "maxItems"} <= node.keys():
-            node.pop("prefixItems", None)
-        for child in node.values():
-            _remove_prefix_items(child)
-    elif isinstance(node, list):
-        for child in node:
-            _remove_prefix_items(child)
 
 
 @schemathesis.deserializer("model/gltf+json")  # type: ignore[untyped-decorator]

@@ -140,7 +140,7 @@ FORMATS: tuple[Format, ...] = (
     ),
     Format(
         name="npz",
-        title="Arrays of NumPy",
+        title="Arrays of NumPy, binary",
         media_type="application/x-npz",
         suffix="npz",
         is_float32=False,

@@ -46,10 +46,9 @@ other kinds they describe an object."""
 def tuple_schema(item: dict[str, Any], length: int) -> dict[str, Any]:
     """The JSON Schema of a list of `length` items, each of the schema `item`.
 
-    `prefixItems` adds nothing for validators; from it, generators of clients make a tuple type.
+    It has no `prefixItems`: some generators of clients add these to `items`, as further elements.
     """
-    bounds = {"minItems": length, "maxItems": length}
-    return {"type": "array", "items": item, "prefixItems": [item] * length, **bounds}
+    return {"type": "array", "items": item, "minItems": length, "maxItems": length}
 
 
 class NumberGrid(GridRules):

@@ -10,12 +10,13 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import BeforeValidator, Field, Tag
+from pydantic import BeforeValidator, Field, Tag, WithJsonSchema
 from typing_extensions import TypeAliasType
 
 from service.engine.measures.values import WELD_TOLERANCE
 from service.engine.options import MAX_WELD_TOLERANCE
 from service.errors import InvalidRequest, Issue, pointer
+from service.schemas.arrays import tuple_schema
 from service.schemas.fields import (
     Omittable,
     StrictModel,
@@ -56,10 +57,16 @@ Degrees: TypeAlias = Annotated[
     tuple[Degree, Degree], Field(strict=False), *whole_numbers(1, MAX_DEGREE)
 ]
 Interval: TypeAlias = Annotated[
-    tuple[Number, Number], Field(strict=False), _limit_length(2, 2, "numbers")
+    tuple[Number, Number],
+    Field(strict=False),
+    _limit_length(2, 2, "numbers"),
+    WithJsonSchema(tuple_schema({"type": "number"}, 2)),
 ]
 Barycentric: TypeAlias = Annotated[
-    tuple[Number, Number, Number], Field(strict=False), _limit_length(3, 3, "numbers")
+    tuple[Number, Number, Number],
+    Field(strict=False),
+    _limit_length(3, 3, "numbers"),
+    WithJsonSchema(tuple_schema({"type": "number"}, 3)),
 ]
 
 

@@ -97,9 +97,10 @@ _READERS = _find_readers(CurveOptionFields) | _find_readers(MeshQuery)
 _READERS["resolution"] = pair_from_text
 
 LIST_NAMES = frozenset(
-    name for name, read in _READERS.items() if read in (_split_names, pair_from_text)
+    {name for name, read in _READERS.items() if read in (_split_names, pair_from_text)}
+    | {"degree", "knots"}  # of a surface in a file, for which `file_fields` reads the text
 )
-"""Names of the options that may be lists."""
+"""Names of the parameters that may be lists: repeated (`a=1&a=2`), or with commas (`a=1,2`)."""
 
 
 def parse_mesh_query(pairs: Iterable[tuple[str, str]]) -> MeshQuery:
@@ -143,18 +144,21 @@ def option_values(pairs: Iterable[tuple[str, str]]) -> dict[str, object]:
 
 
 def values_from_text(pairs: Iterable[tuple[str, str]]) -> dict[str, object]:
-    """The values of options from pairs (name, text); the items of lists are separated by commas.
+    """The values of options from pairs (name, text); `LIST_NAMES` says how lists are written.
 
     Unknown names get their text as value; the model refuses them later.
 
     Raises
     ------
     InvalidRequest
-        `repeated_key` or `too_many_parameters`.
+        `repeated_key`, for a parameter that is no list, or `too_many_parameters`.
     """
-    values: dict[str, object] = {}
+    texts: dict[str, list[str]] = {}
     for name, text in pairs:
-        if name in values:
+        if name in texts and name in LIST_NAMES:
+            texts[name].append(text)
+            continue
+        if name in texts:
             raise InvalidRequest(
                 Issue(
                     "repeated_key",
@@ -164,7 +168,7 @@ def values_from_text(pairs: Iterable[tuple[str, str]]) -> dict[str, object]:
                     "each parameter once",
                 )
             )
-        if len(values) == MAX_PARAMETERS:
+        if len(texts) == MAX_PARAMETERS:
             raise InvalidRequest(
                 Issue(
                     "too_many_parameters",
@@ -174,8 +178,8 @@ def values_from_text(pairs: Iterable[tuple[str, str]]) -> dict[str, object]:
                     f"at most {MAX_PARAMETERS}",
                 )
             )
-        values[name] = _READERS.get(name, str)(text)
-    return values
+        texts[name] = [text]
+    return {name: _READERS.get(name, str)(",".join(parts)) for name, parts in texts.items()}
 
 
 def canonical_query(options: MeshOptionFields, ignored: Set[str] = frozenset()) -> str:

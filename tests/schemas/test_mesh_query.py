@@ -94,7 +94,12 @@ def spelled_queries(draw: st.DrawFn, values: dict[str, Any]) -> str:
     if draw(st.booleans()):
         pairs["engine"] = str(ENGINE)
     order = draw(st.permutations(sorted(pairs)))
-    return "&".join(f"{quote(name)}={quote(pairs[name])}" for name in order)
+    # A list may have commas, or its parameter is repeated.
+    return "&".join(
+        f"{quote(name)}={quote(text)}"
+        for name in order
+        for text in (pairs[name].split(",") if draw(st.booleans()) else [pairs[name]])
+    )
 
 
 @st.composite

@@ -126,7 +126,7 @@ def test_dependabot_watches_the_files_that_pin_versions() -> None:
     )
     updates = yaml.safe_load(DEPENDABOT.read_text(encoding="utf-8"))["updates"]
     watched_folders = {(each["package-ecosystem"], each["directory"]) for each in updates}
-    npm_folders = ("web", "tests/web")
+    npm_folders = ("web", "tests/web", "tests/generators")
     assert watched_folders == {
         *(("npm", f"/{folder}") for folder in npm_folders),
         *(("pip", "/"), ("docker", "/"), ("docker-compose", "/deploy")),

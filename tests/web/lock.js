@@ -3,7 +3,7 @@
 
 import { readFileSync, writeFileSync } from 'node:fs';
 
-const LOCK = new URL('package-lock.json', import.meta.url);
+const LOCK = 'package-lock.json';  // of the package whose script runs this program
 
 const lock = JSON.parse(readFileSync(LOCK, 'utf-8'));
 Object.values(lock.packages).forEach((entry) => { delete entry.funding; });

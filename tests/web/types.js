@@ -1,5 +1,5 @@
 // `node types.js` prints the TypeScript types of the committed OpenAPI document.
-// Fields with a default are optional; binary content has the type Blob.
+// Fields with a default are optional; binary content has the type Blob, a list of three a tuple.
 
 import { readFileSync } from 'node:fs';
 import openapi, { astToString } from 'openapi-typescript';
@@ -11,9 +11,17 @@ const HEAD = `\
 // Changes belong into the OpenAPI document.
 
 `;
+const MAX_TUPLE = 4;  // items: longer lists stay lists
 const BLOB = ts.factory.createTypeReferenceNode('Blob');
 
-const types = await openapi(JSON.parse(readFileSync(DOCUMENT, 'utf-8')), {
+/** Adds `prefixItems` to the schema of a list of fixed length, which is a tuple in the types. */
+function markTuple(_, schema) {
+  const { items, minItems, maxItems } = schema ?? {};
+  return items && minItems === maxItems && minItems <= MAX_TUPLE
+    ? { ...schema, prefixItems: Array(minItems).fill(items) } : schema;
+}
+
+const types = await openapi(JSON.parse(readFileSync(DOCUMENT, 'utf-8'), markTuple), {
   defaultNonNullable: false,
   rootTypes: true,
   rootTypesNoSchemaPrefix: true,

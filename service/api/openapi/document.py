@@ -37,6 +37,10 @@ _TAGS = {
     "operations": "Health and metrics.",
 }
 
+_LICENSE = {"name": "Apache License 2.0", "identifier": "Apache-2.0"}
+
+_SERVER = {"url": "/", "description": "The service that this document comes from."}
+
 _SECURITY_SCHEME = {
     "type": "http",
     "scheme": "bearer",
@@ -100,8 +104,12 @@ def describe(app: FastAPI, settings: Settings) -> Json:
         description=DESCRIPTION,
         routes=app.routes,
         tags=[{"name": name, "description": text} for name, text in _TAGS.items()],
+        servers=[_SERVER],
+        license_info=_LICENSE,
         separate_input_output_schemas=False,
     )
+    # Every operation that needs a key says so.
+    document["security"] = []
     for path, item in document["paths"].items():
         if path in CALLS and settings.jobs:
             add_preference(item["post"])

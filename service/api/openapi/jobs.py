@@ -73,7 +73,7 @@ JobId: TypeAlias = Annotated[
 PartIndex: TypeAlias = Annotated[
     str,
     WithJsonSchema({"type": "integer", "minimum": 0}),
-    Path(description="Index of a part.", openapi_examples={"first": {"value": "0"}}),
+    Path(description="Index of a part.", openapi_examples={"first": {"value": 0}}),
 ]
 RANGE: list[Json] = [
     parameter(
@@ -89,8 +89,9 @@ RANGE: list[Json] = [
 PREFER = parameter(
     "header",
     "Prefer",
-    "`respond-async`: makes a job of one part of this call (`POST /v1/jobs`), and the response is "
-    "the state of this job, with `Preference-Applied` (RFC 7240). Ignored for a file of points or "
+    "`respond-async` (RFC 7240): makes a job of one part of this call (`POST /v1/jobs`). The "
+    "response, in place of the result, is then 202 with the state of this job, a `Job`, and the "
+    "headers `Location`, `Retry-After` and `Preference-Applied`. Ignored for a file of points or "
     "of rays.",
     {"type": "string"},
 )
@@ -154,9 +155,6 @@ RETRY_LATER: Json = {
         type="integer",
     )
 }
-APPLIED: Json = {
-    "Preference-Applied": header("With `Prefer: respond-async`: this preference.", "respond-async")
-}
 
 
 def _states() -> Json:
@@ -218,15 +216,35 @@ ACCEPTED: Json = {
 """The response 202."""
 
 
-def add_preference(operation: Json) -> None:
-    """Adds to a call that computes the header `Prefer`, and the response to it."""
-    operation.setdefault("parameters", []).append(PREFER)
-    # Without a schema, so that in typed clients the result of the call keeps its type.
-    operation["responses"]["202"] = ACCEPTED | {
-        "description": "With `Prefer: respond-async`: the state of the job, a `Job`.",
-        "headers": ACCEPTED["headers"] | APPLIED,
+_PREFERRED: Json = {
+    "Preference-Applied": header(
+        "Only in the response 202 to `Prefer: respond-async`: this preference.",
+        "respond-async",
+        is_required=False,
+    )
+} | {
+    name: about
+    | {
+        "description": "Only in the response 202 to `Prefer: respond-async`. "
+        + about["description"],
+        "required": False,
     }
-    operation["responses"] |= {"507": error("JobQuotaFull")}
+    for name, about in (LOCATION | RETRY_LATER).items()
+}
+
+
+def add_preference(operation: Json) -> None:
+    """Adds to a call that computes the header `Prefer`, which describes the response 202.
+
+    This response is not listed, only its headers: in typed clients, each result would have the type
+    of a job as well.
+    """
+    operation.setdefault("parameters", []).append(PREFER)
+    result = operation["responses"]["200"]
+    operation["responses"] |= {
+        "200": result | {"headers": result["headers"] | _PREFERRED},
+        "507": error("JobQuotaFull"),
+    }
 
 
 def job_body() -> Json:

@@ -131,7 +131,7 @@ def format_parameter(
 
 
 def option_parameters() -> list[Json]:
-    """The options of a mesh and `engine` as query parameters; lists are comma-separated.
+    """The options of a mesh and `engine` as query parameters.
 
     Their examples are in their schemas, not in the parameters: Swagger UI fills in all examples of
     parameters at once, and some options exclude each other.
@@ -143,9 +143,11 @@ def option_parameters() -> list[Json]:
 
 
 def _style(name: str) -> Json:
-    """For an option or a field of a surface that is a list: its values separated by commas."""
-    is_list = name in LIST_NAMES or name in ("degree", "knots")
-    return {"style": "form", "explode": False} if is_list else {}
+    """For an option or a field of a surface that is a list: the parameter is repeated.
+
+    The service takes lists with commas, too; some generators of clients can write only one form.
+    """
+    return {"style": "form", "explode": True} if name in LIST_NAMES else {}
 
 
 def json_body(examples: Json, *parameters: Json) -> Json:

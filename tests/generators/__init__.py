@@ -1,0 +1,1 @@
+"""Programs of generators of clients, from the OpenAPI document: `make test-generators`."""
