@@ -69,7 +69,8 @@ export interface paths {
          *     parameters on a brep are those of the surface of a face, which `patch` names, and `inside` says
          *     whether the point is inside the trims of this face. In a group, `patch` counts the faces and
          *     Bézier patches of all members; points, derivatives and curvatures are those of the placed
-         *     surfaces. Tubes and ribbons have no patches (`not_parametric`).
+         *     surfaces. Exact tubes have the patches that `/v1/project` names; ribbons, and other tubes, have
+         *     none (`not_parametric`).
          */
         post: operations["queryPoints"];
         delete?: never;
@@ -2347,9 +2348,15 @@ export interface components {
              *     the domain of the patch; (s, t) for triangles.
              */
             uv?: [
-                number,
-                number
-            ][];
+                [
+                    number,
+                    number
+                ],
+                [
+                    number,
+                    number
+                ]
+            ];
             /**
              * Edge
              * @description The index of an edge in `edge_lengths`. Left out for borders that are given by parameter
@@ -2613,9 +2620,15 @@ export interface components {
              *     the domain of the patch; (s, t) for triangles.
              */
             uv?: [
-                number,
-                number
-            ][];
+                [
+                    number,
+                    number
+                ],
+                [
+                    number,
+                    number
+                ]
+            ];
             /**
              * Edge
              * @description The index of an edge in `edge_lengths`. Left out for borders that are given by parameter
@@ -2865,6 +2878,39 @@ export interface components {
              *     request.
              */
             engine?: number;
+        };
+        /**
+         * InsertDefinition
+         * @description Inserts a knot into a B-spline: one more row or column of control points, the same points.
+         *
+         *     At a knot that is there already, its multiplicity increases, up to the degree. The direction
+         *     becomes clamped. For several knots, repeat the operation.
+         */
+        InsertDefinition: {
+            /**
+             * Op
+             * @description The operation.
+             * @constant
+             */
+            op: "insert";
+            /**
+             * U
+             * @description The new knot along u: inside the surface's domain. It adds a row of control points.
+             * @example 0.5
+             */
+            u?: number;
+            /**
+             * V
+             * @description The new knot along v: inside the surface's domain. It adds a column of control points.
+             * @example 0.25
+             */
+            v?: number;
+            /**
+             * Patch
+             * @description For `patches`, `multipatch` and `group`: the number of the patch that is changed, from 0, as POST /v1/points counts it. Its surface or member keeps its place, its name and its placement; a B-spline in a group is changed as a whole. Needed if there are several.
+             * @example 0
+             */
+            patch?: number;
         };
         /**
          * IntersectRequest
@@ -4110,7 +4156,7 @@ export interface components {
             name?: string;
         };
         /** @description A step of a conversion: `op` names its kind. */
-        OperationDefinition: components["schemas"]["ElevateDefinition"] | components["schemas"]["SplitDefinition"] | components["schemas"]["RestrictDefinition"] | components["schemas"]["TransposeDefinition"] | components["schemas"]["ReverseDefinition"] | components["schemas"]["BezierConversion"] | components["schemas"]["TriangleConversion"] | components["schemas"]["UntrimDefinition"] | components["schemas"]["SelectDefinition"] | components["schemas"]["OrientDefinition"];
+        OperationDefinition: components["schemas"]["ElevateDefinition"] | components["schemas"]["SplitDefinition"] | components["schemas"]["RestrictDefinition"] | components["schemas"]["InsertDefinition"] | components["schemas"]["TransposeDefinition"] | components["schemas"]["ReverseDefinition"] | components["schemas"]["BezierConversion"] | components["schemas"]["TriangleConversion"] | components["schemas"]["UntrimDefinition"] | components["schemas"]["SelectDefinition"] | components["schemas"]["OrientDefinition"];
         /**
          * OrientDefinition
          * @description Turns patches so that neighbours agree, and closed surfaces have a positive volume.
@@ -4284,7 +4330,11 @@ export interface components {
              * Centroid
              * @description The centroid of that volume, x, y, z.
              */
-            centroid?: components["schemas"]["Interval"][];
+            centroid?: [
+                components["schemas"]["Interval"],
+                components["schemas"]["Interval"],
+                components["schemas"]["Interval"]
+            ];
         };
         /**
          * PartReport
@@ -5714,7 +5764,7 @@ export interface components {
                 off: string;
                 /** @description 3MF, binary. */
                 "3mf": string;
-                /** @description Arrays of NumPy. */
+                /** @description Arrays of NumPy, binary. */
                 npz: string;
             };
         };
@@ -5791,7 +5841,7 @@ export interface components {
                 off: string;
                 /** @description 3MF, binary. */
                 "3mf": string;
-                /** @description Arrays of NumPy. */
+                /** @description Arrays of NumPy, binary. */
                 npz: string;
             };
         };
@@ -5823,7 +5873,11 @@ export interface components {
              * Centroid
              * @description The centroid of that volume, x, y, z.
              */
-            centroid?: components["schemas"]["Interval"][];
+            centroid?: [
+                components["schemas"]["Interval"],
+                components["schemas"]["Interval"],
+                components["schemas"]["Interval"]
+            ];
             /**
              * Closed
              * @description Whether the surface has no border and a consistent orientation: on every edge, as many sides
@@ -6703,6 +6757,7 @@ export type Format = components['schemas']['Format'];
 export type FormatList = components['schemas']['FormatList'];
 export type GroupDefinition = components['schemas']['GroupDefinition'];
 export type Health = components['schemas']['Health'];
+export type InsertDefinition = components['schemas']['InsertDefinition'];
 export type IntersectRequest = components['schemas']['IntersectRequest'];
 export type Intersections = components['schemas']['Intersections'];
 export type Interval = components['schemas']['Interval'];
@@ -6882,7 +6937,7 @@ export interface operations {
                 stl?: "binary" | "ascii";
             };
             header?: {
-                /** @description `respond-async`: makes a job of one part of this call (`POST /v1/jobs`), and the response is the state of this job, with `Preference-Applied` (RFC 7240). Ignored for a file of points or of rays. */
+                /** @description `respond-async` (RFC 7240): makes a job of one part of this call (`POST /v1/jobs`). The response, in place of the result, is then 202 with the state of this job, a `Job`, and the headers `Location`, `Retry-After` and `Preference-Applied`. Ignored for a file of points or of rays. */
                 Prefer?: string;
             };
             path?: never;
@@ -6940,6 +6995,21 @@ export interface operations {
                      * @example faces=300; skipped=2
                      */
                     "Surface-Reading"?: string;
+                    /**
+                     * @description Only in the response 202 to `Prefer: respond-async`: this preference.
+                     * @example respond-async
+                     */
+                    "Preference-Applied"?: string;
+                    /**
+                     * @description Only in the response 202 to `Prefer: respond-async`. URL of the job, without the host.
+                     * @example /v1/jobs/5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3
+                     */
+                    Location?: string;
+                    /**
+                     * @description Only in the response 202 to `Prefer: respond-async`. Seconds after which to ask again. Not sent when the job has ended.
+                     * @example 1
+                     */
+                    "Retry-After"?: number;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
                     "X-Request-Id": components["headers"]["RequestId"];
@@ -6957,38 +7027,8 @@ export interface operations {
                     "model/x-ply": Blob;
                     "model/x-off": string;
                     "model/3mf": Blob;
-                    "application/x-npz": string;
+                    "application/x-npz": Blob;
                 };
-            };
-            /** @description With `Prefer: respond-async`: the state of the job, a `Job`. */
-            202: {
-                headers: {
-                    /**
-                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
-                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
-                     */
-                    "Server-Timing": string;
-                    /**
-                     * @description URL of the job, without the host.
-                     * @example /v1/jobs/5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3
-                     */
-                    Location: string;
-                    /**
-                     * @description Seconds after which to ask again. Not sent when the job has ended.
-                     * @example 1
-                     */
-                    "Retry-After"?: number;
-                    /**
-                     * @description With `Prefer: respond-async`: this preference.
-                     * @example respond-async
-                     */
-                    "Preference-Applied": string;
-                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
-                    RateLimit: components["headers"]["RateLimit"];
-                    "X-Request-Id": components["headers"]["RequestId"];
-                    [name: string]: unknown;
-                };
-                content?: never;
             };
             400: components["responses"]["MalformedJson"];
             401: components["responses"]["KeyNeeded"];
@@ -7136,7 +7176,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description `respond-async`: makes a job of one part of this call (`POST /v1/jobs`), and the response is the state of this job, with `Preference-Applied` (RFC 7240). Ignored for a file of points or of rays. */
+                /** @description `respond-async` (RFC 7240): makes a job of one part of this call (`POST /v1/jobs`). The response, in place of the result, is then 202 with the state of this job, a `Job`, and the headers `Location`, `Retry-After` and `Preference-Applied`. Ignored for a file of points or of rays. */
                 Prefer?: string;
             };
             path?: never;
@@ -7156,6 +7196,21 @@ export interface operations {
                      * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
+                    /**
+                     * @description Only in the response 202 to `Prefer: respond-async`: this preference.
+                     * @example respond-async
+                     */
+                    "Preference-Applied"?: string;
+                    /**
+                     * @description Only in the response 202 to `Prefer: respond-async`. URL of the job, without the host.
+                     * @example /v1/jobs/5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3
+                     */
+                    Location?: string;
+                    /**
+                     * @description Only in the response 202 to `Prefer: respond-async`. Seconds after which to ask again. Not sent when the job has ended.
+                     * @example 1
+                     */
+                    "Retry-After"?: number;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
                     "X-Request-Id": components["headers"]["RequestId"];
@@ -7164,36 +7219,6 @@ export interface operations {
                 content: {
                     "application/json": components["schemas"]["Points"];
                 };
-            };
-            /** @description With `Prefer: respond-async`: the state of the job, a `Job`. */
-            202: {
-                headers: {
-                    /**
-                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
-                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
-                     */
-                    "Server-Timing": string;
-                    /**
-                     * @description URL of the job, without the host.
-                     * @example /v1/jobs/5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3
-                     */
-                    Location: string;
-                    /**
-                     * @description Seconds after which to ask again. Not sent when the job has ended.
-                     * @example 1
-                     */
-                    "Retry-After"?: number;
-                    /**
-                     * @description With `Prefer: respond-async`: this preference.
-                     * @example respond-async
-                     */
-                    "Preference-Applied": string;
-                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
-                    RateLimit: components["headers"]["RateLimit"];
-                    "X-Request-Id": components["headers"]["RequestId"];
-                    [name: string]: unknown;
-                };
-                content?: never;
             };
             400: components["responses"]["MalformedJson"];
             401: components["responses"]["KeyNeeded"];
@@ -7231,7 +7256,7 @@ export interface operations {
                 operations?: string;
             };
             header?: {
-                /** @description `respond-async`: makes a job of one part of this call (`POST /v1/jobs`), and the response is the state of this job, with `Preference-Applied` (RFC 7240). Ignored for a file of points or of rays. */
+                /** @description `respond-async` (RFC 7240): makes a job of one part of this call (`POST /v1/jobs`). The response, in place of the result, is then 202 with the state of this job, a `Job`, and the headers `Location`, `Retry-After` and `Preference-Applied`. Ignored for a file of points or of rays. */
                 Prefer?: string;
             };
             path?: never;
@@ -7274,6 +7299,21 @@ export interface operations {
                      * @example faces=300; skipped=2
                      */
                     "Surface-Reading"?: string;
+                    /**
+                     * @description Only in the response 202 to `Prefer: respond-async`: this preference.
+                     * @example respond-async
+                     */
+                    "Preference-Applied"?: string;
+                    /**
+                     * @description Only in the response 202 to `Prefer: respond-async`. URL of the job, without the host.
+                     * @example /v1/jobs/5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3
+                     */
+                    Location?: string;
+                    /**
+                     * @description Only in the response 202 to `Prefer: respond-async`. Seconds after which to ask again. Not sent when the job has ended.
+                     * @example 1
+                     */
+                    "Retry-After"?: number;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
                     "X-Request-Id": components["headers"]["RequestId"];
@@ -7285,36 +7325,6 @@ export interface operations {
                     "model/iges": string;
                     "model/x-vtu": Blob;
                 };
-            };
-            /** @description With `Prefer: respond-async`: the state of the job, a `Job`. */
-            202: {
-                headers: {
-                    /**
-                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
-                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
-                     */
-                    "Server-Timing": string;
-                    /**
-                     * @description URL of the job, without the host.
-                     * @example /v1/jobs/5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3
-                     */
-                    Location: string;
-                    /**
-                     * @description Seconds after which to ask again. Not sent when the job has ended.
-                     * @example 1
-                     */
-                    "Retry-After"?: number;
-                    /**
-                     * @description With `Prefer: respond-async`: this preference.
-                     * @example respond-async
-                     */
-                    "Preference-Applied": string;
-                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
-                    RateLimit: components["headers"]["RateLimit"];
-                    "X-Request-Id": components["headers"]["RequestId"];
-                    [name: string]: unknown;
-                };
-                content?: never;
             };
             400: components["responses"]["MalformedJson"];
             401: components["responses"]["KeyNeeded"];
@@ -7337,7 +7347,7 @@ export interface operations {
                 format?: "glb" | "gltf" | "json" | "oogl" | "obj";
             };
             header?: {
-                /** @description `respond-async`: makes a job of one part of this call (`POST /v1/jobs`), and the response is the state of this job, with `Preference-Applied` (RFC 7240). Ignored for a file of points or of rays. */
+                /** @description `respond-async` (RFC 7240): makes a job of one part of this call (`POST /v1/jobs`). The response, in place of the result, is then 202 with the state of this job, a `Job`, and the headers `Location`, `Retry-After` and `Preference-Applied`. Ignored for a file of points or of rays. */
                 Prefer?: string;
             };
             path?: never;
@@ -7362,6 +7372,21 @@ export interface operations {
                      * @example attachment; filename="sail.glb"
                      */
                     "Content-Disposition"?: string;
+                    /**
+                     * @description Only in the response 202 to `Prefer: respond-async`: this preference.
+                     * @example respond-async
+                     */
+                    "Preference-Applied"?: string;
+                    /**
+                     * @description Only in the response 202 to `Prefer: respond-async`. URL of the job, without the host.
+                     * @example /v1/jobs/5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3
+                     */
+                    Location?: string;
+                    /**
+                     * @description Only in the response 202 to `Prefer: respond-async`. Seconds after which to ask again. Not sent when the job has ended.
+                     * @example 1
+                     */
+                    "Retry-After"?: number;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
                     "X-Request-Id": components["headers"]["RequestId"];
@@ -7376,36 +7401,6 @@ export interface operations {
                     "model/x-oogl": string;
                     "model/obj": string;
                 };
-            };
-            /** @description With `Prefer: respond-async`: the state of the job, a `Job`. */
-            202: {
-                headers: {
-                    /**
-                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
-                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
-                     */
-                    "Server-Timing": string;
-                    /**
-                     * @description URL of the job, without the host.
-                     * @example /v1/jobs/5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3
-                     */
-                    Location: string;
-                    /**
-                     * @description Seconds after which to ask again. Not sent when the job has ended.
-                     * @example 1
-                     */
-                    "Retry-After"?: number;
-                    /**
-                     * @description With `Prefer: respond-async`: this preference.
-                     * @example respond-async
-                     */
-                    "Preference-Applied": string;
-                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
-                    RateLimit: components["headers"]["RateLimit"];
-                    "X-Request-Id": components["headers"]["RequestId"];
-                    [name: string]: unknown;
-                };
-                content?: never;
             };
             400: components["responses"]["MalformedJson"];
             401: components["responses"]["KeyNeeded"];
@@ -7432,7 +7427,7 @@ export interface operations {
                 sign?: boolean;
             };
             header?: {
-                /** @description `respond-async`: makes a job of one part of this call (`POST /v1/jobs`), and the response is the state of this job, with `Preference-Applied` (RFC 7240). Ignored for a file of points or of rays. */
+                /** @description `respond-async` (RFC 7240): makes a job of one part of this call (`POST /v1/jobs`). The response, in place of the result, is then 202 with the state of this job, a `Job`, and the headers `Location`, `Retry-After` and `Preference-Applied`. Ignored for a file of points or of rays. */
                 Prefer?: string;
             };
             path?: never;
@@ -7453,6 +7448,21 @@ export interface operations {
                      * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
+                    /**
+                     * @description Only in the response 202 to `Prefer: respond-async`: this preference.
+                     * @example respond-async
+                     */
+                    "Preference-Applied"?: string;
+                    /**
+                     * @description Only in the response 202 to `Prefer: respond-async`. URL of the job, without the host.
+                     * @example /v1/jobs/5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3
+                     */
+                    Location?: string;
+                    /**
+                     * @description Only in the response 202 to `Prefer: respond-async`. Seconds after which to ask again. Not sent when the job has ended.
+                     * @example 1
+                     */
+                    "Retry-After"?: number;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
                     "X-Request-Id": components["headers"]["RequestId"];
@@ -7461,36 +7471,6 @@ export interface operations {
                 content: {
                     "application/json": components["schemas"]["ClosestPoints"];
                 };
-            };
-            /** @description With `Prefer: respond-async`: the state of the job, a `Job`. */
-            202: {
-                headers: {
-                    /**
-                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
-                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
-                     */
-                    "Server-Timing": string;
-                    /**
-                     * @description URL of the job, without the host.
-                     * @example /v1/jobs/5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3
-                     */
-                    Location: string;
-                    /**
-                     * @description Seconds after which to ask again. Not sent when the job has ended.
-                     * @example 1
-                     */
-                    "Retry-After"?: number;
-                    /**
-                     * @description With `Prefer: respond-async`: this preference.
-                     * @example respond-async
-                     */
-                    "Preference-Applied": string;
-                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
-                    RateLimit: components["headers"]["RateLimit"];
-                    "X-Request-Id": components["headers"]["RequestId"];
-                    [name: string]: unknown;
-                };
-                content?: never;
             };
             400: components["responses"]["MalformedJson"];
             401: components["responses"]["KeyNeeded"];
@@ -7523,7 +7503,7 @@ export interface operations {
                 relative_tolerance?: number;
             };
             header?: {
-                /** @description `respond-async`: makes a job of one part of this call (`POST /v1/jobs`), and the response is the state of this job, with `Preference-Applied` (RFC 7240). Ignored for a file of points or of rays. */
+                /** @description `respond-async` (RFC 7240): makes a job of one part of this call (`POST /v1/jobs`). The response, in place of the result, is then 202 with the state of this job, a `Job`, and the headers `Location`, `Retry-After` and `Preference-Applied`. Ignored for a file of points or of rays. */
                 Prefer?: string;
             };
             path?: never;
@@ -7549,6 +7529,21 @@ export interface operations {
                      * @example attachment; filename="sail.glb"
                      */
                     "Content-Disposition"?: string;
+                    /**
+                     * @description Only in the response 202 to `Prefer: respond-async`: this preference.
+                     * @example respond-async
+                     */
+                    "Preference-Applied"?: string;
+                    /**
+                     * @description Only in the response 202 to `Prefer: respond-async`. URL of the job, without the host.
+                     * @example /v1/jobs/5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3
+                     */
+                    Location?: string;
+                    /**
+                     * @description Only in the response 202 to `Prefer: respond-async`. Seconds after which to ask again. Not sent when the job has ended.
+                     * @example 1
+                     */
+                    "Retry-After"?: number;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
                     "X-Request-Id": components["headers"]["RequestId"];
@@ -7564,36 +7559,6 @@ export interface operations {
                     "model/obj": string;
                     "image/svg+xml": string;
                 };
-            };
-            /** @description With `Prefer: respond-async`: the state of the job, a `Job`. */
-            202: {
-                headers: {
-                    /**
-                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
-                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
-                     */
-                    "Server-Timing": string;
-                    /**
-                     * @description URL of the job, without the host.
-                     * @example /v1/jobs/5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3
-                     */
-                    Location: string;
-                    /**
-                     * @description Seconds after which to ask again. Not sent when the job has ended.
-                     * @example 1
-                     */
-                    "Retry-After"?: number;
-                    /**
-                     * @description With `Prefer: respond-async`: this preference.
-                     * @example respond-async
-                     */
-                    "Preference-Applied": string;
-                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
-                    RateLimit: components["headers"]["RateLimit"];
-                    "X-Request-Id": components["headers"]["RequestId"];
-                    [name: string]: unknown;
-                };
-                content?: never;
             };
             400: components["responses"]["MalformedJson"];
             401: components["responses"]["KeyNeeded"];
@@ -7633,7 +7598,7 @@ export interface operations {
                 weld_tolerance?: number;
             };
             header?: {
-                /** @description `respond-async`: makes a job of one part of this call (`POST /v1/jobs`), and the response is the state of this job, with `Preference-Applied` (RFC 7240). Ignored for a file of points or of rays. */
+                /** @description `respond-async` (RFC 7240): makes a job of one part of this call (`POST /v1/jobs`). The response, in place of the result, is then 202 with the state of this job, a `Job`, and the headers `Location`, `Retry-After` and `Preference-Applied`. Ignored for a file of points or of rays. */
                 Prefer?: string;
             };
             path?: never;
@@ -7666,6 +7631,21 @@ export interface operations {
                      * @example faces=300; skipped=2
                      */
                     "Surface-Reading"?: string;
+                    /**
+                     * @description Only in the response 202 to `Prefer: respond-async`: this preference.
+                     * @example respond-async
+                     */
+                    "Preference-Applied"?: string;
+                    /**
+                     * @description Only in the response 202 to `Prefer: respond-async`. URL of the job, without the host.
+                     * @example /v1/jobs/5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3
+                     */
+                    Location?: string;
+                    /**
+                     * @description Only in the response 202 to `Prefer: respond-async`. Seconds after which to ask again. Not sent when the job has ended.
+                     * @example 1
+                     */
+                    "Retry-After"?: number;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
                     "X-Request-Id": components["headers"]["RequestId"];
@@ -7674,36 +7654,6 @@ export interface operations {
                 content: {
                     "application/json": components["schemas"]["SurfaceMeasures"];
                 };
-            };
-            /** @description With `Prefer: respond-async`: the state of the job, a `Job`. */
-            202: {
-                headers: {
-                    /**
-                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
-                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
-                     */
-                    "Server-Timing": string;
-                    /**
-                     * @description URL of the job, without the host.
-                     * @example /v1/jobs/5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3
-                     */
-                    Location: string;
-                    /**
-                     * @description Seconds after which to ask again. Not sent when the job has ended.
-                     * @example 1
-                     */
-                    "Retry-After"?: number;
-                    /**
-                     * @description With `Prefer: respond-async`: this preference.
-                     * @example respond-async
-                     */
-                    "Preference-Applied": string;
-                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
-                    RateLimit: components["headers"]["RateLimit"];
-                    "X-Request-Id": components["headers"]["RequestId"];
-                    [name: string]: unknown;
-                };
-                content?: never;
             };
             400: components["responses"]["MalformedJson"];
             401: components["responses"]["KeyNeeded"];
@@ -8121,7 +8071,7 @@ export interface operations {
                     "model/x-ply": Blob;
                     "model/x-off": string;
                     "model/3mf": Blob;
-                    "application/x-npz": string;
+                    "application/x-npz": Blob;
                 };
             };
             /** @description The client has the mesh already: `If-None-Match` lists its tag in a coding that the client accepts. */
@@ -8653,7 +8603,7 @@ export interface operations {
                     "model/x-ply": Blob;
                     "model/x-off": string;
                     "model/3mf": Blob;
-                    "application/x-npz": string;
+                    "application/x-npz": Blob;
                     "model/step": string;
                     "model/iges": string;
                     "model/x-vtu": Blob;
