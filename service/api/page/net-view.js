@@ -1,9 +1,10 @@
 // Draws the control net: lines and points. Parts behind the surface are faint.
 
 import {
-  BufferAttribute, BufferGeometry, CanvasTexture, Group, LineBasicMaterial, LineSegments,
+  BufferAttribute, BufferGeometry, Group, LineBasicMaterial, LineSegments,
   MathUtils, Matrix4, Points, PointsMaterial, Vector3,
 } from './three.js';
+import { drawNearer, makeDotTexture } from './marks.js';
 import { pointAt } from './net.js';
 import { chooseLevel, findLevels, MAX_LEVEL } from './net-levels.js';
 
@@ -26,9 +27,6 @@ const FADE = [1.5, 8];
 /** If points are equally near to the mouse, the front point is selected: a depth of one radius of the
  *  model counts as this many pixels. */
 const DEPTH_PIXELS = 14;
-/** Distance of lines and points from the camera in the depth test, as a share of their true distance:
- *  so the surface does not hide lines that lie on it. */
-const DEPTH_FACTOR = '0.994';
 
 export class NetView {
   /** @param {Stage} stage */
@@ -225,33 +223,4 @@ export class NetView {
 function hasLines(lines, edges) {
   return lines.length === 2 * edges.length
     && edges.every(([a, b], i) => lines[2 * i] === a && lines[2 * i + 1] === b);
-}
-
-/** A texture with a white dot. */
-export function makeDotTexture() {
-  const canvas = document.createElement('canvas');
-  canvas.width = 64;
-  canvas.height = 64;
-  const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext('2d'));
-  context.fillStyle = '#fff';
-  context.beginPath();
-  context.arc(32, 32, 28, 0, 2 * Math.PI);
-  context.fill();
-  return new CanvasTexture(canvas);
-}
-
-/**
- * Makes a material pass the depth test as if it were a little nearer, so that the surface does not hide
- * lines and points that lie on it. Without perspective, only the depth changes.
- * @template {import('./three.js').Material} M
- * @param {M} material @returns {M}
- */
-export function drawNearer(material) {
-  material.onBeforeCompile = (shader) => {
-    const project = '#include <project_vertex>';
-    shader.vertexShader = shader.vertexShader
-      .replace(project, `${project}\n  gl_Position = projectionMatrix * vec4(
-        projectionMatrix[2][3] == 0.0 ? mvPosition.xy : ${DEPTH_FACTOR} * mvPosition.xy, ${DEPTH_FACTOR} * mvPosition.z, 1.0);`);
-  };
-  return material;
 }

@@ -1,6 +1,6 @@
 // The mark of a click: a dot on the surface, and its coordinates beside it. Behind the surface the dot is faint.
 
-import { drawNearer, makeDotTexture } from './net-view.js';
+import { drawNearer, makeDotTexture } from './marks.js';
 import { element } from './page.js';
 import { BufferAttribute, BufferGeometry, Group, Points, PointsMaterial, Vector3 } from './three.js';
 

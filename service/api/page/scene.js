@@ -1,8 +1,9 @@
 // The stage: camera, light and floor. It draws a picture only after a change.
 
+import { buildFloor } from './floor.js';
 import {
-  Box3, DirectionalLight, HemisphereLight, MathUtils, Mesh, NeutralToneMapping, OrbitControls,
-  OrthographicCamera, PerspectiveCamera, PlaneGeometry, Scene, ShadowMaterial, Vector3, VSMShadowMap, WebGLRenderer,
+  Box3, DirectionalLight, HemisphereLight, MathUtils, NeutralToneMapping, OrbitControls,
+  OrthographicCamera, PerspectiveCamera, Scene, Vector3, VSMShadowMap, WebGLRenderer,
 } from './three.js';
 
 /** @typedef {import('./colors.js').Palette} Palette */
@@ -21,14 +22,6 @@ export function createContext(canvas) {
   return canvas.getContext('webgl2', { antialias: true, alpha: true, powerPreference: 'default' });
 }
 
-/** A shader that makes the shadow fainter towards the left and right edges of the canvas. */
-const FADE = /* glsl */ `
-  float inward = 2.0 * min(gl_FragCoord.x, width - gl_FragCoord.x) / width;
-  gl_FragColor.a *= smoothstep(0.0, 0.3, inward);
-`;
-/** The line of a shader of three.js before which FADE is inserted. */
-const TONE_MAPPING = '#include <tonemapping_fragment>';
-
 export class Stage {
   /** @param {HTMLCanvasElement} canvas @param {WebGL2RenderingContext} context */
   constructor(canvas, context) {
@@ -46,10 +39,12 @@ export class Stage {
     this.renderer.shadowMap.type = VSMShadowMap;
     // Shadows are drawn again for a new mesh, not when the camera turns.
     this.renderer.shadowMap.autoUpdate = false;
+    /** The width of the canvas in device pixels, for shaders. */
+    this.width = { value: 1 };
     // The main light, and a weaker light from behind.
     this.key = new DirectionalLight('#fff4e3', 2.3);
     this.rim = new DirectionalLight('#dfe9ff', 0.7);
-    this.floor = new Mesh(new PlaneGeometry(1, 1), new ShadowMaterial({ color: '#12100c' }));
+    this.floor = buildFloor(this.width);
     this.addLightAndFloor();
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.enableDamping = !matchMedia('(prefers-reduced-motion: reduce)').matches;
@@ -57,8 +52,6 @@ export class Stage {
     this.controls.addEventListener('change', () => this.draw());
     this.box = new Box3(new Vector3(-1, -1, -1), new Vector3(1, 1, 1));
     this.isDrawPending = false;
-    /** The width of the canvas in device pixels, for shaders. */
-    this.width = { value: 1 };
     /** Whether a mesh was shown. Before, nothing is drawn: compiling the shaders would delay the page. */
     this.isStarted = false;
     /** @type {(() => void)[]} */
@@ -74,13 +67,6 @@ export class Stage {
     key.shadow.mapSize.set(512, 512);
     key.shadow.radius = 5;
     key.shadow.blurSamples = 12;
-    floor.rotation.x = -Math.PI / 2;
-    floor.receiveShadow = true;
-    floor.material.onBeforeCompile = (shader) => {
-      shader.uniforms.width = this.width;
-      shader.fragmentShader = `uniform float width;\n${shader.fragmentShader}`
-        .replace(TONE_MAPPING, `${FADE}\n${TONE_MAPPING}`);
-    };
     const ambient = new HemisphereLight('#eaf1fb', '#b9a58d', 1.6);
     this.scene.add(ambient, key, key.target, rim, rim.target, floor);
   }

@@ -3,7 +3,7 @@
 import {
   BufferAttribute, BufferGeometry, Group, LineBasicMaterial, LineSegments,
 } from './three.js';
-import { drawNearer } from './net-view.js';
+import { drawNearer } from './marks.js';
 
 /** @typedef {import('./colors.js').Palette} Palette */
 
