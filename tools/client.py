@@ -49,7 +49,15 @@ class Client:
 
     def get_raw(self, url: str, headers: Mapping[str, str] | None = None) -> httpx.Response:
         """The response to a GET; the client adds no `Accept-Encoding` and decodes no coding."""
-        return self._portal.call(self._get_raw, url, headers)
+        return self._portal.call(self._request_raw, "GET", url, None, headers)
+
+    def post_raw(
+        self, url: str, document: Any, headers: Mapping[str, str] | None = None
+    ) -> httpx.Response:
+        """The response to a POST with a JSON body, like that of `get_raw`."""
+        headers = {"Content-Type": "application/json", **(headers or {})}
+        content = orjson.dumps(document)
+        return self._portal.call(self._request_raw, "POST", url, content, headers)
 
     def post(
         self, url: str, document: Any, headers: Mapping[str, str] | None = None
@@ -72,12 +80,14 @@ class Client:
         ) as client:
             return await client.request(method, url, content=content, headers=headers)
 
-    async def _get_raw(self, url: str, headers: Mapping[str, str] | None) -> httpx.Response:
+    async def _request_raw(
+        self, method: str, url: str, content: bytes | None, headers: Mapping[str, str] | None
+    ) -> httpx.Response:
         async with httpx.AsyncClient(
             transport=self._transport, base_url="http://service", headers=_HEADERS
         ) as client:
             client.headers.pop("Accept-Encoding")
-            async with client.stream("GET", url, headers=headers) as response:
+            async with client.stream(method, url, content=content, headers=headers) as response:
                 body = b"".join([chunk async for chunk in response.aiter_raw()])
         # Created without the header `Content-Encoding`, the new response does not decode the body;
         # then it gets all headers.

@@ -15,6 +15,7 @@ from typing import Any, ClassVar, NamedTuple, cast
 from fastapi import Request, Response
 from fastapi.routing import APIRoute
 
+from service.api.compression import compress_response
 from service.api.computation import Computation
 from service.api.intake import accept_call, accept_file, prefers_async
 from service.api.media_types import check_content, decoder_of_body
@@ -137,7 +138,10 @@ class BodyRoute(APIRoute):
             # its comma take at least 2 bytes.
             computation.shrink_body(4 * len(body))
         response: Response = await self.endpoint(parsed, context)
-        return response
+        accepted = headers.get(b"accept-encoding")
+        if accepted is None:
+            return response
+        return await compress_response(response, accepted, computation)
 
     def _makes_job(self, services: Services, headers: Mapping[bytes, bytes]) -> bool:
         """Whether the client prefers a job to waiting, and the call can be a part of one.

@@ -195,11 +195,7 @@ class Computation:
             Or the error of the work.
         """
         cost, threads = work.cost, self.threads
-        if (
-            cost.seconds <= INLINE_SECONDS
-            and threads.has_room(cost.memory, is_small=True)
-            and (not threads.unread.totals or self._has_room_for_response(cost))
-        ):
+        if self._is_short(cost):
             self._memory += cost.memory
             threads.hold(cost.memory)
             if not self._ran_inline:  # one turn is enough for parsing and work of one request
@@ -223,11 +219,38 @@ class Computation:
             turn.deadline = self.cancellation.deadline
             with self.timing.step("wait"):
                 await threads.acquire(turn, name)
-            self._memory += amount
-            self._unread += response
-            self._passed += amount if turn.has_passed else 0
-            with self.timing.step(name):
-                return await self._in_thread(work.run, lambda: threads.release_thread(turn))
+            return await self._run_in_turn(turn, work, name)
+
+    async def run_at_once(self, work: Work[Result], name: str) -> Result | None:
+        """Returns the result of `work`; None if it would have to wait for a thread or for memory.
+
+        For work on a response that is ready: while it waited, it would hold the response, for whose
+        memory others wait. The work makes no response of its own.
+        """
+        if self._is_short(work.cost):
+            return await self.run(work, name)
+        turn = Turn(self.caller, work.cost.memory)
+        async with self.until_deadline():
+            if not self.threads.try_acquire(turn):
+                return None
+            return await self._run_in_turn(turn, work, name)
+
+    async def _run_in_turn(self, turn: Turn, work: Work[Result], name: str) -> Result:
+        """Returns the result of `work`, run in the thread that `turn` has taken."""
+        self._memory += turn.memory
+        self._unread += turn.response
+        self._passed += turn.memory if turn.has_passed else 0
+        with self.timing.step(name):
+            return await self._in_thread(work.run, lambda: self.threads.release_thread(turn))
+
+    def _is_short(self, cost: Cost) -> bool:
+        """Whether work is short enough for the event loop, and there is memory for it now."""
+        threads = self.threads
+        return (
+            cost.seconds <= INLINE_SECONDS
+            and threads.has_room(cost.memory, is_small=True)
+            and (not threads.unread.totals or self._has_room_for_response(cost))
+        )
 
     def _has_room_for_response(self, cost: Cost) -> bool:
         """Whether the caller may begin another response. Short ones wait for no client."""

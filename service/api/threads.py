@@ -191,7 +191,7 @@ class Threads:
             The queue is full, and no other caller has more waiting work; or the work that its
             caller has in the queue before it surely takes until after its deadline.
         """
-        if not self._queue.waiting and self._try_start(turn):
+        if self.try_acquire(turn):
             self.on_wait(kind, 0.0)
             return
         self._enqueue(turn)
@@ -214,6 +214,10 @@ class Threads:
             seconds = time.monotonic() - wait_start
             self.seconds_waited += seconds
             self.on_wait(kind, seconds)
+
+    def try_acquire(self, turn: Turn) -> bool:
+        """Takes a thread, memory and room if no work waits and all are free; whether it did."""
+        return not self._queue.waiting and self._try_start(turn)
 
     def release_thread(self, turn: Turn) -> None:
         """Gives back the thread of a turn; its memory and its room for a response stay taken."""

@@ -8,10 +8,12 @@ import re
 import struct
 import sys
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import lru_cache, partial
 from types import MappingProxyType
 from typing import Literal, TypeAlias
+
+from service.encoders.format import Content, SplitContent, pack
 
 if sys.version_info >= (3, 14):
     from compression import zstd
@@ -53,6 +55,13 @@ CODINGS: Codings = ("zstd", "gzip", "identity")
 ZSTD_LEVEL, GZIP_LEVEL = 6, 4
 """Levels of compression: higher levels take twice the time and save 1/10 of the bytes. The window
 of Zstandard stays below the 8 MB that browsers accept (RFC 9659)."""
+
+FAST_LEVEL = 1
+"""Level of both codings for responses that are compressed once and sent once. On two cores, of the
+teapot at 13 divisions as GLB (quantized and by meshopt: 61 kB) it leaves 0.49 in 0.1 ms by
+Zstandard and 0.48 in 0.7 to 1.3 ms by gzip; plain (203 kB) 0.61 in 0.5 ms and 0.53 in 4 ms; as JSON
+at 16 divisions (1.3 MB) 0.20 in 3.5 ms and 0.29 in 12 ms. So Zstandard saves time up to 1 Gbit/s,
+and gzip up to 180 Mbit/s; the levels of files that the cache keeps do so up to 200 and 150."""
 
 MIN_BYTES = 1400
 """Shorter bodies fit into one packet; they are not compressed, as they would not arrive sooner."""
@@ -101,6 +110,39 @@ def compress(coding: Coding, content: bytes) -> bytes | None:
         return None
     body = COMPRESS_FUNCTIONS[coding](content)
     return body if len(body) <= MAX_RATIO * len(content) else None
+
+
+def compress_fast(coding: Coding, content: Content) -> Content | None:
+    """The content, compressed at `FAST_LEVEL`; None if it is hardly smaller (`MAX_RATIO`).
+
+    Gives up early if a piece from the middle of the content is hardly smaller.
+    """
+    buffers = content.buffers if isinstance(content, SplitContent) else (content,)
+    longest = memoryview(max(buffers, key=len)).cast("B")
+    if len(longest) > 2 * _SAMPLE_BYTES:
+        sample = longest[len(longest) // 2 :][:_SAMPLE_BYTES]
+        if sum(map(len, _compress_buffers(coding, (sample,)))) > MAX_RATIO * len(sample):
+            return None
+    body = pack(tuple(_compress_buffers(coding, buffers)))
+    return body if len(body) <= MAX_RATIO * len(content) else None
+
+
+_SAMPLE_BYTES = 1 << 16
+
+
+def _compress_buffers(
+    coding: Coding, buffers: Iterable[bytes | memoryview]
+) -> Iterator[bytes | memoryview]:
+    """The buffers as one compressed body, without joining them."""
+    if coding == "zstd":
+        zstd_compressor = zstd.ZstdCompressor(level=FAST_LEVEL)
+        yield from map(zstd_compressor.compress, buffers)
+        yield zstd_compressor.flush()
+        return
+    # With these bits, zlib writes the head and the end of a gzip file.
+    compressor = zlib.compressobj(FAST_LEVEL, zlib.DEFLATED, zlib.MAX_WBITS + 16)
+    yield from map(compressor.compress, buffers)
+    yield compressor.flush()
 
 
 def _parse_codings(header: bytes) -> Codings:

@@ -58,13 +58,22 @@ TIMED: Json = {
         "cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200",
     )
 }
-FILE_HEADERS: Json = TIMED | {
-    "Content-Disposition": header(
-        "A name to save the file under. Not sent with JSON.",
-        'attachment; filename="sail.glb"',
-        is_required=False,
+CODED: Json = {
+    "Content-Encoding": header(
+        "The coding. Not sent if the body is not compressed.", "zstd", is_required=False
     )
 }
+FILE_HEADERS: Json = (
+    TIMED
+    | CODED
+    | {
+        "Content-Disposition": header(
+            "A name to save the file under. Not sent with JSON.",
+            'attachment; filename="sail.glb"',
+            is_required=False,
+        )
+    }
+)
 WRITTEN_HEADERS: Json = FILE_HEADERS | {
     WRITING_HEADER: header(
         "What a file of definitions has: faces, definitions, instances, and the length of a unit "
@@ -120,9 +129,6 @@ URL_HEADERS: Json = (
     MESH_HEADERS
     | _CACHE_HEADERS
     | {
-        "Content-Encoding": header(
-            "The coding. Not sent if the body is not compressed.", "zstd", is_required=False
-        ),
         "Content-Disposition": header(
             "A name to save the file under.", 'inline; filename="sail.glb"'
         ),
@@ -161,7 +167,9 @@ def links(id_expression: str, *names: str) -> Json:
     }
 
 
-def success(headers: Json = TIMED, formats: Sequence[FileFormat] = (), **fields: Any) -> Json:
+def success(
+    headers: Json = TIMED | CODED, formats: Sequence[FileFormat] = (), **fields: Any
+) -> Json:
     """The 200 response, in JSON or one of `formats`; `fields`: further fields such as `links`."""
     content = {f.media_type: {"schema": file_schema(f)} for f in formats if f.name != "json"}
     return {"headers": headers, "content": content} | fields

@@ -15,6 +15,7 @@ from service.api.openapi.parameters import (
     surface_body,
 )
 from service.api.openapi.responses import (
+    CODED,
     MESH_HEADERS,
     POST_ERRORS,
     READING,
@@ -137,7 +138,7 @@ async def create_mesh(body: MeshRequest, context: ContextDep) -> Response:
     summary="The size of a mesh, before it is computed",
     response_model=Estimate,
     response_description="The estimate.",
-    responses={200: success(TIMED | READING), **POST_ERRORS},
+    responses={200: success(TIMED | CODED | READING), **POST_ERRORS},
     openapi_extra=surface_body(
         _ESTIMATES,
         format_parameter(FORMATS, "The format to estimate for; without it, all formats."),

@@ -18,6 +18,7 @@ from service.api.openapi.parameters import (
     surface_body,
 )
 from service.api.openapi.responses import (
+    CODED,
     FILE_HEADERS,
     POST_ERRORS,
     READING,
@@ -182,7 +183,7 @@ async def intersect_surface(body: IntersectRequest, context: ContextDep) -> Resp
     summary="Area, volume, centroid and lengths of borders, each with a proved interval",
     response_model=SurfaceMeasures,
     response_description="The measures.",
-    responses={200: success(TIMED | READING), **POST_ERRORS},
+    responses={200: success(TIMED | CODED | READING), **POST_ERRORS},
     openapi_extra=surface_body(_MEASURES, options=scalar_options(MeasureRequest)),
 )
 async def measure_surface(body: MeasureRequest, context: ContextDep) -> Response:
