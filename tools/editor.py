@@ -1,7 +1,9 @@
 """Actions of a user in the editor: opens surfaces, selects and drags points, reads numbers."""
 
+import json
 from collections.abc import Callable
 from typing import Any
+from urllib.parse import parse_qsl
 
 from playwright.sync_api import Browser, Page, ViewportSize
 
@@ -68,18 +70,43 @@ def read_point(page: Page) -> list[float]:
 
 
 def perform(page: Page, act: Callable[[], Any]) -> dict[str, Any]:
-    """Performs an action that requests a mesh, and waits for the mesh; returns the request."""
+    """Performs an action that requests a mesh, and waits for the mesh; returns the request.
+
+    The request of the first mesh of an example or a stored surface is its URL; it is returned in
+    the form of the others, with the surface that has this name or id.
+    """
     with page.expect_response(
         lambda response: (
-            response.url.endswith("/v1/mesh")
-            and "surface" in (response.request.post_data_json or {})
+            "/mesh.glb?" in response.url
+            or (
+                response.url.endswith("/v1/mesh")
+                and "surface" in (response.request.post_data_json or {})
+            )
         )
     ) as response:
         act()
     page.wait_for_selector(READY)
-    request = response.value.request.post_data_json
+    sent = response.value.request
+    request = _read_address(page, sent.url) if sent.method == "GET" else sent.post_data_json
     assert isinstance(request, dict)
     return request
+
+
+def _read_address(page: Page, url: str) -> dict[str, Any]:
+    """The request that the URL of a mesh stands for."""
+    address, _, query = url.partition("/mesh.glb?")
+    options: dict[str, Any] = {
+        name: value.split(",") if name == "overlays" else _read_text(value)
+        for name, value in parse_qsl(query)
+    }
+    return {"surface": page.request.get(address).json()["surface"], **options}
+
+
+def _read_text(text: str) -> Any:
+    try:
+        return json.loads(text)
+    except ValueError:
+        return text
 
 
 def select_point(page: Page, number: int) -> tuple[float, float]:

@@ -45,7 +45,7 @@ async function bundle() {
     ...OPTIONS,
     entryPoints: ENTRIES.map((name) => `${PAGE}/${name}`),
     entryNames: '[name]-[hash]',
-    chunkNames: 'part-[hash]',
+    chunkNames: '[name]-[hash]',
     assetNames: '[name]-[hash]',
     outdir: folder,
     minify: true,

@@ -19,6 +19,8 @@ from service.api.responses import HEADERS, PAGE_HEADERS
 from service.api.static_files import StaticFile
 from service.decoders.refused import REFUSED
 from service.decoders.registry import BY_NAME, BY_SUFFIX, CAD_DECODERS
+from service.encoders.libraries import list_compressions
+from service.engine.mesh.mesh import ENGINE
 
 API = Path(__file__).parent
 PAGE, DOCS = API / "page", API / "docs"
@@ -38,15 +40,22 @@ _MEDIA_TYPES = MappingProxyType(
 )
 
 
-def _headers(directives: str) -> dict[str, str]:
+def _headers(directives: str, scripts: str = "'self'") -> dict[str, str]:
     """Headers of a page; `directives`: its content security policy for styles and images."""
-    origins = "default-src 'none'; script-src 'self'; connect-src 'self'"
+    origins = f"default-src 'none'; script-src {scripts}; connect-src 'self'"
     limits = "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
     policy = f"{origins}; {directives}; {limits}"
     return HEADERS | PAGE_HEADERS | {"Content-Security-Policy": policy}
 
 
-EDITOR_HEADERS = _headers("style-src 'self'; img-src 'self' data: blob:")
+COMPRESSIONS = list_compressions()
+"""The compressions of meshes that the editor may ask for: those whose library is installed."""
+
+# The decoder of compressed meshes is WebAssembly.
+EDITOR_HEADERS = _headers(
+    "style-src 'self'; img-src 'self' data: blob:",
+    "'self' 'wasm-unsafe-eval'" if COMPRESSIONS else "'self'",
+)
 # Swagger UI sets styles on its elements, which needs `unsafe-inline`.
 DOCS_HEADERS = _headers("style-src 'self' 'unsafe-inline'; img-src 'self' data:")
 
@@ -83,10 +92,13 @@ class Bundles:
         """The relative URL of a file that a page names."""
         return f"page/{self.files[name]['file']}"
 
-    def preloads(self, name: str) -> str:
-        """Links that let the browser fetch the imports of a script together with the script."""
+    def preloads(self, script: str, *later: str) -> str:
+        """Links that let the browser fetch the imports of a script, and later ones, at once."""
+        names = list(self.files[script]["imports"])
+        for name in later:
+            names += self.files[name]["file"], *self.files[name]["imports"]
         return "\n".join(
-            f'<link rel="modulepreload" href="page/{each}">' for each in self.files[name]["imports"]
+            f'<link rel="modulepreload" href="page/{each}">' for each in dict.fromkeys(names)
         )
 
 
@@ -138,7 +150,9 @@ def _editor_page(bundles: Bundles) -> bytes:
         icon=bundles.url("icon.svg"),
         style=bundles.url("page.css"),
         script=bundles.url("main.js"),
-        preloads=bundles.preloads("main.js"),
+        preloads=bundles.preloads("main.js", *(f"{each}.js" for each in COMPRESSIONS)),
+        engine=ENGINE,
+        compression=" ".join(COMPRESSIONS),
         accept=",".join(suffixes),
         suffixes=", ".join(f"<code>{suffix}</code>" for suffix in suffixes),
         media_types=escape(orjson.dumps(media_types).decode()),

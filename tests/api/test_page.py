@@ -80,15 +80,25 @@ def test_browsers_keep_bundles_for_ever_and_ask_for_the_page_again(client: Clien
 
 @needs_bundles
 def test_the_first_picture_needs_few_bytes_of_scripts_and_styles(client: Client) -> None:
-    """One script and one style, compressed; what it imports at once is fetched with it."""
-    names = {BUNDLES.url(name) for name in ("main.js", "page.css")}
-    names |= {f"page/{name}" for name in BUNDLES.files["main.js"]["imports"]}
+    """One script and one style, compressed; what is needed at once is fetched at once."""
+    scripts = ["meshopt.js"] if page_files.COMPRESSIONS else []
+    names = {BUNDLES.url(name) for name in ("main.js", "page.css", *scripts)}
     responses = [client.get(f"/{name}", {"Accept-Encoding": "gzip"}) for name in names]
     assert sum(int(each.headers["content-length"]) for each in responses) < MAX_SCRIPT_BYTES
     page = client.get("/").text
     preloaded = re.findall(r'<link rel="modulepreload" href="page/([^"]+)">', page)
-    assert preloaded == BUNDLES.files["main.js"]["imports"]
-    assert len(names) <= 3
+    assert preloaded == [BUNDLES.files[name]["file"] for name in scripts]
+    assert len(names) <= 4
+
+
+def test_the_page_asks_for_no_compression_that_this_service_lacks(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(page_files, "COMPRESSIONS", ())
+    with start_client(create_app(Settings())) as client:
+        page = client.get("/").text
+    assert 'data-compression=""' in page
+    assert "meshopt" not in page
 
 
 @needs_bundles
@@ -99,8 +109,12 @@ def test_the_content_security_policy_allows_only_this_service(client: Client) ->
         for directive in response.headers["content-security-policy"].split(";")
     )
     assert policy["default-src"] == "'none'"
-    for directive in ("script-src", "style-src", "connect-src"):
+    for directive in ("style-src", "connect-src"):
         assert policy[directive] == "'self'"
+    # Only for the decoder of meshopt; of all pages, only the editor has it.
+    decoder = " 'wasm-unsafe-eval'" if page_files.COMPRESSIONS else ""
+    assert policy["script-src"] == f"'self'{decoder}"
+    assert "wasm" not in client.get("/docs").headers["content-security-policy"]
     for directive in ("base-uri", "form-action", "frame-ancestors"):
         assert policy[directive] == "'none'"
     assert response.headers["x-content-type-options"] == "nosniff"

@@ -2,6 +2,7 @@
 
 import { readAddress } from './address.js';
 import { watchBusy } from './busy.js';
+import { compression } from './decoder.js';
 import { Drafts } from './drafts.js';
 import { hasKey, keepsAll, watchDraftList } from './draft-list.js';
 import { watchKey } from './key.js';
@@ -59,8 +60,10 @@ const requests = new MeshRequests({
   send: ({ coarse }, outdated) => {
     const options = meshOptions(state.settings, state.surface, patchCount, coarse);
     const request = { surface: state.surface, ...options };
+    // The first mesh comes by its address, so that the browser keeps it, and edited ones by a POST.
+    const address = isShown ? '' : state.address;
     const what = `Computing the mesh of ${readTitle()} ${describeAccuracy(state.settings, state.surface)}`;
-    return perform(what, (signal, tell) => mesh(request, { signal, tell }), outdated);
+    return perform(what, async (signal, tell) => mesh({ ...request, ...await compression() }, { address, signal, tell }), outdated);
   },
   isKept: ({ coarse }, milliseconds) => coarse && milliseconds < COARSE_PATIENCE,
   answered: async ({ content, serverTime, roundTrip }, { coarse }) => {
@@ -117,7 +120,7 @@ function fail(error, isOfMesh = false) {
 function isTooFine(error) {
   const { resolution, accuracy } = state.settings;
   return !isShown && error instanceof Refusal && accuracy === 'resolution' && resolution > 1
-    && error.issues.some(({ pointer }) => pointer === '/resolution');
+    && error.issues.some(({ pointer, parameter }) => pointer === '/resolution' || parameter === 'resolution');
 }
 
 /** The settings on which the mesh depends, as a text; 1: only coarse meshes need the number of patches. */

@@ -10,18 +10,20 @@ const PATIENCE = 5000;
 
 /**
  * The mesh file that a request describes (a surface with options), and the times it took, in milliseconds.
- * @param {object} request
+ * @param {{surface: object}} request
  * @param {object} options
+ * @param {string} [options.address]  the name or the id under which the service has the surface: browsers keep such meshes
  * @param {string} [options.mediaType]  of the file
  * @param {AbortSignal} options.signal  stops the work
  * @param {(detail: string) => void} options.tell  gets the progress of a job
  * @returns {Promise<MeshResponse>}
  */
-export async function mesh(request, { mediaType = 'model/gltf-binary', signal, tell }) {
+export async function mesh(request, { address = '', mediaType = 'model/gltf-binary', signal, tell }) {
   const start = performance.now();
   const headers = { 'Content-Type': 'application/json', Accept: mediaType };
   const options = { method: 'POST', body: JSON.stringify(request), headers, signal };
-  const response = await askBriefly('v1/mesh', options)
+  const first = address ? askBriefly(meshPath(request, address), { signal }) : askBriefly('v1/mesh', options);
+  const response = await first
     ?? await ask('v1/mesh', { ...options, headers: { ...headers, Prefer: 'respond-async' } });
   // A service without jobs ignores the preference.
   const isJob = response.headers.has('Preference-Applied');
@@ -30,7 +32,14 @@ export async function mesh(request, { mediaType = 'model/gltf-binary', signal, t
   return { content, serverTime: isJob ? null : serverTime(response.headers.get('Server-Timing')), roundTrip };
 }
 
-/** The response; null if the service needs too long for it. @param {string} path @param {RequestInit & {signal: AbortSignal}} options */
+/** The path of the mesh as a GLB. @param {{surface: object}} request @param {string} address */
+function meshPath({ surface, ...options }, address) {
+  const query = new URLSearchParams(Object.entries(options).map(([name, value]) => [name, String(value)]));
+  query.set('engine', document.documentElement.dataset.engine ?? '');
+  return `v1/surfaces/${encodeURIComponent(address)}/mesh.glb?${query}`;
+}
+
+/** The response; null if the service needs too long for it, or has another engine than when the page was loaded. @param {string} path @param {RequestInit & {signal: AbortSignal}} options */
 async function askBriefly(path, options) {
   const patience = new AbortController();
   const timer = setTimeout(() => patience.abort(), PATIENCE);
@@ -44,8 +53,8 @@ async function askBriefly(path, options) {
   }
 }
 
-/** Whether the service needs more time than a request has. @param {unknown} error */
+/** Whether the service needs more time than a request has, or computes other numbers now. @param {unknown} error */
 function takesLong(error) {
   return error instanceof Refusal
-    && (error.code === 'out_of_time' || error.issues.some(({ code }) => code === 'too_costly'));
+    && (error.code === 'out_of_time' || error.code === 'engine_gone' || error.issues.some(({ code }) => code === 'too_costly'));
 }

@@ -101,7 +101,7 @@ export function meshOptions(settings, surface, patches, coarse) {
     const coarseResolution = Math.max(MIN_COARSE_RESOLUTION, Math.floor(Math.sqrt(COARSE_QUADS / Math.max(1, patches))));
     const { accuracy, resolution } = settings;
     const maxResolution = accuracy === 'resolution' ? resolution : DEFAULTS.resolution;
-    return { resolution: Math.min(maxResolution, coarseResolution), ...extra };
+    return { resolution: Math.min(maxResolution, coarseResolution), quantize: true, ...extra };
   }
   return settings.accuracy === 'resolution'
     ? { resolution: settings.resolution, ...extra }

@@ -5,6 +5,7 @@ import {
   LineSegments, Mesh, MeshNormalMaterial, Vector3,
 } from './three.js';
 import { curvatureColors, findRange } from './colors.js';
+import { decoder } from './decoder.js';
 import { buildMaterial, OFFSET } from './studio.js';
 import { buildZebra } from './zebra.js';
 
@@ -48,6 +49,7 @@ export class SurfaceView {
    * @param {ArrayBuffer} content
    */
   async showMesh(content) {
+    this.loader.setMeshoptDecoder(await decoder);
     const gltf = await this.loader.parseAsync(content, '');
     this.forget();
     this.model = gltf.scene;
