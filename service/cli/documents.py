@@ -235,11 +235,11 @@ def post_file(
 ) -> bytes:
     """The response to a file; prints what the service has read in it, and an assumed unit.
 
-    Raises the errors of `service.remote.calls.post`.
+    Raises the errors of `service.cli.remote.post`.
     """
     import orjson
 
-    from service.remote.calls import post
+    from service.cli.remote import post
 
     seen: list[Mapping[str, str]] = []
     content = post(
@@ -280,7 +280,7 @@ def _query_texts(values: Mapping[str, Any]) -> dict[str, str]:
 def _post(
     url: str, path: str, document: Document, fmt: "FileFormat | None", query: Mapping[str, str]
 ) -> bytes:
-    from service.remote.calls import post
+    from service.cli.remote import post
 
     return post(url, path, document, fmt, query, on_headers=_note_writing)
 

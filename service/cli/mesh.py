@@ -120,14 +120,14 @@ def _run_one_mesh(arguments: argparse.Namespace) -> int:
 
 def _request_mesh(url: str, source: Source, flag_values: Mapping[str, str], fmt: "Format") -> bytes:
     """Gets the file from the service at `url`; sends a file that is not JSON unchanged."""
-    from service.remote import calls
+    from service.cli import remote
     from service.schemas.query import values_from_text
 
     if isinstance(source, SourceFile):
         return post_file(url, "/v1/mesh", source, flag_values, fmt)
     if isinstance(source, str):
-        return calls.fetch_mesh(url, source, flag_values, fmt)
-    return calls.post(url, "/v1/mesh", source | values_from_text(flag_values.items()), fmt)
+        return remote.fetch_mesh(url, source, flag_values, fmt)
+    return remote.post(url, "/v1/mesh", source | values_from_text(flag_values.items()), fmt)
 
 
 def _compute_mesh(source: Source, flag_values: Mapping[str, str], fmt: "Format") -> bytes:

@@ -104,16 +104,16 @@ def _ask_health(arguments: argparse.Namespace) -> int:
 
 
 def _store(arguments: argparse.Namespace) -> int:
+    from service.cli import remote
     from service.cli.documents import post_file
-    from service.remote import calls
 
     source, path = surface_source(arguments), "/v1/surfaces"
     try:
         if isinstance(source, SourceFile):
             content = post_file(arguments.url, path, source, {})
         else:
-            content = calls.post(arguments.url, path, build_document(source))
-        urls = calls.store_urls(arguments.url, content)
+            content = remote.post(arguments.url, path, build_document(source))
+        urls = remote.store_urls(arguments.url, content)
     except SurfaceError as error:
         fields = read_field_flags(arguments)
         raise Refused(*(field_line(issue, fields) for issue in error.issues)) from None

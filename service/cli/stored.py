@@ -18,20 +18,20 @@ TERMINAL_SECONDS, OTHER_SECONDS = 0.2, 30.0
 
 
 def _list(arguments: argparse.Namespace) -> int:
-    from service.remote import stored
+    from service.cli import remote
 
-    for entry in stored.list_stored(arguments.url):
+    for entry in remote.list_stored(arguments.url):
         print_lines([f"{entry['id']}  {entry['bytes']:>10}  {entry['time']}"])
     return OK
 
 
 def _delete(arguments: argparse.Namespace) -> int:
-    from service.remote import stored
+    from service.cli import remote
 
     lines = []
     for id in arguments.ids:
         try:
-            stored.delete(arguments.url, id)
+            remote.delete(arguments.url, id)
         except SurfaceError as error:
             lines += [f"{id}: {issue_line(issue)}" for issue in error.issues]
         else:

@@ -14,12 +14,13 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from service.api.problems import problem_of, problem_response
 from service.cancellation import OutOfTime
+from service.cli import remote
 from service.cli.main import INTERRUPTED, main
+from service.client import jobs as client_jobs
 from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
 from service.errors import Issue, SurfaceError, TooLarge
 from service.pipeline.mesh import render
-from service.remote import jobs as remote_jobs
 from service.settings.values import Settings
 from service.surface.examples.catalogue import find
 from tests.api.fake_jobs import FakeJobs
@@ -66,7 +67,7 @@ def run_slow_service(settings: Settings) -> Iterator[SlowService]:
 
 @pytest.fixture
 def service(monkeypatch: pytest.MonkeyPatch) -> Iterator[SlowService]:
-    monkeypatch.setattr(remote_jobs, "PAUSE", 0.01)
+    monkeypatch.setattr(client_jobs, "PAUSE", 0.01)
     yield from run_slow_service(Settings())
 
 
@@ -140,7 +141,7 @@ def test_ctrl_c_withdraws_the_job(
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(remote_jobs, "_describe", interrupt)
+    monkeypatch.setattr(remote._Progress, "show", interrupt)
     assert main([*COMMAND, str(tmp_path / "out.glb"), "--url", service.url]) == INTERRUPTED
     assert [state.state for state in service.jobs.states.values()] == ["cancelled"]
 
@@ -175,7 +176,7 @@ def test_a_terminal_shows_the_progress(
 def test_a_service_without_jobs_computes_the_call_itself(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, net: Path
 ) -> None:
-    monkeypatch.setattr("service.remote.calls.PATIENCE", 1e-4)
+    monkeypatch.setattr("service.client.jobs.PATIENCE", 1e-4)
     output = tmp_path / "out.glb"
     for service in run_slow_service(Settings(jobs=False)):
         for source in ("saddle", str(net)):

@@ -1,0 +1,110 @@
+"""The calls of the service, as a table: one row makes a method of every client.
+
+A row is a function without a body: its signature and its docstring are those of the method, which
+returns the answer at once in `Client` and `Local`, and has to be awaited in `AsyncClient`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar, Unpack
+
+from service.client import answers
+from service.client.call import Call, Subject
+from service.client.fields import (
+    ConvertFields,
+    CurveFields,
+    FileFields,
+    IntersectFields,
+    MeasureFields,
+    MeshFields,
+    PointsFields,
+    ProjectFields,
+    SignFields,
+)
+from service.client.mesh import Mesh
+from service.client.records import Answer
+
+if TYPE_CHECKING:
+    from service.client.surfaces import Surface
+
+P = ParamSpec("P")
+SomeAnswer = TypeVar("SomeAnswer", bound=Answer)
+
+
+def _answers(
+    kind: type[SomeAnswer], *, subject: Subject = "surface", reads_files: bool = False
+) -> Callable[[Callable[P, SomeAnswer]], Call[P, SomeAnswer]]:
+    """Makes a row of a function whose answer is JSON."""
+
+    def make(function: Callable[P, SomeAnswer]) -> Call[P, SomeAnswer]:
+        return Call(function, kind.read, subject=subject, is_mesh=False, reads_files=reads_files)
+
+    return make
+
+
+def _meshes(function: Callable[P, Mesh]) -> Call[P, Mesh]:
+    """Makes a row of a function whose answer is a mesh."""
+    return Call(function, Mesh.read, subject="surface", is_mesh=True, reads_files=True)
+
+
+@_meshes
+def mesh(surface: Surface, **options: Unpack[MeshFields]) -> Mesh:
+    """The mesh of a surface, by `resolution` or by `tolerance`."""
+    raise NotImplementedError
+
+
+@_answers(answers.Points)
+def points(surface: Surface, **fields: Unpack[PointsFields]) -> answers.Points:
+    """Points at parameters: with derivatives, normals and curvatures."""
+    raise NotImplementedError
+
+
+@_answers(answers.Curve, subject="curve")
+def curve(curve: Mapping[str, Any], **options: Unpack[CurveFields]) -> answers.Curve:
+    """Samples of a curve, by `resolution`, by `tolerance` or at `parameters`."""
+    raise NotImplementedError
+
+
+@_answers(answers.ClosestPoints)
+def project(
+    surface: Surface | None = None, **fields: Unpack[ProjectFields]
+) -> answers.ClosestPoints:
+    """The closest points of a surface, or of a `curve`, with proved distances."""
+    raise NotImplementedError
+
+
+@_answers(answers.Intersections)
+def intersect(surface: Surface, **fields: Unpack[IntersectFields]) -> answers.Intersections:
+    """Where `rays` hit a surface, or `planes` cut it."""
+    raise NotImplementedError
+
+
+@_answers(answers.Measures, reads_files=True)
+def measure(surface: Surface, **fields: Unpack[MeasureFields]) -> answers.Measures:
+    """Area, lengths of borders and volume, with proved bounds."""
+    raise NotImplementedError
+
+
+@_answers(answers.Converted, reads_files=True)
+def convert(surface: Surface, **fields: Unpack[ConvertFields]) -> answers.Converted:
+    """The surface after `operations`; without any, a file as a dictionary."""
+    raise NotImplementedError
+
+
+@_answers(answers.Estimate, reads_files=True)
+def estimate(surface: Surface, **options: Unpack[MeshFields]) -> answers.Estimate:
+    """How large a mesh would be, and whether it would be refused."""
+    raise NotImplementedError
+
+
+@_answers(answers.Stored, reads_files=True)
+def store(surface: Surface, **fields: Unpack[FileFields]) -> answers.Stored:
+    """Stores a surface; its `id` then stands for it."""
+    raise NotImplementedError
+
+
+@_answers(answers.Signed, subject="url")
+def sign(url: str, **fields: Unpack[SignFields]) -> answers.Signed:
+    """Makes a URL of a surface or a mesh that can be read without a key for a time."""
+    raise NotImplementedError

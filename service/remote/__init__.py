@@ -1,1 +1,0 @@
-"""Requests to a service at a URL, for the command line (`--url`)."""
