@@ -12,7 +12,7 @@ import httpx
 import orjson
 
 from service.client.bodies import ANY, JSON, Request, write_json
-from service.client.clients import authorize
+from service.client.clients import build_headers
 from service.client.connection import Connection, Deadline, DirectTransport, run_now
 from service.client.errors import ServiceError
 from service.client.jobs import Work, compute
@@ -141,11 +141,10 @@ def _connect(url: str) -> Iterator[Connection]:
         The URL, or the key, is invalid.
     """
     try:
-        headers = authorize(os.environ.get(KEY))
+        headers = build_headers(url, os.environ.get(KEY))
+        client = httpx.Client(base_url=url, headers=headers)
     except ValueError as error:
         raise BadAddress(f"{KEY}: {error}") from None
-    try:
-        client = httpx.Client(base_url=url, headers=headers)
     except httpx.InvalidURL as error:
         raise BadAddress(f"--url: {error}") from None
     with client:
