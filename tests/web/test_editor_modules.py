@@ -73,12 +73,14 @@ def test_changes_of_points_and_weights_return_a_changed_copy(page: Page) -> None
     """The document before the change stays as it was; the copy shares its unchanged parts."""
     result = page.evaluate(
         """async () => {
-          const { netOf, weightAt, withPoint, withWeight } = await import('/page/net.js');
+          const { netOf, weightAt } = await import('/page/net.js');
+          const { moveTogether, weighTogether } = await import('/page/selection.js');
           const vertices = [[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0]];
           const original = { type: 'patches', vertices, patches: [[[0, 1], [2, 3]]] };
-          const handle = netOf(original).handles[3];
-          const moved = withPoint(original, handle, [1, 1, 5]);
-          const weighed = withWeight(moved, handle, 2);
+          const net = netOf(original);
+          const handle = net.handles[3];
+          const moved = moveTogether(original, net, [3], [1, 1, 5]);
+          const weighed = weighTogether(moved, net, [3], 2);
           return {
             original, weighed, sharesPatches: moved.patches === original.patches,
             weights: [weightAt(original, handle), weightAt(weighed, handle)],

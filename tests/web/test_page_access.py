@@ -28,6 +28,8 @@ FOCUS = """() => {
 TAB_ORDER = [
     *("open", "help", "theme", "view", "fit", "accuracy", "resolution"),
     *("point-previous", "point", "point-next", "x", "y", "z", "weight-slider", "weight", "axis"),
+    *("direction", "choose-all", "choose-line", "choose-none", "choose-several"),
+    *("add-line", "delete-line", "raise-degree", "open-knot", "open-mirror"),
     *("look", "show-net", "show-wires", "section"),
     *(fmt.suffix for fmt in FORMATS),
     *("copy-link", "copy-curl", "copy-snippet"),

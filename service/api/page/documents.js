@@ -23,11 +23,38 @@ export function valueAt(root, path) {
  * @returns {T}
  */
 export function replaceValue(root, path, value) {
-  if (path.length === 0) return /** @type {T} */ (value);
-  const [key, ...innerPath] = path;
-  const copy = /** @type {any} */ (Array.isArray(root) ? [...root] : { ...root });
-  copy[key] = replaceValue(copy[key], innerPath, value);
-  return copy;
+  return replaceValues(root, [[path, value]]);
+}
+
+/**
+ * The document with other values at several paths; it shares all other parts with the old document.
+ * @template T
+ * @param {T} root
+ * @param {[Path, unknown][]} changes
+ * @returns {T}
+ */
+export function replaceValues(root, changes) {
+  const copies = new Set();
+  const copyOnce = (/** @type {any} */ value) => {
+    if (copies.has(value)) return value;
+    const copy = Array.isArray(value) ? [...value] : { ...value };
+    copies.add(copy);
+    return copy;
+  };
+  const holder = { root };
+  changes.forEach(([path, value]) => {
+    /** @type {any} */
+    let node = holder;
+    /** @type {string | number} */
+    let key = 'root';
+    path.forEach((next) => {
+      node[key] = copyOnce(node[key]);
+      node = node[key];
+      key = next;
+    });
+    node[key] = value;
+  });
+  return holder.root;
 }
 
 /**

@@ -5,11 +5,13 @@ import { watchBusy } from './busy.js';
 import { compression } from './decoder.js';
 import { Drafts } from './drafts.js';
 import { hasKey, keepsAll, watchDraftList } from './draft-list.js';
+import { watchEditPanel } from './edit-panel.js';
 import { watchKey } from './key.js';
 import { Library, showAbout } from './library.js';
 import { Measure } from './measure.js';
 import { mesh } from './mesh.js';
 import { MeshRequests } from './mesh-requests.js';
+import { watchNewPanel } from './new-panel.js';
 import { announce, element, readTitle } from './page.js';
 import { watchPanel } from './panel.js';
 import { watchPointPanel } from './point-panel.js';
@@ -166,10 +168,12 @@ if (view) {
 }
 watchPanel(state);
 watchPointPanel(state);
+watchEditPanel(state, (error) => fail(error));
 const library = new Library(() => { root.dataset.state = 'busy'; }, (surface, about) => {
   state.open(surface, about);
   announce(`${about.title} is open`);
 }, fail);
+watchNewPanel((surface, about) => library.show(surface, about));
 
 const visits = new Visits(state, new Drafts(new Tab(), hasKey, keepsAll), {
   read: () => view?.readCamera() ?? null,

@@ -55,8 +55,8 @@ export class NetView {
       drawNearer(new PointsMaterial({ ...points, depthWrite: false })),
     ];
     this.chosenMaterial = new PointsMaterial({ ...points, depthTest: false });
-    this.chosenPoint = new Points(new BufferGeometry(), this.chosenMaterial);
-    this.chosenPoint.renderOrder = 5;
+    this.chosenPoints = new Points(new BufferGeometry(), this.chosenMaterial);
+    this.chosenPoints.renderOrder = 5;
     this.hoveredMaterial = new PointsMaterial({ ...points, depthTest: false });
     this.hoveredPoint = new Points(new BufferGeometry(), this.hoveredMaterial);
     this.hoveredPoint.renderOrder = 4;
@@ -64,8 +64,8 @@ export class NetView {
     this.lineGeometry = new BufferGeometry();
     this.lineMaterials.forEach((material, i) => this.add(new LineSegments(this.lineGeometry, material), 1 + i));
     this.pointMaterials.forEach((material, i) => this.add(new Points(this.pointGeometry, material), 2 + i));
-    [this.chosenPoint, this.hoveredPoint].forEach((single) => { single.frustumCulled = false; });
-    this.group.add(this.chosenPoint, this.hoveredPoint);
+    [this.chosenPoints, this.hoveredPoint].forEach((single) => { single.frustumCulled = false; });
+    this.group.add(this.chosenPoints, this.hoveredPoint);
     stage.scene.add(this.group);
     stage.beforeDraw.push(() => this.adaptToScreen());
   }
@@ -146,19 +146,32 @@ export class NetView {
     return lengths[Math.floor(lengths.length / 2)] ?? Infinity;
   }
 
-  /** Marks the chosen point, and the point under the mouse; -1 for none. @param {number} chosen @param {number} hovered */
-  highlight(chosen, hovered) {
-    this.showSingle(this.chosenPoint, chosen);
-    this.showSingle(this.hoveredPoint, hovered === chosen ? -1 : hovered);
+  /** Marks the chosen points, and the point under the mouse (-1 for none). @param {number[]} selection @param {number} hovered */
+  highlight(selection, hovered) {
+    this.mark(this.chosenPoints, selection);
+    this.mark(this.hoveredPoint, hovered < 0 || selection.includes(hovered) ? [] : [hovered]);
     this.stage.draw();
   }
 
-  /** @param {Points} points @param {number} index */
-  showSingle(points, index) {
-    points.visible = index >= 0 && index < this.positions.count;
-    if (!points.visible) return;
-    const position = this.at(index).toArray();
-    points.geometry.setAttribute('position', new BufferAttribute(new Float32Array(position), 3));
+  /** @param {Points} points @param {number[]} indices */
+  mark(points, indices) {
+    const positions = indices.filter((index) => index < this.positions.count).flatMap((index) => this.at(index).toArray());
+    points.visible = positions.length > 0;
+    // A geometry keeps the buffer on the graphics card that it has, so it is made anew for another size.
+    if (points.geometry.getAttribute('position')?.array.length !== positions.length) points.geometry.dispose();
+    points.geometry.setAttribute('position', new BufferAttribute(new Float32Array(positions), 3));
+  }
+
+  /** The points between two places of the canvas, in CSS pixels. @param {{x: number, y: number}} a @param {{x: number, y: number}} b */
+  pickBetween(a, b) {
+    const isBetween = (/** @type {number} */ value, /** @type {number} */ p, /** @type {number} */ q) => (
+      (value - p) * (value - q) <= 0
+    );
+    if (!this.group.visible) return [];
+    return Array.from({ length: this.positions.count }, (_, i) => i).filter((i) => {
+      const { x, y, depth } = this.screenPosition(i);
+      return depth <= 1 && isBetween(x, a.x, b.x) && isBetween(y, a.y, b.y);
+    });
   }
 
   /** The position of a control point in the scene. @param {number} index */

@@ -1,7 +1,7 @@
 // The control net of every kind of surface: its control points, the path of each in the document, the
 // lines that join them, and the placement of their surface in the scene. net-view.js draws it.
 
-import { valueAt, replaceValue } from './documents.js';
+import { valueAt } from './documents.js';
 
 /** @typedef {import('./documents.js').Path} Path */
 /** @typedef {import('./documents.js').Surface} Surface */
@@ -70,36 +70,19 @@ export function weightAt(surface, handle) {
   return valueAt(surface, [...handle.weights, ...handle.indices]) ?? 1;
 }
 
-/**
- * @param {Surface} surface
- * @param {Handle} handle
- * @param {number[]} point
- */
-export function withPoint(surface, handle, point) {
-  const { length } = pointAt(surface, handle);
-  return replaceValue(surface, handle.point, point.slice(0, length));
-}
-
-/**
- * The surface with another weight of one point; a net without weights gets weights, all others 1.
- * @param {Surface} surface
- * @param {Handle} handle
- * @param {number} weight
- */
-export function withWeight(surface, handle, weight) {
-  const weighted = valueAt(surface, handle.weights) === undefined
-    ? replaceValue(surface, handle.weights, buildWeights(netAt(surface, handle)))
-    : surface;
-  return replaceValue(weighted, [...handle.weights, ...handle.indices], weight);
+/** The path of the surface that has a control point. @param {Handle} handle @returns {Path} */
+export function baseOf({ point, indices }) {
+  const net = point.slice(0, point.length - indices.length);
+  return net.slice(0, net.at(-1) === 'control_points' ? -2 : -1);
 }
 
 /** @param {Surface} surface @param {Handle} handle */
-function netAt(surface, handle) {
+export function netAt(surface, handle) {
   return valueAt(surface, handle.point.slice(0, handle.point.length - handle.indices.length));
 }
 
-/** @param {any} net @returns {any} */
-function buildWeights(net) {
+/** Weights of 1 for all points of a net. @param {any} net @returns {any} */
+export function buildWeights(net) {
   return isPoint(net) ? 1 : net.map(buildWeights);
 }
 
@@ -129,7 +112,7 @@ function addSurface(net, surface, base, placement) {
 function addRows({ net, base, frame }, surface) {
   const isTriangle = surface.type === 'triangle';
   const [closedU, closedV] = surface.type === 'bspline' ? arePeriodic(surface.knots) : [false, false];
-  const rows = list(surface.control_net).map((row, i) => list(row).map((point, j) => (
+  const rows = listPoints(surface, surface.control_net).map((row, i) => list(row).map((point, j) => (
     addHandle(net, point, {
       point: [...base, 'control_net', i, j], weights: [...base, 'weights'], indices: [i, j], frame,
     })
@@ -144,7 +127,7 @@ function addRows({ net, base, frame }, surface) {
 
 /** @param {Target} target @param {Surface} surface */
 function addPatches({ net, base, frame }, surface) {
-  const vertices = list(surface.vertices).map((point, i) => (
+  const vertices = listPoints(surface, surface.vertices).map((point, i) => (
     addHandle(net, point, {
       point: [...base, 'vertices', i], weights: [...base, 'weights'], indices: [i], frame,
     })
@@ -163,7 +146,7 @@ function addPatches({ net, base, frame }, surface) {
 
 /** @param {Target} target @param {Surface} curve */
 function addCurve({ net, base, frame }, curve) {
-  const points = list(curve.control_points).map((point, i) => (
+  const points = listPoints(curve, curve.control_points).map((point, i) => (
     addHandle(net, point, {
       point: [...base, 'curve', 'control_points', i],
       weights: [...base, 'curve', 'weights'],
@@ -205,6 +188,14 @@ function arePeriodic(knots) {
 /** The value, or an empty list if it is no list. @param {any} value @returns {any[]} */
 function list(value) {
   return Array.isArray(value) ? value : [];
+}
+
+/**
+ * The control points, or rows of them. Homogeneous ones are left out: (w x, w y, w z, w) is no place.
+ * @param {Surface} owner  the surface or the curve that has the points @param {any} points
+ */
+function listPoints(owner, points) {
+  return owner.homogeneous === true ? [] : list(points);
 }
 
 /** @param {any} value */

@@ -32,6 +32,13 @@ export function watchPointPanel(state) {
     field.addEventListener('change', () => { move(true); state.commit(); show(state); });
   });
 
+  element('move-by', HTMLFormElement).addEventListener('submit', (event) => {
+    event.preventDefault();
+    const offsets = COORDINATES.map((name) => input(`d${name}`).valueAsNumber);
+    state.commit();
+    state.moveBy(offsets);
+  });
+
   const [weight, slider] = [input('weight'), input('weight-slider')];
   const weigh = (/** @type {number} */ value, /** @type {boolean} */ keep) => {
     if (Number.isFinite(value)) state.setWeight(value, keep);
@@ -77,6 +84,9 @@ function show(state) {
     input(name).disabled = point[axis] === undefined;
     put(name, point[axis]);
   });
+  const { length } = state.selection;
+  element('several', HTMLElement).hidden = length < 2;
+  write('several-count', `${length.toLocaleString('en')} points move together, and get one weight.`);
   const weight = handle ? weightAt(state.surface, handle) : undefined;
   put('weight', weight);
   const slider = input('weight-slider');
@@ -94,6 +104,8 @@ function put(id, value) {
 
 /** @param {State} state */
 function describe(state) {
+  const { length } = state.selection;
+  if (length > 1) return `${length} control points chosen, the last is ${state.chosen + 1}`;
   const position = (state.point() ?? []).map((value) => Number(value.toPrecision(4))).join(', ');
   return `Control point ${state.chosen + 1} of ${state.net.handles.length}, at ${position}`;
 }

@@ -1,8 +1,10 @@
 // Mouse, fingers and keys in the view choose and move control points. Gestures that do not hit a
-// point move the camera.
+// point move the camera, or draw a rectangle around points.
 
 import { Vector2 } from './three.js';
 import { Drag, nudge, roundToStep } from './moves.js';
+import { Rectangle } from './rectangle.js';
+import { lineOf } from './selection.js';
 
 /** @typedef {import('./net-view.js').NetView} NetView */
 /** @typedef {import('./scene.js').Stage} Stage */
@@ -13,6 +15,7 @@ import { Drag, nudge, roundToStep } from './moves.js';
  * @typedef {object} Controls
  * @property {() => Axis} axis  along which points move
  * @property {(axis: Axis) => void} setAxis
+ * @property {() => boolean} choosesSeveral  whether points are added to the chosen ones without Shift, too
  * @property {() => void} fit  shows the whole surface
  * @property {(mouse: Vector2) => void} click  for a click that hits no control point
  */
@@ -28,6 +31,9 @@ export function watchPointer(stage, netView, state, controls) {
   /** @type {Drag | null} */
   let drag = null;
   let hasMoved = false;
+  /** The selection after a click on a point that does not move it. @type {number[]} */
+  let clicked = [];
+  const rectangle = new Rectangle();
   /** Where the mouse was pressed without hitting a control point. @type {{x: number, y: number} | null} */
   let pressPosition = null;
 
@@ -42,21 +48,35 @@ export function watchPointer(stage, netView, state, controls) {
     const { x, y } = locate(event);
     const index = event.pointerType === 'mouse' ? netView.pick(x, y, 'mouse') : -1;
     canvas.dataset.cursor = index >= 0 ? 'point' : '';
-    netView.highlight(state.chosen, index);
+    netView.highlight(state.selection, index);
+  };
+
+  /** Chooses the pressed point; a point that is chosen already leads the others. @param {number} index @param {boolean} adds */
+  const press = (index, adds) => {
+    const others = state.selection.filter((i) => i !== index);
+    const isChosen = others.length < state.selection.length;
+    if (adds) clicked = isChosen ? others : [...others, index];
+    else clicked = [index];
+    state.select(adds || isChosen ? [...others, index] : [index]);
+    state.commit();
   };
 
   // These listeners come before those of the camera, on the same canvas.
   canvas.addEventListener('pointerdown', (event) => {
-    if (event.button !== 0 || drag) return;
+    if (event.button !== 0 || drag || rectangle.start) return;
     const { x, y, mouse } = locate(event);
     const index = netView.pick(x, y, event.pointerType);
+    const adds = event.shiftKey || controls.choosesSeveral();
     pressPosition = index < 0 ? { x, y } : null;
-    if (index < 0) return;
+    if (index < 0 && !adds) return;
     event.stopImmediatePropagation();
     canvas.setPointerCapture(event.pointerId);
     canvas.focus();
-    state.choose(index);
-    state.commit();
+    if (index < 0) {
+      rectangle.begin({ x, y });
+      return;
+    }
+    press(index, adds);
     const point = state.point();
     if (point === undefined || netView.matrices === undefined) return;
     const toScene = netView.matrices[state.net.handles[index].frame];
@@ -67,7 +87,10 @@ export function watchPointer(stage, netView, state, controls) {
 
   canvas.addEventListener('pointermove', (event) => {
     if (drag === null) {
-      if (event.buttons === 0) hover(event);
+      if (rectangle.start) {
+        event.stopImmediatePropagation();
+        rectangle.show(locate(event));
+      } else if (event.buttons === 0) hover(event);
       return;
     }
     event.stopImmediatePropagation();
@@ -79,6 +102,7 @@ export function watchPointer(stage, netView, state, controls) {
     if (drag === null) return;
     drag = null;
     canvas.dataset.cursor = '';
+    if (!hasMoved && isKept) state.select(clicked);
     if (!hasMoved) return;
     if (isKept) state.commit();
     else state.cancel();
@@ -88,10 +112,15 @@ export function watchPointer(stage, netView, state, controls) {
     const isClick = pressPosition !== null
       && Math.hypot(x - pressPosition.x, y - pressPosition.y) < CLICK_PIXELS;
     pressPosition = null;
+    const corner = rectangle.end();
+    if (corner && !isClick) {
+      const found = netView.pickBetween(corner, { x, y });
+      state.select([...state.selection.filter((i) => !found.includes(i)), ...found]);
+    }
     if (drag === null && isClick) controls.click(mouse);
     finish(true);
   });
-  canvas.addEventListener('pointercancel', () => finish(false));
+  canvas.addEventListener('pointercancel', () => { rectangle.end(); finish(false); });
   // Undo, or another document, ends a drag.
   state.listen((change) => {
     if (drag === null || (change !== 'surface' && change !== 'opened')) return;
@@ -99,12 +128,12 @@ export function watchPointer(stage, netView, state, controls) {
     canvas.dataset.cursor = '';
   });
   canvas.addEventListener('pointerleave', () => {
-    if (drag === null) netView.highlight(state.chosen, -1);
+    if (drag === null) netView.highlight(state.selection, -1);
   });
 
   canvas.addEventListener('keydown', (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    if (press(event)) event.preventDefault();
+    if (pressKey(event)) event.preventDefault();
   });
   canvas.addEventListener('keyup', (event) => {
     if (event.key.startsWith('Arrow') || event.key.startsWith('Page')) state.commit();
@@ -112,15 +141,17 @@ export function watchPointer(stage, netView, state, controls) {
   canvas.addEventListener('blur', () => { if (drag === null) state.commit(); });
 
   /** Handles a key; returns whether the key has a meaning. @param {KeyboardEvent} event @returns {boolean} */
-  function press(event) {
+  function pressKey(event) {
     const { key } = event;
     const count = state.net.handles.length;
     const lower = key.toLowerCase();
     if (key === 'Escape') {
-      if (drag) finish(false);
+      if (rectangle.start) rectangle.end();
+      else if (drag) finish(false);
       else state.choose(-1);
-    } else if (key === ']' && count) state.choose((state.chosen + 1) % count);
-    else if (key === '[' && count) state.choose((Math.max(state.chosen, 0) + count - 1) % count);
+    } else if ('[]{}'.includes(key) && count) chooseNext(key);
+    else if (lower === 'a') state.selectAround(Array.from({ length: count }, (_, i) => i));
+    else if (lower === 'r' && state.chosen >= 0) state.selectAround(lineOf(state.net, state.chosen, event.shiftKey ? 1 : 0));
     else if (lower === 'f') controls.fit();
     else if (lower === 'n') state.set({ net: !state.settings.net });
     else if (lower === 'w') state.set({ wires: !state.settings.wires });
@@ -130,6 +161,15 @@ export function watchPointer(stage, netView, state, controls) {
     else if (key === '-') stage.zoom(ZOOM);
     else return step(event);
     return true;
+  }
+
+  /** Chooses the next or the previous point: alone, or with Shift (braces) too. @param {string} key */
+  function chooseNext(key) {
+    const count = state.net.handles.length;
+    const next = key === ']' || key === '}' ? state.chosen + 1 : Math.max(state.chosen, 0) - 1;
+    const index = (next + count) % count;
+    const isAdded = key === '{' || key === '}';
+    state.select(isAdded ? [...state.selection.filter((i) => i !== index), index] : [index]);
   }
 
   /**

@@ -61,6 +61,15 @@ export async function readFile(body, mediaType, signal) {
 }
 
 /**
+ * The surface after some operations; without any, as the service writes it, with all defaults.
+ * @param {Surface} surface @param {object[]} [operations] @param {AbortSignal} [signal]
+ * @returns {Promise<Surface>}
+ */
+export async function convert(surface, operations, signal) {
+  return (await post('v1/convert', { surface, operations }, signal)).surface;
+}
+
+/**
  * The point of a surface that is nearest to a point.
  * @param {Surface} surface @param {number[]} point @param {AbortSignal} [signal]
  * @returns {Promise<{positions: number[][], uv: number[][], patch?: number[], near_edge?: boolean[]}>}

@@ -2,7 +2,8 @@
 // listen to its changes.
 
 import { History } from './history.js';
-import { netOf, pointAt, withPoint, withWeight } from './net.js';
+import { netOf, pointAt } from './net.js';
+import { addRounded, moveTogether, weighTogether } from './selection.js';
 import { DEFAULTS } from './settings.js';
 
 /** @typedef {import('./documents.js').Surface} Surface */
@@ -27,8 +28,8 @@ export class State {
     this.settings = settings;
     this.history = new History({});
     this.net = netOf({});
-    /** Number of the chosen control point, or -1. */
-    this.chosen = -1;
+    /** Numbers of the chosen control points; the last one leads: the panel shows it. @type {number[]} */
+    this.selection = [];
     /** @type {About} */
     this.about = { title: '', description: '', origin: '' };
     /** Names and ids under which the service has documents. @type {WeakMap<Surface, string>} */
@@ -45,11 +46,19 @@ export class State {
   /** The name or the id under which the service has the present document; empty if it has none, as after an edit. */
   get address() { return this.addresses.get(this.surface) ?? ''; }
 
-  /** The chosen control point. */
+  /** Number of the control point that was chosen last, or -1. */
+  get chosen() { return this.selection[this.selection.length - 1] ?? -1; }
+
+  set chosen(index) { this.selection = index < 0 ? [] : [index]; }
+
+  /** The control point that was chosen last. */
   get handle() { return this.net.handles[this.chosen]; }
 
-  /** @param {(change: Change) => void} listener */
-  listen(listener) { this.listeners.push(listener); }
+  /** Calls `listener` after each change, until the function is called that it returns. @param {(change: Change) => void} listener */
+  listen(listener) {
+    this.listeners.push(listener);
+    return () => { this.listeners = this.listeners.filter((other) => other !== listener); };
+  }
 
   /**
    * Opens a document: a new one, or one with its history and with other settings.
@@ -79,20 +88,43 @@ export class State {
 
   /** Chooses a point; a running step of another point ends. @param {number} index  -1 for none */
   choose(index) {
-    if (index === this.chosen) return;
+    this.select(index < 0 ? [] : [index]);
+  }
+
+  /** Chooses several points, of which the last one leads. @param {number[]} selection */
+  select(selection) {
+    if (selection.join() === this.selection.join()) return;
     this.commit();
-    this.chosen = index;
+    this.selection = selection;
     this.notify('chosen');
   }
 
-  /** Moves the chosen point; `keep` makes it a step of the history. @param {number[]} point @param {boolean} keep */
-  move(point, keep) {
-    if (this.handle) this.change(withPoint(this.surface, this.handle, point), keep);
+  /** Chooses points around the leading one, which goes on leading. @param {number[]} points */
+  selectAround(points) {
+    const { chosen } = this;
+    this.select(chosen < 0 ? points : [...points.filter((index) => index !== chosen), chosen]);
   }
 
-  /** @param {number} weight @param {boolean} keep */
+  /**
+   * Moves the leading point to a place, and all chosen points with it; `keep` makes it a step of the history.
+   * @param {number[]} place @param {boolean} keep
+   */
+  move(place, keep) {
+    if (!this.handle) return;
+    // All places of a drag are relative to its beginning, so that rounding does not add up.
+    const begin = this.history.before ?? this.surface;
+    this.change(moveTogether(this.surface, this.net, this.selection, place, begin), keep);
+  }
+
+  /** Moves all chosen points by an offset along x, y and z of the leading one. @param {number[]} offset */
+  moveBy(offset) {
+    const place = this.point()?.map((value, axis) => addRounded(value, offset[axis]));
+    if (place) this.move(place, true);
+  }
+
+  /** Gives all chosen points a weight. @param {number} weight @param {boolean} keep */
   setWeight(weight, keep) {
-    if (this.handle) this.change(withWeight(this.surface, this.handle, weight), keep);
+    if (this.handle) this.change(weighTogether(this.surface, this.net, this.selection, weight), keep);
   }
 
   /** Adds the running step (`History.preview`), if any, to the history. */
@@ -128,7 +160,11 @@ export class State {
 
   /** @param {Change} change */
   notify(change) {
-    if (change !== 'settings' && change !== 'chosen') this.net = netOf(this.surface);
+    if (change !== 'settings' && change !== 'chosen') {
+      this.net = netOf(this.surface);
+      // After another step the net may have fewer points.
+      if (this.chosen >= 0) this.selection = this.selection.filter((index) => index < this.net.handles.length);
+    }
     this.listeners.forEach((listener) => listener(change));
   }
 }

@@ -7,7 +7,7 @@ import { AxesView } from './axes-view.js';
 import { toDocument, toScene } from './frame.js';
 import { Raycaster, Vector3 } from './three.js';
 import { NetView } from './net-view.js';
-import { checkRadio, getChecked, element, write } from './page.js';
+import { button, checkRadio, getChecked, element, write } from './page.js';
 import { PinView } from './pin-view.js';
 import { PlaneView } from './plane-view.js';
 import { watchPointer } from './pointer.js';
@@ -47,6 +47,7 @@ export class View {
     const fit = () => this.fit();
     watchPointer(this.stage, this.netView, state, {
       axis: () => /** @type {Axis} */ (getChecked('axis')),
+      choosesSeveral: () => button('choose-several').getAttribute('aria-pressed') === 'true',
       setAxis: (axis) => checkRadio('axis', axis),
       fit,
       click: (mouse) => this.click(mouse),
@@ -139,7 +140,7 @@ export class View {
     this.netView.showNet(state.net, state.surface);
     // The control points of a tube are inside it, so its net is drawn strongly through the surface.
     this.netView.setVisible(hasSweep(state.surface));
-    this.netView.highlight(state.chosen, -1);
+    this.netView.highlight(state.selection, -1);
     this.paint();
   }
 

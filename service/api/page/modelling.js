@@ -1,0 +1,272 @@
+// Changes of whole nets, each one step of the history: rows and columns, degrees, knots, mirrored surfaces.
+// The service computes those that keep the surface (`/v1/convert`), the page the others (`rows.js`).
+
+import { replaceValues, valueAt } from './documents.js';
+import { countLines, findLine, findNewKnot, knotsAlong } from './knots.js';
+import { joinHalves, reflect } from './mirror.js';
+import { baseOf } from './net.js';
+import { addMeanLine, lowerDegree, removeKnot, removeLine, Unchangeable } from './rows.js';
+import { mirrorPoints } from './selection.js';
+import { convert } from './service.js';
+import { perform } from './work.js';
+
+/** @typedef {import('./documents.js').Path} Path */
+/** @typedef {import('./documents.js').Surface} Surface */
+/** @typedef {import('./mirror.js').Plane} Plane */
+/** @typedef {import('./selection.js').Direction} Direction */
+/** @typedef {import('./state.js').State} State */
+
+/**
+ * A changed surface, what has happened in words, and the row to choose along the direction.
+ * @typedef {{surface: Surface, message: string, line?: number}} Outcome
+ */
+
+/** @typedef {'rows' | 'degree' | 'knots' | 'mirror'} Change */
+
+/** How rows are called along u and along v. */
+export const LINES = /** @type {const} */ (['row', 'column']);
+const PARAMETERS = /** @type {const} */ (['u', 'v']);
+const REVERSED = [{ op: 'reverse', direction: 'u' }];
+/** A patch in the place of a tube, which the service does not reverse. */
+const PLACEHOLDER = { control_net: [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]] };
+
+const HOMOGENEOUS = 'The control points are homogeneous, (w x, w y, w z, w), and have no places to drag.';
+const PATCHES = 'Patches share their points, so no row can be added to one of them; the degree of all can be raised.';
+const TRIANGLE = 'A triangle has no rows, columns or knots; its degree can be raised.';
+const CURVE = 'This surface follows a curve, and has no rows, columns, knots or degree of its own.';
+const PART = 'A part has no control net of its own. POST /v1/convert with “untrim” takes out the surface of a face.';
+const SEVERAL = 'Choose a control point first: it says which of the surfaces is changed.';
+
+/** Why kinds of surfaces cannot be changed. @type {{[type: string]: {[change in Change]?: string}}} */
+const REASONS = {
+  triangle: { rows: TRIANGLE, knots: TRIANGLE },
+  patches: { rows: PATCHES, knots: PATCHES },
+  tube: { rows: CURVE, degree: CURVE, knots: CURVE },
+  ribbon: { rows: CURVE, degree: CURVE, knots: CURVE },
+  brep: { rows: PART, degree: PART, knots: PART, mirror: PART },
+  group: { rows: SEVERAL, degree: SEVERAL, knots: SEVERAL },
+  multipatch: { rows: SEVERAL, degree: SEVERAL, knots: SEVERAL },
+};
+
+/** The surface that has the chosen point, or else the document; with its path. @param {State} state */
+function findTarget({ surface, handle }) {
+  const path = handle ? baseOf(handle) : [];
+  return { path, surface: /** @type {Surface} */ (valueAt(surface, path)) };
+}
+
+/** Why the open surface cannot be changed in a way; empty if it can. @param {State} state @param {Change} change */
+export function explainRefusal(state, change) {
+  const { surface } = findTarget(state);
+  const reason = REASONS[surface.type ?? 'bezier']?.[change];
+  if (reason !== undefined) return reason;
+  if (change === 'mirror') return '';
+  if (isHomogeneous(state.surface)) return HOMOGENEOUS;
+  return change === 'rows' && !state.handle ? 'Choose a control point: rows and columns are added and removed at it.' : '';
+}
+
+/** Whether a document has homogeneous control points. @param {Surface} surface @returns {boolean} */
+export function isHomogeneous(surface) {
+  const inner = [surface.curve, ...(surface.surfaces ?? []), ...(surface.definitions ?? []),
+    ...(surface.members ?? []).map((/** @type {any} */ member) => member?.surface)];
+  return surface.homogeneous === true || inner.some((each) => each && isHomogeneous(each));
+}
+
+/**
+ * Adds a row after that of the chosen point (after the last one, before it).
+ * @param {State} state @param {Direction} direction @returns {Promise<string>}
+ */
+export function addLine(state, direction) {
+  return change(state, direction, `Adding a ${LINES[direction]}`, async (surface, line, signal) => {
+    if (surface.type !== 'bspline') return raise(surface, direction, signal, line);
+    const plain = await convert(surface, undefined, signal);
+    if (plain.knots[direction] === 'periodic') {
+      const next = (line + 1) % countLines(plain, direction);
+      const message = `A ${LINES[direction]} of mean points is between ${LINES[direction]}s ${line + 1} and ${next + 1}. `
+        + 'The surface has changed: the spans of a periodic direction are equal.';
+      return { surface: addMeanLine(plain, direction, line), message, line: line + 1 };
+    }
+    const knot = findNewKnot(knotsAlong(plain, direction), plain.degree[direction], line);
+    return insert(plain, direction, knot, signal);
+  });
+}
+
+/** Removes the row of the chosen point. @param {State} state @param {Direction} direction @returns {Promise<string>} */
+export function deleteLine(state, direction) {
+  return change(state, direction, `Removing a ${LINES[direction]}`, async (surface, line, signal) => {
+    const plain = await convert(surface, undefined, signal);
+    const last = countLines(plain, direction) - 2;
+    if (plain.type !== 'bspline') {
+      const { surface: lower, change: most } = lowerDegree(plain, direction);
+      const message = `The degree along ${PARAMETERS[direction]} is ${last}. ${describeMove(most)}`;
+      return { surface: lower, message, line: Math.min(line, last) };
+    }
+    if (plain.knots[direction] === 'periodic') {
+      const message = `The ${LINES[direction]} ${line + 1} is removed, and the surface has changed: a periodic direction has equal spans.`;
+      return { surface: removeLine(plain, direction, line), message, line: Math.min(line, last) };
+    }
+    const { surface: smaller, change: most, knot } = removeKnot(plain, direction, line);
+    const message = `The knot ${PARAMETERS[direction]} = ${short(knot ?? 0)} is removed, and a ${LINES[direction]} with it. ${describeMove(most)}`;
+    return { surface: smaller, message, line: Math.min(line, last) };
+  });
+}
+
+/** Raises the degree along a direction by 1. @param {State} state @param {Direction} direction @returns {Promise<string>} */
+export function raiseDegree(state, direction) {
+  return change(state, direction, 'Raising the degree', (surface, line, signal) => raise(surface, direction, signal, line));
+}
+
+/**
+ * Inserts a knot; a Bézier patch becomes a B-spline.
+ * @param {State} state @param {Direction} direction @param {number} knot @returns {Promise<string>}
+ */
+export function insertKnot(state, direction, knot) {
+  return change(state, direction, 'Inserting a knot', (surface, _line, signal) => insert(surface, direction, knot, signal));
+}
+
+/**
+ * Mirrors the whole document, or adds its mirrored copy.
+ * @param {State} state @param {Plane} plane @param {boolean} keepsBoth @returns {Promise<string>}
+ */
+export async function mirror(state, plane, keepsBoth) {
+  return replace(state, 'Mirroring the surface', async (signal) => {
+    const copy = await reverse(reflect(state.surface, plane), signal);
+    const where = `at ${'xyz'[plane.axis]} = ${short(plane.offset)}`;
+    const message = keepsBoth ? `The surface has both halves, mirrored ${where}.` : `The surface is mirrored ${where}.`;
+    return { surface: keepsBoth ? joinHalves(state.surface, copy) : copy, message: `${message} Normals stay on the same side.` };
+  });
+}
+
+/** Mirrors the chosen points. @param {State} state @param {Plane} plane */
+export function mirrorChosen(state, { axis, offset }) {
+  state.commit();
+  state.change(mirrorPoints(state.surface, state.net, state.selection, axis, offset), true);
+  return `Mirrored ${state.selection.length === 1 ? 'the chosen point' : `${state.selection.length} points`}.`;
+}
+
+/** Writes homogeneous control points as places with weights. @param {State} state */
+export function separateWeights(state) {
+  return replace(state, 'Separating the weights', async (signal) => {
+    const surface = await convert(state.surface, undefined, signal);
+    return { surface, message: 'Control points are places now, with weights. The degree is higher where a weight was 0.' };
+  });
+}
+
+/**
+ * Changes the surface that has the chosen point, and chooses the point with the same number in the row
+ * that the outcome names.
+ * @param {State} state @param {Direction} direction @param {string} what  in words, for the bar
+ * @param {(surface: Surface, line: number, signal: AbortSignal) => Promise<Outcome>} act
+ */
+async function change(state, direction, what, act) {
+  const { path, surface } = findTarget(state);
+  const indices = state.handle?.indices ?? [0, 0];
+  /** @type {number | undefined} */
+  let line;
+  const message = await replace(state, what, async (signal) => {
+    const outcome = await act(surface, Number(indices[direction] ?? 0), signal);
+    line = outcome.line;
+    return { ...outcome, surface: replaceValues(state.surface, [[path, outcome.surface]]) };
+  });
+  const place = [...indices];
+  if (line !== undefined) place[direction] = line;
+  const key = path.join();
+  state.choose(line === undefined ? state.chosen : state.net.handles.findIndex((handle) => (
+    baseOf(handle).join() === key && handle.indices.join() === place.join()
+  )));
+  return message;
+}
+
+/**
+ * Replaces the document by an outcome; returns its message. If the document changes meanwhile, the
+ * outcome is dropped.
+ * @param {State} state @param {string} what @param {(signal: AbortSignal) => Promise<Outcome>} act
+ */
+async function replace(state, what, act) {
+  state.commit();
+  const outdated = new AbortController();
+  const stop = state.listen((kind) => {
+    if (kind !== 'settings' && kind !== 'chosen') outdated.abort();
+  });
+  try {
+    const { surface, message } = await perform(what, act, outdated.signal);
+    stop();
+    state.change(surface, true);
+    return message;
+  } finally {
+    stop();
+  }
+}
+
+/** @param {Surface} surface @param {Direction} direction @param {AbortSignal} signal @param {number} line @returns {Promise<Outcome>} */
+async function raise(surface, direction, signal, line) {
+  const degree = degreesOf(surface);
+  const isTriangle = surface.type === 'triangle' || (surface.triangles?.length ?? 0) > 0;
+  const raised = degree.map((value, i) => value + Number(isTriangle || i === direction));
+  const result = await convert(surface, [{ op: 'elevate', degree: raised }], signal);
+  const name = isTriangle ? `${raised[0]}` : raised.join(' × ');
+  const message = `The degree is ${name}. The surface is the same, with more control points.`;
+  return surface.type === 'bspline' || surface.type === 'patches' || isTriangle
+    ? { surface: result, message }
+    : { surface: result, message, line: line + Number(line < degree[direction]) };
+}
+
+/** @param {Surface} surface @param {Direction} direction @param {number} knot @param {AbortSignal} signal @returns {Promise<Outcome>} */
+async function insert(surface, direction, knot, signal) {
+  const isPatch = surface.type !== 'bspline';
+  const spline = isPatch
+    ? { ...surface, type: 'bspline', degree: degreesOf(surface), knots: ['clamped', 'clamped'] } : surface;
+  const result = await convert(spline, [{ op: 'insert', [PARAMETERS[direction]]: knot }], signal);
+  const name = Array.isArray(spline.knots) ? spline.knots[direction] : spline.knots;
+  const notes = [`A knot is at ${PARAMETERS[direction]} = ${short(knot)}: one more ${LINES[direction]}, the same surface.`];
+  if (isPatch) notes.push('The patch is a B-spline now.');
+  if (name === 'uniform' || name === 'periodic') notes.push(`The direction ${PARAMETERS[direction]} is clamped now.`);
+  const line = findLine(knotsAlong(result, direction), result.degree[direction], knot);
+  return { surface: result, message: notes.join(' '), line };
+}
+
+/** The surface with u reversed: a mirrored surface then has its normals on the same side. @param {Surface} surface @param {AbortSignal} signal */
+async function reverse(surface, signal) {
+  const isSweep = (/** @type {Surface | undefined} */ each) => each?.type === 'tube' || each?.type === 'ribbon';
+  // Normals of tubes and ribbons follow from their curves.
+  if (isSweep(surface)) return surface;
+  if (surface.type !== 'group') return convert(surface, REVERSED, signal);
+  const { members } = surface;
+  const others = members.map((/** @type {any} */ member) => (isSweep(member.surface) ? { ...member, surface: PLACEHOLDER } : member));
+  const reversed = await convert({ ...surface, members: others }, REVERSED, signal);
+  // The service may write surfaces of members as definitions; only those of members can be dragged.
+  const inlined = reversed.members.map((/** @type {any} */ member, /** @type {number} */ i) => {
+    if (isSweep(members[i].surface)) return members[i];
+    if (!members[i].surface || member.surface) return member;
+    const { definition, ...rest } = member;
+    return { ...rest, surface: reversed.definitions[definition] };
+  });
+  const { definitions, ...rest } = reversed;
+  const isNeeded = inlined.some((/** @type {any} */ member) => typeof member.definition === 'number');
+  return { ...rest, ...(isNeeded ? { definitions } : {}), members: inlined };
+}
+
+/** The degrees along u and v; of patches the highest. @param {Surface} surface @returns {number[]} */
+function degreesOf(surface) {
+  if (surface.type === 'bspline') {
+    const { degree = 3 } = surface;
+    return Array.isArray(degree) ? degree : [degree, degree];
+  }
+  if (surface.type === 'triangle') return [surface.control_net.length - 1, surface.control_net.length - 1];
+  if (surface.type !== 'patches') return [0, 1].map((direction) => countLines(surface, /** @type {Direction} */ (direction)) - 1);
+  const grids = [...(surface.patches ?? []), ...(surface.triangles ?? [])];
+  const degrees = [0, 1].map((direction) => grids.reduce((most, grid) => (
+    Math.max(most, (direction === 0 ? grid.length : grid[0].length) - 1)
+  ), 1));
+  return surface.triangles?.length ? [Math.max(...degrees), Math.max(...degrees)] : degrees;
+}
+
+/** @param {number} most */
+function describeMove(most) {
+  if (most === Infinity) return 'The surface has changed.';
+  return most < 1e-12 ? 'The surface is the same.' : `No point of the surface has moved by more than ${short(most)}.`;
+}
+
+/** @param {number} value */
+const short = (value) => String(Number(value.toPrecision(3)));
+
+export { Unchangeable };
