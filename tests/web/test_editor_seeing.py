@@ -421,3 +421,104 @@ def test_zebra_is_a_look_with_number_and_axis_of_its_stripes(page: Page) -> None
     assert "kink" in page.inner_text("#look-explained")
     page.check('input[name="look"][value="shaded"]', force=True)
     assert page.is_hidden("#zebra")
+
+
+def test_faces_and_edges_of_a_part_have_names(page: Page) -> None:
+    page.click("#open")
+    surface = perform(page, lambda: page.click('[data-example="plate-with-holes"]'))["surface"]
+    assert page.inner_text("#h-faces") == "Faces and edges"
+    names = page.locator("#face option").all_inner_texts()
+    assert names[1:] == [f"face {k} ({face['name']})" for k, face in enumerate(surface["faces"])]
+    assert page.locator("#edge option").count() == 1 + len(surface["edges"])
+    left, top, right, bottom = box_of(page.locator("#view"))
+    x, y = (left + right) / 2, top + 0.35 * (bottom - top)
+    page.mouse.move(x, y)
+    page.wait_for_selector("#hovered:visible")
+    name = page.inner_text("#hovered")
+    assert name in names
+    click_surface(page, 0.35)
+    assert page.inner_text("#probe").startswith(f"{name}, u ")
+    assert page.evaluate("document.querySelector('#face').selectedOptions[0].text") == name
+    # Now only the edges of this face are listed, each with the face on its other side.
+    number = int(name.split()[1])
+    edges = {edge for loop in surface["faces"][number]["loops"] for edge in loop["edges"]}
+    listed = page.locator("#edge option").all_inner_texts()[1:]
+    assert {int(text.split(",")[0].removeprefix("edge ")) for text in listed} == edges
+    assert all(", to face " in text for text in listed)
+    # Edge 4 is a quarter of a circle of radius 3. Keys alone choose it.
+    page.focus("#face")
+    page.keyboard.press("Home")
+    page.focus("#edge")
+    while page.input_value("#edge") != "4":
+        page.keyboard.press("ArrowDown")
+    page.wait_for_selector("#edge-text:has-text('length')")
+    assert page.inner_text("#edge-text").startswith("edge 4, of face 1 (")
+    assert page.inner_text("#edge-text").endswith(f": length {1.5 * math.pi:.5f}")
+    assert page.evaluate("document.querySelector('#face').selectedIndex") == 0
+    page.mouse.move(0, 0)
+    page.click("#open")
+    perform(page, lambda: page.click('[data-example="utah-teapot"]'))
+    assert page.locator("#face option").all_inner_texts()[1:3] == ["rim", "body"]
+    assert page.inner_text("#h-faces") == "Parts"
+    assert page.is_hidden("#edge")
+
+
+def test_faces_of_members_have_the_names_of_the_report(modules: Page) -> None:
+    found = modules.evaluate(
+        """async () => {
+          const { findFace, listEdges, listFaces } = await import('/page/faces.js');
+          const root = { userData: { name: 'group' }, parent: null };
+          const build = (name, count, faces) => ({
+            userData: { name }, parent: root,
+            geometry: { index: { count: 3 * count }, userData: faces ? { faces } : {} },
+          });
+          const meshes = [
+            build('box', 5, { first_triangle: [0, 2], face: [0, 2] }), build('lid', 1, null)];
+          const parts = ['box/top', 'box/side', 'box/face 2', 'lid'].map((name) => ({ name }));
+          const faces = listFaces(meshes, parts, false);
+          const loops = [{ edges: [0, 1] }];
+          const brep = { type: 'brep', edges: [{ curve: {} }, {}], faces: [{ loops }, { loops }] };
+          return {
+            texts: faces.map(({ text }) => text),
+            ends: faces.map(({ first, end }) => [first, end]),
+            hit: findFace(faces, { object: meshes[0], faceIndex: 4 }),
+            missed: findFace(faces, { object: root, faceIndex: 0 }),
+            edges: listEdges(brep).map(({ text, faces, curve }) => [text, faces, curve !== null]),
+            none: listEdges({ type: 'bspline' }),
+          };
+        }"""
+    )
+    assert found == {
+        "texts": ["box: face 0 (top)", "box: face 2", "lid"],
+        "ends": [[0, 2], [2, 5], [0, 1]],
+        "hit": 1,
+        "missed": -1,
+        "edges": [["edge 0", [0, 1], True], ["edge 1", [0, 1], False]],
+        "none": [],
+    }
+
+
+def test_a_crosshair_clicks_by_keys(page: Page) -> None:
+    page.set_checked("#show-net", False)
+    page.focus("#view")
+    page.keyboard.press("c")
+    assert page.is_visible("#crosshair")
+    start = box_of(page.locator("#crosshair"))
+    page.keyboard.press("Shift+ArrowUp")
+    page.keyboard.press("ArrowLeft")
+    end = box_of(page.locator("#crosshair"))
+    assert (end[0] - start[0], end[1] - start[1]) == (-8, -48)
+    with page.expect_response(lambda response: "/v1/project" in response.url):
+        page.keyboard.press("Enter")
+    page.wait_for_selector("#probe-row:visible")
+    x, y, z = read_place(page)
+    assert z == pytest.approx(x * y)
+    page.keyboard.press("Escape")
+    assert page.is_hidden("#crosshair")
+    # Without the crosshair, arrows turn the view.
+    before = page.evaluate("document.querySelector('#axes line').getAttribute('x2')")
+    page.keyboard.press("ArrowLeft")
+    page.wait_for_function(
+        "before => document.querySelector('#axes [data-axis] line').getAttribute('x2') !== before",
+        arg=before,
+    )

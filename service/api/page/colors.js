@@ -71,14 +71,3 @@ export function curvatureColors(values, range) {
   }
   return colors;
 }
-
-/** Paints the scale of the legend. @param {HTMLCanvasElement} canvas */
-export function paintLegend(canvas) {
-  const context = canvas.getContext('2d');
-  if (context === null) return;
-  for (let x = 0; x < canvas.width; x += 1) {
-    const [r, g, b] = diverging(2 * x / (canvas.width - 1) - 1).map((c) => Math.round(255 * c));
-    context.fillStyle = `rgb(${r} ${g} ${b})`;
-    context.fillRect(x, 0, 1, canvas.height);
-  }
-}

@@ -8,6 +8,7 @@ import { hasKey, keepsAll, watchDraftList } from './draft-list.js';
 import { watchEditPanel } from './edit-panel.js';
 import { watchKey } from './key.js';
 import { Library, showAbout } from './library.js';
+import { FacePanel } from './face-panel.js';
 import { Measure } from './measure.js';
 import { mesh } from './mesh.js';
 import { MeshRequests } from './mesh-requests.js';
@@ -83,6 +84,7 @@ const requests = new MeshRequests({
     if (coarse) return;
     speakReadouts(report);
     section.showMesh(report.bounds);
+    if (view) facePanel.showFaces(view.listFaces(parts));
   },
   failed: (error) => fail(error, true),
   idle: () => { if (root.dataset.state === 'busy') root.dataset.state = 'ready'; },
@@ -150,6 +152,11 @@ const probe = new Probe(state, {
   hide: () => view?.pinView.hide(),
 });
 const measures = new Measure(state);
+const facePanel = new FacePanel(state, {
+  markFace: (face) => view?.faceView.choose(face),
+  showEdge: (points) => view?.showEdge(points),
+  failed: (error) => fail(error),
+});
 const section = new Section(state, {
   show: (polylines) => view?.showSection(polylines),
   showPlane: (plane) => view?.showPlane(plane),
@@ -163,6 +170,7 @@ if (view) {
   watchViews(state, view);
   view.planeView.moved = (distance) => section.moveBy(distance);
   view.clicked = (hit) => {
+    if (hit.face >= 0) facePanel.chooseFace(hit.face);
     probe.showPoint(hit, state.surface.type === 'brep' ? parts : []).catch((error) => fail(error));
   };
 }

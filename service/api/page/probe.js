@@ -2,6 +2,7 @@
 // the distance from the previous click; on a part, also the face and the bound of its deviation. If the
 // service has no answer, the reason stands in place of it.
 
+import { nameFace } from './faces.js';
 import { announce, button, element } from './page.js';
 import { significant } from './readouts.js';
 import { curvatures, project, Refusal } from './service.js';
@@ -20,6 +21,7 @@ import { perform } from './work.js';
  * @typedef {object} Hit
  * @property {number[]} point  of the mesh, in the coordinates of the control points
  * @property {string} name  of the part of the mesh; empty without one
+ * @property {number} face  its index in the list of faces, or -1
  */
 
 const ROWS = ['place', 'probe', 'probe-deviation', 'probe-distance'];
@@ -52,7 +54,7 @@ export class Probe {
 
   /**
    * Shows what is known about the point of the surface that is closest to the point of its mesh.
-   * @param {Hit} hit @param {{name: string, deviation_bound?: number}[]} faces  the faces in the report of a brep; else none
+   * @param {Pick<Hit, 'point' | 'name'>} hit @param {{name: string, deviation_bound?: number}[]} faces  the faces in the report of a brep; else none
    */
   async showPoint({ point, name }, faces = []) {
     const { surface } = this.state;
@@ -138,13 +140,6 @@ async function ask(surface, point, signal) {
 export function reasonOf(error) {
   if (!(error instanceof Refusal)) throw error;
   return error.issues[0]?.detail ?? error.message;
-}
-
-/** The number of a face, and its name if it has one. @param {number} number @param {{name: string}[]} faces */
-export function nameFace(number, faces) {
-  const text = `face ${number}`;
-  const name = faces[number]?.name;
-  return name === undefined || name === text ? text : `${text} (${name})`;
 }
 
 /** @param {number} value */

@@ -1,19 +1,25 @@
-// Draws the lines of a section: strongly where the surface does not hide them, else faintly.
+// Draws lines on the surface, those of a section or an edge: strongly where the surface does not hide them,
+// else faintly.
 
 import {
-  BufferAttribute, BufferGeometry, Group, LineBasicMaterial, LineSegments,
+  BufferAttribute, BufferGeometry, Group, LineBasicMaterial, LineSegments, Points, PointsMaterial,
 } from './three.js';
-import { drawNearer } from './marks.js';
+import { drawNearer, makeDotTexture } from './marks.js';
 
 /** @typedef {import('./colors.js').Palette} Palette */
 
 export class SectionView {
-  /** @param {Pick<import('./scene.js').Stage, 'scene' | 'draw'>} stage */
-  constructor(stage) {
+  /**
+   * @param {Pick<import('./scene.js').Stage, 'scene' | 'draw'>} stage @param {'section' | 'chosen'} color  of the palette
+   * @param {number} width  in CSS pixels, if they are wider than one
+   */
+  constructor(stage, color = 'section', width = 1) {
     this.stage = stage;
+    this.color = color;
     this.group = new Group();
     this.geometry = new BufferGeometry();
     const lines = { transparent: true, depthWrite: false };
+    /** @type {(LineBasicMaterial | PointsMaterial)[]} */
     this.materials = [
       new LineBasicMaterial({ ...lines, depthTest: false, opacity: 0.35 }),
       drawNearer(new LineBasicMaterial(lines)),
@@ -24,6 +30,19 @@ export class SectionView {
       object.renderOrder = 6 + i; // after the net
       this.group.add(object);
     });
+    if (width > 1) this.addDots(width);
+  }
+
+  /** WebGL draws lines one pixel wide; dots at their points make them wider. @param {number} size */
+  addDots(size) {
+    const material = drawNearer(new PointsMaterial({
+      size, sizeAttenuation: false, transparent: true, map: makeDotTexture(), alphaTest: 0.01, depthWrite: false,
+    }));
+    const dots = new Points(this.geometry, material);
+    dots.frustumCulled = false;
+    dots.renderOrder = 7;
+    this.materials.push(material);
+    this.group.add(dots);
   }
 
   /** Draws lines in place of the present ones; without lines nothing stays in the scene. @param {number[][][]} lines  points of each, in the scene */
@@ -45,6 +64,6 @@ export class SectionView {
 
   /** @param {Palette} palette */
   paint(palette) {
-    this.materials.forEach((material) => material.color.set(palette.section));
+    this.materials.forEach((material) => material.color.set(palette[this.color]));
   }
 }

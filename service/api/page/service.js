@@ -124,6 +124,15 @@ export async function section(surface, normal, offset, signal) {
   return polylines;
 }
 
+/**
+ * Points of a curve, and its length.
+ * @param {Surface} curve @param {AbortSignal} [signal] @returns {Promise<{points: number[][], length: number}>}
+ */
+export async function sampleCurve(curve, signal) {
+  const { points, report } = await post('v1/curve', { curve, resolution: 128 }, signal);
+  return { points, length: report.length };
+}
+
 /** @param {string} path @param {object} content @param {AbortSignal} [signal] @returns {Promise<any>} */
 async function post(path, content, signal) {
   const headers = { 'Content-Type': 'application/json' };

@@ -2,7 +2,7 @@
 
 import {
   Box3, BufferAttribute, BufferGeometry, DoubleSide, GLTFLoader, Group, LineBasicMaterial,
-  LineSegments, Mesh, MeshNormalMaterial, Vector3,
+  LineSegments, MeshNormalMaterial, Vector3,
 } from './three.js';
 import { curvatureColors, findRange } from './colors.js';
 import { decoder } from './decoder.js';
@@ -34,10 +34,6 @@ export class SurfaceView {
     this.clippingPlanes = [];
     /** Materials of the look `shaded` by name, also for later meshes, because to compile one takes time. */
     this.materials = new Map();
-    /** The face of a part that was clicked last, drawn over the mesh. */
-    this.marked = new Mesh(new BufferGeometry(), buildMaterial({
-      color: '#ffd24d', transparent: true, opacity: 0.6, depthWrite: false, polygonOffset: false,
-    }));
     this.wire = new LineBasicMaterial({ transparent: true, opacity: 0.32 });
     /** The largest value of the range of colours of curvature, on both sides of zero. */
     this.range = 1;
@@ -46,11 +42,12 @@ export class SurfaceView {
 
   /**
    * Shows a mesh in place of the present mesh, whose memory is freed.
-   * @param {ArrayBuffer} content
+   * @param {ArrayBuffer} content @param {() => void} [leave]  called before the present mesh is removed
    */
-  async showMesh(content) {
+  async showMesh(content, leave) {
     this.loader.setMeshoptDecoder(await decoder);
     const gltf = await this.loader.parseAsync(content, '');
+    leave?.();
     this.forget();
     this.model = gltf.scene;
     this.model.updateMatrixWorld(true);
@@ -122,7 +119,7 @@ export class SurfaceView {
   clip(planes) {
     this.clippingPlanes = planes;
     const materials = [
-      this.normalMaterial, this.curvatureMaterial, this.zebraMaterial, this.marked.material, this.wire, ...this.materials.values(),
+      this.normalMaterial, this.curvatureMaterial, this.zebraMaterial, this.wire, ...this.materials.values(),
     ];
     materials.forEach((material) => { material.clippingPlanes = planes; });
     this.model.traverse((/** @type {any} */ node) => { if (node.isLine) node.material.clippingPlanes = planes; });
@@ -146,28 +143,6 @@ export class SurfaceView {
     mesh.add(mesh.userData.wires);
   }
 
-  /**
-   * Marks the face of a part that a ray hits.
-   * @param {{object: any, faceIndex?: number | null}} hit
-   */
-  markFace({ object: mesh, faceIndex }) {
-    const faces = mesh.geometry.userData.faces;
-    this.marked.removeFromParent();
-    if (!faces || faceIndex === undefined || faceIndex === null) return;
-    const { first_triangle: firsts } = faces;
-    const next = firsts.findIndex((/** @type {number} */ first) => first > faceIndex);
-    const at = (next < 0 ? firsts.length : next) - 1;
-    this.marked.geometry.dispose();
-    this.marked.geometry = new BufferGeometry();
-    ['position', 'normal'].forEach((name) => {
-      this.marked.geometry.setAttribute(name, mesh.geometry.getAttribute(name));
-    });
-    const end = next < 0 ? undefined : 3 * firsts[next];
-    this.marked.geometry.setIndex(new BufferAttribute(mesh.geometry.index.array.slice(3 * firsts[at], end), 1));
-    mesh.add(this.marked);
-    this.stage.draw();
-  }
-
   /** Whether the mesh has curvatures. */
   get hasCurvatures() {
     return this.meshes.some((mesh) => mesh.geometry.getAttribute(ATTRIBUTES.mean));
@@ -188,7 +163,6 @@ export class SurfaceView {
   }
 
   forget() {
-    this.marked.removeFromParent();
     this.stage.scene.remove(this.model);
     this.meshes.forEach((mesh) => {
       mesh.geometry.dispose();
@@ -196,18 +170,6 @@ export class SurfaceView {
     });
     this.meshes = [];
   }
-}
-
-/**
- * The name of the part that a mesh draws, with those of its groups, as in the report; empty if the model is one part.
- * @param {any} mesh
- */
-export function nameOf(mesh) {
-  const names = [];
-  for (let node = mesh; node !== null; node = node.parent) {
-    if (node.userData.name !== undefined) names.unshift(node.userData.name);
-  }
-  return names.slice(1).join('/'); // without the name of the document
 }
 
 /** For each vertex, twice the area of its triangles, as a weight. @param {any} geometry */

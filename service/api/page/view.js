@@ -2,10 +2,14 @@
 // page still works.
 
 import { formatCamera } from './address.js';
-import { paintLegend, PALETTES } from './colors.js';
+import { PALETTES } from './colors.js';
 import { AxesView } from './axes-view.js';
+import { watchCrosshair } from './crosshair.js';
+import { FaceView } from './face-view.js';
+import { findFace, listFaces, nameOf } from './faces.js';
 import { toDocument, toScene } from './frame.js';
 import { Raycaster, Vector3 } from './three.js';
+import { paintLegend, showLegend } from './legend.js';
 import { NetView } from './net-view.js';
 import { button, checkRadio, getChecked, element, write } from './page.js';
 import { PinView } from './pin-view.js';
@@ -13,14 +17,17 @@ import { PlaneView } from './plane-view.js';
 import { watchPointer } from './pointer.js';
 import { DEFAULT_DIRECTION, Stage } from './scene.js';
 import { SectionView } from './section-view.js';
-import { hasSweep, chooseLook } from './settings.js';
-import { nameOf, SurfaceView } from './surface-view.js';
+import { chooseLook, hasPart, hasSweep } from './settings.js';
+import { SurfaceView } from './surface-view.js';
 import { theme } from './theme.js';
 
 /** @typedef {import('./moves.js').Axis} Axis */
 /** @typedef {import('./state.js').State} State */
 
-const LEGENDS = { gaussian: 'Gaussian curvature', mean: 'Mean curvature' };
+/** The width of an edge that is chosen, in CSS pixels. */
+const EDGE_WIDTH = 4;
+/** The most triangles of a mesh whose faces are marked under the mouse: each move searches all of them. */
+const MAX_HOVER_TRIANGLES = 150_000;
 
 /** @param {string} id @param {boolean} isHidden */
 const hide = (id, isHidden) => { element(id, HTMLElement).hidden = isHidden; };
@@ -33,7 +40,11 @@ export class View {
     this.surfaceView = new SurfaceView(this.stage);
     this.netView = new NetView(this.stage);
     this.sectionView = new SectionView(this.stage);
+    this.edgeView = new SectionView(this.stage, 'chosen', EDGE_WIDTH);
     this.pinView = new PinView(this.stage);
+    this.faceView = new FaceView(this.stage);
+    /** The faces of the mesh that is shown. @type {import('./faces.js').Face[]} */
+    this.faces = [];
     this.planeView = new PlaneView(this.stage);
     new AxesView(this.stage, state, (towardsCamera) => this.fit(towardsCamera));
     /** Whether the open document has not been shown yet. */
@@ -52,6 +63,12 @@ export class View {
       fit,
       click: (mouse) => this.click(mouse),
     });
+    watchCrosshair(this.stage.canvas, (mouse, x, y) => {
+      const index = this.netView.pick(x, y, 'mouse');
+      if (index >= 0) state.choose(index);
+      else this.click(mouse);
+    });
+    this.faceView.watch((mouse) => this.findHovered(mouse));
     /** Called with what the user clicked. @type {(hit: import('./probe.js').Hit) => void} */
     this.clicked = () => {};
     element('fit', HTMLButtonElement).addEventListener('click', fit);
@@ -66,7 +83,7 @@ export class View {
 
   /** Shows a mesh that the service made. @param {ArrayBuffer} content @param {boolean} coarse  whether the mesh follows the mouse */
   async showMesh(content, coarse) {
-    await this.surfaceView.showMesh(content);
+    await this.surfaceView.showMesh(content, () => this.faceView.forget());
     this.updateLook(coarse);
     if (!coarse) this.stage.placeLights(this.surfaceView.bounds());
     if (this.isNew) this.placeFirst();
@@ -94,21 +111,47 @@ export class View {
     if (!this.isNew) this.stage.placeCamera(camera ?? this.defaultCamera);
   }
 
+  /** Lists the faces of the mesh that is shown. @param {{name: string}[]} parts  of the report */
+  listFaces(parts) {
+    this.faces = listFaces(this.surfaceView.meshes, parts, this.state.surface.type === 'brep');
+    return this.faces;
+  }
+
   /** Handles a click that hits no control point. @param {import('./three.js').Vector2} mouse */
   click(mouse) {
+    const hit = this.findHit(mouse);
+    if (!hit) return;
+    const name = this.surfaceView.meshes.length > 1 ? nameOf(hit.object) : '';
+    const point = toDocument(this.state.surface, hit.point.toArray());
+    this.clicked({ point, name, face: hasPart(this.state.surface) ? findFace(this.faces, hit) : -1 });
+  }
+
+  /** The nearest place of the mesh under the mouse that is shown. @param {import('./three.js').Vector2} mouse */
+  findHit(mouse) {
     const caster = new Raycaster();
     caster.setFromCamera(mouse, this.stage.drawingCamera);
     const hits = caster.intersectObjects(this.surfaceView.meshes, false);
-    const hit = hits.find(({ point }) => this.surfaceView.isShown(point));
-    if (!hit) return;
-    this.surfaceView.markFace(hit);
-    const name = this.surfaceView.meshes.length > 1 ? nameOf(hit.object) : '';
-    this.clicked({ point: toDocument(this.state.surface, hit.point.toArray()), name });
+    return hits.find(({ point }) => this.surfaceView.isShown(point));
+  }
+
+  /** The face of a part under the mouse, if it is to be marked. @param {import('./three.js').Vector2} mouse */
+  findHovered(mouse) {
+    const count = this.faces.reduce((sum, { first, end }) => sum + end - first, 0);
+    if (this.faces.length < 2 || count > MAX_HOVER_TRIANGLES || !hasPart(this.state.surface)) return null;
+    const hit = this.findHit(mouse);
+    return hit ? this.faces[findFace(this.faces, hit)] ?? null : null;
+  }
+
+  /** Draws an edge in place of the present one. @param {number[][]} points  of the document; none draws no edge */
+  showEdge(points) {
+    this.edgeView.show(points.length > 0 ? [points.map((point) => toScene(this.state.surface, point))] : []);
   }
 
   /** Draws the plane of a section, and hides the side that is not shown. @param {import('./section-plane.js').SectionPlane | null} plane */
   showPlane(plane) {
-    this.surfaceView.clip(this.planeView.show(plane, this.state.surface, this.surfaceView.bounds()));
+    const planes = this.planeView.show(plane, this.state.surface, this.surfaceView.bounds());
+    this.surfaceView.clip(planes);
+    this.faceView.materials.forEach((material) => { material.clippingPlanes = planes; });
   }
 
   /** The direction towards the camera, in the document. */
@@ -129,6 +172,8 @@ export class View {
 
   /** Removes the mesh: it belongs to a document that is no longer open. */
   clear() {
+    this.faceView.forget();
+    this.faces = [];
     this.surfaceView.forget();
     // Draws the shadow again, now without the mesh; the lights stay where they were.
     this.stage.placeLights(this.stage.box);
@@ -160,7 +205,7 @@ export class View {
     this.surfaceView.setStripes(settings.stripes, toScene({ up: surface.up }, axis));
     this.surfaceView.setLook(look, settings.wires, PALETTES[theme()], coarse);
     this.paint();
-    this.showLegend();
+    showLegend(look, this.surfaceView);
   }
 
   paint() {
@@ -171,6 +216,7 @@ export class View {
     hide('invitation', this.isNew || history.canUndo || !settings.net || net.handles.length === 0);
     this.netView.paint(palette, chosen >= 0 && chosen === this.errorIndex);
     this.sectionView.paint(palette);
+    this.edgeView.paint(palette);
     this.pinView.paint(palette);
     this.planeView.paint(palette);
     this.stage.paint(palette);
@@ -183,17 +229,6 @@ export class View {
   fit(towardsCamera = null) {
     const points = [...this.surfaceView.points(), ...this.netView.visiblePoints()];
     if (points.length > 0) this.stage.fit(points, towardsCamera);
-  }
-
-  showLegend() {
-    const look = chooseLook(this.state.settings, this.state.surface);
-    const isCurvature = look === 'gaussian' || look === 'mean';
-    hide('legend', !isCurvature || !this.surfaceView.hasCurvatures);
-    if (!isCurvature) return;
-    const limit = String(Number(this.surfaceView.range.toPrecision(2)));
-    write('legend-title', LEGENDS[look]);
-    write('legend-low', `−${limit}`);
-    write('legend-high', `+${limit}`);
   }
 
   /** Writes the number of the chosen point beside it. */
