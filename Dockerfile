@@ -14,6 +14,7 @@ RUN --mount=type=secret,id=npmrc,target=/root/.npmrc \
 COPY web/build.mjs ./
 COPY clients/typescript ../clients/typescript
 COPY service/api/page ../service/api/page
+COPY clients/typescript/src ../clients/typescript/src
 RUN npm run build
 
 

@@ -55,7 +55,8 @@ from tools.hostile.requests import HOSTILE, HostileBody
 
 SERVICE = Path(__file__).parents[1] / "service"
 COMMITTED_FILE = SERVICE.parent / "openapi" / "openapi.json"
-UNDOCUMENTED_PATHS = {"/", "/page/{file}", "/docs", "/docs/{asset}", "/openapi.json"}
+UNDOCUMENTED_PATHS = {"/", "/embed", "/page/{file}", "/docs", "/docs/{asset}", "/openapi.json"}
+UNDOCUMENTED_PATHS |= {"/favicon.ico", "/robots.txt"}
 RATE_HEADERS = {"RateLimit", "RateLimit-Policy"}
 
 

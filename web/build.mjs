@@ -19,8 +19,8 @@ const PAGE = 'service/api/page';
 const STATIC = 'service/api/static/page';
 const CLIENT = join(ROOT, 'clients/typescript/src/index.ts');
 
-/** The files that the pages name; these import all others. */
-const ENTRIES = ['main.js', 'page.css', 'icon.svg'];
+/** The files that each page names; these import all others. Pages share no scripts, so each has few bytes. */
+const PAGES = [['main.js', 'page.css', 'icon.svg'], ['embed.js', 'embed.css']];
 
 const OPTIONS = {
   absWorkingDir: ROOT,
@@ -41,17 +41,22 @@ const hash = (path) => createHash('sha256').update(readFileSync(join(ROOT, path)
 async function bundle() {
   const folder = `${STATIC}.new`;
   rmSync(join(ROOT, folder), { recursive: true, force: true });
-  const { metafile: { inputs, outputs } } = await build({
-    ...OPTIONS,
-    entryPoints: ENTRIES.map((name) => `${PAGE}/${name}`),
-    entryNames: '[name]-[hash]',
-    chunkNames: '[name]-[hash]',
-    assetNames: '[name]-[hash]',
-    outdir: folder,
-    minify: true,
-    legalComments: 'inline',
-    metafile: true,
-  });
+  const [inputs, outputs] = [{}, {}];
+  for (const entries of PAGES) {
+    const { metafile } = await build({
+      ...OPTIONS,
+      entryPoints: entries.map((name) => `${PAGE}/${name}`),
+      entryNames: '[name]-[hash]',
+      chunkNames: '[name]-[hash]',
+      assetNames: '[name]-[hash]',
+      outdir: folder,
+      minify: true,
+      legalComments: 'inline',
+      metafile: true,
+    });
+    Object.assign(inputs, metafile.inputs);
+    Object.assign(outputs, metafile.outputs);
+  }
   /** The scripts that a script imports at once, also through others. @param {string} path @returns {string[]} */
   const listImports = (path) => outputs[path].imports
     .filter(({ kind }) => kind === 'import-statement')
@@ -59,7 +64,7 @@ async function bundle() {
   const files = {};
   for (const [path, { entryPoint }] of Object.entries(outputs)) {
     // A file of kind `copy` has no entry point, and its name begins with that of its source.
-    const name = entryPoint ? basename(entryPoint) : ENTRIES.find((entry) => isCopy(entry, basename(path)));
+    const name = entryPoint ? basename(entryPoint) : PAGES.flat().find((entry) => isCopy(entry, basename(path)));
     if (name) files[name] = { file: basename(path), imports: [...new Set(listImports(path))].map((each) => basename(each)) };
   }
   const sources = [...Object.keys(inputs).filter((path) => !path.includes('node_modules/')), 'web/build.mjs', 'web/package-lock.json'];

@@ -153,10 +153,15 @@ def _has_key(scope: Scope) -> bool:
     return any(name == b"authorization" for name, _ in scope["headers"])
 
 
-def _check_origin(text: str) -> None:
+def is_origin(text: str) -> bool:
+    """Whether a text is an origin in the form in which browsers send it."""
     match = _ORIGIN.fullmatch(text)
+    return match is not None and (match["scheme"], match["port"]) not in _DEFAULT_PORTS
+
+
+def _check_origin(text: str) -> None:
     # `null` is the origin of every page in a sandbox and of every file: `*` allows them too.
-    if text != "*" and (match is None or (match["scheme"], match["port"]) in _DEFAULT_PORTS):
+    if text != "*" and not is_origin(text):
         raise InvalidSettings(
             f"SURFACE_CORS_ORIGINS: got {text!r}, needed * or an origin such as "
             "https://example.com or http://localhost:8080: in lower case, without a path, and "

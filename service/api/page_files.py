@@ -15,12 +15,14 @@ from typing import Any
 
 import orjson
 
+from service.api.cors import is_origin
 from service.api.responses import HEADERS, PAGE_HEADERS
 from service.api.static_files import StaticFile
 from service.decoders.refused import REFUSED
 from service.decoders.registry import BY_NAME, BY_SUFFIX, CAD_DECODERS
 from service.encoders.libraries import list_compressions
 from service.engine.mesh.mesh import ENGINE
+from service.errors import InvalidSettings
 
 API = Path(__file__).parent
 PAGE, DOCS = API / "page", API / "docs"
@@ -40,22 +42,34 @@ _MEDIA_TYPES = MappingProxyType(
 )
 
 
-def _headers(directives: str, scripts: str = "'self'") -> dict[str, str]:
-    """Headers of a page; `directives`: its content security policy for styles and images."""
+def _headers(
+    directives: str, scripts: str = "'self'", frame_ancestors: Sequence[str] = ()
+) -> dict[str, str]:
+    """Headers of a page.
+
+    Parameters
+    ----------
+    directives : str
+        Its content security policy for styles and images.
+    frame_ancestors : sequence of str
+        The origins whose pages may frame it.
+    """
     origins = f"default-src 'none'; script-src {scripts}; connect-src 'self'"
-    limits = "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
-    policy = f"{origins}; {directives}; {limits}"
-    return HEADERS | PAGE_HEADERS | {"Content-Security-Policy": policy}
+    frames = " ".join(frame_ancestors) or "'none'"
+    limits = f"base-uri 'none'; form-action 'none'; frame-ancestors {frames}"
+    headers = HEADERS | PAGE_HEADERS
+    headers |= {"Content-Security-Policy": f"{origins}; {directives}; {limits}"}
+    if frame_ancestors:
+        del headers["X-Frame-Options"]  # it cannot name an origin
+    return headers
 
 
 COMPRESSIONS = list_compressions()
 """The compressions of meshes that the editor may ask for: those whose library is installed."""
 
 # The decoder of compressed meshes is WebAssembly.
-EDITOR_HEADERS = _headers(
-    "style-src 'self'; img-src 'self' data: blob:",
-    "'self' 'wasm-unsafe-eval'" if COMPRESSIONS else "'self'",
-)
+_DRAWING = "'self' 'wasm-unsafe-eval'" if COMPRESSIONS else "'self'"
+EDITOR_HEADERS = _headers("style-src 'self'; img-src 'self' data: blob:", _DRAWING)
 # Swagger UI sets styles on its elements, which needs `unsafe-inline`.
 DOCS_HEADERS = _headers("style-src 'self' 'unsafe-inline'; img-src 'self' data:")
 
@@ -92,7 +106,17 @@ class Bundles:
         """The relative URL of a file that a page names."""
         return f"page/{self.files[name]['file']}"
 
-    def preloads(self, script: str, *later: str) -> str:
+    def links(self, script: str, style: str) -> dict[str, str]:
+        """The links of a page to its files, by the names of variables in the page."""
+        later = (f"{each}.js" for each in COMPRESSIONS)
+        return {
+            "icon": self.url("icon.svg"),
+            "style": self.url(style),
+            "script": self.url(script),
+            "preloads": self._list_preloads(script, *later),
+        }
+
+    def _list_preloads(self, script: str, *later: str) -> str:
         """Links that let the browser fetch the imports of a script, and later ones, at once."""
         names = list(self.files[script]["imports"])
         for name in later:
@@ -102,21 +126,50 @@ class Bundles:
         )
 
 
-def list_files(document: Callable[[], dict[str, Any]]) -> dict[str, StaticFile]:
+ROBOTS = b"""\
+# Meshes and calls are computed on request: they are nothing to index.
+User-agent: *
+Disallow: /v1/
+Disallow: /embed
+"""
+
+
+def list_files(
+    document: Callable[[], dict[str, Any]], frame_ancestors: Sequence[str] = ()
+) -> dict[str, StaticFile]:
     """All files that pages need, and the OpenAPI document; no other file is served.
 
     A page is missing if its scripts are not installed.
+
+    Parameters
+    ----------
+    document : callable
+        Returns the OpenAPI document.
+    frame_ancestors : sequence of str
+        The origins whose pages may frame `/embed`.
+
+    Raises
+    ------
+    InvalidSettings
+        If one of `frame_ancestors` is no origin.
     """
+    for origin in frame_ancestors:
+        _check_frame_ancestor(origin)
     bundles = Bundles.read(STATIC)
     docs_files = [path for name in SWAGGER if (path := STATIC / name).is_file()]
     files = {
         "openapi.json": StaticFile(lambda: orjson.dumps(document()), "application/json"),
+        "robots.txt": StaticFile(lambda: ROBOTS, "text/plain"),
+        # For responses that are no pages; pages name the icon.
+        "favicon.ico": StaticFile((PAGE / "icon.svg").read_bytes, _MEDIA_TYPES[".svg"]),
         **_by_name("page", [bundles.folder / name for name in bundles.names], is_immutable=True),
         **_by_name("page", sorted(THUMBNAILS.iterdir())),
         **_by_name("docs", [DOCS / "start.js", *docs_files]),
     }
     if bundles.files:
         files["page"] = StaticFile(partial(_editor_page, bundles), "text/html", EDITOR_HEADERS)
+        headers = _headers("style-src 'self'; img-src 'self' blob:", _DRAWING, frame_ancestors)
+        files["embed"] = StaticFile(partial(_embed_page, bundles), "text/html", headers)
     if len(docs_files) == len(SWAGGER):
         files["docs"] = StaticFile((DOCS / "index.html").read_bytes, "text/html", DOCS_HEADERS)
     return files
@@ -146,17 +199,33 @@ def _editor_page(bundles: Bundles) -> bytes:
         for suffix in each.suffixes
     }
     suffixes = [".json", *(f".{suffix}" for suffix in media_types)]
-    text = Template((PAGE / "index.html").read_text(encoding="utf-8")).substitute(
-        icon=bundles.url("icon.svg"),
-        style=bundles.url("page.css"),
-        script=bundles.url("main.js"),
-        preloads=bundles.preloads("main.js", *(f"{each}.js" for each in COMPRESSIONS)),
+    return _fill(
+        "index.html",
+        bundles.links("main.js", "page.css"),
         engine=ENGINE,
-        compression=" ".join(COMPRESSIONS),
         accept=",".join(suffixes),
         suffixes=", ".join(f"<code>{suffix}</code>" for suffix in suffixes),
         media_types=escape(orjson.dumps(media_types).decode()),
         cad_types=escape(orjson.dumps([each.media_type for each in CAD_DECODERS]).decode()),
         refused_files=escape(orjson.dumps(refused_files).decode()),
     )
-    return text.encode()
+
+
+def _embed_page(bundles: Bundles) -> bytes:
+    """`embed.html`, with the names of the bundles filled in."""
+    return _fill("embed.html", bundles.links("embed.js", "embed.css"))
+
+
+def _fill(name: str, links: Mapping[str, str], **values: object) -> bytes:
+    """A page with its variables replaced: the links to its bundles, and other values."""
+    text = Template((PAGE / name).read_text(encoding="utf-8"))
+    return text.substitute(links, compression=" ".join(COMPRESSIONS), **values).encode()
+
+
+def _check_frame_ancestor(text: str) -> None:
+    if not is_origin(text):
+        raise InvalidSettings(
+            f"SURFACE_FRAME_ANCESTORS: got {text!r}, needed an origin such as "
+            "https://example.com or http://localhost:8080: in lower case, without a path, and "
+            "without a port that is the default."
+        )

@@ -62,6 +62,11 @@ class Settings(BaseModel):
         description="Origins whose pages may read responses, such as `https://example.com`; `*` "
         "means all. An empty list switches CORS off.",
     )
+    frame_ancestors: Texts = Field(
+        default=(),
+        description="Origins whose pages may show `/embed` in a frame, such as "
+        "`https://example.com`. No other page of the service can be in a frame.",
+    )
 
     # Sizes
     max_head_bytes: Bytes = Field(

@@ -67,6 +67,7 @@ URLS = [
     "/docs/{}",
     "/page/{}",
     "/?surface={}",
+    "/embed?src={}",
     "/metrics/{}",
 ]
 """URLs in which `{}` stands for a hostile name."""

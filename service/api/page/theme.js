@@ -11,9 +11,9 @@ export function theme() {
   return matchMedia('(prefers-color-scheme: dark)').matches ? 'dark' : 'light';
 }
 
-/** @param {() => void} changed */
+/** Shows the theme that the page has already, or else the stored one. @param {() => void} changed */
 export function watchTheme(changed) {
-  const storedTheme = recall();
+  const storedTheme = document.documentElement.dataset.theme ?? recall();
   if (storedTheme) document.documentElement.dataset.theme = storedTheme;
   const toggle = button('theme');
   const show = () => {

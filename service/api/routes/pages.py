@@ -1,4 +1,4 @@
-"""Routes for pages: the editor at `/`, the documentation at `/docs`, and /openapi.json.
+"""Routes for pages: the editor at `/`, a view at `/embed`, the documentation at `/docs`, documents.
 
 Scripts, styles and pictures are served from fixed lists of names: the path of a request never
 decides which file is opened.
@@ -30,6 +30,19 @@ async def editor(request: Request, context: ContextDep) -> Response:
     return await files.respond(request, "page")
 
 
+@pages.get("/embed")
+async def embedded(request: Request, context: ContextDep) -> Response:
+    """A view of the mesh whose path is in the query, for frames. Its script reads the query."""
+    files = context.services.static_files
+    if "embed" not in files:
+        return _build_missing_page(
+            "The scripts of this view are not built.",
+            'Everything else works; see <a href="docs">the interface</a>.',
+            EDITOR_HEADERS,
+        )
+    return await files.respond(request, "embed")
+
+
 @pages.get("/docs")
 async def documentation(request: Request, context: ContextDep) -> Response:
     """Swagger UI for /openapi.json, or a page that says how to install Swagger UI."""
@@ -52,9 +65,11 @@ async def page_file(request: Request, context: ContextDep) -> Response:
 
 
 @pages.get("/openapi.json")
-async def openapi(request: Request, context: ContextDep) -> Response:
-    """The OpenAPI document."""
-    return await context.services.static_files.respond(request, "openapi.json")
+@pages.get("/favicon.ico")
+@pages.get("/robots.txt")
+async def document(request: Request, context: ContextDep) -> Response:
+    """The OpenAPI document; an icon, for what names none; and what robots may read."""
+    return await context.services.static_files.respond(request, route_path(request.scope)[1:])
 
 
 def _build_missing_page(
