@@ -201,6 +201,38 @@ def test_chosen_points_move_together_in_one_step(page: Page) -> None:
     undo_all(page)
 
 
+def test_an_arrow_moves_points_along_an_axis(page: Page) -> None:
+    assert page.is_hidden("#gizmo")
+    open_surface(page, SPLINE)
+    select_all_again(page, 13)
+    drag(page, find_arrow(page), (3, -40))
+    x, y, z = read_point(page)
+    assert (x, y) == (2, 2)
+    assert z > 1.2
+    undo_all(page)
+    # Escape gives a drag up.
+    x, y = find_arrow(page)
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x, y - 40)
+    assert read_point(page)[2] > 1.2
+    page.keyboard.press("Escape")
+    page.mouse.up()
+    page.wait_for_selector(READY)
+    assert page.is_disabled("#undo")
+    assert (read_point(page), count_points(page)) == ([2, 2, 1], "5")
+    page.set_checked("#show-net", False)
+    page.wait_for_selector("#gizmo", state="hidden")
+
+
+def find_arrow(page: Page) -> tuple[float, float]:
+    """The end of the arrow along z in the window, when the next frame is drawn."""
+    page.evaluate("() => new Promise((drawn) => requestAnimationFrame(() => setTimeout(drawn)))")
+    box = page.locator('#gizmo [data-axis="2"] circle').bounding_box()
+    assert box is not None
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
 def select_all_again(page: Page, number: int) -> tuple[float, float]:
     """Chooses the row of a point; returns the position of the point in the window."""
     place = select_point(page, number)

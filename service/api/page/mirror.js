@@ -1,11 +1,16 @@
-// Surfaces mirrored at a plane across an axis. Only coordinates change here: the service reverses u
-// afterwards, so that normals go on pointing to the same side of the surface (`modelling.js`).
+// Surfaces mirrored at a plane across an axis. Coordinates are mirrored here; then the service reverses u,
+// so that normals go on pointing to the same side of the surface.
 
 import { Unchangeable } from './rows.js';
+import { convert } from './service.js';
 
 /** @typedef {import('./documents.js').Surface} Surface */
 
 /** A plane across an axis (0, 1 or 2), at an offset. @typedef {{axis: number, offset: number}} Plane */
+
+const REVERSED = [{ op: 'reverse', direction: 'u' }];
+/** A patch in the place of a tube, which the service does not reverse. */
+const PLACEHOLDER = { control_net: [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]] };
 
 /**
  * The surface with mirrored control points.
@@ -82,6 +87,27 @@ function reflectPoints(points, { axis, offset }, { homogeneous = false }, last =
     // 0 - … and + 0: no −0.
     return point.map((value, i) => (i === axis ? 2 * offset * weight - value + 0 : value));
   });
+}
+
+/** The surface with u reversed: a mirrored surface then has its normals on the same side. @param {Surface} surface @param {AbortSignal} signal */
+export async function reverse(surface, signal) {
+  const isSweep = (/** @type {Surface | undefined} */ each) => each?.type === 'tube' || each?.type === 'ribbon';
+  // Normals of tubes and ribbons follow from their curves.
+  if (isSweep(surface)) return surface;
+  if (surface.type !== 'group') return convert(surface, REVERSED, signal);
+  const { members } = surface;
+  const others = members.map((/** @type {any} */ member) => (isSweep(member.surface) ? { ...member, surface: PLACEHOLDER } : member));
+  const reversed = await convert({ ...surface, members: others }, REVERSED, signal);
+  // The service may write surfaces of members as definitions; only those of members can be dragged.
+  const inlined = reversed.members.map((/** @type {any} */ member, /** @type {number} */ i) => {
+    if (isSweep(members[i].surface)) return members[i];
+    if (!members[i].surface || member.surface) return member;
+    const { definition, ...rest } = member;
+    return { ...rest, surface: reversed.definitions[definition] };
+  });
+  const { definitions, ...rest } = reversed;
+  const isNeeded = inlined.some((/** @type {any} */ member) => typeof member.definition === 'number');
+  return { ...rest, ...(isNeeded ? { definitions } : {}), members: inlined };
 }
 
 /**

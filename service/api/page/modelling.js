@@ -3,7 +3,7 @@
 
 import { replaceValues, valueAt } from './documents.js';
 import { countLines, findLine, findNewKnot, knotsAlong } from './knots.js';
-import { joinHalves, reflect } from './mirror.js';
+import { joinHalves, reflect, reverse } from './mirror.js';
 import { baseOf } from './net.js';
 import { addMeanLine, lowerDegree, removeKnot, removeLine, Unchangeable } from './rows.js';
 import { mirrorPoints } from './selection.js';
@@ -26,9 +26,6 @@ import { perform } from './work.js';
 /** How rows are called along u and along v. */
 export const LINES = /** @type {const} */ (['row', 'column']);
 const PARAMETERS = /** @type {const} */ (['u', 'v']);
-const REVERSED = [{ op: 'reverse', direction: 'u' }];
-/** A patch in the place of a tube, which the service does not reverse. */
-const PLACEHOLDER = { control_net: [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]] };
 
 const HOMOGENEOUS = 'The control points are homogeneous, (w x, w y, w z, w), and have no places to drag.';
 const PATCHES = 'Patches share their points, so no row can be added to one of them; the degree of all can be raised.';
@@ -222,27 +219,6 @@ async function insert(surface, direction, knot, signal) {
   if (name === 'uniform' || name === 'periodic') notes.push(`The direction ${PARAMETERS[direction]} is clamped now.`);
   const line = findLine(knotsAlong(result, direction), result.degree[direction], knot);
   return { surface: result, message: notes.join(' '), line };
-}
-
-/** The surface with u reversed: a mirrored surface then has its normals on the same side. @param {Surface} surface @param {AbortSignal} signal */
-async function reverse(surface, signal) {
-  const isSweep = (/** @type {Surface | undefined} */ each) => each?.type === 'tube' || each?.type === 'ribbon';
-  // Normals of tubes and ribbons follow from their curves.
-  if (isSweep(surface)) return surface;
-  if (surface.type !== 'group') return convert(surface, REVERSED, signal);
-  const { members } = surface;
-  const others = members.map((/** @type {any} */ member) => (isSweep(member.surface) ? { ...member, surface: PLACEHOLDER } : member));
-  const reversed = await convert({ ...surface, members: others }, REVERSED, signal);
-  // The service may write surfaces of members as definitions; only those of members can be dragged.
-  const inlined = reversed.members.map((/** @type {any} */ member, /** @type {number} */ i) => {
-    if (isSweep(members[i].surface)) return members[i];
-    if (!members[i].surface || member.surface) return member;
-    const { definition, ...rest } = member;
-    return { ...rest, surface: reversed.definitions[definition] };
-  });
-  const { definitions, ...rest } = reversed;
-  const isNeeded = inlined.some((/** @type {any} */ member) => typeof member.definition === 'number');
-  return { ...rest, ...(isNeeded ? { definitions } : {}), members: inlined };
 }
 
 /** The degrees along u and v; of patches the highest. @param {Surface} surface @returns {number[]} */

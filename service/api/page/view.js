@@ -14,6 +14,7 @@ import { NetView } from './net-view.js';
 import { button, checkRadio, getChecked, element, write } from './page.js';
 import { PinView } from './pin-view.js';
 import { PlaneView } from './plane-view.js';
+import { Gizmo } from './gizmo.js';
 import { watchPointer } from './pointer.js';
 import { DEFAULT_DIRECTION, Stage } from './scene.js';
 import { SectionView } from './section-view.js';
@@ -55,6 +56,7 @@ export class View {
     this.defaultCamera = [];
     /** Number of the control point that an error names, or -1. */
     this.errorIndex = -1;
+    new Gizmo(this.stage, this.netView, state);
     const fit = () => this.fit();
     watchPointer(this.stage, this.netView, state, {
       axis: () => /** @type {Axis} */ (getChecked('axis')),
@@ -241,7 +243,8 @@ export class View {
     const { x, y } = this.netView.screenPosition(chosen);
     marker.dataset.x = x.toFixed(1);
     marker.dataset.y = y.toFixed(1);
-    marker.style.translate = `${x + 10}px ${y - 26}px`;
+    // On the left below, where no arrow of the gizmo is.
+    marker.style.translate = `calc(${x - 8}px - 100%) ${y + 6}px`;
     marker.textContent = String(chosen + 1);
   }
 }
