@@ -2,19 +2,20 @@
 
 import { type Fields, fileFields, postFile, postJson, withQuery } from './body.js';
 import { type CallOptions, type ClientOptions, Connection, OutOfPatience } from './connection.js';
-import { isMediaType, NoResponse, takesLong } from './errors.js';
+import { isMediaType, NoResponse, ServiceError, takesLong } from './errors.js';
 import { awaitResult, RunningJob } from './jobs.js';
 import type {
   ClosestPoints, ConvertOptions, Curve, CurveDefinition, CurveFormat, CurveInput, CurveOptions, Estimate,
-  FormatList, IntersectOptions, Intersections, Job, JobRequest, MeasureOptions, Mesh, MeshFormat, MeshOptions,
-  Points, PointsOptions, ProjectOptions, SignedAddress, SignOptions, StoredSurface, SurfaceDefinition,
+  FormatList, IntersectOptions, Job, JobRequest, MeasureOptions, Mesh, MeshFormat, MeshOptions,
+  PlaneSet, Points, PointsOptions, ProjectOptions, RayHits, Rays, Sections, SignedAddress, SignOptions, StoredSurface, SurfaceDefinition,
   SurfaceDocument, SurfaceFile, SurfaceFormat, SurfaceInput, SurfaceList, SurfaceMeasures,
 } from './types.js';
 
 type Read = (response: Response) => Promise<unknown>;
 
 /**
- * A client of the service at an address; in a page, the address may be relative to the page.
+ * A client of the service at an address. In a page, the address may be relative to the page; by default
+ * it is the folder of the page.
  *
  * Every call throws a `ServiceError` if the service refuses it, and `NoResponse` if the service is
  * away. While the service is busy (429, 503), a call waits and tries again until its timeout. Long
@@ -23,7 +24,7 @@ type Read = (response: Response) => Promise<unknown>;
 export class SurfaceClient {
   readonly #connection: Connection;
 
-  constructor(base: string | URL = '', options: ClientOptions = {}) {
+  constructor(base: string | URL = './', options: ClientOptions = {}) {
     this.#connection = new Connection(base, options);
   }
 
@@ -72,8 +73,11 @@ export class SurfaceClient {
 
   /** Where rays or planes meet a surface; with another format than JSON, the file of its sections. */
   intersect(
-    surface: SurfaceInput, options: IntersectOptions & { format?: 'json' }, call?: CallOptions,
-  ): Promise<Intersections>;
+    surface: SurfaceInput, options: IntersectOptions & { rays: Rays; format?: 'json' }, call?: CallOptions,
+  ): Promise<RayHits>;
+  intersect(
+    surface: SurfaceInput, options: IntersectOptions & { planes: PlaneSet; format?: 'json' }, call?: CallOptions,
+  ): Promise<Sections>;
   intersect(
     surface: SurfaceInput, options: IntersectOptions & { format: Exclude<CurveFormat, 'json'> }, call?: CallOptions,
   ): Promise<ArrayBuffer>;
@@ -203,13 +207,25 @@ export class SurfaceClient {
 
   /** A mesh by its address; one that takes long is the part of a job. */
   async #fetchMesh(path: string, call: CallOptions, read: Read): Promise<unknown> {
+    const fetchAtOnce = async (patience: number) => (
+      finish(await this.#connection.exchange(path, {}, call, read, patience), call));
+    let reason: unknown;
     try {
-      return finish(await this.#connection.exchange(path, {}, call, read), call);
+      return await fetchAtOnce(call.patience ?? this.#connection.patience);
     } catch (error) {
-      if (!takesLong(error) || (call.patience ?? this.#connection.patience) === Infinity) throw error;
-      const { signal, timeout, onProgress } = call;
-      const job = await this.job([{ path: `/${path}` }], { signal, timeout, onProgress });
-      return this.#fetchResult(job.state, call, read);
+      if (!(error instanceof OutOfPatience || takesLong(error))) throw error;
+      reason = error;
+    }
+    const { signal, timeout, onProgress } = call;
+    try {
+      const { state } = await this.job([{ path: `/${path}` }], { signal, timeout, onProgress });
+      return await this.#fetchResult(state, call, read);
+    } catch (error) {
+      // A service without jobs has time for the mesh, or has said that it has none.
+      const isWithoutJobs = error instanceof ServiceError && error.code === 'not_found';
+      if (!isWithoutJobs) throw error;
+      if (!(reason instanceof OutOfPatience)) throw reason;
+      return fetchAtOnce(Infinity);
     }
   }
 

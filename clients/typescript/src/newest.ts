@@ -8,10 +8,11 @@ export interface Busy<Item> {
 
 export interface NewestOnlyOptions<Item> {
   /**
-   * Whether a request that runs may end although a newer one waits; else it is aborted. Default: yes,
-   * because a long drag would show nothing if each movement aborted the request before it.
+   * Whether a request that has run for some milliseconds may end when a newer one comes; else it is
+   * aborted. Default: yes, because a long drag would show nothing if each movement aborted the
+   * request before it.
    */
-  keep?: ((item: Item) => boolean) | undefined;
+  keep?: ((item: Item, milliseconds: number) => boolean) | undefined;
   /** Called whenever a request is sent, and with null when no request runs or waits. */
   onBusy?: ((busy: Busy<Item> | null) => void) | undefined;
 }
@@ -27,7 +28,7 @@ export class NewestOnly<Item, Result> {
   readonly #send: (item: Item, signal: AbortSignal) => Promise<Result>;
   readonly #options: NewestOnlyOptions<Item>;
   #waiting: Waiting<Item, Result> | undefined;
-  #running: { item: Item; controller: AbortController } | undefined;
+  #running: { item: Item; since: number; controller: AbortController } | undefined;
 
   constructor(
     send: (item: Item, signal: AbortSignal) => Promise<Result>,
@@ -51,16 +52,25 @@ export class NewestOnly<Item, Result> {
     return new Promise((resolve, reject) => {
       this.#waiting?.resolve(undefined);
       this.#waiting = { item, resolve, reject };
-      if (this.#running === undefined) void this.#work();
-      else if (this.#options.keep?.(this.#running.item) === false) this.#running.controller.abort();
+      if (this.#running === undefined) {
+        void this.#work();
+        return;
+      }
+      const { item: running, since, controller } = this.#running;
+      if (this.#options.keep?.(running, performance.now() - since) === false) controller.abort();
     });
   }
 
   /** Drops what waits, and aborts what runs. */
   abort(): void {
+    this.drop();
+    this.#running?.controller.abort();
+  }
+
+  /** Drops what waits. */
+  drop(): void {
     this.#waiting?.resolve(undefined);
     this.#waiting = undefined;
-    this.#running?.controller.abort();
   }
 
   async #work(): Promise<void> {
@@ -68,9 +78,10 @@ export class NewestOnly<Item, Result> {
       const { item, resolve, reject } = this.#waiting;
       const controller = new AbortController();
       this.#waiting = undefined;
-      this.#running = { item, controller };
+      const since = performance.now();
+      this.#running = { item, since, controller };
       try {
-        this.#options.onBusy?.({ item, since: performance.now() });
+        this.#options.onBusy?.({ item, since });
         const result = await this.#send(item, controller.signal);
         resolve(controller.signal.aborted ? undefined : result);
       } catch (error) {

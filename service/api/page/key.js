@@ -24,9 +24,6 @@ let isDeclined = false;
 /** The present key; empty if there is none. */
 export const currentKey = () => key;
 
-/** The header with the key. @returns {Record<string, string>} */
-export const credentials = () => (key ? { Authorization: `Bearer ${key}` } : {});
-
 /** Whether a problem is about keys. @param {string} code */
 export const isAboutKeys = (code) => REASONS.has(code);
 

@@ -1,5 +1,6 @@
 // The editor: opens a surface, requests its mesh after each change, and shows it.
 
+import { NewestOnly, NoResponse, ServiceError } from 'surface-service';
 import { readAddress } from './address.js';
 import { watchBusy } from './busy.js';
 import { compression } from './decoder.js';
@@ -11,7 +12,6 @@ import { Library, showAbout } from './library.js';
 import { FacePanel } from './face-panel.js';
 import { Measure } from './measure.js';
 import { mesh } from './mesh.js';
-import { MeshRequests } from './mesh-requests.js';
 import { watchNewPanel } from './new-panel.js';
 import { announce, element, readTitle } from './page.js';
 import { watchPanel } from './panel.js';
@@ -22,7 +22,6 @@ import { clearReadouts, showReadouts, speakReadouts } from './readouts.js';
 import { readReport } from './report.js';
 import { createContext } from './scene.js';
 import { Section } from './section.js';
-import { NoResponse, Refusal } from './service.js';
 import { describeAccuracy, meshOptions } from './settings.js';
 import { watchShare } from './share.js';
 import { State } from './state.js';
@@ -58,49 +57,57 @@ let isOpen = false;
 /** The longest time, in milliseconds, for which a coarse mesh is computed if a newer one is needed. */
 const COARSE_PATIENCE = 5000;
 
-/** @type {MeshRequests<MeshRequest, MeshResponse>} */
-const requests = new MeshRequests({
-  send: ({ coarse }, outdated) => {
-    const options = meshOptions(state.settings, state.surface, patchCount, coarse);
-    const request = { surface: state.surface, ...options };
-    // The first mesh comes by its address, so that the browser keeps it, and edited ones by a POST.
-    const address = isShown ? '' : state.address;
-    const what = `Computing the mesh of ${readTitle()} ${describeAccuracy(state.settings, state.surface)}`;
-    return perform(what, async (signal, tell) => mesh({ ...request, ...await compression() }, { address, signal, tell }), outdated);
-  },
-  isKept: ({ coarse }, milliseconds) => coarse && milliseconds < COARSE_PATIENCE,
-  answered: async ({ content, serverTime, roundTrip }, { coarse }) => {
-    const bytes = content.byteLength;
-    const report = readReport(content);
-    if (view) await view.showMesh(content, coarse);
-    patchCount = report.patches;
-    parts = report.parts ?? [];
-    isShown = true;
-    hideProblem();
-    view?.markError(-1);
-    // After a refusal too; when no request waits, `idle` makes it `ready`.
-    root.dataset.state = 'busy';
-    showReadouts(report, { bytes, serverTime, roundTrip });
-    if (coarse) return;
-    speakReadouts(report);
-    section.showMesh(report.bounds);
-    if (view) facePanel.showFaces(view.listFaces(parts));
-  },
-  failed: (error) => fail(error, true),
-  idle: () => { if (root.dataset.state === 'busy') root.dataset.state = 'ready'; },
+/** @type {NewestOnly<MeshRequest, void>} */
+const requests = new NewestOnly(async ({ coarse }, outdated) => {
+  const options = meshOptions(state.settings, state.surface, patchCount, coarse);
+  const request = { surface: state.surface, ...options };
+  // The first mesh comes by its address, so that the browser keeps it, and edited ones by a POST.
+  const address = isShown ? '' : state.address;
+  const what = `Computing the mesh of ${readTitle()} ${describeAccuracy(state.settings, state.surface)}`;
+  try {
+    const response = await perform(what, async (signal, tell) => (
+      mesh({ ...request, ...await compression() }, { address, signal, tell })), outdated);
+    if (!outdated.aborted) await showMesh(response, coarse);
+  } catch (error) {
+    // A user who stops a mesh wants no newer one.
+    if (error instanceof Stopped) requests.drop();
+    throw error;
+  }
+}, {
+  keep: ({ coarse }, milliseconds) => coarse && milliseconds < COARSE_PATIENCE,
+  onBusy: (busy) => { if (busy === null && root.dataset.state === 'busy') root.dataset.state = 'ready'; },
 });
+
+/** @param {MeshResponse} response @param {boolean} coarse */
+async function showMesh({ content, serverTime, roundTrip }, coarse) {
+  const bytes = content.byteLength;
+  const report = readReport(content);
+  if (view) await view.showMesh(content, coarse);
+  patchCount = report.patches;
+  parts = report.parts ?? [];
+  isShown = true;
+  hideProblem();
+  view?.markError(-1);
+  // After a refusal too; when no request waits, it becomes `ready`.
+  root.dataset.state = 'busy';
+  showReadouts(report, { bytes, serverTime, roundTrip });
+  if (coarse) return;
+  speakReadouts(report);
+  section.showMesh(report.bounds);
+  if (view) facePanel.showFaces(view.listFaces(parts));
+}
 
 /** @param {boolean} coarse */
 function requestMesh(coarse) {
   root.dataset.state = 'busy';
-  requests.ask({ coarse });
+  requests.run({ coarse }).catch((error) => fail(error, true));
 }
 
 /** Shows an error of any work. @param {Error} error @param {boolean} isOfMesh */
 function fail(error, isOfMesh = false) {
   if (error instanceof Outdated) return;
   if (error instanceof Stopped && !isOfMesh) {
-    if (requests.running === null) root.dataset.state = isShown ? 'ready' : 'refused';
+    if (!requests.isBusy) root.dataset.state = isShown ? 'ready' : 'refused';
     showProblem(error, state);
     return;
   }
@@ -108,7 +115,7 @@ function fail(error, isOfMesh = false) {
     state.set({ resolution: 1 });
     return;
   }
-  const isExpected = [Refusal, NoResponse, Stopped].some((kind) => error instanceof kind);
+  const isExpected = [ServiceError, NoResponse, Stopped].some((kind) => error instanceof kind);
   root.dataset.state = error instanceof NoResponse ? 'away' : 'refused';
   if (!isShown) {
     view?.clear();
@@ -123,8 +130,8 @@ function fail(error, isOfMesh = false) {
 /** Whether the service refused the first mesh of a surface because of its resolution. @param {Error} error */
 function isTooFine(error) {
   const { resolution, accuracy } = state.settings;
-  return !isShown && error instanceof Refusal && accuracy === 'resolution' && resolution > 1
-    && error.issues.some(({ pointer, parameter }) => pointer === '/resolution' || parameter === 'resolution');
+  return !isShown && error instanceof ServiceError && accuracy === 'resolution' && resolution > 1
+    && error.errors.some(({ pointer, parameter }) => pointer === '/resolution' || parameter === 'resolution');
 }
 
 /** The settings on which the mesh depends, as a text; 1: only coarse meshes need the number of patches. */
@@ -135,7 +142,7 @@ state.listen((change) => {
   if (change === 'opened') {
     isOpen = true;
     showAbout(state.about);
-    requests.forget();
+    requests.abort();
     hideProblem();
     isShown = false;
     patchCount = 1;

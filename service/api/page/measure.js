@@ -2,7 +2,7 @@
 
 import { announce, element } from './page.js';
 import { reasonOf } from './probe.js';
-import { measure } from './service.js';
+import { client, define } from './service.js';
 import { perform } from './work.js';
 
 /** @typedef {import('./state.js').State} State */
@@ -35,7 +35,7 @@ export class Measure {
     let measures;
     try {
       measures = await perform(
-        'Measuring the area and the volume', (signal) => measure(surface, signal), this.outdated.signal,
+        'Measuring the area and the volume', (signal) => client.measure(define(surface), { tolerance: 1e-6 }, { signal }), this.outdated.signal,
       );
     } catch (error) {
       const reason = `none: ${reasonOf(error)}`;

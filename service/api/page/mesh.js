@@ -1,60 +1,67 @@
-// Requests the meshes of surfaces: short work at once, long work as a job.
+// Requests the mesh files of surfaces, and measures how long they take.
 
-import { fetchResult } from './jobs.js';
-import { ask, Refusal, serverTime } from './service.js';
+import { ServiceError } from 'surface-service';
+import { client, define } from './service.js';
+import { Stopped } from './work.js';
 
 /** @typedef {{content: ArrayBuffer, serverTime: number | null, roundTrip: number}} MeshResponse */
-
-/** Milliseconds after which a mesh is requested again as a job. */
-const PATIENCE = 5000;
+/** @typedef {import('surface-service').Progress} Progress */
 
 /**
  * The mesh file that a request describes (a surface with options), and the times it took, in milliseconds.
- * @param {{surface: object}} request
+ * @param {{surface: import('./documents.js').Surface}} request
  * @param {object} options
  * @param {string} [options.address]  the name or the id under which the service has the surface: browsers keep such meshes
- * @param {string} [options.mediaType]  of the file
+ * @param {string} [options.format]  of the file
  * @param {AbortSignal} options.signal  stops the work
  * @param {(detail: string) => void} options.tell  gets the progress of a job
  * @returns {Promise<MeshResponse>}
  */
-export async function mesh(request, { address = '', mediaType = 'model/gltf-binary', signal, tell }) {
+export async function mesh({ surface, ...options }, { address = '', format = 'glb', signal, tell }) {
   const start = performance.now();
-  const headers = { 'Content-Type': 'application/json', Accept: mediaType };
-  const options = { method: 'POST', body: JSON.stringify(request), headers, signal };
-  const first = address ? askBriefly(meshPath(request, address), { signal }) : askBriefly('v1/mesh', options);
-  const response = await first
-    ?? await ask('v1/mesh', { ...options, headers: { ...headers, Prefer: 'respond-async' } });
-  // A service without jobs ignores the preference.
-  const isJob = response.headers.has('Preference-Applied');
-  const content = isJob ? await fetchResult(await response.json(), signal, tell) : await response.arrayBuffer();
-  const roundTrip = performance.now() - start;
-  return { content, serverTime: isJob ? null : serverTime(response.headers.get('Server-Timing')), roundTrip };
-}
-
-/** The path of the mesh as a GLB. @param {{surface: object}} request @param {string} address */
-function meshPath({ surface, ...options }, address) {
-  const query = new URLSearchParams(Object.entries(options).map(([name, value]) => [name, String(value)]));
-  query.set('engine', document.documentElement.dataset.engine ?? '');
-  return `v1/surfaces/${encodeURIComponent(address)}/mesh.glb?${query}`;
-}
-
-/** The response; null if the service needs too long for it, or has another engine than when the page was loaded. @param {string} path @param {RequestInit & {signal: AbortSignal}} options */
-async function askBriefly(path, options) {
-  const patience = new AbortController();
-  const timer = setTimeout(() => patience.abort(), PATIENCE);
+  let isJob = false;
+  /** @type {number | null} */
+  let time = null;
+  const call = {
+    signal,
+    onProgress: (/** @type {Progress} */ progress) => {
+      isJob ||= progress.kind === 'job';
+      tell(describe(progress));
+    },
+    onResponse: (/** @type {Response} */ { headers }) => { time = serverTime(headers.get('Server-Timing')); },
+  };
+  const fetchMesh = (/** @type {string | Parameters<typeof client.mesh>[0]} */ from, /** @type {object} */ more) => (
+    client.mesh(from, { ...options, ...more, format: /** @type {'glb'} */ (format) }, call)
+  );
   try {
-    return await ask(path, { ...options, signal: AbortSignal.any([options.signal, patience.signal]) });
+    const content = await (address ? fetchMesh(address, { engine: Number(document.documentElement.dataset.engine) })
+      .catch((error) => {
+        // The service has another engine than when the page was loaded.
+        if (!(error instanceof ServiceError && error.code === 'engine_gone')) throw error;
+        return fetchMesh(define(surface), {});
+      }) : fetchMesh(define(surface), {}));
+    return { content, serverTime: isJob ? null : time, roundTrip: performance.now() - start };
   } catch (error) {
-    if (options.signal.aborted || !(patience.signal.aborted || takesLong(error))) throw error;
-    return null;
-  } finally {
-    clearTimeout(timer);
+    const isWithdrawn = error instanceof DOMException && error.name === 'AbortError' && !signal.aborted;
+    throw isWithdrawn ? new Stopped('The job') : error;
   }
 }
 
-/** Whether the service needs more time than a request has, or computes other numbers now. @param {unknown} error */
-function takesLong(error) {
-  return error instanceof Refusal
-    && (error.code === 'out_of_time' || error.code === 'engine_gone' || error.issues.some(({ code }) => code === 'too_costly'));
+/** @param {Progress} progress */
+function describe(progress) {
+  if (progress.kind === 'retry') return `the service is busy, again in ${Math.ceil(progress.seconds)} s`;
+  const { state, waiting_for: reason } = progress.job;
+  return `as a job, ${state}${reason ? `, waits for ${reason.replaceAll('_', ' ')}` : ''}`;
+}
+
+/**
+ * Milliseconds in a Server-Timing header: its entry `total`, or the sum of all its steps.
+ * @param {string | null} header
+ */
+export function serverTime(header) {
+  const entries = [...(header ?? '').matchAll(/([\w-]+)[^,]*?;\s*dur=([\d.]+)/g)];
+  if (entries.length === 0) return null;
+  const total = entries.find(([, name]) => name === 'total');
+  if (total) return Number(total[2]);
+  return entries.reduce((sum, [, , milliseconds]) => sum + Number(milliseconds), 0);
 }

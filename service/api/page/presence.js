@@ -1,7 +1,7 @@
 // Notices when a service that did not answer is back: asks /health, in growing pauses, and at once when
 // the browser is online again, when the user returns to the page, or when the user asks for it.
 
-import { resolveUrl } from './service.js';
+import { client } from './service.js';
 
 /** Milliseconds before each question; the last pause stays. */
 const PAUSES = [500, 1000, 2000, 4000, 8000, 15_000, 30_000];
@@ -61,7 +61,7 @@ function pause() {
 /** Whether the service answers. */
 async function answers() {
   try {
-    return (await fetch(resolveUrl('health'), { cache: 'no-store' })).ok;
+    return (await fetch(client.resolve('health'), { cache: 'no-store' })).ok;
   } catch {
     return false;
   }

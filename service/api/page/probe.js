@@ -2,10 +2,11 @@
 // the distance from the previous click; on a part, also the face and the bound of its deviation. If the
 // service has no answer, the reason stands in place of it.
 
+import { ServiceError } from 'surface-service';
 import { nameFace } from './faces.js';
 import { announce, button, element } from './page.js';
 import { significant } from './readouts.js';
-import { curvatures, project, Refusal } from './service.js';
+import { client, curvatures, define } from './service.js';
 import { perform } from './work.js';
 
 /** @typedef {import('./state.js').State} State */
@@ -120,11 +121,11 @@ export class Probe {
 async function ask(surface, point, signal) {
   let closest;
   try {
-    closest = await project(surface, point, signal);
+    closest = await client.project(define(surface), { points: [point] }, { signal });
   } catch (error) {
     return { facts: [`on the mesh; no parameters: ${reasonOf(error)}`] };
   }
-  const { positions: [position], uv: [uv], patch: [patch] = [], near_edge: [isNearEdge] = [] } = closest;
+  const { positions: [position], uv: [uv] = [[0, 0]], patch: [patch] = [], near_edge: [isNearEdge] = [] } = closest;
   const facts = [`u ${short(uv[0])}`, `v ${short(uv[1])}`];
   if (isNearEdge) facts.push('at an edge');
   try {
@@ -138,8 +139,8 @@ async function ask(surface, point, signal) {
 
 /** Why the service refuses something; throws other errors. @param {unknown} error */
 export function reasonOf(error) {
-  if (!(error instanceof Refusal)) throw error;
-  return error.issues[0]?.detail ?? error.message;
+  if (!(error instanceof ServiceError)) throw error;
+  return error.errors[0]?.detail ?? error.message;
 }
 
 /** @param {number} value */

@@ -1,14 +1,14 @@
 // Shows the errors of the service, or that it does not respond: the cause, the field, and the remedy.
 
+import { NoResponse, ServiceError } from 'surface-service';
 import { isAboutKeys } from './key.js';
 import { parsePointer } from './documents.js';
 import { announce, button, element, makeElement, write } from './page.js';
 import { askNow, watchPresence } from './presence.js';
-import { NoResponse, Refusal } from './service.js';
 import { Stopped } from './work.js';
 
 /** @typedef {import('./net.js').Net} Net */
-/** @typedef {import('./service.js').Issue} Issue */
+/** @typedef {import('surface-service').Issue} Issue */
 /** @typedef {import('./state.js').State} State */
 
 /** The kind of a problem, also in `html[data-state]`. @typedef {'refused' | 'away'} Kind */
@@ -54,10 +54,10 @@ function hideAway() {
  * @param {Error} error @param {State} state @param {boolean} isOfMesh  whether the mesh can be asked for again
  */
 export function showProblem(error, state, isOfMesh = false) {
-  const isRefusal = error instanceof Refusal;
+  const isRefusal = error instanceof ServiceError;
   const isUnknownSurface = isRefusal && error.code === 'unknown_surface';
   // The error lists all ids of examples; the button `problem-example` shows them with pictures instead.
-  const issues = isRefusal && !isUnknownSurface ? error.issues : [];
+  const issues = isRefusal && !isUnknownSurface ? error.errors : [];
   const { title, detail } = describeError(error);
   write('problem-title', title);
   // `detail` names only the kind of the error: the line of a single issue says it more exactly.
@@ -85,7 +85,7 @@ function describeError(error) {
   if (error instanceof Stopped) {
     return { title: 'Stopped', detail: `${error.message} was stopped. The page shows what it showed before.` };
   }
-  if (!(error instanceof Refusal)) return { title: 'The page made a mistake', detail: String(error) };
+  if (!(error instanceof ServiceError)) return { title: 'The page made a mistake', detail: String(error) };
   if (error.code === 'unknown_surface') {
     const detail = 'The address may be incomplete, or the surface was removed. Open an example, or a surface of your own.';
     return { title: 'There is no surface at this address', detail };

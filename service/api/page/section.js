@@ -1,7 +1,7 @@
 // Shows where a plane cuts the surface, while its switch is on: the lines, how many of them are closed, and
 // their length. The plane is across an axis, or has any normal.
 
-import { MeshRequests } from './mesh-requests.js';
+import { NewestOnly } from 'surface-service';
 import { announce, button, element, getChecked, input, radios, write } from './page.js';
 import { describe, dot, findRange, normalize, offsetAt, roundIn, shareOf } from './section-plane.js';
 import { section } from './service.js';
@@ -41,15 +41,10 @@ export class Section {
     this.timer = 0;
     /** The offset to which the plane was dragged, with all digits. @type {number | null} */
     this.dragged = null;
-    /** @type {MeshRequests<{normal: number[], offset: number}, Polyline[]>} */
-    this.requests = new MeshRequests({
-      send: ({ normal, offset }, outdated) => {
-        const { surface } = state;
-        return perform('Computing the section', (signal) => section(surface, normal, offset, signal), outdated);
-      },
-      answered: (polylines) => this.show(polylines),
-      failed: (error) => this.fail(error),
-      idle: () => {},
+    /** @type {NewestOnly<{normal: number[], offset: number}, Polyline[]>} */
+    this.requests = new NewestOnly(({ normal, offset }, outdated) => {
+      const { surface } = state;
+      return perform('Computing the section', (signal) => section(surface, normal, offset, signal), outdated);
     });
     state.listen((change) => {
       if (change === 'opened') {
@@ -158,13 +153,23 @@ export class Section {
     if (asked === this.asked) return;
     this.asked = asked;
     clearTimeout(this.timer);
-    this.timer = setTimeout(() => this.requests.ask({ normal, offset }), PAUSE);
+    this.timer = setTimeout(() => this.cut({ normal, offset }), PAUSE);
+  }
+
+  /** Requests a section, and shows it if no newer one is needed. @param {{normal: number[], offset: number}} plane */
+  async cut(plane) {
+    try {
+      const polylines = await this.requests.run(plane);
+      if (polylines) this.show(polylines);
+    } catch (error) {
+      this.fail(/** @type {Error} */ (error));
+    }
   }
 
   /** Removes the section, and drops its requests. */
   forget() {
     clearTimeout(this.timer);
-    this.requests.forget();
+    this.requests.abort();
     this.asked = '';
     this.callbacks.showPlane(null);
     this.clear();

@@ -1,64 +1,35 @@
-// The requests of the page to its service. URLs are relative to the page.
+// The client of the service that has served this page, and requests in the form in which the page needs
+// them.
 
-import { requestKey, credentials, currentKey, isAboutKeys } from './key.js';
+import { ServiceError, SurfaceClient } from 'surface-service';
+import { currentKey, requestKey } from './key.js';
 
 /** @typedef {import('./documents.js').Surface} Surface */
+/** @typedef {import('surface-service').SurfaceDefinition} SurfaceDefinition */
+/** @typedef {import('surface-service').Issue} Issue */
+/** @typedef {import('surface-service').Format} Format */
 
-/** @typedef {{code: string, detail: string, pointer?: string, parameter?: string, header?: string, got?: string, needed?: string}} Issue */
-/** @typedef {{id: string, title: string, description: string}} Example */
-/** @typedef {{faces: number, skipped_faces: {entity: string, reason: string}[]}} Reading  a report of reading */
-/** @typedef {{name: string, title: string, media_type: string, suffix: string}} Format */
+let arePrivate = false;
 
-/** A refusal of the service, with its reasons (RFC 9457). */
-export class Refusal extends Error {
-  /** @param {{title?: string, status?: number, code?: string, detail?: string, errors?: Issue[]}} problem */
-  constructor(problem) {
-    super(problem.detail ?? problem.title ?? 'The service refused.');
-    this.title = problem.title ?? 'Refused';
-    this.status = problem.status ?? 0;
-    this.code = problem.code ?? '';
-    /** @type {Issue[]} */
-    this.issues = problem.errors ?? [];
-  }
-}
+/** Whether reading surfaces and meshes by URL needs a key, as the last response for a surface showed. */
+export const readsArePrivate = () => arePrivate;
 
-/** The service did not respond. */
-export class NoResponse extends Error {}
+export const client = new SurfaceClient('./', {
+  key: currentKey,
+  onKeyRefused: (error, sentKey) => requestKey(error.code, sentKey),
+  // A person can stop what takes long.
+  timeout: 600_000,
+  fetch: async (url, options) => {
+    const response = await fetch(url, options);
+    if (String(url).includes('/v1/surfaces/')) {
+      arePrivate = response.status === 401 || /\bprivate\b/.test(response.headers.get('Cache-Control') ?? '');
+    }
+    return response;
+  },
+});
 
-/** @param {AbortSignal} [signal] @returns {Promise<Example[]>} */
-export async function examples(signal) {
-  return (await json('v1/surfaces', { signal })).surfaces;
-}
-
-/** @param {AbortSignal} [signal] @returns {Promise<Format[]>} */
-export async function formats(signal) {
-  return (await json('v1/formats', { signal })).formats;
-}
-
-/**
- * An example by its name, or a stored surface by its id.
- * @param {string} id @param {AbortSignal} [signal] @returns {Promise<Surface>}
- */
-export async function surfaceById(id, signal) {
-  return (await json(`v1/surfaces/${encodeURIComponent(id)}`, { signal })).surface;
-}
-
-/**
- * Stores a surface and returns its id; `body` is JSON, or a file of another media type.
- * @param {BodyInit} body @param {string} [mediaType] @param {AbortSignal} [signal] @returns {Promise<{id: string}>}
- */
-export async function store(body, mediaType = 'application/json', signal) {
-  return json('v1/surfaces', { method: 'POST', body, headers: { 'Content-Type': mediaType }, signal });
-}
-
-/**
- * Reads a CAD file; the report says what is not in the surface.
- * @param {BodyInit} body @param {string} mediaType @param {AbortSignal} [signal]
- * @returns {Promise<{surface: Surface, reading: Reading}>}
- */
-export async function readFile(body, mediaType, signal) {
-  return json('v1/convert', { method: 'POST', body, headers: { 'Content-Type': mediaType }, signal });
-}
+/** A surface, which the page has not checked, as the client takes it. @param {Surface} surface */
+export const define = (surface) => /** @type {SurfaceDefinition} */ (/** @type {unknown} */ (surface));
 
 /**
  * The surface after some operations; without any, as the service writes it, with all defaults.
@@ -66,16 +37,8 @@ export async function readFile(body, mediaType, signal) {
  * @returns {Promise<Surface>}
  */
 export async function convert(surface, operations, signal) {
-  return (await post('v1/convert', { surface, operations }, signal)).surface;
-}
-
-/**
- * The point of a surface that is nearest to a point.
- * @param {Surface} surface @param {number[]} point @param {AbortSignal} [signal]
- * @returns {Promise<{positions: number[][], uv: number[][], patch?: number[], near_edge?: boolean[]}>}
- */
-export async function project(surface, point, signal) {
-  return post('v1/project', { surface, points: [point] }, signal);
+  const options = /** @type {import('surface-service').ConvertOptions} */ (operations ? { operations } : {});
+  return (await client.convert(define(surface), options, { signal })).surface;
 }
 
 /**
@@ -86,32 +49,25 @@ export async function project(surface, point, signal) {
 export async function curvatures(surface, uv, patch, signal) {
   // Of a triangle, `uv` has the last two barycentric coordinates.
   const [s, t] = uv;
+  /** @type {{barycentric: [number, number, number][]}} */
   const barycentric = { barycentric: [[1 - s - t, s, t]] };
   const isTriangle = surface.type === 'triangle'
     || (surface.type === 'patches' && (patch ?? 0) >= (surface.patches?.length ?? 0));
-  const read = async (/** @type {object} */ place) => {
-    const point = await post('v1/points', { surface, ...place, patch, derivatives: 2 }, signal);
-    return { gaussian: point.gaussian_curvature[0], mean: point.mean_curvature[0] };
+  const read = async (/** @type {{uv: [number, number][]} | typeof barycentric} */ place) => {
+    const options = { ...place, ...(patch === undefined ? {} : { patch }), derivatives: 2 };
+    const point = await client.points(define(surface), options, { signal });
+    return { gaussian: point.gaussian_curvature?.[0] ?? null, mean: point.mean_curvature?.[0] ?? null };
   };
   try {
-    return await read(isTriangle ? barycentric : { uv: [uv] });
+    return await read(isTriangle ? barycentric : { uv: [[s, t]] });
   } catch (error) {
     // Only the service knows which patches of a group are triangles.
-    if (error instanceof Refusal && error.issues[0]?.code === 'wrong_parameters') return read(barycentric);
+    if (error instanceof ServiceError && error.errors[0]?.code === 'wrong_parameters') return read(barycentric);
     throw error;
   }
 }
 
-/**
- * Area and volume of a surface; an open surface has no volume.
- * @param {Surface} surface @param {AbortSignal} [signal]
- * @returns {Promise<{area: {value: number}, volume?: {value: number}, open_edges: number, inconsistent_edges: number}>}
- */
-export async function measure(surface, signal) {
-  return post('v1/measure', { surface, tolerance: 1e-6 }, signal);
-}
-
-/** A line of a section; a closed one ends at its first point. @typedef {{closed: boolean, points: number[][]}} Polyline */
+/** A line of a section; a closed one ends at its first point. @typedef {import('surface-service').SectionLine} Polyline */
 
 /**
  * The lines in which a plane cuts a surface: that of all points p with normal · p = offset.
@@ -119,9 +75,11 @@ export async function measure(surface, signal) {
  * @param {AbortSignal} [signal] @returns {Promise<Polyline[]>}
  */
 export async function section(surface, normal, offset, signal) {
-  const planes = { normals: [normal], offsets: [offset] };
-  const { sections: [{ polylines }] } = await post('v1/intersect', { surface, planes, relative_tolerance: 1e-4 }, signal);
-  return polylines;
+  const [x, y, z] = normal;
+  /** @type {import('surface-service').PlaneSet} */
+  const planes = { normals: [[x, y, z]], offsets: [offset] };
+  const { sections } = await client.intersect(define(surface), { planes, relative_tolerance: 1e-4 }, { signal });
+  return sections[0]?.polylines ?? [];
 }
 
 /**
@@ -129,64 +87,32 @@ export async function section(surface, normal, offset, signal) {
  * @param {Surface} curve @param {AbortSignal} [signal] @returns {Promise<{points: number[][], length: number}>}
  */
 export async function sampleCurve(curve, signal) {
-  const { points, report } = await post('v1/curve', { curve, resolution: 128 }, signal);
+  const definition = /** @type {import('surface-service').CurveDefinition} */ (/** @type {unknown} */ (curve));
+  const { points, report } = await client.curve(definition, { resolution: 128 }, { signal });
   return { points, length: report.length };
 }
 
-/** @param {string} path @param {object} content @param {AbortSignal} [signal] @returns {Promise<any>} */
-async function post(path, content, signal) {
-  const headers = { 'Content-Type': 'application/json' };
-  return json(path, { method: 'POST', body: JSON.stringify(content), headers, signal });
-}
+export { NoResponse, ServiceError as Refusal } from 'surface-service';
 
-let arePrivate = false;
+/** @typedef {import('surface-service').SurfaceSummary} Example */
+/** @typedef {import('surface-service').Reading} Reading  a report of reading */
 
-/** Whether reading surfaces and meshes by URL needs a key, as the last response for a surface showed. */
-export const readsArePrivate = () => arePrivate;
-
-/** The URL of a path of the service, with its host. @param {string} path */
-export function resolveUrl(path) {
-  return new URL(path, document.baseURI).href;
-}
-
-/** @param {string} path @param {RequestInit} [options] @returns {Promise<any>} */
-async function json(path, options) {
-  return (await ask(path, options)).json();
-}
-
-/** The response to a request; throws every error. @param {string} path @param {RequestInit} [options] @returns {Promise<Response>} */
-export async function ask(path, options = {}) {
-  const sentKey = currentKey();
-  let response;
-  try {
-    const headers = { ...options.headers, ...credentials() };
-    response = await fetch(resolveUrl(path), { ...options, headers });
-  } catch {
-    throw new NoResponse('The service does not answer.');
-  }
-  if (path.startsWith('v1/surfaces/')) {
-    arePrivate = response.status === 401 || /\bprivate\b/.test(response.headers.get('Cache-Control') ?? '');
-  }
-  if (response.ok) return response;
-  const isProblem = response.headers.get('Content-Type')?.startsWith('application/problem+json');
-  if (isProblem) {
-    const problem = await response.json();
-    // Asks again if there is now another key than the one that was sent.
-    if (isAboutKeys(problem.code) && await requestKey(problem.code, sentKey)) return ask(path, options);
-    throw new Refusal(problem);
-  }
-  if (response.status >= 502) throw new NoResponse('The service does not answer.');
-  throw new Refusal({ title: response.statusText, status: response.status });
-}
+/** @param {AbortSignal} [signal] @returns {Promise<Example[]>} */
+export const examples = (signal) => client.surfaces({ signal });
 
 /**
- * Milliseconds in a Server-Timing header: its entry `total`, or the sum of all its steps.
- * @param {string | null} header
+ * An example by its name, or a stored surface by its id.
+ * @param {string} id @param {AbortSignal} [signal] @returns {Promise<Surface>}
  */
-export function serverTime(header) {
-  const entries = [...(header ?? '').matchAll(/([\w-]+)[^,]*?;\s*dur=([\d.]+)/g)];
-  if (entries.length === 0) return null;
-  const total = entries.find(([, name]) => name === 'total');
-  if (total) return Number(total[2]);
-  return entries.reduce((sum, [, , milliseconds]) => sum + Number(milliseconds), 0);
-}
+export const surfaceById = async (id, signal) => (await client.surface(id, { signal })).surface;
+
+/**
+ * Reads a file; the report of a CAD file says what is not in the surface.
+ * @param {Blob} file @param {string} mediaType @param {AbortSignal} [signal]
+ * @returns {Promise<{surface: Surface, reading: Reading}>}
+ */
+export const readFile = (file, mediaType, signal) => (
+  /** @type {Promise<any>} */ (client.convert({ file, mediaType }, {}, { signal })));
+
+/** Stores the surface in a file. @param {Blob} file @param {string} mediaType @param {AbortSignal} [signal] */
+export const store = (file, mediaType, signal) => client.store({ file, mediaType }, { signal });

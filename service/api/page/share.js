@@ -3,19 +3,19 @@
 import { element, makeElement, write, announce, button } from './page.js';
 import { meshQuery, meshOptions } from './settings.js';
 import { mesh } from './mesh.js';
-import { ask, formats, readsArePrivate, store, resolveUrl } from './service.js';
+import { client, define, readsArePrivate } from './service.js';
 import { buildSnippet } from './snippet.js';
 import { perform } from './work.js';
 
 /** @typedef {import('./state.js').State} State */
-/** @typedef {import('./service.js').Format} Format */
+/** @typedef {import('surface-service').Format} Format */
 
 /**
  * @param {State} state @param {(id: string) => string} describeAddress  of this page, with a surface
  * @param {(error: Error) => void} failed
  */
 export function watchShare(state, describeAddress, failed) {
-  const link = async () => resolveUrl(describeAddress(await idOf(state)));
+  const link = async () => client.resolve(describeAddress(await idOf(state)));
   const builders = { 'copy-link': link, 'copy-curl': curl, 'copy-snippet': snippet };
   Object.entries(builders).forEach(([id, build]) => button(id).addEventListener('click', async () => {
     try {
@@ -24,8 +24,8 @@ export function watchShare(state, describeAddress, failed) {
       failed(/** @type {Error} */ (error));
     }
   }));
-  perform('Asking for the list of formats', formats).then((list) => {
-    const chips = list.map((format) => buildButton(format, state, failed));
+  perform('Asking for the list of formats', (signal) => client.formats({ signal })).then(({ formats }) => {
+    const chips = formats.map((format) => buildButton(format, state, failed));
     element('formats', HTMLElement).replaceChildren(...chips);
   }).catch(failed);
   state.listen((change) => {
@@ -41,8 +41,7 @@ export function watchShare(state, describeAddress, failed) {
 async function idOf(state) {
   if (state.address) return state.address;
   const { surface } = state;
-  const body = JSON.stringify({ surface });
-  const { id } = await perform('Storing the surface', (signal) => store(body, 'application/json', signal));
+  const { id } = await perform('Storing the surface', (signal) => client.store(define(surface), { signal }));
   state.setAddress(surface, id);
   return id;
 }
@@ -54,7 +53,7 @@ async function meshPath(state) {
 
 /** @param {State} state */
 async function curl(state) {
-  const url = resolveUrl(await meshPath(state));
+  const url = client.resolve(await meshPath(state));
   // The command does not contain the key; the shell replaces the variable by it.
   const key = readsArePrivate() ? '-H "Authorization: Bearer $SURFACE_KEY" ' : '';
   return `curl ${key}-o ${fileName(state)}.glb '${url}'`;
@@ -64,10 +63,10 @@ async function curl(state) {
 async function snippet(state) {
   const path = await meshPath(state);
   // The canonical address, which never changes, is in the response, and so is the error if there is no mesh.
-  const response = await perform('Asking for the address of the mesh', (signal) => ask(path, { signal }));
+  const response = await perform('Asking for the address of the mesh', (signal) => client.request(path, {}, { signal }));
   void response.body?.cancel();
   const canonical = /<([^>]+)>; rel="canonical"/.exec(response.headers.get('Link') ?? '')?.[1];
-  return buildSnippet(resolveUrl(canonical ?? path), fileName(state), readsArePrivate());
+  return buildSnippet(client.resolve(canonical ?? path), fileName(state), readsArePrivate());
 }
 
 /** @param {string} text @param {string} label */
@@ -97,9 +96,9 @@ function buildButton(format, state, failed) {
       const options = meshOptions({ ...state.settings, look: 'shaded' }, state.surface, 1, false);
       const request = { surface: state.surface, ...options };
       const name = `${fileName(state)}.${format.suffix}`;
-      const mediaType = format.media_type;
-      const { content } = await perform(`Making ${name}`, (signal, tell) => mesh(request, { mediaType, signal, tell }));
-      save(new Blob([content], { type: mediaType }), name);
+      const { content } = await perform(`Making ${name}`, (signal, tell) => (
+        mesh(request, { format: format.name, signal, tell })));
+      save(new Blob([content], { type: format.media_type }), name);
       announce(`Downloaded ${format.title}`);
     } catch (error) {
       failed(/** @type {Error} */ (error));

@@ -2,8 +2,8 @@
 // this work (busy.js), and a button stops it. Work that is stopped or outdated aborts its request; the
 // service cancels what no client waits for.
 
+import { NoResponse } from 'surface-service';
 import { confirmAnswer, waitForService } from './presence.js';
-import { NoResponse } from './service.js';
 
 /** A user stopped the work, on this page or elsewhere. */
 export class Stopped extends Error {}
