@@ -79,7 +79,7 @@ def perform(page: Page, act: Callable[[], Any]) -> dict[str, Any]:
         lambda response: (
             "/mesh.glb?" in response.url
             or (
-                response.url.endswith("/v1/mesh")
+                "/v1/mesh?" in response.url
                 and "surface" in (response.request.post_data_json or {})
             )
         )

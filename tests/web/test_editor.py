@@ -523,11 +523,11 @@ def test_if_the_service_does_not_respond_the_page_offers_to_try_again(editor: St
     page = editor.page
     reset_editor(page)
     select_point(page, 1)
-    page.route("**/v1/mesh", lambda route: route.abort())
+    page.route("**/v1/mesh*", lambda route: route.abort())
     page.fill("#x", "3")
     page.wait_for_selector('html[data-state="away"]')
     assert "away" in page.inner_text("#problem")
-    page.unroute("**/v1/mesh")
+    page.unroute("**/v1/mesh*")
     page.click("#problem-retry")
     page.wait_for_selector(READY)
     assert page.is_hidden("#problem")

@@ -127,51 +127,6 @@ def test_the_lines_of_a_section_are_in_the_scene_until_there_are_none(page: Page
     assert result["remaining"] == 0
 
 
-def test_only_one_request_runs_and_the_newest_document_is_sent_next(page: Page) -> None:
-    result = page.evaluate(
-        """async () => {
-          const { MeshRequests } = await import('/page/mesh-requests.js');
-          const [sent, answered, failed, answers] = [[], [], [], []];
-          let maxRunning = 0;
-          const requests = new MeshRequests({
-            send: (wish) => {
-              sent.push(wish);
-              const running = sent.length - answers.filter((answer) => answer.isDone).length;
-              maxRunning = Math.max(maxRunning, running);
-              return new Promise((resolve, reject) => {
-                answers.push({ resolve, reject, isDone: false });
-              });
-            },
-            answered: (answer) => { answered.push(answer); },
-            failed: (error) => { failed.push(error.message); },
-            idle: () => {},
-          });
-          const settle = async (index, act) => {
-            answers[index].isDone = true;
-            act(answers[index]);
-            await new Promise((resolve) => setTimeout(resolve));
-          };
-          requests.ask('a'); requests.ask('b'); requests.ask('c');
-          await settle(0, ({ resolve }) => resolve('A'));
-          requests.forget();
-          requests.ask('d');
-          await settle(1, ({ resolve }) => resolve('C'));
-          requests.ask('e');
-          await settle(2, ({ reject }) => reject(new Error('stale')));
-          await settle(3, ({ reject }) => reject(new Error('last')));
-          return { sent, answered, failed, maxRunning };
-        }"""
-    )
-    # While request a runs, c replaces b. `forget` closes the document, so the result of c is
-    # dropped. The error of d is dropped, because e waits; the error of e is reported.
-    assert result == {
-        "sent": ["a", "c", "d", "e"],
-        "answered": ["A"],
-        "failed": ["last"],
-        "maxRunning": 1,
-    }
-
-
 def test_the_history_has_200_steps_and_a_drag_or_a_reset_is_one_step(page: Page) -> None:
     """`preview` shows a drag that is running, and `keep` ends it as a step of the history.
 

@@ -424,6 +424,35 @@ def test_the_problem_of_a_part_is_that_of_the_call(
     assert script.requests[1][2]["prefer"] == "respond-async"
 
 
+def test_a_mesh_by_its_address_is_asked_for_again_where_there_are_no_jobs(folder: Path) -> None:
+    """An impatient client asks for a job first. The reason of a refusal is that of the mesh."""
+    code = """const answer = (body, status) => new Response(JSON.stringify(body), {
+            status,
+            headers: { 'Content-Type': `application/${status < 400 ? 'json' : 'problem+json'}` },
+        });
+        const run = async (first) => {
+            const sent = [];
+            const fetch = async (url, { method = 'GET', signal }) => {
+                sent.push(`${method} ${new URL(url).pathname}`);
+                if (method === 'POST') return answer({ status: 404, code: 'not_found' }, 404);
+                return sent.length === 1 ? first(signal) : answer({ faces: [] }, 200);
+            };
+            const client = new SurfaceClient('http://127.0.0.1', { fetch, patience: 20 });
+            const mesh = await client.mesh('saddle').catch((error) => error.code);
+            return [mesh, sent];
+        };
+        const late = (signal) => new Promise((resolve, reject) => {
+            signal.addEventListener('abort', () => reject(signal.reason));
+        });
+        const refuse = () => answer({ status: 503, code: 'out_of_time' }, 503);
+        return [await run(late), await run(refuse)];"""
+    mesh, job = "GET /v1/surfaces/saddle/mesh.json", "POST /v1/jobs"
+    assert evaluate(folder, code) == [
+        [{"faces": []}, [mesh, job, mesh]],
+        ["out_of_time", [mesh, job]],
+    ]
+
+
 def test_an_aborted_call_withdraws_its_job(folder: Path, script: Script, scripted: str) -> None:
     script.answer(503, busy("out_of_time"))
     script.answer(202, JOB | {"state": "queued"}, Preference_Applied="respond-async")
@@ -456,15 +485,24 @@ def test_the_queue_sends_only_the_newest(folder: Path) -> None:
         const busy = [];
         const kept = new NewestOnly(send, { onBusy: (now) => busy.push(now && now.item) });
         const results = [none(await runAll(kept, [1, 2, 3])), none(await runAll(kept, [-1, -2]))];
-        const replaced = new NewestOnly(send, { keep: () => false });
+        const asked = [];
+        const keep = (item, milliseconds) => {
+            asked.push([item, milliseconds < 1000]);
+            return false;
+        };
+        const replaced = new NewestOnly(send, { keep });
         results.push(none(await runAll(replaced, [4, 5])));
         const ended = replaced.run(6);
         const waiting = replaced.run(7);
         replaced.abort();
         results.push(none([await ended, await waiting]), [replaced.isBusy, kept.isBusy]);
         results.push([await replaced.run(8)]);
-        return [results, log, busy];"""
-    results, log, busy_items = evaluate(folder, code)
+        const runs = kept.run(11);
+        const waits = kept.run(12);
+        kept.drop();
+        results.push(none([await runs, await waits]));
+        return [results, log, busy.slice(0, 6), asked[0]];"""
+    results, log, busy_items, asked = evaluate(folder, code)
     assert results == [
         [1, "none", 3],
         ["none", "Error: refused"],
@@ -472,8 +510,10 @@ def test_the_queue_sends_only_the_newest(folder: Path) -> None:
         ["none", "none"],
         [False, False],
         [8],
+        [11, "none"],
     ]
-    assert log == [1, 3, -1, -2, 4, 5, 6, 8]
+    assert log == [1, 3, -1, -2, 4, 5, 6, 8, 11]
+    assert asked == [4, True]
     assert busy_items == [1, 3, None, -1, -2, None]
 
 
@@ -510,6 +550,8 @@ def test_geometries_have_the_numbers_of_the_mesh(folder: Path, server: str) -> N
         server,
         ["utah-teapot", {"resolution": 2}],
         ["cone", {"resolution": 3}],
+        ["rounded-box", {"resolution": 3}],
+        ["trefoil-tube", {"resolution": 3}],
         ["torus", {"resolution": 2, "faces": "quads"}],
     )
     for geometry in geometries:

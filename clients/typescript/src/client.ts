@@ -5,10 +5,11 @@ import { type CallOptions, type ClientOptions, Connection, OutOfPatience } from 
 import { isMediaType, NoResponse, ServiceError, takesLong } from './errors.js';
 import { awaitResult, RunningJob } from './jobs.js';
 import type {
-  ClosestPoints, ConvertOptions, Curve, CurveDefinition, CurveFormat, CurveInput, CurveOptions, Estimate,
-  FormatList, IntersectOptions, Job, JobRequest, MeasureOptions, Mesh, MeshFormat, MeshOptions,
-  PlaneSet, Points, PointsOptions, ProjectOptions, RayHits, Rays, Sections, SignedAddress, SignOptions, StoredSurface, SurfaceDefinition,
-  SurfaceDocument, SurfaceFile, SurfaceFormat, SurfaceInput, SurfaceList, SurfaceMeasures,
+  ClosestPoints, ConvertOptions, Curve, CurveDefinition, CurveFormat, CurveInput, CurveOptions,
+  Estimate, FormatList, IntersectOptions, Job, JobRequest, MeasureOptions, Mesh, MeshFormat,
+  MeshOptions, PlaneSet, Points, PointsOptions, ProjectOptions, RayHits, Rays, Sections,
+  SignedAddress, SignOptions, StoredSurface, SurfaceDefinition, SurfaceDocument, SurfaceFile,
+  SurfaceFormat, SurfaceInput, SurfaceList, SurfaceMeasures,
 } from './types.js';
 
 type Read = (response: Response) => Promise<unknown>;
@@ -40,8 +41,8 @@ export class SurfaceClient {
     const read = reader(format);
     // A mesh by its address may be cached. A camera does not fit into an address.
     if (typeof surface === 'string' && options.camera === undefined) {
-      return this.#fetchMesh(withQuery(`v1/surfaces/${encodeURIComponent(surface)}/mesh.${format}`, { ...options }),
-        call, read);
+      const path = `v1/surfaces/${encodeURIComponent(surface)}/mesh.${format}`;
+      return this.#fetchMesh(withQuery(path, { ...options }), call, read);
     }
     return this.#send('mesh', surface, { ...options }, query(format), call, read);
   }

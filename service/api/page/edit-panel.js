@@ -1,13 +1,13 @@
 // The section "Edit" of the panel: chooses several points, and changes whole nets (modelling.js). What has
 // happened, and why something cannot be done, stands in it.
 
+import { ServiceError } from 'surface-service';
 import {
   addLine, deleteLine, explainRefusal, insertKnot, isHomogeneous, LINES, mirror, mirrorChosen, raiseDegree,
   separateWeights, Unchangeable,
 } from './modelling.js';
 import { button, element, getChecked, input, radios, write } from './page.js';
 import { lineOf } from './selection.js';
-import { Refusal } from './service.js';
 import { Outdated, Stopped } from './work.js';
 
 /** @typedef {import('./modelling.js').Change} Change */
@@ -37,7 +37,7 @@ export function watchEditPanel(state, failed) {
       return true;
     } catch (error) {
       if (error instanceof Unchangeable) tell('', error.message, place);
-      else if (error instanceof Refusal) tell('', describeRefusal(error), place);
+      else if (error instanceof ServiceError) tell('', describeRefusal(error), place);
       else if (error instanceof Outdated) tell('Nothing was done: the surface has changed meanwhile.', '', place);
       else if (!(error instanceof Stopped)) failed(/** @type {Error} */ (error));
       return false;
@@ -119,10 +119,10 @@ function tell(message, problem, place) {
   element(place, HTMLElement).hidden = problem === '';
 }
 
-/** @param {Refusal} refusal */
-function describeRefusal({ message, issues }) {
-  if (issues.length === 0) return message;
-  return issues.map(({ detail, got, needed }) => (
+/** @param {ServiceError} refusal */
+function describeRefusal({ message, errors }) {
+  if (errors.length === 0) return message;
+  return errors.map(({ detail, got, needed }) => (
     [detail, got && `Got ${got}.`, needed && `Needed ${needed}.`].filter(Boolean).join(' ')
   )).join(' ');
 }
