@@ -25,6 +25,7 @@ from service.api.observing.middleware import Write, add_telemetry
 from service.api.openapi.document import describe
 from service.api.routes import (
     evaluation,
+    images,
     job_events,
     job_files,
     job_results,
@@ -159,6 +160,8 @@ def _select_routers(settings: Settings) -> list[APIRouter]:
         surfaces.reading,
         surfaces.storing,
         meshes_by_url.by_url,
+        images.images,
+        images.by_url,
         operations.catalogue,
         operations.health,
         pages.pages,

@@ -10,6 +10,7 @@ from functools import cache, partial
 
 from service.api.computation import Computation
 from service.api.services import Services
+from service.encoders.png import PNG
 from service.encoders.registry import FORMATS
 from service.engine.mesh.mesh import ENGINE
 from service.errors import DamagedObject, InvalidRequest, Issue, UnknownSurface
@@ -131,6 +132,11 @@ def mesh_url(root: str, surface: str, suffix: str, query: str = f"engine={ENGINE
     (`ENGINE`) of the numbers that the service computes.
     """
     return f"{mesh_url_path(root, surface, suffix)}?{query}"
+
+
+def picture_url(root: str, surface: str, query: str = f"engine={ENGINE}") -> str:
+    """The URL of a picture, as `mesh_url`."""
+    return f"{surface_url(root, surface)}/image.{PNG.suffix}?{query}"
 
 
 def mesh_links(root: str, surface: str) -> dict[str, str]:

@@ -146,13 +146,14 @@ def _compute(
 
     Says if a file of definitions has a unit that the surface does not have.
     """
-    from service.pipeline.calls import CALLS, JSON
+    from service.pipeline.calls import CALLS
     from service.schemas.request import SurfaceRequest
 
     request, limits = parse_request(CALLS[path].model, document)
     if isinstance(request, SurfaceRequest):
         request.keep_reading(reading)
-    file = CALLS[path].plan(request, fmt or JSON, limits).run()
+    call = CALLS[path]
+    file = call.plan(request, fmt or call.default_format, limits).run()
     if file.writing is not None and file.writing.is_unit_assumed:
         _print_assumed_unit()
     return bytes(file.content)

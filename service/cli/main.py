@@ -8,7 +8,7 @@ from service.cli.bake import BAKE
 from service.cli.convert import CONVERT
 from service.cli.lists import EXAMPLES, FORMATS, OPENAPI
 from service.cli.mesh import ESTIMATE, MESH
-from service.cli.queries import CURVE, INTERSECT, MEASURE, POINTS, PROJECT, SECTION
+from service.cli.queries import CURVE, IMAGE, INTERSECT, MEASURE, POINTS, PROJECT, SECTION
 from service.cli.refusals import (
     EXIT_CODES,
     REFUSED,
@@ -27,6 +27,7 @@ COMMANDS = (
     SERVE,
     HEALTH,
     MESH,
+    IMAGE,
     BAKE,
     ESTIMATE,
     POINTS,

@@ -234,6 +234,31 @@ MEASURE = Query(
     reads_files=True,
 )
 
+IMAGE = Query(
+    "image",
+    "write a picture of a surface: PNG",
+    "/v1/image",
+    source_flag("picture"),
+    "picture",
+    (
+        flag("--width", "pixels (512)", "N", type=parse_number),
+        flag("--height", "pixels (512)", "N", type=parse_number),
+        flag("--azimuth", "degrees about the vertical axis (30)", "ANGLE", type=parse_number),
+        flag("--elevation", "degrees above the horizon (25)", "ANGLE", type=parse_number),
+        flag("--zoom", "how much larger than a picture of the whole (1)", "X", type=parse_number),
+        flag("--position", "instead of angles: where the camera is", "X,Y,Z", type=parse_numbers),
+        flag("--target", "with --position: what is in the middle", "X,Y,Z", type=parse_numbers),
+        flag("--field-of-view", "vertical, radians (0.5236)", "ANGLE", type=parse_number),
+        flag("--orthographic", "without perspective", action="store_const", const=True),
+        flag("--background", "transparent (default), or rrggbb", "COLOUR"),
+        flag("--look", "shaded (default), gaussian or mean", "LOOK"),
+        flag("--edges", "draw borders and edges", action="store_const", const=True),
+        flag("--isocurves", "draw curves of every patch", "N", type=parse_number),
+        flag("--control-net", "draw the control net", action="store_const", const=True),
+    ),
+    reads_files=True,
+)
+
 CURVE = Query(
     "curve",
     "write a curve as points or lines",

@@ -102,7 +102,7 @@ class GroupMesher:
         is_quantized: bool,
     ) -> None:
         accuracy = options.accuracy or Accuracy()
-        has_camera = accuracy.camera is not None
+        has_camera = accuracy.camera is not None or options.places
         # A budget of triangles is for all copies together.
         self._shares_meshes = has_nodes and accuracy.max_triangles is None
         self._joined, self._is_welded = joined, options.weld

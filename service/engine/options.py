@@ -77,6 +77,9 @@ class MeshOptions:
         Whether patches are turned first, so that neighbours agree and volumes are positive.
     has_resolution : bool
         Whether the request names the resolution, which may be the default.
+    places : bool
+        Whether the mesh says where its vertices are on the surface, for pictures; then samples of
+        different faces are different vertices. Only for meshes by tolerance.
     """
 
     resolution: tuple[int, int] = (16, 16)
@@ -97,6 +100,7 @@ class MeshOptions:
     curvatures: bool = False
     orient: bool = False
     has_resolution: bool = False
+    places: bool = False
 
     has_wires: bool = field(init=False)
     """Whether isoparametric curves are drawn."""

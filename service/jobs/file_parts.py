@@ -23,7 +23,7 @@ from service.encoders.format import FileFormat
 from service.engine.mesh.mesh import ENGINE
 from service.errors import InvalidRequest, Issue, SurfaceError, first_part
 from service.jobs.parts import FindSurface, Part, plan_located, unknown_path
-from service.pipeline.calls import CALLS, JSON, Call, CallLimits, File, find_format
+from service.pipeline.calls import CALLS, Call, CallLimits, File, find_format
 from service.pipeline.cost import MEMORY_SHARE, Cost, Work
 from service.pipeline.files import build_file_request, check_beside
 from service.schemas.fields import IGNORED, RequestModel
@@ -162,9 +162,9 @@ def _read_path(path: str, decoder: Decoder, limits: CallLimits) -> _FileCall:
     try:
         pairs = parse_qsl(query, keep_blank_values=True)
         beside = document_from_query(pairs, decoder.fields)
-        fmt = JSON
+        fmt = call.default_format
         if len(call.formats) > 1:
-            fmt = find_format(str(beside.pop("format", JSON.name)), call.formats)
+            fmt = find_format(str(beside.pop("format", fmt.name)), call.formats)
         request = check_beside(call.model, decoder, beside, limits.document)
     except SurfaceError as error:
         raise type(error)(*(replace(issue, pointer="/path") for issue in error.issues)) from None

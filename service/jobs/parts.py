@@ -18,7 +18,7 @@ from service.encoders.format import FileFormat
 from service.encoders.registry import BY_SUFFIX
 from service.engine.mesh.mesh import ENGINE
 from service.errors import InvalidRequest, Issue, SurfaceError
-from service.pipeline.calls import CALLS, JSON, Call, CallLimits, File, find_format, plan_mesh_file
+from service.pipeline.calls import CALLS, Call, CallLimits, File, find_format, plan_mesh_file
 from service.pipeline.cost import Work
 from service.schemas.fields import RequestModel
 from service.schemas.query import canonical_query, parse_mesh_query, values_from_text
@@ -142,9 +142,9 @@ def _post_id(call: Call, fmt: FileFormat, request: RequestModel) -> str:
 
 
 def _choose_format(call: Call, query: str) -> FileFormat:
-    """The format that the query names, or JSON."""
+    """The format that the query names, or the default."""
     values = values_from_text(parse_qsl(query, keep_blank_values=True))
-    name = values.pop("format", JSON.name)
+    name = values.pop("format", call.default_format.name)
     if values or (query and len(call.formats) == 1):
         message, got = "This call has no parameter of this name.", "an unknown parameter"
         needed = "no parameters" if len(call.formats) == 1 else "only `format`"

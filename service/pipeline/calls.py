@@ -13,6 +13,7 @@ from service.decoders.format import DEFAULT_FILE_LIMITS, FileLimits
 from service.encoders.cad.format import DefinitionFormat, WritingReport, WrittenFile
 from service.encoders.cad.registry import CONVERSION_FORMATS
 from service.encoders.format import Content, FileFormat
+from service.encoders.png import PNG
 from service.encoders.polylines.registry import CURVE_FORMATS, SECTION_FORMATS
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.mesh.mesh import MeshReport
@@ -23,6 +24,7 @@ from service.pipeline.documents import plan_conversion
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.pipeline.measure import plan_measure
 from service.pipeline.mesh import MeshFile, plan_mesh, select_encode_options
+from service.pipeline.picture import plan_picture
 from service.pipeline.polylines import plan_curve, plan_sections
 from service.pipeline.queries import plan_intersect, plan_points, plan_project
 from service.schemas.convert import ConvertRequest
@@ -32,6 +34,7 @@ from service.schemas.document import DocumentLimits
 from service.schemas.fields import RequestModel
 from service.schemas.intersect import IntersectRequest
 from service.schemas.options import MeshOptionFields
+from service.schemas.pictures import PictureRequest
 from service.schemas.queries import MeasureRequest, PointsRequest, ProjectRequest
 from service.schemas.request import MeshRequest
 from service.surface.convert.nets import SizeLimits
@@ -100,6 +103,12 @@ class Call:
     formats: Sequence[FileFormat] = (JSON,)
     reads_files: bool = False
 
+    @property
+    def default_format(self) -> FileFormat:
+        """The format if the caller names none: JSON, or the only one."""
+        of_json = (fmt for fmt in self.formats if fmt.name == JSON.name)
+        return next(of_json, self.formats[0])
+
 
 def find_format(name: str, formats: Sequence[AnyFormat]) -> AnyFormat:
     """The format of `formats` with this name.
@@ -158,6 +167,12 @@ def _plan_intersect(request: IntersectRequest, fmt: Any, limits: CallLimits) -> 
     return _convert(plan_intersect(surface, request.to_query(), limits.result), File)
 
 
+def _plan_image(request: PictureRequest, _: Any, limits: CallLimits) -> Work[File]:
+    surface = request.to_surface()
+    work = plan_picture(surface, request.picture_options(), limits.result)
+    return _convert(work, partial(File, name=surface.name))
+
+
 def _plan_measure(request: MeasureRequest, _: Any, limits: CallLimits) -> Work[File]:
     return _convert(plan_measure(request.to_surface(), request.to_query(), limits.result), File)
 
@@ -190,6 +205,7 @@ CALLS: Mapping[str, Call] = MappingProxyType(
         call.path: call
         for call in (
             Call("/v1/mesh", MeshRequest, _plan_mesh, FORMATS, reads_files=True),
+            Call("/v1/image", PictureRequest, _plan_image, (PNG,), reads_files=True),
             Call("/v1/points", PointsRequest, _plan_points),
             Call("/v1/curve", CurveRequest, _plan_curve, CURVE_FORMATS),
             Call("/v1/project", ProjectRequest, _plan_project),

@@ -21,7 +21,7 @@ MAX_PIXELS = 1 << 16
 """The largest height of a picture, and the largest error in a picture, in pixels: no screen is
 larger."""
 
-POSITION = NumberGrid(
+CAMERA_POSITION = NumberGrid(
     ("coordinates",), width=3, width_rule="A camera stands at a point of three coordinates."
 )
 
@@ -33,7 +33,7 @@ class CameraDefinition(StrictModel):
     direction.
     """
 
-    position: Annotated[FloatArray, POSITION] = Field(
+    position: Annotated[FloatArray, CAMERA_POSITION] = Field(
         description="The position of the camera, in model coordinates.", examples=[[4, 3, 9]]
     )
     field_of_view: Annotated[float, Field(gt=0, lt=pi)] = Field(

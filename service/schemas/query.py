@@ -10,16 +10,19 @@ options that have their default; each number has the fewest digits; `engine` is 
 import re
 from collections.abc import Callable, Iterable, Set
 from math import inf, isfinite
-from typing import Annotated, Any, get_args, get_origin
+from typing import Annotated, Any, TypeAlias, get_args, get_origin
 
+import numpy as np
 from pydantic import BaseModel, Field
 
+from service.bases.arrays import FloatArray
 from service.engine.mesh.mesh import ENGINE
 from service.errors import InvalidRequest, Issue, pointer
 from service.schemas.accuracy import CAMERA_FIELDS, MAX_COUNT
 from service.schemas.curves import CurveOptionFields
 from service.schemas.fields import Omittable
 from service.schemas.options import MeshOptionFields
+from service.schemas.pictures import PictureFields
 from service.schemas.scan import shorten
 from service.schemas.validation import validate_document
 
@@ -30,17 +33,26 @@ MAX_PARAMETERS = 50
 """The most parameters of a query. The service has fewer options."""
 
 
+Engine: TypeAlias = Annotated[int | None, Omittable(), Field(ge=1, le=MAX_COUNT)]
+ENGINE_FIELD: Any = Field(
+    default=None,
+    description="Version of the engine. With this parameter, the URL of a surface whose id is a "
+    "hash always returns the same bytes. A service with another version returns 410.",
+    examples=[ENGINE],
+    json_schema_extra={"enum": [ENGINE]},
+)
+
+
 class MeshQuery(MeshOptionFields):
     """The options of a mesh, and the version of the engine that computes it."""
 
-    engine: Annotated[int | None, Omittable(), Field(ge=1, le=MAX_COUNT)] = Field(
-        default=None,
-        description="Version of the engine. With this parameter, the URL of a surface whose id is "
-        "a hash always returns the same mesh, byte for byte. A service with another version "
-        "returns 410.",
-        examples=[ENGINE],
-        json_schema_extra={"enum": [ENGINE]},
-    )
+    engine: Engine = ENGINE_FIELD
+
+
+class PictureQuery(PictureFields):
+    """The options of a picture, and the version of the engine that draws it."""
+
+    engine: Engine = ENGINE_FIELD
 
 
 def number_from_text(text: str) -> int | float | str:
@@ -73,6 +85,10 @@ def _split_names(text: str) -> list[str]:
     return text.split(",") if text else []
 
 
+def _split_numbers(text: str) -> list[float | str]:
+    return [_parse_float(part) for part in text.split(",")]
+
+
 def _find_readers(model: type[BaseModel]) -> dict[str, Callable[[str], object]]:
     """For each field of a model, the function that converts its text; not for fields of text."""
     readers_by_type: dict[Any, Callable[[str], object]] = {
@@ -86,18 +102,26 @@ def _find_readers(model: type[BaseModel]) -> dict[str, Callable[[str], object]]:
         if get_origin(field.annotation) is tuple:
             # `tuple[X, ...]` is a list of names, and `tuple[X, X]` is a pair of whole numbers.
             readers[name] = _split_names if types[-1] is ... else pair_from_text
+        elif FloatArray in types:
+            readers[name] = _split_numbers
         for kind in types or (field.annotation,):
             if name not in readers and kind in readers_by_type:
                 readers[name] = readers_by_type[kind]
     return readers
 
 
-_READERS = _find_readers(CurveOptionFields) | _find_readers(MeshQuery)
+_READERS = (
+    _find_readers(CurveOptionFields) | _find_readers(PictureFields) | _find_readers(MeshQuery)
+)
 # For curves, too, although their resolution is one number: the model of curves refuses a list.
 _READERS["resolution"] = pair_from_text
 
 LIST_NAMES = frozenset(
-    {name for name, read in _READERS.items() if read in (_split_names, pair_from_text)}
+    {
+        name
+        for name, read in _READERS.items()
+        if read in (_split_names, _split_numbers, pair_from_text)
+    }
     | {"degree", "knots"}  # of a surface in a file, for which `file_fields` reads the text
 )
 """Names of the parameters that may be lists: repeated (`a=1&a=2`), or with commas (`a=1,2`)."""
@@ -112,6 +136,17 @@ def parse_mesh_query(pairs: Iterable[tuple[str, str]]) -> MeshQuery:
         The pointer of each issue is `/` and the name of the parameter.
     """
     return validate_document(MeshQuery, option_values(pairs))
+
+
+def parse_picture_query(pairs: Iterable[tuple[str, str]]) -> PictureQuery:
+    """Parse the options of a picture from the query of a URL, given as pairs (name, text).
+
+    Raises
+    ------
+    InvalidRequest
+        The pointer of each issue is `/` and the name of the parameter.
+    """
+    return validate_document(PictureQuery, values_from_text(pairs))
 
 
 def options_from_text(pairs: Iterable[tuple[str, str]]) -> MeshOptionFields:
@@ -182,15 +217,20 @@ def values_from_text(pairs: Iterable[tuple[str, str]]) -> dict[str, object]:
     return {name: _READERS.get(name, str)(",".join(parts)) for name, parts in texts.items()}
 
 
-def canonical_query(options: MeshOptionFields, ignored: Set[str] = frozenset()) -> str:
+def canonical_query(
+    options: MeshOptionFields | PictureFields, ignored: Set[str] = frozenset()
+) -> str:
     """The canonical query of these options, without the options in `ignored`.
 
     The text needs no escapes in a URL. Options that have their default can be left out: a change of
     a default requires a new number `ENGINE`, so old URLs keep their meaning.
     """
     parts = []
-    for name, field in MeshOptionFields.model_fields.items():
+    model = PictureFields if isinstance(options, PictureFields) else MeshOptionFields
+    for name, field in model.model_fields.items():
         value = getattr(options, name)
+        if isinstance(value, np.ndarray):
+            value = tuple(value.tolist())
         if name not in ignored and value != field.get_default(call_default_factory=True):
             parts.append(f"{name}={_write_value(value)}")
     parts.append(f"engine={ENGINE}")

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 import httpx
 import pytest
 
+from service.api import by_url
 from service.api.app import create_app
 from service.api.caching.codings import Coding, compress
-from service.api.routes import meshes_by_url
 from service.engine.mesh.mesh import ENGINE
 from service.pipeline.mesh import MeshFile, make_file
 from service.pipeline.mesh_plan import MeshPlan
@@ -71,7 +71,7 @@ def test_a_mesh_is_compressed_once(monkeypatch: pytest.MonkeyPatch) -> None:
         codings.append(coding)
         return compress(coding, content)
 
-    monkeypatch.setattr(meshes_by_url, "compress", compress_and_count)
+    monkeypatch.setattr(by_url, "compress", compress_and_count)
     urls = [f"{TEAPOT}?resolution=32"]
     responses, computed_meshes = asyncio.run(
         request_at_once(monkeypatch, urls, {"Accept-Encoding": "gzip"})

@@ -191,6 +191,7 @@ def test_a_damaged_file_fails_its_part(store: str) -> None:
 def test_calls_that_read_files_have_a_surface() -> None:
     assert {path for path, call in CALLS.items() if call.reads_files} == {
         "/v1/mesh",
+        "/v1/image",
         "/v1/measure",
         "/v1/convert",
     }

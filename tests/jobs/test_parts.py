@@ -21,6 +21,7 @@ from tools.client import Client, start_client
 
 OPERATIONS = {
     "createMesh": "/v1/mesh",
+    "createImage": "/v1/image",
     "queryPoints": "/v1/points",
     "createCurve": "/v1/curve",
     "projectPoints": "/v1/project",

@@ -51,7 +51,7 @@ def test_requests_have_the_options_of_the_engine_and_of_the_formats() -> None:
         mesh_options | {field.name for field in fields(formats.EncodeOptions)} | {*ACCURACY_FIELDS}
     )
     assert names <= attributes, f"service/engine/options.py lacks {names - attributes}"
-    missing = mesh_options - names - {"accuracy", "has_faces", "has_resolution"}
+    missing = mesh_options - names - {"accuracy", "has_faces", "has_resolution", "places"}
     assert not missing, f"service/schemas/options.py lacks {missing}"
 
 

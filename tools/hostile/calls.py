@@ -444,7 +444,33 @@ def build_measure_cases() -> Iterator[HostileBody]:
 MEASURES: tuple[HostileBody, ...] = tuple(build_measure_cases())
 """Bodies for POST /v1/measure."""
 
+
+def build_picture_cases() -> Iterator[HostileBody]:
+    """Requests to /v1/image with invalid options."""
+    limits = {
+        "width": "0 2049",
+        "height": "-1 1e9",
+        "azimuth": "361",
+        "elevation": "91 -91",
+        "zoom": "0 1001",
+        "field_of_view": "0 4 -1",
+    }
+    for name, values in limits.items():
+        faults = {"out_of_range": values, "wrong_type": 'true "1" [1]', "null_value": "null"}
+        if name in ("width", "height"):
+            faults["out_of_range"] = values.replace("1e9", "99999")
+        yield from vary_body(name, write_options(f'"{name}":?'), f"/{name}", faults)
+        yield build_case(f"{name} NaN", write_options(f'"{name}":NaN'), "not_finite", f"/{name}")
+    for name in ("position", "target"):
+        faults = {"wrong_type": '1 "x" [true,1,2]@/0', "null_value": "null"}
+        yield from vary_body(name, write_options(f'"{name}":?'), f"/{name}", faults)
+    for name in ("look", "background"):
+        yield build_case(name, write_options(f'"{name}":"x"'), "wrong_value", f"/{name}")
+    yield build_case("no surface", "{}", "missing_field", "/surface")
+
+
 CALLS: Mapping[str, tuple[HostileBody, ...]] = {
+    "/v1/image": tuple(build_picture_cases()),
     "/v1/mesh": (*HOSTILE, *BREPS),
     "/v1/points": QUERIES,
     "/v1/surfaces": STORES,

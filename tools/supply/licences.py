@@ -16,7 +16,7 @@ PAGE = ROOT / "docs" / "licences.md"
 
 ALLOWED_LICENCES = {
     "0BSD", "Apache-2.0", "Apache-2.0 WITH LLVM-exception", "BSD-2-Clause", "BSD-3-Clause",
-    "CC0-1.0", "ISC", "MIT", "MPL-2.0", "PSF-2.0", "Unlicense", "Zlib",
+    "CC0-1.0", "ISC", "MIT", "MIT-CMU", "MPL-2.0", "PSF-2.0", "Unlicense", "Zlib",
 }  # fmt: skip
 """Licences (SPDX) of packages that may be shipped with the service, unchanged. They require that
 their text is shipped, too; each package contains it. MPL-2.0 also requires that changes of its

@@ -25,11 +25,13 @@ MIN_SECRET = 32
 MAX_PARAMETERS = 100
 """Most parameters of a signed query: no surface or mesh has as many options."""
 
-PATHS = "/v1/surfaces/{id} or /v1/surfaces/{id}/mesh.{suffix}"
+PATHS = "/v1/surfaces/{id}, /v1/surfaces/{id}/mesh.{suffix} or /v1/surfaces/{id}/image.png"
 """URLs that can be signed, in words."""
 
 _PATH = re.compile(
-    r"/v1/surfaces/[0-9a-z-]{1,64}(?:/mesh\.(?:" + "|".join(fmt.suffix for fmt in FORMATS) + "))?"
+    r"/v1/surfaces/[0-9a-z-]{1,64}(?:/image\.png|/mesh\.(?:"
+    + "|".join(fmt.suffix for fmt in FORMATS)
+    + "))?"
 )
 _TIME = re.compile("[0-9]{1,12}")
 _PREFIX = "surface-service 1\nread\n"

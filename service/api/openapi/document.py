@@ -28,6 +28,7 @@ DESCRIPTION = Path(__file__).with_name("description.md").read_text(encoding="utf
 
 _TAGS = {
     "meshes": "Surfaces to meshes.",
+    "pictures": "Surfaces to pictures.",
     "points": "Points of surfaces, one by one.",
     "queries": "Queries to surfaces and curves, with proved results.",
     "surfaces": "Stored and built-in surfaces, and conversions.",

@@ -18,7 +18,8 @@ from service.encoders.format import FileFormat
 from service.encoders.registry import FORMATS
 from service.schemas.file_fields import FIELDS, OPERATIONS
 from service.schemas.options import MeshOptionFields
-from service.schemas.query import LIST_NAMES, MeshQuery
+from service.schemas.pictures import PictureFields
+from service.schemas.query import LIST_NAMES, MeshQuery, PictureQuery
 from service.surface.brep import InvalidFaces
 from service.surface.checks import MAX_DEGREE
 from service.surface.examples.catalogue import EXAMPLES
@@ -130,15 +131,24 @@ def format_parameter(
     return parameter("query", "format", description, schema)
 
 
+def picture_parameters() -> list[Json]:
+    """The options of a picture and `engine` as query parameters."""
+    return _parameters_of(PictureQuery)
+
+
 def option_parameters() -> list[Json]:
     """The options of a mesh and `engine` as query parameters.
 
     Their examples are in their schemas, not in the parameters: Swagger UI fills in all examples of
     parameters at once, and some options exclude each other.
     """
+    return _parameters_of(MeshQuery)
+
+
+def _parameters_of(model: type[BaseModel]) -> list[Json]:
     return [
         parameter("query", name, schema.pop("description"), schema, **_style(name))
-        for name, schema in MeshQuery.model_json_schema()["properties"].items()
+        for name, schema in model.model_json_schema()["properties"].items()
     ]
 
 
@@ -208,6 +218,12 @@ def mesh_options() -> list[Json]:
     # `engine` is a parameter too, but only of meshes by URL.
     names = MeshOptionFields.model_fields
     return [_file_option(each) for each in option_parameters() if each["name"] in names]
+
+
+def picture_options() -> list[Json]:
+    """The options of a picture as query parameters of a request with a file."""
+    names = PictureFields.model_fields
+    return [_file_option(each) for each in picture_parameters() if each["name"] in names]
 
 
 def scalar_options(model: type[BaseModel]) -> list[Json]:

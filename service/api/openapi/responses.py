@@ -17,7 +17,7 @@ from service.api.responses import (
     VERTICES_HEADER,
     WRITING_HEADER,
 )
-from service.api.stored import content_id, mesh_url, surface_url
+from service.api.stored import content_id, mesh_url, picture_url, surface_url
 from service.encoders.format import FileFormat
 from service.schemas.validation import validate_document
 
@@ -136,6 +136,14 @@ URL_HEADERS: Json = (
             "The canonical URL.", f'<{mesh_url("", "utah-teapot", "glb")}>; rel="canonical"'
         ),
     }
+)
+UNCHANGED_IMAGE: Json = UNCHANGED_MESH | {
+    "description": "The client has the picture already: `If-None-Match` lists its tag."
+}
+IMAGE_HEADERS: Json = (
+    FILE_HEADERS
+    | _CACHE_HEADERS
+    | {"Link": header("The canonical URL.", f'<{picture_url("", "utah-teapot")}>; rel="canonical"')}
 )
 DEFINITION_HEADERS: Json = {
     "ETag": header("The hash of the content, in quotes.", f'"{content_id("saddle")}"'),

@@ -13,6 +13,7 @@ from service.engine.adaptive.samples import (
     drop_flat_triangles,
     evaluate_channels,
     evaluate_curvatures,
+    find_places,
     find_samples,
 )
 from service.engine.bounds.faces import Faces
@@ -73,7 +74,7 @@ def assemble(
     dtype, stored = storage.dtype, storage.store_positions(triangulation.positions, origin)
     if not storage.step:  # meshes with positions on a grid keep triangles without area
         triangulation = drop_flat_triangles(triangulation, stored)
-    samples, corners = find_samples(faces, triangulation)
+    samples, face_of_sample, corners = find_samples(faces, triangulation)
     order, parts = _sort_by_part(
         model, faces.first[triangulation.face[triangulation.triangles[:, 0]]]
     )
@@ -144,6 +145,7 @@ def assemble(
         colors=colors,
         attributes=attributes,
         step=storage.step,
+        places=find_places(model, faces, samples, face_of_sample) if options.places else None,
     )
 
 
@@ -162,7 +164,7 @@ def weld_samples(
         # No two samples share a vertex: each is a vertex of the mesh.
         return Welding(vertex=number, samples=number, welds=number)
     shared: AnyInts = number
-    if options.weld:
+    if options.weld and not options.places:
         same_values = match_values(leader, channels) if channels else None
         shared = merge_samples(leader, normals, options.crease_angle, same_values)
     return number_vertices(leader, shared, is_used=None)  # triangles use all samples

@@ -35,6 +35,7 @@ from service.engine.curvatures.rows import (
 from service.engine.evaluation.normals import group_by_batch
 from service.engine.evaluation.triangle_nets import to_barycentric
 from service.engine.mesh.channels import CHUNK_VALUES, ChannelRows, find_limits
+from service.engine.mesh.places import SurfacePlaces
 from service.engine.scratch import Real
 from service.surface.batches import TrianglePatches
 from service.surface.lowered import PatchModel
@@ -128,8 +129,13 @@ class PatchPlaces:
     vertex: Ints
 
 
-def find_samples(faces: Faces, triangulation: Triangulation) -> tuple[PatchPlaces, IndexArray]:
-    """The samples that triangles use, and the corners (T, 3) of triangles as sample numbers."""
+def find_samples(
+    faces: Faces, triangulation: Triangulation
+) -> tuple[PatchPlaces, Ints, IndexArray]:
+    """The samples that triangles use, their faces (N,), and the corners (T, 3) of triangles.
+
+    Corners are numbers of samples.
+    """
     spans = faces.spans.take(triangulation.face, axis=1)
     # For each corner: 1 if its triangle is before a knot line of u through it, plus 2 if of v.
     before = np.zeros(triangulation.triangles.shape, dtype=np.intp)
@@ -150,7 +156,7 @@ def find_samples(faces: Faces, triangulation: Triangulation) -> tuple[PatchPlace
     span_v, v = _split_places(triangulation.v[row], row_before >> 1, spans[1, row])
     face = triangulation.face[row]
     patch = faces.first[face] + span_u * faces.stride[face] + span_v
-    return PatchPlaces(patch, u, v, triangulation.vertex[row]), number[key]
+    return PatchPlaces(patch, u, v, triangulation.vertex[row]), face, number[key]
 
 
 def _split_places(at: Ints, before: Ints, spans: Ints) -> tuple[Ints, FloatArray]:
@@ -162,6 +168,13 @@ def _split_places(at: Ints, before: Ints, spans: Ints) -> tuple[Ints, FloatArray
     return span, (at - span * SPAN) / SPAN
 
 
+def find_places(model: PatchModel, faces: Faces, samples: PatchPlaces, face: Ints) -> SurfacePlaces:
+    """The places of samples on faces, (N,); `face` (N,) are those of the samples."""
+    span_u, span_v = np.divmod(samples.patch - faces.first[face], faces.stride[face])
+    at = np.stack([span_u + samples.u, span_v + samples.v], axis=1) * SPAN
+    return SurfacePlaces(model, faces, face, at)
+
+
 def evaluate_channels(
     model: PatchModel, samples: PatchPlaces, dtype: Real, *, uvs: bool
 ) -> tuple[ChannelRows, ...]:
@@ -171,7 +184,7 @@ def evaluate_channels(
     """
     channels = model.batches[0].channels
     evaluated = [
-        ChannelRows(channel.name, channel.kind, _evaluate_channel(model, samples, number, dtype))
+        ChannelRows(channel.name, channel.kind, evaluate_channel(model, samples, number, dtype))
         for number, channel in enumerate(channels)
     ]
     if uvs and not any(channel.kind == "uvs" for channel in channels):
@@ -196,7 +209,7 @@ def evaluate_curvatures(
     return to_channels(model, values)
 
 
-def _evaluate_channel(
+def evaluate_channel(
     model: PatchModel, samples: PatchPlaces, number: int, dtype: Real
 ) -> FloatArray:
     """Values (N, d) of one channel, computed in float64."""

@@ -24,6 +24,7 @@ from service.engine.mesh.mesh import (
     find_largest_angle,
     find_ranges,
 )
+from service.engine.mesh.places import SurfacePlaces
 from service.engine.options import MeshOptions
 from service.engine.plans.faces import count_borders
 from service.engine.plans.patterns import NO_QUADS
@@ -136,6 +137,11 @@ def assemble(
         colors=colors,
         attributes=attributes,
         step=storage.step,
+        places=(
+            SurfacePlaces(model, prepared.places, rows.faces, rows.places.astype(np.float64))
+            if options.places
+            else None
+        ),
     )
     return mesh if options.has_faces else _remove_faces(mesh)
 

@@ -238,6 +238,7 @@ def _take_member(mesh: Mesh, cluster: Cluster, k: int, name: str) -> Mesh:
         ),
         grids=(),
         welds=_take_welds(mesh.welds, rows),
+        places=None if mesh.places is None else mesh.places.take(rows),
         overlays=(),  # members with overlays are not joined
     )
 

@@ -9,6 +9,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, IndexArray, RealArray
 from service.engine.connectivity.closure import Closure
 from service.engine.mesh.brep_report import BrepReport
+from service.engine.mesh.places import SurfacePlaces
 from service.engine.vectors import length
 from service.surface.checks import Up
 from service.surface.lowered import Color
@@ -198,6 +199,8 @@ class Mesh:
     step : float
         A power of two: all positions, also those of overlays, and the origin are multiples of it. 0
         if positions are not rounded to a grid.
+    places : SurfacePlaces or None
+        Where the vertices are on the surface, if the options ask for it.
     """
 
     name: str
@@ -216,6 +219,7 @@ class Mesh:
     colors: RealArray | None = None
     attributes: tuple[tuple[str, RealArray], ...] = ()
     step: float = 0.0
+    places: SurfacePlaces | None = None
 
 
 CURVATURE_NAMES = ("gaussian_curvature", "mean_curvature")

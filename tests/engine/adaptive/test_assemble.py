@@ -136,7 +136,7 @@ def test_a_corner_belongs_to_the_patch_that_the_triangle_covers(per_face: bool) 
     model = lower_patches("bspline-hills")
     built = build_regular(model, 3, per_face=per_face)
     # The patch of each sample and its place there, and the corners of triangles as sample numbers.
-    samples, corners = find_samples(built.faces, built.triangulation)
+    samples, _, corners = find_samples(built.faces, built.triangulation)
     assert model.domain is not None
     columns = len(model.domain.v) - 1
     # For each corner: the span (row and column) of its patch, and its parameters in this span.

@@ -1,0 +1,1 @@
+"""Pictures of meshes: which triangle each sample of a pixel shows, by NumPy alone."""

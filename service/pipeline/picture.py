@@ -1,0 +1,106 @@
+"""A picture of a surface, in steps: lower, mesh for the camera, draw, write."""
+
+from dataclasses import replace
+from functools import partial
+from math import atan
+
+import numpy as np
+
+from service.encoders.png import encode_png
+from service.encoders.registry import BY_NAME
+from service.engine.accuracy import Accuracy, Camera
+from service.engine.pictures.camera import PictureCamera, build_camera
+from service.engine.pictures.distance import find_distance
+from service.engine.pictures.draw import draw_picture
+from service.engine.pictures.options import PIXEL_TOLERANCE, PictureOptions
+from service.engine.pictures.parts import list_parts
+from service.errors import InvalidRequest, Issue, TooLarge
+from service.measuring import Measured
+from service.pipeline.adaptive import AnyMesh, prepare_meshes
+from service.pipeline.cost import Cost, Work
+from service.pipeline.limits import DEFAULT_LIMITS, Limits
+from service.pipeline.mesh import keep_storable_channels
+from service.pipeline.mesh_plan import MeshPlan, build_plan
+from service.surface.sizes import SurfaceKind
+
+COARSE = 0.02
+"""The tolerance of the mesh that a camera without a position looks at as a whole, in diagonals."""
+
+NEAREST = 1e-3
+"""A camera must be further from the surface than this share of its diagonal: nearer points count as
+at this distance in the tolerance of a mesh."""
+
+PIXEL_BYTES, STRIP_BYTES, PIXEL_SECONDS = 12, 64 << 20, 3e-6
+"""Bytes for each pixel of the picture and its file, bytes of the arrays of a strip, and the time
+for each pixel."""
+
+_GLB = BY_NAME["glb"]
+"""The mesh of a picture has the precision of this format, and its copies are nodes."""
+
+
+def plan_picture(
+    surface: SurfaceKind, options: PictureOptions, limits: Limits = DEFAULT_LIMITS
+) -> Work[bytes]:
+    """Plan a picture: estimate the cost from shapes, and check the limits.
+
+    Raises
+    ------
+    InvalidRequest, TooLarge
+        As those of a mesh for the same camera.
+    """
+    plan = build_plan(surface, options.mesh_options(), _GLB, limits=limits)
+    pixels = options.viewpoint.width * options.viewpoint.height
+    memory = plan.cost.memory + STRIP_BYTES + PIXEL_BYTES * pixels
+    limits.check_memory(memory, "The picture", "/width", "a smaller picture, or a smaller surface")
+    cost = Cost(memory, plan.cost.seconds + PIXEL_SECONDS * pixels, PIXEL_BYTES * pixels)
+    return Work(cost, partial(_make_picture, plan, surface, options))
+
+
+def _make_picture(plan: MeshPlan, surface: SurfaceKind, options: PictureOptions) -> bytes:
+    """Draw the picture, and write it as PNG.
+
+    Raises
+    ------
+    InvalidRequest, TooLarge
+        The patches show that the mesh is impossible or too large; `camera_on_surface`.
+    """
+    model, mesh_options = keep_storable_channels(surface.lower(), plan.options, _GLB)
+    plan.check(model, mesh_options)
+    build, diagonal = prepare_meshes(plan, model, mesh_options)
+    points = [part.positions for part in list_parts(build(Accuracy(), COARSE * diagonal))]
+    camera = build_camera(options.viewpoint, np.concatenate(points), model.up)
+    try:
+        mesh = build(_find_accuracy(camera), None)
+    except (InvalidRequest, TooLarge) as error:
+        issues = (replace(issue, pointer="/height") for issue in error.issues)
+        raise type(error)(*issues) from None
+    _check_distance(camera, mesh, NEAREST * diagonal)
+    with Measured("draw"):
+        return encode_png(draw_picture(mesh, camera, options.style))
+
+
+def _find_accuracy(camera: PictureCamera) -> Accuracy:
+    """The accuracy with which a mesh is right to `PIXEL_TOLERANCE` in a picture."""
+    if camera.orthographic:
+        return Accuracy(tolerance=PIXEL_TOLERANCE / camera.focus)
+    x, y, z = camera.eye.tolist()
+    height = camera.size[1]
+    placed = Camera((x, y, z), 2 * atan(height / (2 * camera.focus)), height)
+    return Accuracy(camera=placed, pixel_tolerance=PIXEL_TOLERANCE)
+
+
+def _check_distance(camera: PictureCamera, mesh: AnyMesh, least: float) -> None:
+    """Refuse a camera on the surface."""
+    if camera.orthographic:
+        return
+    parts = list_parts(mesh)
+    if any(find_distance(camera.eye, p.positions, p.mesh.triangles) < least for p in parts):
+        raise InvalidRequest(
+            Issue(
+                "camera_on_surface",
+                "The camera stands on the surface.",
+                "/position",
+                "a distance below 1/1000 of the diagonal of the surface",
+                "a camera beside the surface",
+            )
+        )
