@@ -316,6 +316,52 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/v1/image": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * A picture of a surface
+         * @description Draws a surface as PNG: no point of it is further than 0.25 pixels from where it is.
+         *
+         *     The body is that of `POST /v1/mesh`, with the options of a picture in place of those of a mesh.
+         *     Normals, colours and curvatures are those of the surface at the places of the pixels.
+         */
+        post: operations["createImage"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/surfaces/{id}/image.png": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * The picture of a surface, by URL
+         * @description Returns a picture by URL, as `GET /v1/surfaces/{id}/mesh.{suffix}` returns a mesh.
+         *
+         *     The picture depends only on the parts of the URL. Caches may keep it for ever under its
+         *     canonical form, which `Link` names, if the id is a hash.
+         */
+        get: operations["getSurfaceImage"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/v1/formats": {
         parameters: {
             query?: never;
@@ -4612,6 +4658,158 @@ export interface components {
             name?: string;
         };
         /**
+         * PictureRequest
+         * @description A surface, and the options of its picture.
+         */
+        PictureRequest: {
+            /**
+             * Width
+             * @description Pixels.
+             * @default 512
+             * @example 800
+             */
+            width?: number;
+            /**
+             * Height
+             * @description Pixels.
+             * @default 512
+             * @example 600
+             */
+            height?: number;
+            /**
+             * Azimuth
+             * @description Degrees about the vertical axis: with 0 the camera looks along −z, with 90 along −x, in the frame that is turned y-up.
+             * @default 30
+             * @example 90
+             */
+            azimuth?: number;
+            /**
+             * Elevation
+             * @description Degrees: with 90 the camera looks straight down.
+             * @default 25
+             * @example 0
+             */
+            elevation?: number;
+            /**
+             * Zoom
+             * @description How much larger the surface is than in a picture that shows all of it; with a `position`, than with the field of view.
+             * @default 1
+             * @example 2
+             */
+            zoom?: number;
+            /**
+             * Position
+             * @description The position of the camera, in model units and in the frame that is turned y-up: from a surface with `up: z`, (x, y, z) is (x, z, −y) there. Needs `target`, and replaces `azimuth` and `elevation`. A camera on the surface is refused (`camera_on_surface`).
+             * @example [
+             *       4,
+             *       3,
+             *       9
+             *     ]
+             */
+            position?: [
+                number,
+                number,
+                number
+            ];
+            /**
+             * Target
+             * @description The point in the middle of the picture; needs `position`.
+             * @example [
+             *       0,
+             *       1,
+             *       0
+             *     ]
+             */
+            target?: [
+                number,
+                number,
+                number
+            ];
+            /**
+             * Field Of View
+             * @description Vertical field of view: the angle, in radians, between the upper and the lower border of the picture.
+             * @default 0.5235987755982988
+             * @example 0.8
+             */
+            field_of_view?: number;
+            /**
+             * Orthographic
+             * @description Whether parallel lines stay parallel. With a `position`, the picture shows as much of the target as with perspective.
+             * @default false
+             * @example true
+             */
+            orthographic?: boolean;
+            /**
+             * Background
+             * @description `transparent`, or an sRGB colour as `rrggbb` with small letters; it may begin with `#`.
+             * @default transparent
+             * @example ffffff
+             */
+            background?: string;
+            /**
+             * Look
+             * @description `shaded` in the colours of the surface, or the Gaussian or the mean curvature as colours: blue below 0, orange above; nine tenths of the picture are in their range.
+             * @default shaded
+             * @example mean
+             * @enum {string}
+             */
+            look?: "shaded" | "gaussian" | "mean";
+            /**
+             * Edges
+             * @description Whether the borders of patches, and of a part its edges, are drawn.
+             * @default false
+             * @example true
+             */
+            edges?: boolean;
+            /**
+             * Isocurves
+             * @description Draws the curves u = i/n and v = j/n of every patch: one n, or [n_u, n_v].
+             * @default [
+             *       0,
+             *       0
+             *     ]
+             * @example 4
+             * @example [
+             *       4,
+             *       0
+             *     ]
+             */
+            isocurves?: number | [
+                number,
+                number
+            ];
+            /**
+             * Control Net
+             * @description Whether the control net is drawn.
+             * @default false
+             * @example true
+             */
+            control_net?: boolean;
+            /** @description The surface, by its control points. */
+            surface: components["schemas"]["SurfaceDefinition"];
+            /**
+             * Reading
+             * @description The report of reading a file, as a response of `POST /v1/convert` has it beside the surface. It is ignored, so that the response can be sent as it is.
+             * @example {
+             *       "faces": 300,
+             *       "format": "step",
+             *       "skipped_faces": []
+             *     }
+             */
+            reading?: Record<string, never>;
+            /**
+             * Orientation
+             * @description The report of the operation `orient`, as a response of `POST /v1/convert` has it beside the surface. It is ignored, so that the response can be sent as it is.
+             * @example {
+             *       "not_orientable": [],
+             *       "turned": [
+             *         2
+             *       ]
+             *     }
+             */
+            orientation?: Record<string, never>;
+        };
+        /**
          * PlaneSet
          * @description Planes n · p = d, where n is the unit normal; row k of each field belongs to plane k.
          */
@@ -6789,6 +6987,7 @@ export type PartDefinition = components['schemas']['PartDefinition'];
 export type PartMeasures = components['schemas']['PartMeasures'];
 export type PartReport = components['schemas']['PartReport'];
 export type PatchesDefinition = components['schemas']['PatchesDefinition'];
+export type PictureRequest = components['schemas']['PictureRequest'];
 export type PlaneSet = components['schemas']['PlaneSet'];
 export type Points = components['schemas']['Points'];
 export type PointsRequest = components['schemas']['PointsRequest'];
@@ -6965,6 +7164,11 @@ export interface operations {
                      * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
+                    /**
+                     * @description The coding. Not sent if the body is not compressed.
+                     * @example zstd
+                     */
+                    "Content-Encoding"?: string;
                     /**
                      * @description A name to save the file under. Not sent with JSON.
                      * @example attachment; filename="sail.glb"
@@ -7147,6 +7351,11 @@ export interface operations {
                      */
                     "Server-Timing": string;
                     /**
+                     * @description The coding. Not sent if the body is not compressed.
+                     * @example zstd
+                     */
+                    "Content-Encoding"?: string;
+                    /**
                      * @description Counts of the faces of a CAD file that was sent as the body, as a dictionary of RFC 8941: `faces` in the surface, and `skipped` ones that are not in it. `POST /v1/convert` returns the whole report.
                      * @example faces=300; skipped=2
                      */
@@ -7196,6 +7405,11 @@ export interface operations {
                      * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
+                    /**
+                     * @description The coding. Not sent if the body is not compressed.
+                     * @example zstd
+                     */
+                    "Content-Encoding"?: string;
                     /**
                      * @description Only in the response 202 to `Prefer: respond-async`: this preference.
                      * @example respond-async
@@ -7285,6 +7499,11 @@ export interface operations {
                      */
                     "Server-Timing": string;
                     /**
+                     * @description The coding. Not sent if the body is not compressed.
+                     * @example zstd
+                     */
+                    "Content-Encoding"?: string;
+                    /**
                      * @description A name to save the file under. Not sent with JSON.
                      * @example attachment; filename="sail.glb"
                      */
@@ -7368,6 +7587,11 @@ export interface operations {
                      */
                     "Server-Timing": string;
                     /**
+                     * @description The coding. Not sent if the body is not compressed.
+                     * @example zstd
+                     */
+                    "Content-Encoding"?: string;
+                    /**
                      * @description A name to save the file under. Not sent with JSON.
                      * @example attachment; filename="sail.glb"
                      */
@@ -7449,6 +7673,11 @@ export interface operations {
                      */
                     "Server-Timing": string;
                     /**
+                     * @description The coding. Not sent if the body is not compressed.
+                     * @example zstd
+                     */
+                    "Content-Encoding"?: string;
+                    /**
                      * @description Only in the response 202 to `Prefer: respond-async`: this preference.
                      * @example respond-async
                      */
@@ -7524,6 +7753,11 @@ export interface operations {
                      * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
+                    /**
+                     * @description The coding. Not sent if the body is not compressed.
+                     * @example zstd
+                     */
+                    "Content-Encoding"?: string;
                     /**
                      * @description A name to save the file under. Not sent with JSON.
                      * @example attachment; filename="sail.glb"
@@ -7626,6 +7860,11 @@ export interface operations {
                      * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
+                    /**
+                     * @description The coding. Not sent if the body is not compressed.
+                     * @example zstd
+                     */
+                    "Content-Encoding"?: string;
                     /**
                      * @description Counts of the faces of a CAD file that was sent as the body, as a dictionary of RFC 8941: `faces` in the surface, and `skipped` ones that are not in it. `POST /v1/convert` returns the whole report.
                      * @example faces=300; skipped=2
@@ -7967,7 +8206,7 @@ export interface operations {
                 compression?: "none" | "meshopt";
                 /** @description Form of an STL file: `binary`, or `ascii`, a text with the same numbers and some four times the length. Other formats ignore this option. */
                 stl?: "binary" | "ascii";
-                /** @description Version of the engine. With this parameter, the URL of a surface whose id is a hash always returns the same mesh, byte for byte. A service with another version returns 410. */
+                /** @description Version of the engine. With this parameter, the URL of a surface whose id is a hash always returns the same bytes. A service with another version returns 410. */
                 engine?: 4;
                 /** @description Only in a signed URL: when it expires, in Unix time. */
                 expires?: number;
@@ -8004,6 +8243,11 @@ export interface operations {
                      * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
+                    /**
+                     * @description The coding. Not sent if the body is not compressed.
+                     * @example zstd
+                     */
+                    "Content-Encoding"?: string;
                     /**
                      * @description A name to save the file under.
                      * @example inline; filename="sail.glb"
@@ -8045,11 +8289,6 @@ export interface operations {
                      */
                     Vary: string;
                     /**
-                     * @description The coding. Not sent if the body is not compressed.
-                     * @example zstd
-                     */
-                    "Content-Encoding"?: string;
-                    /**
                      * @description The canonical URL.
                      * @example </v1/surfaces/utah-teapot/mesh.glb?engine=4>; rel="canonical"
                      */
@@ -8075,6 +8314,301 @@ export interface operations {
                 };
             };
             /** @description The client has the mesh already: `If-None-Match` lists its tag in a coding that the client accepts. */
+            304: {
+                headers: {
+                    /**
+                     * @description Strong tag of the bytes in this coding.
+                     * @example "3q2-7wEAAAAAAAAAAAAAAA"
+                     */
+                    ETag: string;
+                    /**
+                     * @description `public, max-age=31536000, immutable` for canonical URLs of surfaces whose id is a hash; else `public, max-age=3600, must-revalidate`.
+                     * @example public, max-age=3600, must-revalidate
+                     */
+                    "Cache-Control": string;
+                    /**
+                     * @description Request headers that the response depends on.
+                     * @example Accept-Encoding
+                     */
+                    Vary: string;
+                    /**
+                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
+                     */
+                    "Server-Timing": string;
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            401: components["responses"]["KeyNeeded"];
+            403: components["responses"]["Forbidden"];
+            404: components["responses"]["UnknownSurface"];
+            406: components["responses"]["CodingNotAcceptable"];
+            410: components["responses"]["EngineGone"];
+            422: components["responses"]["InvalidQuery"];
+            429: components["responses"]["Busy"];
+            500: components["responses"]["DamagedObject"];
+            503: components["responses"]["Unavailable"];
+        };
+    };
+    createImage: {
+        parameters: {
+            query?: {
+                /** @description With a file: The kind of surface: `bezier` or `bspline` for one net, `patches` for many. */
+                type?: "bezier" | "bspline" | "patches";
+                /** @description With a file: Degree of a `bspline`: one number, or one for u and one for v. */
+                degree?: number[];
+                /** @description With a file: Knots of a `bspline`: `clamped`, `uniform` or `periodic`, or a name for u and one for v. */
+                knots?: ("uniform" | "clamped" | "periodic")[];
+                /** @description With a file: Whether points of four numbers in an array of NumPy are homogeneous, [w x, w y, w z, w]: `true`, or `false`, the default: [x, y, z, weight]. */
+                homogeneous?: boolean;
+                /** @description With a file: The model's vertical axis, `y` or `z`. A CAD file has `z`, unless this says `y`. */
+                up?: "y" | "z";
+                /** @description With a file: Name of the surface. A CAD file has names of its own; this is that of the whole. */
+                name?: string;
+                /** @description With a file: Whether an invalid face of a CAD file is left out and listed in the report (`skip`, the default), or refuses the file (`refuse`). */
+                invalid_faces?: "refuse" | "skip";
+                /** @description With a file: Pixels. Default: 512. */
+                width?: number;
+                /** @description With a file: Pixels. Default: 512. */
+                height?: number;
+                /** @description With a file: Degrees about the vertical axis: with 0 the camera looks along −z, with 90 along −x, in the frame that is turned y-up. Default: 30.0. */
+                azimuth?: number;
+                /** @description With a file: Degrees: with 90 the camera looks straight down. Default: 25.0. */
+                elevation?: number;
+                /** @description With a file: How much larger the surface is than in a picture that shows all of it; with a `position`, than with the field of view. Default: 1.0. */
+                zoom?: number;
+                /** @description With a file: The position of the camera, in model units and in the frame that is turned y-up: from a surface with `up: z`, (x, y, z) is (x, z, −y) there. Needs `target`, and replaces `azimuth` and `elevation`. A camera on the surface is refused (`camera_on_surface`). */
+                position?: [
+                    number,
+                    number,
+                    number
+                ];
+                /** @description With a file: The point in the middle of the picture; needs `position`. */
+                target?: [
+                    number,
+                    number,
+                    number
+                ];
+                /** @description With a file: Vertical field of view: the angle, in radians, between the upper and the lower border of the picture. Default: 0.5235987755982988. */
+                field_of_view?: number;
+                /** @description With a file: Whether parallel lines stay parallel. With a `position`, the picture shows as much of the target as with perspective. Default: false. */
+                orthographic?: boolean;
+                /** @description With a file: `transparent`, or an sRGB colour as `rrggbb` with small letters; it may begin with `#`. Default: "transparent". */
+                background?: string;
+                /** @description With a file: `shaded` in the colours of the surface, or the Gaussian or the mean curvature as colours: blue below 0, orange above; nine tenths of the picture are in their range. Default: "shaded". */
+                look?: "shaded" | "gaussian" | "mean";
+                /** @description With a file: Whether the borders of patches, and of a part its edges, are drawn. Default: false. */
+                edges?: boolean;
+                /** @description With a file: Draws the curves u = i/n and v = j/n of every patch: one n, or [n_u, n_v]. Default: [0, 0]. */
+                isocurves?: number | [
+                    number,
+                    number
+                ];
+                /** @description With a file: Whether the control net is drawn. Default: false. */
+                control_net?: boolean;
+            };
+            header?: {
+                /** @description `respond-async` (RFC 7240): makes a job of one part of this call (`POST /v1/jobs`). The response, in place of the result, is then 202 with the state of this job, a `Job`, and the headers `Location`, `Retry-After` and `Preference-Applied`. Ignored for a file of points or of rays. */
+                Prefer?: string;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PictureRequest"];
+                "application/x-npy": Blob;
+                "model/x-oogl": string;
+                "text/x-teapot": string;
+                "model/obj": string;
+                "application/vnd.geomdl+json": string;
+                "model/step": Blob;
+                "model/iges": Blob;
+                "model/vnd.3dm": Blob;
+            };
+        };
+        responses: {
+            /** @description The picture. */
+            200: {
+                headers: {
+                    /**
+                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
+                     */
+                    "Server-Timing": string;
+                    /**
+                     * @description The coding. Not sent if the body is not compressed.
+                     * @example zstd
+                     */
+                    "Content-Encoding"?: string;
+                    /**
+                     * @description A name to save the file under. Not sent with JSON.
+                     * @example attachment; filename="sail.glb"
+                     */
+                    "Content-Disposition"?: string;
+                    /**
+                     * @description Counts of the faces of a CAD file that was sent as the body, as a dictionary of RFC 8941: `faces` in the surface, and `skipped` ones that are not in it. `POST /v1/convert` returns the whole report.
+                     * @example faces=300; skipped=2
+                     */
+                    "Surface-Reading"?: string;
+                    /**
+                     * @description Only in the response 202 to `Prefer: respond-async`: this preference.
+                     * @example respond-async
+                     */
+                    "Preference-Applied"?: string;
+                    /**
+                     * @description Only in the response 202 to `Prefer: respond-async`. URL of the job, without the host.
+                     * @example /v1/jobs/5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3
+                     */
+                    Location?: string;
+                    /**
+                     * @description Only in the response 202 to `Prefer: respond-async`. Seconds after which to ask again. Not sent when the job has ended.
+                     * @example 1
+                     */
+                    "Retry-After"?: number;
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
+                    [name: string]: unknown;
+                };
+                content: {
+                    "image/png": Blob;
+                };
+            };
+            400: components["responses"]["MalformedJson"];
+            401: components["responses"]["KeyNeeded"];
+            403: components["responses"]["ScopeNeeded"];
+            408: components["responses"]["BodyTooSlow"];
+            413: components["responses"]["BodyTooLarge"];
+            415: components["responses"]["UnsupportedMediaType"];
+            422: components["responses"]["InvalidRequest"];
+            429: components["responses"]["Busy"];
+            500: components["responses"]["InternalError"];
+            503: components["responses"]["OutOfTime"];
+            507: components["responses"]["JobQuotaFull"];
+        };
+    };
+    getSurfaceImage: {
+        parameters: {
+            query?: {
+                /** @description Pixels. */
+                width?: number;
+                /** @description Pixels. */
+                height?: number;
+                /** @description Degrees about the vertical axis: with 0 the camera looks along −z, with 90 along −x, in the frame that is turned y-up. */
+                azimuth?: number;
+                /** @description Degrees: with 90 the camera looks straight down. */
+                elevation?: number;
+                /** @description How much larger the surface is than in a picture that shows all of it; with a `position`, than with the field of view. */
+                zoom?: number;
+                /** @description The position of the camera, in model units and in the frame that is turned y-up: from a surface with `up: z`, (x, y, z) is (x, z, −y) there. Needs `target`, and replaces `azimuth` and `elevation`. A camera on the surface is refused (`camera_on_surface`). */
+                position?: [
+                    number,
+                    number,
+                    number
+                ];
+                /** @description The point in the middle of the picture; needs `position`. */
+                target?: [
+                    number,
+                    number,
+                    number
+                ];
+                /** @description Vertical field of view: the angle, in radians, between the upper and the lower border of the picture. */
+                field_of_view?: number;
+                /** @description Whether parallel lines stay parallel. With a `position`, the picture shows as much of the target as with perspective. */
+                orthographic?: boolean;
+                /** @description `transparent`, or an sRGB colour as `rrggbb` with small letters; it may begin with `#`. */
+                background?: string;
+                /** @description `shaded` in the colours of the surface, or the Gaussian or the mean curvature as colours: blue below 0, orange above; nine tenths of the picture are in their range. */
+                look?: "shaded" | "gaussian" | "mean";
+                /** @description Whether the borders of patches, and of a part its edges, are drawn. */
+                edges?: boolean;
+                /** @description Draws the curves u = i/n and v = j/n of every patch: one n, or [n_u, n_v]. */
+                isocurves?: number | [
+                    number,
+                    number
+                ];
+                /** @description Whether the control net is drawn. */
+                control_net?: boolean;
+                /** @description Version of the engine. With this parameter, the URL of a surface whose id is a hash always returns the same bytes. A service with another version returns 410. */
+                engine?: 4;
+                /** @description Only in a signed URL: when it expires, in Unix time. */
+                expires?: number;
+                /** @description Only in a signed URL, as `POST /v1/sign` makes it: its last parameter. */
+                signature?: string;
+            };
+            header?: {
+                /**
+                 * @description Entity tags of responses that the client has, or `*`.
+                 * @example "3q2-7wEAAAAAAAAAAAAAAA"
+                 */
+                "If-None-Match"?: string;
+                /**
+                 * @description Codings that the client accepts, optionally with quality values: `zstd`, `gzip`, `identity`. Small bodies, and bodies that would not become smaller, are not compressed.
+                 * @example zstd, gzip
+                 */
+                "Accept-Encoding"?: string;
+            };
+            path: {
+                /** @description Id of a surface: the name of a built-in one, or the id of a stored one. */
+                id: ("utah-teapot" | "utah-teapot-original" | "bourke-1111" | "bourke-1111-colors" | "tveit" | "saddle" | "heated-panel" | "cylinder" | "cone" | "sphere" | "torus" | "monkey-saddle" | "octahedral-sphere" | "rounded-box" | "trefoil-tube" | "ribbon" | "hair" | "tea-service" | "bspline-hills" | "nurbs-goblet" | "bspline-ring" | "swept-wing" | "ship-hull" | "plate-with-holes" | "pipe-tee" | "gear" | "impeller" | "screw-thread" | "crossed-holes") | string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The picture. */
+            200: {
+                headers: {
+                    /**
+                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
+                     */
+                    "Server-Timing": string;
+                    /**
+                     * @description The coding. Not sent if the body is not compressed.
+                     * @example zstd
+                     */
+                    "Content-Encoding"?: string;
+                    /**
+                     * @description A name to save the file under. Not sent with JSON.
+                     * @example attachment; filename="sail.glb"
+                     */
+                    "Content-Disposition"?: string;
+                    /**
+                     * @description Strong tag of the bytes in this coding.
+                     * @example "3q2-7wEAAAAAAAAAAAAAAA"
+                     */
+                    ETag: string;
+                    /**
+                     * @description `public, max-age=31536000, immutable` for canonical URLs of surfaces whose id is a hash; else `public, max-age=3600, must-revalidate`.
+                     * @example public, max-age=3600, must-revalidate
+                     */
+                    "Cache-Control": string;
+                    /**
+                     * @description Request headers that the response depends on.
+                     * @example Accept-Encoding
+                     */
+                    Vary: string;
+                    /**
+                     * @description The canonical URL.
+                     * @example </v1/surfaces/utah-teapot/image.png?engine=4>; rel="canonical"
+                     */
+                    Link: string;
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
+                    [name: string]: unknown;
+                };
+                content: {
+                    "image/png": Blob;
+                };
+            };
+            /** @description The client has the picture already: `If-None-Match` lists its tag. */
             304: {
                 headers: {
                     /**
