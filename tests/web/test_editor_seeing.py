@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Locator, Page
 
+from tests.web.test_page_access import list_violations
 from tools.browser import WITHOUT_PIXELS, Stage, record_page
 from tools.editor import WINDOW, perform, read_value, reset_editor, show
 
@@ -187,11 +188,14 @@ def test_a_dense_net_is_thinned_and_its_points_are_found_fast(modules: Page) -> 
     assert found["milliseconds"] < 20
 
 
-def click_surface(page: Page, share: float = 0.4) -> None:
-    """Clicks the middle of the view, at this share of its height, and waits for the answer."""
+def click_surface(page: Page, share: float = 0.4, shift: float = 0) -> None:
+    """Clicks at a share of the height of the view, `shift` pixels from its middle.
+
+    The function waits for the answer.
+    """
     left, top, right, bottom = box_of(page.locator("#view"))
     with page.expect_response(lambda response: "/v1/project" in response.url):
-        page.mouse.click((left + right) / 2, top + share * (bottom - top))
+        page.mouse.click((left + right) / 2 + shift, top + share * (bottom - top))
     page.wait_for_selector("#probe-row:visible")
 
 
@@ -284,6 +288,7 @@ def test_where_there_is_no_answer_the_reason_stands_in_its_place(editor: Stage) 
     page.click("#measure")
     page.wait_for_selector("#measure", state="hidden")
     assert page.inner_text("#area").endswith(reason)
+    assert "no colours of curvature" in page.inner_text("#look-explained")
     assert page.is_hidden("#problem")
 
 
@@ -291,7 +296,7 @@ def test_where_there_is_no_answer_the_reason_stands_in_its_place(editor: Stage) 
 def cut_page(page: Page) -> Iterator[Page]:
     """The editor; in the end, the plane is in the middle, and all of the surface is shown."""
     yield page
-    page.fill("#section-offset", "0.5")
+    page.locator("#section-offset").evaluate("slider => { slider.value = 0.5; }")
     page.check('input[name="section-shown"][value="both"]', force=True)
     page.check('input[name="section"][value="off"]', force=True)
 
@@ -522,3 +527,31 @@ def test_a_crosshair_clicks_by_keys(page: Page) -> None:
         "before => document.querySelector('#axes [data-axis] line').getAttribute('x2') !== before",
         arg=before,
     )
+
+
+@pytest.mark.parametrize(("scheme", "size"), [("light", LAPTOP), ("dark", PHONE)])
+def test_axe_finds_no_violations_in_these_states(
+    cut_page: Page, scheme: Any, size: tuple[int, int]
+) -> None:
+    page = cut_page
+    page.emulate_media(color_scheme=scheme)
+    page.set_viewport_size({"width": size[0], "height": size[1]})
+    page.click("#open")
+    perform(page, lambda: page.click('[data-example="plate-with-holes"]'))
+    choose_plane(page, "free")
+    page.click("#views summary")
+    assert list_violations(page) == []
+    page.keyboard.press("Escape")
+    click_surface(page, 0.5, 60)
+    page.select_option("#edge", index=1)
+    page.wait_for_selector("#edge-text:has-text('length')")
+    page.focus("#view")
+    page.keyboard.press("c")
+    assert list_violations(page) == []
+    page.click("label:has(> [value=zebra])")
+    assert list_violations(page) == []
+    page.click("label:has(> [value=shaded])")
+    page.emulate_media(color_scheme="light")
+    page.check('input[name="section"][value="off"]', force=True)
+    page.click("#open")
+    perform(page, lambda: page.click('[data-example="hair"]'))  # other tests need the resolution

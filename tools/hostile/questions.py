@@ -69,7 +69,7 @@ def build_questions(name: str, fields: str) -> Iterator[HostileBody]:
         yield build_case(f"{name} to copies: {code}", ask(copies), code, where)
     brep = write_brep(WHOLE)
     mixed = write_group(brep, TUBE)
-    where = "/surface" if '"uv"' in fields else "/surface/members/1/surface"
+    where = "/surface/members/1/surface"
     yield build_case(f"{name}: a tube beside", ask(mixed), "not_parametric", where)
     faults = {
         "unknown_face": '"shells":[{"faces":[1]}]@/shells/0/faces/0',

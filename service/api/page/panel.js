@@ -15,6 +15,8 @@ const EXPLANATIONS = {
   zebra: 'Stripes break where the normal jumps, and have a kink where the curvature does.',
 };
 
+const NO_CURVATURES = 'Meshes of tubes and ribbons have no colours of curvature. A click shows the curvatures of tubes that are exact patches.';
+
 /** @param {State} state */
 export function watchPanel(state) {
   Object.entries(RANGES).forEach(([id, [min, max]]) => Object.assign(input(id), { min, max }));
@@ -54,7 +56,8 @@ export function watchPanel(state) {
 function show({ settings, history, surface }) {
   const look = chooseLook(settings, surface);
   checkRadio('look', look);
-  write('look-explained', EXPLANATIONS[look]);
+  // The reason why two looks are disabled stands where the meaning of the colours would.
+  write('look-explained', EXPLANATIONS[look] || (hasSweep(surface) ? NO_CURVATURES : ''));
   radios('look').forEach((radio) => {
     radio.disabled = (radio.value === 'gaussian' || radio.value === 'mean') && hasSweep(surface);
   });

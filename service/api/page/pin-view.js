@@ -8,6 +8,8 @@ import { BufferAttribute, BufferGeometry, Group, Points, PointsMaterial, Vector3
 
 /** The diameter of the dot in CSS pixels. */
 const SIZE = 13;
+/** From the dot to the label, in CSS pixels. */
+const DISTANCE = 14;
 
 export class PinView {
   /** @param {import('./scene.js').Stage} stage */
@@ -55,9 +57,12 @@ export class PinView {
     const [left, top] = [(x + 1) / 2 * canvas.clientWidth, (1 - y) / 2 * canvas.clientHeight];
     label.dataset.x = left.toFixed(1);
     label.dataset.y = top.toFixed(1);
-    // On the left of the dot if there is no room on its right.
-    const shift = left + 14 + label.offsetWidth > canvas.clientWidth ? -14 - label.offsetWidth : 14;
-    label.style.translate = `${left + shift}px ${top - label.offsetHeight / 2}px`;
+    // On the right of the dot; if there is no room, on its left; if there is none either, below it.
+    const { offsetWidth: width, offsetHeight: height } = label;
+    const [end, start] = [left + DISTANCE + width, left - DISTANCE - width];
+    const isBeside = end <= canvas.clientWidth || start >= 0;
+    const x0 = end <= canvas.clientWidth ? left + DISTANCE : Math.max(0, start);
+    label.style.translate = `${x0}px ${isBeside ? top - height / 2 : top + DISTANCE}px`;
   }
 
   /** @param {Palette} palette */

@@ -46,7 +46,7 @@ export function shareOf([low, high], offset) {
 
 /** Such as "x = 0.5", or "0.6 x + 0.8 z = 0.5". @param {number[]} normal @param {number} offset */
 export function describe(normal, offset) {
-  const terms = normal.map((value, axis) => ({ value: Number(value.toPrecision(3)), name: 'xyz'[axis] }))
+  const terms = normal.map((value, axis) => ({ value: Number(value.toFixed(3)), name: 'xyz'[axis] }))
     .filter(({ value }) => value !== 0);
   const text = terms.map(({ value, name }, i) => {
     const size = Math.abs(value) === 1 ? name : `${Math.abs(value)} ${name}`;
