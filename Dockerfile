@@ -12,7 +12,6 @@ COPY web/.npmrc web/package.json web/package-lock.json ./
 RUN --mount=type=secret,id=npmrc,target=/root/.npmrc \
     npm ci
 COPY web/build.mjs ./
-COPY clients/typescript ../clients/typescript
 COPY service/api/page ../service/api/page
 COPY clients/typescript/src ../clients/typescript/src
 RUN npm run build

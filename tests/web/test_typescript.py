@@ -13,6 +13,8 @@ import pytest
 
 from service import __version__
 from service.api.guard.keys import format_entry, make_key
+from service.client import calls as python_calls
+from service.client.call import Call
 from service.decoders.registry import DECODERS
 from service.engine.mesh.mesh import ENGINE
 from service.settings.values import Settings
@@ -115,6 +117,14 @@ def test_strict_programs_compile_and_mistakes_do_not(folder: Path, resolution: s
 
 
 # Calls
+
+
+def test_the_client_has_the_calls_of_the_python_client() -> None:
+    source = (SOURCES / "src" / "client.ts").read_text(encoding="utf-8")
+    calls = set(re.findall(r"^  (?:async )?(\w+)\(", source, re.MULTILINE))
+    names = {name for name, row in vars(python_calls).items() if isinstance(row, Call)}
+    assert names
+    assert names <= calls
 
 
 CALLS: list[tuple[str, str, list[Any], dict[str, Any]]] = [
