@@ -165,7 +165,7 @@ class Connection:
                 response = await self.transport.request(
                     request.method, request.url, timeout=timeout, **options
                 )
-            wait = _find_wait(response)
+            wait = find_wait(response)
             if wait is None or wait > min(deadline.left, self.max_busy - waited):
                 return response
             waited += wait
@@ -220,7 +220,7 @@ def find_problem(response: httpx.Response) -> dict[str, Any]:
     return {"status": response.status_code, **problem} if is_problem else {}
 
 
-def _find_wait(response: httpx.Response) -> float | None:
+def find_wait(response: httpx.Response) -> float | None:
     """Seconds after which a busy service wants to be asked again; None for other responses."""
     header = response.headers.get("retry-after")
     if response.status_code not in _BUSY or header is None:

@@ -11,7 +11,7 @@ from typing import Any
 import httpx
 
 from service.client.bodies import JSON, Request, write_json
-from service.client.connection import Connection, Deadline, find_problem
+from service.client.connection import LEAST, Connection, Deadline, find_problem, find_wait
 from service.client.errors import ServiceError, read_problem
 from service.client.records import Record
 
@@ -160,7 +160,8 @@ async def _follow(connection: Connection, job: _Job, work: Work) -> _Job:
     while not _has_ended(job.state):
         if not work.deadline.left:
             raise ServiceError(0, "timeout", f"{connection.url}: the job takes too long")
-        timeout = httpx.Timeout(10, read=min(EVENT_TIMEOUT, work.deadline.left + 0.001))
+        timeout = httpx.Timeout(10, read=min(EVENT_TIMEOUT, work.deadline.left + LEAST))
+        pause = PAUSE
         try:
             async with aclosing(connection.transport.lines(f"{job.url}/events", timeout)) as lines:
                 async for line in lines:
@@ -169,12 +170,15 @@ async def _follow(connection: Connection, job: _Job, work: Work) -> _Job:
                         last_answer = time.monotonic()
                         work.progress(Record(job.state))
         except httpx.HTTPStatusError as error:
-            connection.read(error.response, EVENTS)
+            wait = find_wait(error.response)
+            if wait is None or wait > work.deadline.left:
+                connection.read(error.response, EVENTS)
+            pause = wait or PAUSE
         except httpx.TransportError as error:
             if time.monotonic() > last_answer + MAX_SILENCE:
                 raise connection.fail(error) from error
         if not _has_ended(job.state):
-            await connection.transport.sleep(PAUSE)
+            await connection.transport.sleep(pause)
     return job
 
 
