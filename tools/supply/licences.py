@@ -32,6 +32,7 @@ READ_LICENCES = {
     "partd": ("BSD", "BSD-3-Clause"),
     "protobuf": ("3-Clause BSD License", "BSD-3-Clause"),
     "sortedcontainers": ("Apache 2.0; Apache Software License", "Apache-2.0"),
+    "trimesh": ("The MIT License (MIT); MIT License", "MIT"),
     "uvloop": ("MIT License; Apache Software License; MIT License", "MIT OR Apache-2.0"),
     "zict": ("BSD; BSD License", "BSD-3-Clause"),
 }
