@@ -79,8 +79,7 @@ def perform(page: Page, act: Callable[[], Any]) -> dict[str, Any]:
         lambda response: (
             "/mesh.glb?" in response.url
             or (
-                "/v1/mesh?" in response.url
-                and "surface" in (response.request.post_data_json or {})
+                "/v1/mesh?" in response.url and "surface" in (response.request.post_data_json or {})
             )
         )
     ) as response:

@@ -140,7 +140,7 @@ def _build_services(app: FastAPI, settings: Settings) -> Services:
         origins=Origins(settings.cors_origins),
         keys=build_keys(settings),
         signer=build_signer(settings),
-        static_files=StaticFiles(page_files.list_files(app.openapi, settings.frame_ancestors)),
+        static_files=StaticFiles(page_files.list_files(app.openapi, settings)),
         jobs=build_jobs(settings, store, threads),
         part_limits=part_limits(settings),
     )

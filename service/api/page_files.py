@@ -16,13 +16,14 @@ from typing import Any
 import orjson
 
 from service.api.cors import is_origin
+from service.api.page_facts import TEAPOT_SUFFIX, describe_files
 from service.api.responses import HEADERS, PAGE_HEADERS
 from service.api.static_files import StaticFile
-from service.decoders.refused import REFUSED
-from service.decoders.registry import BY_NAME, BY_SUFFIX, CAD_DECODERS
+from service.decoders.registry import BY_SUFFIX
 from service.encoders.libraries import list_compressions
 from service.engine.mesh.mesh import ENGINE
 from service.errors import InvalidSettings
+from service.settings.values import Settings
 
 API = Path(__file__).parent
 PAGE, DOCS = API / "page", API / "docs"
@@ -134,9 +135,7 @@ Disallow: /embed
 """
 
 
-def list_files(
-    document: Callable[[], dict[str, Any]], frame_ancestors: Sequence[str] = ()
-) -> dict[str, StaticFile]:
+def list_files(document: Callable[[], dict[str, Any]], settings: Settings) -> dict[str, StaticFile]:
     """All files that pages need, and the OpenAPI document; no other file is served.
 
     A page is missing if its scripts are not installed.
@@ -145,15 +144,15 @@ def list_files(
     ----------
     document : callable
         Returns the OpenAPI document.
-    frame_ancestors : sequence of str
-        The origins whose pages may frame `/embed`.
+    settings : Settings
+        The limits of files, and the origins whose pages may frame `/embed`.
 
     Raises
     ------
     InvalidSettings
-        If one of `frame_ancestors` is no origin.
+        If one of `settings.frame_ancestors` is no origin.
     """
-    for origin in frame_ancestors:
+    for origin in settings.frame_ancestors:
         _check_frame_ancestor(origin)
     bundles = Bundles.read(STATIC)
     docs_files = [path for name in SWAGGER if (path := STATIC / name).is_file()]
@@ -167,8 +166,11 @@ def list_files(
         **_by_name("docs", [DOCS / "start.js", *docs_files]),
     }
     if bundles.files:
-        files["page"] = StaticFile(partial(_editor_page, bundles), "text/html", EDITOR_HEADERS)
-        headers = _headers("style-src 'self'; img-src 'self' blob:", _DRAWING, frame_ancestors)
+        files["page"] = StaticFile(
+            partial(_editor_page, bundles, settings), "text/html", EDITOR_HEADERS
+        )
+        origins = settings.frame_ancestors
+        headers = _headers("style-src 'self'; img-src 'self' blob:", _DRAWING, origins)
         files["embed"] = StaticFile(partial(_embed_page, bundles), "text/html", headers)
     if len(docs_files) == len(SWAGGER):
         files["docs"] = StaticFile((DOCS / "index.html").read_bytes, "text/html", DOCS_HEADERS)
@@ -187,27 +189,16 @@ def _by_name(
     }
 
 
-def _editor_page(bundles: Bundles) -> bytes:
+def _editor_page(bundles: Bundles, settings: Settings) -> bytes:
     """`index.html`, with the names of the bundles and the lists of file suffixes filled in."""
-    # Files of the teapot often have the suffix `.txt`.
-    media_types = {suffix: decoder.media_type for suffix, decoder in BY_SUFFIX.items()}
-    media_types["txt"] = BY_NAME["teapot"].media_type
-    refused_files = {
-        suffix: {"code": issue.code, "detail": issue.message, "needed": issue.needed}
-        for each in REFUSED
-        for issue in (each.issue(),)
-        for suffix in each.suffixes
-    }
-    suffixes = [".json", *(f".{suffix}" for suffix in media_types)]
+    suffixes = [".json", *(f".{suffix}" for suffix in (*BY_SUFFIX, TEAPOT_SUFFIX))]
     return _fill(
         "index.html",
         bundles.links("main.js", "page.css"),
         engine=ENGINE,
         accept=",".join(suffixes),
         suffixes=", ".join(f"<code>{suffix}</code>" for suffix in suffixes),
-        media_types=escape(orjson.dumps(media_types).decode()),
-        cad_types=escape(orjson.dumps([each.media_type for each in CAD_DECODERS]).decode()),
-        refused_files=escape(orjson.dumps(refused_files).decode()),
+        files=escape(orjson.dumps(describe_files(settings)).decode()),
     )
 
 

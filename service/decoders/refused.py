@@ -1,8 +1,8 @@
 """Formats of files that are not read, by name, with what to send in their place.
 
 Some belong to a CAD system or kernel, all of which write STEP; others have surfaces in a form that
-one program writes; and meshes have no surfaces. A file is known by its media type, by its suffix,
-or by its first bytes, whatever its name says.
+one program writes; meshes, pictures and documents have no surfaces. A file is known by its media
+type, by its suffix, or by its first bytes, whatever its name says.
 """
 
 import re
@@ -53,6 +53,8 @@ def _beginning(pattern: bytes) -> re.Pattern[bytes]:
 
 
 _FIELDS = "in JSON as `control_net`, `degree`, `knots` and `weights` (docs/coming-from.md)"
+
+_SURFACE = "a surface: its control points in JSON (docs/surfaces.md), or a CAD file (STEP, IGES)"
 
 _MESH = "the surface from which the mesh was made: STEP or IGES, or its control points in JSON"
 
@@ -183,8 +185,38 @@ REFUSED: tuple[RefusedFormat, ...] = (
         ),
         _MESH,
     ),
+    RefusedFormat(
+        "pictures (PNG, JPEG, GIF, WebP, TIFF, BMP, SVG)",
+        (
+            *("png", "jpg", "jpeg", "gif", "webp", "tif", "tiff", "bmp", "svg", "heic", "avif"),
+            *("ico", "psd", "exr", "hdr"),
+        ),
+        (
+            *("image/png", "image/jpeg", "image/gif", "image/webp", "image/tiff", "image/bmp"),
+            *("image/svg+xml", "image/heic", "image/avif"),
+        ),
+        _beginning(rb"\x89PNG|\xff\xd8\xff|GIF8|RIFF.{4}WEBP|II\*\0|MM\0\*|BM.{4}\0\0\0\0|<svg\b"),
+        _SURFACE,
+    ),
+    RefusedFormat(
+        "documents and tables (PDF, HTML, DOCX, XLSX, CSV)",
+        ("pdf", "html", "htm", "doc", "docx", "odt", "xls", "xlsx", "ods", "csv", "md", "rtf"),
+        ("application/pdf", "text/html", "text/csv", "text/markdown"),
+        _beginning(rb"%PDF-|<!DOCTYPE html|<!doctype html|<html\b|\{\\rtf"),
+        _SURFACE,
+    ),
+    RefusedFormat(
+        "archives (ZIP, TAR, GZIP, 7Z, RAR)",
+        ("zip", "tar", "gz", "tgz", "bz2", "xz", "zst", "7z", "rar"),
+        ("application/zip", "application/gzip", "application/x-tar", "application/x-7z-compressed"),
+        _beginning(rb"PK\x03\x04|PK\x05\x06|\x1f\x8b|7z\xbc\xaf|Rar!|\xfd7zXZ|BZh\d|\(\xb5/\xfd"),
+        "the files in it, unpacked",
+    ),
 )
-"""All of these formats; of two that fit the first bytes, the first counts."""
+"""All of these formats; of two that fit the first bytes, the first counts.
+
+The editor compares beginnings, too: their patterns mean the same in JavaScript, with the flag `s`,
+in texts of Latin-1."""
 
 
 def find_by_suffix(suffix: str) -> RefusedFormat | None:

@@ -213,23 +213,28 @@ BY_SUFFIX: Mapping[str, Decoder] = MappingProxyType(
 )
 """All decoders by suffix, without a dot."""
 
-_BEGINNINGS: Mapping[str, re.Pattern[bytes]] = MappingProxyType(
+BEGINNINGS: Mapping[str, re.Pattern[bytes]] = MappingProxyType(
     {
         "npy": re.compile(rb"\x93NUMPY"),
-        "step": re.compile(rb"(?:\xef\xbb\xbf)?\s*(?:(?>/\*.*?\*/)\s*+)*+ISO-10303-21", re.DOTALL),
+        "step": re.compile(
+            rb"(?:\xef\xbb\xbf)?\s*(?:/\*(?:[^*]|\*(?!/))*\*/\s*)*ISO-10303-21", re.DOTALL
+        ),
         # The first line has 72 columns of text, the letter S and its number, 1.
         "iges": re.compile(rb"[^\r\n]{72}S {0,6}0{0,6}1\s"),
         "3dm": re.compile(rb"3D Geometry File Format "),
         "geomdl": re.compile(rb"(?:\xef\xbb\xbf)?\s*\{\s*\"shape\"\s*:"),
     }
 )
-"""How files begin, of the formats that can be known by this."""
+"""How files begin, of the formats that can be known by this.
+
+The editor compares them, too: the patterns mean the same in JavaScript, with the flag `s`, in texts
+of Latin-1."""
 
 
 def find_by_content(content: bytes) -> Decoder | None:
     """The decoder of a file that begins with these bytes, if its format can be known by them."""
     start = content[:4096]
-    return next((BY_NAME[name] for name, each in _BEGINNINGS.items() if each.match(start)), None)
+    return next((BY_NAME[name] for name, each in BEGINNINGS.items() if each.match(start)), None)
 
 
 def unavailable_issue(decoder: Decoder) -> Issue:

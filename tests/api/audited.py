@@ -153,7 +153,7 @@ async def send_ordinary_requests(app: ASGIApp) -> None:
     await send_request(app, "POST", "/v1/surfaces", body, content_type="application/json")
     for path in ("/", "/docs", "/openapi.json", "/docs/start.js", "/metrics"):
         await send_request(app, "GET", path)
-    for name in list_files(dict):
+    for name in list_files(dict, Settings()):
         await send_request(app, "GET", f"/{name}")
     for suffix in BY_SUFFIX:
         await send_request(app, "GET", f"/v1/surfaces/saddle/mesh.{suffix}")

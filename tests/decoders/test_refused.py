@@ -45,6 +45,14 @@ OTHERS: dict[str, tuple[bytes, str]] = {
     "off": (b"OFF\n4 2 0\n", "from which the mesh was made"),
     "glb": (b"glTF\2\0\0\0", "from which the mesh was made"),
     "3mf": (b"PK\x03\x04" + bytes(26) + b"3D/3dmodel.model", "from which the mesh was made"),
+    "png": (b"\x89PNG\r\n\x1a\n", "control points"),
+    "jpg": (b"\xff\xd8\xff\xe0", "control points"),
+    "webp": (b"RIFF\0\1\0\0WEBPVP8 ", "control points"),
+    "svg": (b'<svg xmlns="http://www.w3.org/2000/svg">', "control points"),
+    "pdf": (b"%PDF-1.7\n", "CAD file"),
+    "html": (b"\n<!DOCTYPE html>\n<html>", "CAD file"),
+    "zip": (b"PK\x03\x04" + bytes(26) + b"holiday.txt", "unpacked"),
+    "gz": (b"\x1f\x8b\x08\0", "unpacked"),
 }
 """Files of other programs that are not CAD systems: their first bytes if these are known, and a
 part of `needed`."""
@@ -103,5 +111,5 @@ def test_no_beginning_takes_long_to_look_at() -> None:
         b"PK\x03\x04" + b"." * 9000,
         b"solid " + b"facet" * 9000,
     ):
-        assert find_by_content(content) is None
+        assert find_by_content(content) in (None, find_by_suffix("zip"))
     assert time.process_time() - start < 0.2

@@ -454,16 +454,23 @@ def test_an_error_shows_its_field_and_can_be_undone(editor: Stage) -> None:
     assert page.is_hidden("#problem")
 
 
-def test_a_refused_surface_replaces_the_earlier_surface_in_the_page(editor: Stage) -> None:
+def test_a_refused_surface_leaves_the_earlier_surface_in_the_page(editor: Stage) -> None:
     page = editor.page
     reset_editor(page)
+    select_point(page, 3)
     page.click("#open")
     # The service refuses a net of 2 × 1 points.
     page.fill("#paste", '{"name": "lost", "control_net": [[[0, 0, 0]], [[1, 0, 0]]]}')
     page.click("#paste-open")
-    page.wait_for_selector('html[data-state="refused"]')
-    assert page.inner_text("#title") == "lost"
-    assert page.inner_text("#triangles") == page.inner_text("#deviation") == "–"
+    page.wait_for_selector("#problem-title:text('The text was not opened')")
+    assert "/surface/control_net" in page.inner_text("#problem-errors")
+    assert page.is_hidden("#problem-point")
+    assert page.is_hidden("#problem-undo")
+    assert page.get_attribute("html", "data-state") == "ready"
+    assert page.inner_text("#title") == "Saddle"
+    assert page.input_value("#point") == "3"
+    assert read_value(page, "triangles") == 72
+    page.click("#problem-close")
 
 
 def test_a_link_to_a_missing_surface_shows_an_error(editor: Stage, server: str) -> None:
@@ -502,7 +509,7 @@ def test_text_that_is_not_json_is_not_sent(page: Page) -> None:
     page.click("#open")
     page.fill("#paste", "{control_net}")
     page.click("#paste-open")
-    assert "not the JSON of a surface" in page.inner_text("#paste-problem")
+    page.wait_for_selector("#paste-problem:text('not the JSON of a surface')")
     net = [[[0, 0, 0], [0, 1, 1], [0, 2, 0]], [[1, 0, 1], [1, 1, 2], [1, 2, 1]]]
     page.fill("#paste", json.dumps({"surface": {"control_net": net, "name": "mine"}}))
     perform(page, lambda: page.click("#paste-open"))

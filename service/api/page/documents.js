@@ -89,20 +89,3 @@ export function parsePointer(pointer) {
   const keys = pointer.split('/').slice(1);
   return keys.map((key) => key.replaceAll('~1', '/').replaceAll('~0', '~'));
 }
-
-/**
- * The surface in a text that a person pasted or dropped: a surface, or a request with one.
- * @param {string} text
- * @returns {Surface}
- */
-export function parseSurface(text) {
-  const value = JSON.parse(text);
-  if (value === null || typeof value !== 'object' || Array.isArray(value)) {
-    throw new SyntaxError('This is not a surface: an object with a control net is needed.');
-  }
-  const surface = value.surface ?? value;
-  if (surface === null || typeof surface !== 'object' || Array.isArray(surface)) {
-    throw new SyntaxError('The field "surface" must be an object.');
-  }
-  return surface;
-}

@@ -1,47 +1,31 @@
-// Opens surfaces: examples of the service, pasted texts, dropped files.
+// The dialog in which a person opens a surface: the examples of the service, a pasted text, files.
 
-import { parseSurface } from './documents.js';
+import { NoResponse } from 'surface-service';
+import { watchDrops } from './drops.js';
 import { button, element, input, makeElement, write } from './page.js';
-import { examples, readFile, Refusal, store, surfaceById } from './service.js';
+import { examples, surfaceById } from './service.js';
+import { Unreadable } from './unreadable.js';
 import { perform } from './work.js';
 
 /** @typedef {import('./documents.js').Surface} Surface */
 /** @typedef {import('./service.js').Example} Example */
-/** @typedef {import('./service.js').Issue} Issue */
-/** @typedef {import('./service.js').Reading} Reading */
+/** @typedef {import('./identify.js').Facts} Facts */
+/** @typedef {import('./opening.js').Opening} Opening */
+/** @typedef {import('./read-files.js').Source} Source */
 /** @typedef {import('./state.js').About} About */
 
-/** The most faces whose reason the description has. */
-const MAX_REASONS = 3;
-
 export class Library {
-  /**
-   * @param {() => void} waiting  called before a surface is requested
-   * @param {(surface: Surface, about: About) => void} open @param {(error: Error) => void} failed
-   */
-  constructor(waiting, open, failed) {
-    this.waiting = waiting;
-    this.open = open;
-    this.failed = failed;
+  /** @param {Opening} opening */
+  constructor(opening) {
+    this.opening = opening;
     /** @type {Example[]} */
     this.examples = [];
-    /** Media types of the files that only the service reads, by the suffix of the file. @type {Record<string, string>} */
-    this.mediaTypes = JSON.parse(input('file').dataset.mediaTypes ?? '{}');
-    /** Media types of CAD files. @type {string[]} */
-    this.cadTypes = JSON.parse(input('file').dataset.cadTypes ?? '[]');
-    /** Why the service does not read a file, by its suffix. @type {Record<string, Issue>} */
-    this.refusedFiles = JSON.parse(input('file').dataset.refusedFiles ?? '{}');
-    /** Aborts the requests for a surface that will not be opened, as the user chose another one. */
-    this.outdated = new AbortController();
+    /** @type {Facts} */
+    this.facts = JSON.parse(input('file').dataset.files ?? '');
     this.dialog = element('library', HTMLDialogElement);
     button('open').addEventListener('click', () => this.dialog.showModal());
-    button('paste-open').addEventListener('click', () => this.openPasted());
-    input('file').addEventListener('change', () => {
-      const [file] = input('file').files ?? [];
-      if (file) void this.openFile(file);
-      input('file').value = '';
-    });
-    this.watchDrops();
+    button('paste-open').addEventListener('click', () => void this.openPasted());
+    watchDrops((sources) => void this.openSources(sources));
     this.listed = this.list();
   }
 
@@ -63,112 +47,67 @@ export class Library {
     element('examples', HTMLElement).replaceChildren(...items);
   }
 
-  /** Another surface will be opened: aborts the requests for the one before. */
-  replaceOutdated() {
-    this.outdated.abort();
-    this.outdated = new AbortController();
-    return this.outdated.signal;
-  }
-
   /** Opens an example, or the stored surface with an id. @param {string} id */
   async openById(id) {
-    this.dialog.close();
-    this.waiting();
-    try {
-      const listed = this.examples.find((item) => item.id === id);
-      const opening = perform(
-        `Opening ${listed?.title ?? 'the surface'}`, (signal) => surfaceById(id, signal), this.replaceOutdated(),
-      );
-      const [surface] = await Promise.all([opening, this.listed]);
+    this.close();
+    const title = this.examples.find((item) => item.id === id)?.title ?? 'the surface';
+    await this.opening.start(title, async (outdated) => {
+      const reading = perform(`Opening ${title}`, (signal) => surfaceById(id, signal), outdated);
+      const [surface] = await Promise.all([reading, this.listed]);
       const example = this.examples.find((item) => item.id === id);
-      this.show(surface, {
-        title: example?.title ?? chooseTitle(surface),
+      const about = {
+        title: example?.title ?? surface.name ?? 'Untitled surface',
         description: plain(example?.description ?? 'A stored surface, opened by its address.'),
         origin: id,
-      });
-    } catch (error) {
-      this.failed(/** @type {Error} */ (error));
-    }
+      };
+      return { surface, about };
+    });
   }
 
-  openPasted() {
-    const area = element('paste', HTMLTextAreaElement);
-    this.openText(area.value, 'pasted');
-  }
-
-  /** Opens a surface as JSON. @param {string} text @param {string} source  in words */
-  openText(text, source) {
+  /** Opens the text in the dialog; an error of the JSON is shown beside it. */
+  async openPasted() {
+    const text = element('paste', HTMLTextAreaElement).value;
     try {
-      const surface = parseSurface(text);
-      this.show(surface, {
-        title: chooseTitle(surface), description: `A surface of yours, ${source}.`, origin: '',
-      });
+      (await loadReader()).checkText(text, this.facts);
     } catch (error) {
+      if (!(error instanceof Unreadable)) throw error;
+      const [{ detail, needed }] = error.errors;
       element('paste-problem', HTMLElement).hidden = false;
-      write('paste-problem', `The text is not the JSON of a surface. ${/** @type {Error} */ (error).message}`);
-      if (!this.dialog.open) this.dialog.showModal();
-    }
-  }
-
-  /** Opens a JSON file here; sends other files to the service, and opens the surface in them. @param {File} file */
-  async openFile(file) {
-    const suffix = file.name.toLowerCase().split('.').pop() ?? '';
-    const mediaType = this.mediaTypes[suffix];
-    const refused = this.refusedFiles[suffix];
-    if (mediaType === undefined && refused !== undefined) {
-      this.dialog.close();
-      this.failed(new Refusal({ status: 415, detail: refused.detail, errors: [refused] }));
+      write('paste-problem', needed ? `${detail} Needed: ${needed}.` : detail);
       return;
     }
-    if (mediaType === undefined) {
-      this.openText(await file.text(), `from ${file.name}`);
-      return;
-    }
-    this.dialog.close();
-    this.waiting();
-    try {
-      if (this.cadTypes.includes(mediaType)) {
-        const { surface, reading } = await perform(
-          `Reading ${file.name}`, (signal) => readFile(file, mediaType, signal), this.replaceOutdated(),
-        );
-        this.show(surface, { title: file.name, description: describeReading(reading), origin: '' });
-        return;
-      }
-      const { id, surface } = await perform(`Reading ${file.name}`, async (signal) => {
-        const stored = await store(file, mediaType, signal);
-        return { id: stored.id, surface: await surfaceById(stored.id, signal) };
-      }, this.replaceOutdated());
-      this.show(surface, { title: file.name, description: 'A file of yours, read by the service.', origin: id });
-    } catch (error) {
-      this.failed(/** @type {Error} */ (error));
-    }
+    await this.openSources([{ name: '', content: new Blob([text]) }]);
   }
 
-  /** @param {Surface} surface @param {About} about */
+  /** Opens files and texts, several as one group. @param {Source[]} sources */
+  async openSources(sources) {
+    this.close();
+    const names = sources.map(({ name }) => name || 'the text');
+    const what = names.length === 1 ? names[0] : `${names.length} files`;
+    await this.opening.start(what, async (outdated) => {
+      const { surface, settings, title, description } = await perform(`Reading ${what}`, async (signal, tell) => {
+        const { readSources } = await loadReader();
+        return readSources(sources, this.facts, signal, tell);
+      }, outdated);
+      return { surface, settings, about: { title, description, origin: '' } };
+    });
+  }
+
+  /** Opens a surface of the page itself. @param {Surface} surface @param {About} about */
   show(surface, about) {
-    element('paste-problem', HTMLElement).hidden = true;
-    if (this.dialog.open) this.dialog.close();
-    this.open(surface, about);
+    this.close();
+    void this.opening.start(about.title, async () => ({ surface, about }));
   }
 
-  watchDrops() {
-    const root = document.documentElement;
-    addEventListener('dragover', (event) => {
-      if (!event.dataTransfer?.types.includes('Files')) return;
-      event.preventDefault();
-      root.dataset.dropping = '';
-    });
-    addEventListener('dragleave', (event) => {
-      if (event.relatedTarget === null) delete root.dataset.dropping;
-    });
-    addEventListener('drop', (event) => {
-      delete root.dataset.dropping;
-      const [file] = event.dataTransfer?.files ?? [];
-      if (!file) return;
-      event.preventDefault();
-      void this.openFile(file);
-    });
+  close() {
+    element('paste-problem', HTMLElement).hidden = true;
+    this.dialog.close();
   }
+}
+
+/** The modules that read files, which the page loads when the first file is opened. */
+function loadReader() {
+  return import('./read-files.js').catch(() => { throw new NoResponse(); });
 }
 
 /** Shows the title and the description of the surface that is open. @param {About} about */
@@ -183,21 +122,7 @@ export function showAbout({ title, description, origin }) {
   });
 }
 
-/** What was read from a CAD file, in words: also which faces were not. @param {Reading} reading */
-function describeReading({ faces, skipped_faces: skipped }) {
-  const read = `A file of yours, read by the service: ${faces} ${faces === 1 ? 'face' : 'faces'}.`;
-  if (skipped.length === 0) return read;
-  const reasons = skipped.slice(0, MAX_REASONS).map(({ entity, reason }) => `${entity}: ${reason}`);
-  const rest = skipped.length > MAX_REASONS ? '; …' : '';
-  return `${read} Not in the surface: ${skipped.length} more (${reasons.join('; ')}${rest}).`;
-}
-
 /** A description without its marks of code. @param {string} text */
 function plain(text) {
   return text.replaceAll('`', '');
-}
-
-/** @param {Surface} surface */
-function chooseTitle(surface) {
-  return typeof surface.name === 'string' && surface.name ? surface.name : 'Untitled surface';
 }

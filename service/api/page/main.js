@@ -13,13 +13,16 @@ import { FacePanel } from './face-panel.js';
 import { Measure } from './measure.js';
 import { mesh } from './mesh.js';
 import { watchNewPanel } from './new-panel.js';
+import { Opening } from './opening.js';
 import { announce, element, readTitle } from './page.js';
+import { isServiceAway } from './presence.js';
 import { watchPanel } from './panel.js';
 import { watchPointPanel } from './point-panel.js';
 import { Probe } from './probe.js';
 import { hideProblem, showProblem, watchProblems } from './problems.js';
 import { clearReadouts, showReadouts, speakReadouts } from './readouts.js';
 import { readReport } from './report.js';
+import { Unreadable } from './unreadable.js';
 import { createContext } from './scene.js';
 import { Section } from './section.js';
 import { describeAccuracy, meshOptions } from './settings.js';
@@ -49,6 +52,8 @@ element('loading', HTMLElement).hidden = view === null;
 let patchCount = 1;
 /** The parts in the report of the mesh: of a brep, its faces. @type {{name: string, deviation_bound?: number}[]} */
 let parts = [];
+/** How the last request for a mesh of the open document ended. @type {'ready' | 'refused' | 'away'} */
+let outcome = 'refused';
 /** Whether the document that is open has a mesh. */
 let isShown = false;
 /** Whether any document is open. */
@@ -75,10 +80,10 @@ const requests = new NewestOnly(async ({ coarse }, outdated) => {
   }
 }, {
   keep: ({ coarse }, milliseconds) => coarse && milliseconds < COARSE_PATIENCE,
-  onBusy: (busy) => { if (busy === null && root.dataset.state === 'busy') root.dataset.state = 'ready'; },
+  onBusy: (busy) => { if (busy === null) settle(); },
 });
 
-/** @param {MeshResponse} response @param {boolean} coarse */
+/** Shows a mesh of the open document. @param {MeshResponse} response @param {boolean} coarse */
 async function showMesh({ content, serverTime, roundTrip }, coarse) {
   const bytes = content.byteLength;
   const report = readReport(content);
@@ -88,8 +93,7 @@ async function showMesh({ content, serverTime, roundTrip }, coarse) {
   isShown = true;
   hideProblem();
   view?.markError(-1);
-  // After a refusal too; when no request waits, it becomes `ready`.
-  root.dataset.state = 'busy';
+  outcome = 'ready';
   showReadouts(report, { bytes, serverTime, roundTrip });
   if (coarse) return;
   speakReadouts(report);
@@ -99,41 +103,46 @@ async function showMesh({ content, serverTime, roundTrip }, coarse) {
 
 /** @param {boolean} coarse */
 function requestMesh(coarse) {
-  root.dataset.state = 'busy';
-  requests.run({ coarse }).catch((error) => fail(error, true));
+  showWaiting();
+  requests.run({ coarse }).catch((error) => fail(error, () => requestMesh(false)));
 }
 
-/** Shows an error of any work. @param {Error} error @param {boolean} isOfMesh */
-function fail(error, isOfMesh = false) {
+/** Says in `html[data-state]` that the page waits for a mesh, or for a surface. */
+function showWaiting() {
+  root.dataset.state = isServiceAway() ? 'away' : 'busy';
+}
+
+/** Says in `html[data-state]` how the last request for a mesh ended, if no other one runs. */
+function settle() {
+  if (!requests.isBusy && !opening.isRunning) root.dataset.state = outcome;
+}
+
+/** Shows an error of any work. @param {Error} error @param {(() => void) | null} retry  asks for a mesh again */
+function fail(error, retry = null) {
   if (error instanceof Outdated) return;
-  if (error instanceof Stopped && !isOfMesh) {
-    if (!requests.isBusy) root.dataset.state = isShown ? 'ready' : 'refused';
+  if (error instanceof Stopped && retry === null) {
     showProblem(error, state);
     return;
   }
-  if (isTooFine(error)) {
-    state.set({ resolution: 1 });
-    return;
-  }
-  const isExpected = [ServiceError, NoResponse, Stopped].some((kind) => error instanceof kind);
-  root.dataset.state = error instanceof NoResponse ? 'away' : 'refused';
+  outcome = error instanceof NoResponse ? 'away' : 'refused';
+  settle();
   if (!isShown) {
     view?.clear();
     clearReadouts();
   }
-  const errorIndex = showProblem(error, state, isOfMesh);
+  const errorIndex = showProblem(error, state, retry);
   view?.markError(errorIndex);
   // An error of the page itself is also written to the console.
-  if (!isExpected) reportError(error);
+  if (!isExpected(error)) reportError(error);
 }
 
-/** Whether the service refused the first mesh of a surface because of its resolution. @param {Error} error */
-function isTooFine(error) {
-  const { resolution, accuracy } = state.settings;
-  return !isShown && error instanceof ServiceError && accuracy === 'resolution' && resolution > 1
-    && error.errors.some(({ pointer, parameter }) => pointer === '/resolution' || parameter === 'resolution');
+/** Whether an error is no mistake of the page. @param {Error} error */
+function isExpected(error) {
+  return [ServiceError, NoResponse, Stopped, Unreadable].some((kind) => error instanceof kind);
 }
 
+/** The first mesh of the surface that is being opened. @type {import('./opening.js').First | null} */
+let first = null;
 /** The settings on which the mesh depends, as a text; 1: only coarse meshes need the number of patches. */
 const describeMesh = () => JSON.stringify(meshOptions(state.settings, state.surface, 1, false));
 let requestedMesh = '';
@@ -146,6 +155,13 @@ state.listen((change) => {
     hideProblem();
     isShown = false;
     patchCount = 1;
+    if (first !== null) {
+      requestedMesh = describeMesh();
+      // After the other listeners, of which some forget the section and the measures of what was open.
+      void Promise.resolve(first.response).then((response) => showMesh(response, false)).then(settle);
+      return;
+    }
+    opening.cancel();
   }
   if (!isOpen || change === 'chosen' || (change === 'settings' && describeMesh() === requestedMesh)) return;
   requestedMesh = describeMesh();
@@ -184,10 +200,24 @@ if (view) {
 watchPanel(state);
 watchPointPanel(state);
 watchEditPanel(state, (error) => fail(error));
-const library = new Library(() => { root.dataset.state = 'busy'; }, (surface, about) => {
-  state.open(surface, about);
-  announce(`${about.title} is open`);
-}, fail);
+const opening = new Opening(state, {
+  waiting: showWaiting,
+  open: (surface, about, firstMesh) => {
+    first = firstMesh;
+    const { accuracy, resolution, tolerance } = first.settings;
+    state.open(surface, about, { settings: { ...state.settings, accuracy, resolution, tolerance } });
+    first = null;
+    announce(`${about.title} is open`);
+  },
+  failed: (error, again) => {
+    if (!isOpen && error.reason instanceof NoResponse) outcome = 'away';
+    if (!isOpen) view?.clear();
+    settle();
+    showProblem(error, state, again);
+    if (!isExpected(error.reason)) reportError(error.reason);
+  },
+});
+const library = new Library(opening);
 watchNewPanel((surface, about) => library.show(surface, about));
 
 const visits = new Visits(state, new Drafts(new Tab(), hasKey, keepsAll), {
@@ -201,6 +231,6 @@ watchDraftList(visits.drafts, visits);
 watchShare(state, (id) => visits.describeAddress(id), (error) => showProblem(error, state));
 /** Requests the mesh of the open document, or opens the first one: at the start, after a failure, with a new key. */
 const requestAgain = () => (isOpen ? requestMesh(false) : void visits.start(FIRST_SURFACE));
-watchProblems(state, requestAgain);
+watchProblems(state);
 watchKey(requestAgain);
 requestAgain();

@@ -24,6 +24,9 @@ export function watchPresence(listener) {
   document.addEventListener('visibilitychange', () => { if (!document.hidden) askNow(); });
 }
 
+/** Whether the service was asked in vain, and has not answered since. */
+export const isServiceAway = () => watch !== null;
+
 /** Asks now whether the service is back, if it is away. */
 export function askNow() {
   wake();
@@ -41,6 +44,7 @@ export async function waitForService(signal) {
 }
 
 async function askUntilAnswer() {
+  await null; // `watch` is set
   onChange(true);
   do {
     await pause();

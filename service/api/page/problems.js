@@ -4,7 +4,9 @@ import { NoResponse, ServiceError } from 'surface-service';
 import { isAboutKeys } from './key.js';
 import { parsePointer } from './documents.js';
 import { announce, button, element, makeElement, write } from './page.js';
+import { NotOpened } from './opening.js';
 import { askNow, watchPresence } from './presence.js';
+import { Unreadable } from './unreadable.js';
 import { Stopped } from './work.js';
 
 /** @typedef {import('./net.js').Net} Net */
@@ -13,11 +15,16 @@ import { Stopped } from './work.js';
 
 /** The kind of a problem, also in `html[data-state]`. @typedef {'refused' | 'away'} Kind */
 
-/** @param {State} state @param {() => void} retry */
-export function watchProblems(state, retry) {
+/** The error that is shown, or was shown last. @type {Error | null} */
+let shown = null;
+/** Does again what this error is about. */
+let again = () => {};
+
+/** @param {State} state */
+export function watchProblems(state) {
   button('problem-close').addEventListener('click', hideProblem);
   let isAway = false;
-  button('problem-retry').addEventListener('click', () => (isAway ? askNow() : retry()));
+  button('problem-retry').addEventListener('click', () => (isAway ? askNow() : again()));
   watchPresence((isNowAway) => {
     isAway = isNowAway;
     if (isAway) showAway(state);
@@ -34,6 +41,9 @@ const root = document.documentElement;
 /** The state of the page before the service was away. */
 let stateBefore = '';
 
+/** Codes of refusals that are not about the content of a surface. */
+const HAS_TITLE = new Set(['unknown_surface', 'key_needed', 'key_unknown']);
+
 /** Shows that the service is away, until `hideAway`. @param {State} state */
 function showAway(state) {
   stateBefore = root.dataset.state ?? '';
@@ -43,41 +53,52 @@ function showAway(state) {
 
 /** The service is back: the page sends again what waits. */
 function hideAway() {
-  if (root.dataset.state !== 'away') return;
-  root.dataset.state = stateBefore;
-  hideProblem();
+  if (root.dataset.state === 'away') root.dataset.state = stateBefore;
+  if (shown instanceof NoResponse) hideProblem();
   announce('The service is back');
 }
 
 /**
  * Shows an error; returns the number of the control point that it names, or -1.
- * @param {Error} error @param {State} state @param {boolean} isOfMesh  whether the mesh can be asked for again
+ * @param {Error} error @param {State} state @param {(() => void) | null} retry  for a button that does it again
  */
-export function showProblem(error, state, isOfMesh = false) {
-  const isRefusal = error instanceof ServiceError;
-  const isUnknownSurface = isRefusal && error.code === 'unknown_surface';
+export function showProblem(error, state, retry = null) {
+  shown = error;
+  again = retry ?? askNow;
+  // The issues of a surface that was not opened point into that surface.
+  const isAboutOpen = !(error instanceof NotOpened);
+  const reason = isAboutOpen ? error : error.reason;
+  const isRefusal = reason instanceof ServiceError;
+  const isUnknownSurface = isRefusal && reason.code === 'unknown_surface';
   // The error lists all ids of examples; the button `problem-example` shows them with pictures instead.
-  const issues = isRefusal && !isUnknownSurface ? error.errors : [];
+  const issues = (isRefusal && !isUnknownSurface) || reason instanceof Unreadable ? reason.errors : [];
   const { title, detail } = describeError(error);
   write('problem-title', title);
   // `detail` names only the kind of the error: the line of a single issue says it more exactly.
   write('problem-detail', issues.length === 1 ? '' : detail);
   element('problem-errors', HTMLElement).replaceChildren(...issues.slice(0, 5).map(buildLine));
-  const index = issues.map((issue) => findNamedPoint(issue, state.net)).find((i) => i >= 0) ?? -1;
+  const index = (isAboutOpen ? issues : []).map((issue) => findNamedPoint(issue, state.net)).find((i) => i >= 0) ?? -1;
   const point = button('problem-point');
   point.hidden = index < 0;
   point.dataset.index = String(index);
   point.textContent = `Show control point ${index + 1}`;
   button('problem-example').hidden = !isUnknownSurface;
-  button('problem-undo').hidden = !isRefusal || !state.history.canUndo;
-  button('problem-key').hidden = !(isRefusal && isAboutKeys(error.code));
-  button('problem-retry').hidden = !(error instanceof NoResponse || (error instanceof Stopped && isOfMesh));
+  button('problem-undo').hidden = !isRefusal || !isAboutOpen || !state.history.canUndo;
+  button('problem-key').hidden = !(isRefusal && isAboutKeys(reason.code));
+  button('problem-retry').hidden = !(reason instanceof NoResponse || (reason instanceof Stopped && retry !== null));
   element('problem', HTMLElement).hidden = false;
   return index;
 }
 
 /** @param {Error} error @returns {{title: string, detail: string}} */
 function describeError(error) {
+  if (error instanceof NotOpened) {
+    const inner = describeError(error.reason);
+    const isOfSurface = error.reason instanceof Unreadable || (error.reason instanceof ServiceError && !HAS_TITLE.has(error.reason.code));
+    const what = error.what.replace(/^the /, 'The ');
+    return isOfSurface ? { ...inner, title: `${what} ${/^\d+ files$/.test(what) ? 'were' : 'was'} not opened` } : inner;
+  }
+  if (error instanceof Unreadable) return { title: 'Not readable', detail: error.message };
   if (error instanceof NoResponse) {
     const detail = 'Nothing answers at its address. Your changes are kept. The page asks again by itself.';
     return { title: 'The service is away', detail };

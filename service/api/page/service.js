@@ -92,8 +92,6 @@ export async function sampleCurve(curve, signal) {
   return { points, length: report.length };
 }
 
-export { NoResponse, ServiceError as Refusal } from 'surface-service';
-
 /** @typedef {import('surface-service').SurfaceSummary} Example */
 /** @typedef {import('surface-service').Reading} Reading  a report of reading */
 
@@ -108,11 +106,9 @@ export const surfaceById = async (id, signal) => (await client.surface(id, { sig
 
 /**
  * Reads a file; the report of a CAD file says what is not in the surface.
- * @param {Blob} file @param {string} mediaType @param {AbortSignal} [signal]
- * @returns {Promise<{surface: Surface, reading: Reading}>}
+ * @param {Blob} file @param {string} mediaType
+ * @param {{type?: 'bspline', degree?: [number, number]}} fields  of the surface, beside the file
+ * @param {AbortSignal} [signal] @returns {Promise<{surface: Surface, reading?: Reading}>}
  */
-export const readFile = (file, mediaType, signal) => (
-  /** @type {Promise<any>} */ (client.convert({ file, mediaType }, {}, { signal })));
-
-/** Stores the surface in a file. @param {Blob} file @param {string} mediaType @param {AbortSignal} [signal] */
-export const store = (file, mediaType, signal) => client.store({ file, mediaType }, { signal });
+export const readFile = (file, mediaType, fields, signal) => (
+  /** @type {Promise<any>} */ (client.convert({ file, mediaType, ...fields }, {}, { signal })));

@@ -32,7 +32,7 @@ export const DEFAULTS = Object.freeze({
   stripes: 12, stripeAxis: 'z', orthographic: false,
 });
 
-/** `relative_tolerance`, with enough digits to distinguish the steps of the slider. @param {Settings} settings */
+/** `relative_tolerance`, with enough digits to distinguish the steps of the slider. @param {Pick<Settings, 'tolerance'>} settings */
 export function relativeTolerance(settings) {
   return Number((10 ** settings.tolerance).toPrecision(2));
 }
