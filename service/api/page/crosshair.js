@@ -37,7 +37,7 @@ export function watchCrosshair(canvas, click) {
     if (key.toLowerCase() === 'c') {
       [x, y] = [canvas.clientWidth / 2, canvas.clientHeight / 2];
       place();
-      show(cross.hidden);
+      show(cross.hidden !== false);
       return true;
     }
     if (cross.hidden) return false;
