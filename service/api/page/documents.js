@@ -4,6 +4,9 @@
 /** @typedef {(string | number)[]} Path  keys and indices from the root of a document */
 /** @typedef {{[key: string]: any}} Surface  a surface as in a request */
 
+/** Why a document cannot be changed as asked, in a sentence. */
+export class Unchangeable extends Error {}
+
 /**
  * The value at a path, or undefined if the path leads nowhere.
  * @param {any} root

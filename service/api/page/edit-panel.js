@@ -2,15 +2,16 @@
 // happened, and why something cannot be done, stands in it.
 
 import { ServiceError } from 'surface-service';
+import { Unchangeable } from './documents.js';
 import {
-  addLine, deleteLine, explainRefusal, insertKnot, isHomogeneous, LINES, mirror, mirrorChosen, raiseDegree,
-  separateWeights, Unchangeable,
+  addLine, deleteLine, insertKnot, mirror, mirrorChosen, raiseDegree, separateWeights,
 } from './modelling.js';
 import { button, element, getChecked, input, radios, write } from './page.js';
-import { lineOf } from './selection.js';
+import { hasLines, LINES, lineOf } from './selection.js';
+import { explainRefusal, isHomogeneous } from './targets.js';
 import { Outdated, Stopped } from './work.js';
 
-/** @typedef {import('./modelling.js').Change} Change */
+/** @typedef {import('./targets.js').Change} Change */
 /** @typedef {import('./selection.js').Direction} Direction */
 /** @typedef {import('./state.js').State} State */
 
@@ -137,8 +138,8 @@ function show(state, isBusy) {
   });
   write('edit-why', reasons.find((reason) => reason !== '') ?? '');
   write('choose-line', `The ${LINES[direction]}`);
-  const { chosen, net, surface } = state;
-  button('choose-line').disabled = chosen < 0 || lineOf(net, chosen, direction).length === 0;
+  const { chosen, handle, net, surface } = state;
+  button('choose-line').disabled = !handle || !hasLines(handle);
   button('choose-none').disabled = chosen < 0;
   ['choose-all', 'choose-several'].forEach((id) => { button(id).disabled = net.handles.length === 0; });
   button('separate-weights').hidden = !isHomogeneous(surface);

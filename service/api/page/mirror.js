@@ -1,7 +1,7 @@
 // Surfaces mirrored at a plane across an axis. Coordinates are mirrored here; then the service reverses u,
 // so that normals go on pointing to the same side of the surface.
 
-import { Unchangeable } from './rows.js';
+import { Unchangeable } from './documents.js';
 import { convert } from './service.js';
 
 /** @typedef {import('./documents.js').Surface} Surface */

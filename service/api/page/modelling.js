@@ -1,72 +1,20 @@
 // Changes of whole nets, each one step of the history: rows and columns, degrees, knots, mirrored surfaces.
 // The service computes those that keep the surface (`/v1/convert`), the page the others (`rows.js`).
 
-import { replaceValues, valueAt } from './documents.js';
 import { countLines, findLine, findNewKnot, knotsAlong } from './knots.js';
 import { joinHalves, reflect, reverse } from './mirror.js';
-import { baseOf } from './net.js';
-import { addMeanLine, lowerDegree, removeKnot, removeLine, Unchangeable } from './rows.js';
-import { mirrorPoints } from './selection.js';
+import { addMeanLine, lowerDegree, removeKnot, removeLine } from './rows.js';
+import { LINES, mirrorPoints } from './selection.js';
 import { convert } from './service.js';
-import { perform } from './work.js';
+import { change, replace } from './targets.js';
 
-/** @typedef {import('./documents.js').Path} Path */
 /** @typedef {import('./documents.js').Surface} Surface */
 /** @typedef {import('./mirror.js').Plane} Plane */
 /** @typedef {import('./selection.js').Direction} Direction */
 /** @typedef {import('./state.js').State} State */
+/** @typedef {import('./targets.js').Outcome} Outcome */
 
-/**
- * A changed surface, what has happened in words, and the row to choose along the direction.
- * @typedef {{surface: Surface, message: string, line?: number}} Outcome
- */
-
-/** @typedef {'rows' | 'degree' | 'knots' | 'mirror'} Change */
-
-/** How rows are called along u and along v. */
-export const LINES = /** @type {const} */ (['row', 'column']);
 const PARAMETERS = /** @type {const} */ (['u', 'v']);
-
-const HOMOGENEOUS = 'The control points are homogeneous, (w x, w y, w z, w), and have no places to drag.';
-const PATCHES = 'Patches share their points, so no row can be added to one of them; the degree of all can be raised.';
-const TRIANGLE = 'A triangle has no rows, columns or knots; its degree can be raised.';
-const CURVE = 'This surface follows a curve, and has no rows, columns, knots or degree of its own.';
-const PART = 'A part has no control net of its own. POST /v1/convert with “untrim” takes out the surface of a face.';
-const SEVERAL = 'Choose a control point first: it says which of the surfaces is changed.';
-
-/** Why kinds of surfaces cannot be changed. @type {{[type: string]: {[change in Change]?: string}}} */
-const REASONS = {
-  triangle: { rows: TRIANGLE, knots: TRIANGLE },
-  patches: { rows: PATCHES, knots: PATCHES },
-  tube: { rows: CURVE, degree: CURVE, knots: CURVE },
-  ribbon: { rows: CURVE, degree: CURVE, knots: CURVE },
-  brep: { rows: PART, degree: PART, knots: PART, mirror: PART },
-  group: { rows: SEVERAL, degree: SEVERAL, knots: SEVERAL },
-  multipatch: { rows: SEVERAL, degree: SEVERAL, knots: SEVERAL },
-};
-
-/** The surface that has the chosen point, or else the document; with its path. @param {State} state */
-function findTarget({ surface, handle }) {
-  const path = handle ? baseOf(handle) : [];
-  return { path, surface: /** @type {Surface} */ (valueAt(surface, path)) };
-}
-
-/** Why the open surface cannot be changed in a way; empty if it can. @param {State} state @param {Change} change */
-export function explainRefusal(state, change) {
-  const { surface } = findTarget(state);
-  const reason = REASONS[surface.type ?? 'bezier']?.[change];
-  if (reason !== undefined) return reason;
-  if (change === 'mirror') return '';
-  if (isHomogeneous(state.surface)) return HOMOGENEOUS;
-  return change === 'rows' && !state.handle ? 'Choose a control point: rows and columns are added and removed at it.' : '';
-}
-
-/** Whether a document has homogeneous control points. @param {Surface} surface @returns {boolean} */
-export function isHomogeneous(surface) {
-  const inner = [surface.curve, ...(surface.surfaces ?? []), ...(surface.definitions ?? []),
-    ...(surface.members ?? []).map((/** @type {any} */ member) => member?.surface)];
-  return surface.homogeneous === true || inner.some((each) => each && isHomogeneous(each));
-}
 
 /**
  * Adds a row after that of the chosen point (after the last one, before it).
@@ -148,52 +96,6 @@ export function separateWeights(state) {
   });
 }
 
-/**
- * Changes the surface that has the chosen point, and chooses the point with the same number in the row
- * that the outcome names.
- * @param {State} state @param {Direction} direction @param {string} what  in words, for the bar
- * @param {(surface: Surface, line: number, signal: AbortSignal) => Promise<Outcome>} act
- */
-async function change(state, direction, what, act) {
-  const { path, surface } = findTarget(state);
-  const indices = state.handle?.indices ?? [0, 0];
-  /** @type {number | undefined} */
-  let line;
-  const message = await replace(state, what, async (signal) => {
-    const outcome = await act(surface, Number(indices[direction] ?? 0), signal);
-    line = outcome.line;
-    return { ...outcome, surface: replaceValues(state.surface, [[path, outcome.surface]]) };
-  });
-  const place = [...indices];
-  if (line !== undefined) place[direction] = line;
-  const key = path.join();
-  state.choose(line === undefined ? state.chosen : state.net.handles.findIndex((handle) => (
-    baseOf(handle).join() === key && handle.indices.join() === place.join()
-  )));
-  return message;
-}
-
-/**
- * Replaces the document by an outcome; returns its message. If the document changes meanwhile, the
- * outcome is dropped.
- * @param {State} state @param {string} what @param {(signal: AbortSignal) => Promise<Outcome>} act
- */
-async function replace(state, what, act) {
-  state.commit();
-  const outdated = new AbortController();
-  const stop = state.listen((kind) => {
-    if (kind !== 'settings' && kind !== 'chosen') outdated.abort();
-  });
-  try {
-    const { surface, message } = await perform(what, act, outdated.signal);
-    stop();
-    state.change(surface, true);
-    return message;
-  } finally {
-    stop();
-  }
-}
-
 /** @param {Surface} surface @param {Direction} direction @param {AbortSignal} signal @param {number} line @returns {Promise<Outcome>} */
 async function raise(surface, direction, signal, line) {
   const degree = degreesOf(surface);
@@ -244,5 +146,3 @@ function describeMove(most) {
 
 /** @param {number} value */
 const short = (value) => String(Number(value.toPrecision(3)));
-
-export { Unchangeable };

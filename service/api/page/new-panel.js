@@ -1,7 +1,7 @@
 // The dialog "New surface": a patch or a B-spline of a chosen size.
 
-import { button, element, getChecked, input, write } from './page.js';
 import { makeSurface } from './new-surface.js';
+import { button, element, getChecked, input, write } from './page.js';
 
 /** @typedef {import('./documents.js').Surface} Surface */
 /** @typedef {import('./new-surface.js').Extent} Extent */

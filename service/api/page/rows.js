@@ -3,6 +3,7 @@
 // removed from a patch or with a knot, the sums are those of least squares: adding the row again, exactly,
 // would give a net as near to the old one as possible.
 
+import { Unchangeable } from './documents.js';
 import { clampedKnots, countLines, findInnerKnot, knotsAlong } from './knots.js';
 
 /** @typedef {import('./documents.js').Surface} Surface */
@@ -14,9 +15,6 @@ import { clampedKnots, countLines, findInnerKnot, knotsAlong } from './knots.js'
  * A surface with other rows; `change`: no point of the surface has moved further, at equal parameters.
  * @typedef {{surface: Surface, change: number, knot?: number}} Reduced
  */
-
-/** Why a net cannot be changed as asked, in a sentence. */
-export class Unchangeable extends Error {}
 
 /**
  * A periodic B-spline with a row of mean points after a row.

@@ -10,8 +10,16 @@ import { baseOf, buildWeights, netAt, pointAt } from './net.js';
 
 /** @typedef {0 | 1} Direction  0: along u; 1: along v. A row of a net runs along v, a column along u. */
 
+/** How the lines of points are called that are added along u, and along v. */
+export const LINES = /** @type {const} */ (['row', 'column']);
+
 /** Digits to which sums of coordinates are rounded, so that 0.1 + 0.2 is 0.3. */
 const DIGITS = 15;
+
+/** Whether a point is in a row: vertices of patches are not. @param {import('./net.js').Handle} handle */
+export function hasLines({ indices, point }) {
+  return indices.length > 1 || !point.includes('vertices');
+}
 
 /**
  * The points in the row (`direction` 0) or the column (1) of a point. A curve is one row; vertices of
@@ -19,8 +27,9 @@ const DIGITS = 15;
  * @param {Net} net @param {number} index @param {Direction} direction @returns {number[]}
  */
 export function lineOf(net, index, direction) {
-  const { indices, frame, point } = net.handles[index];
-  if (indices.length === 1) return point.includes('vertices') ? [] : pointsOf(net, index);
+  const { indices, frame } = net.handles[index];
+  if (!hasLines(net.handles[index])) return [];
+  if (indices.length === 1) return pointsOf(net, index);
   const line = indices[direction];
   return pointsOf(net, index).filter((i) => (
     net.handles[i].indices[direction] === line && net.handles[i].frame === frame
