@@ -67,8 +67,9 @@ async function bundle() {
     const name = entryPoint ? basename(entryPoint) : PAGES.flat().find((entry) => isCopy(entry, basename(path)));
     if (name) files[name] = { file: basename(path), imports: [...new Set(listImports(path))].map((each) => basename(each)) };
   }
+  const packages = [...new Set(Object.keys(inputs).map((path) => /node_modules\/([^/]+)\//.exec(path)?.[1]).filter(Boolean))];
   const sources = [...Object.keys(inputs).filter((path) => !path.includes('node_modules/')), 'web/build.mjs', 'web/package-lock.json'];
-  const manifest = { files, sources: Object.fromEntries(sources.sort().map((path) => [path, hash(path)])) };
+  const manifest = { files, packages, sources: Object.fromEntries(sources.sort().map((path) => [path, hash(path)])) };
   copyFileSync(join(WEB, 'node_modules/three/LICENSE'), join(ROOT, folder, 'LICENSE'));
   writeFileSync(join(ROOT, folder, 'manifest.json'), `${JSON.stringify(manifest, null, 1)}\n`);
   rmSync(join(ROOT, STATIC), { recursive: true, force: true });

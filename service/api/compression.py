@@ -1,4 +1,4 @@
-"""Compresses the response to a POST, if its client accepts that: it is sent once, so quickly."""
+"""Compresses responses that are made for one request, if its client accepts that: so, quickly."""
 
 from functools import partial
 from typing import Any, cast
@@ -27,8 +27,8 @@ async def compress_response(
     """The response in the coding that an Accept-Encoding header prefers.
 
     It stays as it is if it is short, long, or hardly smaller in that coding, or if compression
-    would have to wait for a thread or for memory. A header that accepts no coding is ignored: the
-    response to a POST always exists without.
+    would have to wait for a thread or for memory. A header that accepts no coding is ignored:
+    these responses always exist without.
     """
     if (
         not isinstance(response, ChunkedResponse)

@@ -11,7 +11,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from service.api.caching.cached_response import FOR_EVER, entity_tag, find_match, matches_all
-from service.api.caching.codings import Coding, compress
+from service.api.caching.codings import ONCE_LEVELS, Coding, compress, compress_once
 from service.api.negotiation import codings_of, condition_of
 from service.api.responses import HEADERS, ChunkedResponse
 
@@ -83,7 +83,9 @@ class StaticFiles:
                 file.content = await asyncio.to_thread(file.read)
             except FileNotFoundError:
                 raise HTTPException(404) from None
-            file.hash = sha256(file.content).hexdigest()
+            # The levels of compression, which make other bytes, are part of the tag.
+            levels = repr(dict(ONCE_LEVELS)).encode() if file.is_immutable else b""
+            file.hash = sha256(levels + file.content).hexdigest()
         return file
 
     async def _encode_file(self, file: StaticFile, coding: Coding) -> tuple[Coding, bytes]:
@@ -92,6 +94,7 @@ class StaticFiles:
             return coding, file.content
         if coding not in file.bodies:
             # Two requests at the same time may both compress the file: their bytes are the same.
-            file.bodies[coding] = await asyncio.to_thread(compress, coding, file.content)
+            function = compress_once if file.is_immutable else compress
+            file.bodies[coding] = await asyncio.to_thread(function, coding, file.content)
         body = file.bodies[coding]
         return ("identity", file.content) if body is None else (coding, body)

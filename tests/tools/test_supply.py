@@ -7,11 +7,13 @@ from importlib.metadata import PackageNotFoundError, distribution
 from types import SimpleNamespace
 from typing import Any, cast
 
+import orjson
 import pytest
 import yaml
 
 from service import __version__
 from tests.deploy.files import run_command
+from tools.page_build import BUILD, MANIFEST
 from tools.programs import find_program
 from tools.supply.licences import (
     PAGE,
@@ -88,8 +90,13 @@ def test_a_licence_with_an_exception_is_one_licence() -> None:
 
 
 def test_the_image_copies_the_bundled_npm_packages() -> None:
+    """The image copies the files of one package, and the build bundles the other."""
     copied_packages = re.findall(r"/web/node_modules/([\w./-]+)/", DOCKERFILE)
-    assert set(copied_packages) == set(BUNDLED)
+    licences = re.findall(r"'node_modules/([\w-]+)/LICENSE'", BUILD.read_text(encoding="utf-8"))
+    assert {*copied_packages, *licences} == set(BUNDLED)
+    if MANIFEST.is_file():
+        packages = orjson.loads(MANIFEST.read_bytes())["packages"]
+        assert packages == licences
 
 
 def test_the_bill_of_materials_has_the_npm_packages() -> None:

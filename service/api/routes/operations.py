@@ -7,13 +7,15 @@ from fastapi import APIRouter, Request, Response
 from fastapi.responses import PlainTextResponse
 
 from service import __version__
+from service.api.compression import compress_response
 from service.api.models.surfaces import FormatList, Health
 from service.api.negotiation import refuse_parameters
 from service.api.observing import metrics as service_metrics
 from service.api.observing.health import is_ready
 from service.api.openapi.parameters import Json
-from service.api.openapi.responses import error
+from service.api.openapi.responses import CODED, error, success
 from service.api.responses import HEADERS, json_response
+from service.api.services import ContextDep
 from service.encoders.libraries import list_compressions
 from service.encoders.registry import FORMATS
 from service.engine.mesh.mesh import ENGINE
@@ -28,12 +30,14 @@ catalogue = APIRouter()
     summary="The formats of meshes",
     response_model=FormatList,
     response_description="The formats of meshes.",
-    responses={422: error("InvalidQuery"), 500: error("InternalError")},
+    responses={200: success(CODED), 422: error("InvalidQuery"), 500: error("InternalError")},
 )
-async def list_formats(request: Request) -> Response:
+async def list_formats(request: Request, context: ContextDep) -> Response:
     """Lists the formats of meshes, and what each can store."""
     refuse_parameters(request.query_params)
-    return json_response({"formats": formats()})
+    accepted = request.headers.get("accept-encoding", "").encode("latin-1")
+    response = json_response({"formats": formats()})
+    return await compress_response(response, accepted, context.computation)
 
 
 def formats() -> list[dict[str, Any]]:

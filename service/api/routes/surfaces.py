@@ -9,6 +9,7 @@ from fastapi import APIRouter, HTTPException, Request, Response
 
 from service.api.body import BodyRoute
 from service.api.caching.cached_response import FOR_AN_HOUR, FOR_EVER, matches_all, parse_tags
+from service.api.compression import compress_response
 from service.api.guard.signatures import MIN_SECRET, Signer, build_signed_url
 from service.api.models.surfaces import SignedAddress, StoredSurface, SurfaceDocument, SurfaceList
 from service.api.negotiation import condition_of, refuse_parameters
@@ -22,6 +23,7 @@ from service.api.openapi.parameters import (
     surface_body,
 )
 from service.api.openapi.responses import (
+    CODED,
     DEFINITION_HEADERS,
     LOCATION,
     POST_ERRORS,
@@ -29,6 +31,7 @@ from service.api.openapi.responses import (
     TIMED,
     UNCHANGED_DEFINITION,
     error,
+    header,
     links,
     show_responses,
     success,
@@ -146,16 +149,23 @@ async def store_surface(body: SurfaceRequest, context: ContextDep) -> Response:
     response_model=SurfaceList,
     response_description="The built-in surfaces.",
     responses={
-        200: success({}, links=links("$response.body#/surfaces/0/id", "Definition", "Mesh")),
+        200: success(
+            CODED | {"Cache-Control": header("How long it may be kept.", FOR_AN_HOUR)},
+            links=links("$response.body#/surfaces/0/id", "Definition", "Mesh"),
+        ),
         422: error("InvalidQuery"),
         500: error("InternalError"),
     },
 )
-async def list_surfaces(request: Request) -> Response:
+async def list_surfaces(request: Request, context: ContextDep) -> Response:
     """Lists the built-in surfaces, with the URLs of their meshes."""
     refuse_parameters(request.query_params)
     root = request.scope.get("root_path", "")
-    return json_response({"surfaces": [_build_summary(e, root) for e in EXAMPLES.values()]})
+    surfaces = [_build_summary(each, root) for each in EXAMPLES.values()]
+    kept = HEADERS | {"Cache-Control": FOR_AN_HOUR}
+    response = json_response({"surfaces": surfaces}, headers=kept)
+    accepted = request.headers.get("accept-encoding", "").encode("latin-1")
+    return await compress_response(response, accepted, context.computation)
 
 
 @reading.get(
