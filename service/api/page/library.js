@@ -3,12 +3,12 @@
 import { NoResponse } from 'surface-service';
 import { watchDrops } from './drops.js';
 import { button, element, input, makeElement, write } from './page.js';
-import { examples, surfaceById } from './service.js';
+import { client } from './service.js';
 import { Unreadable } from './unreadable.js';
 import { perform } from './work.js';
 
 /** @typedef {import('./documents.js').Surface} Surface */
-/** @typedef {import('./service.js').Example} Example */
+/** @typedef {import('surface-service').SurfaceSummary} Example */
 /** @typedef {import('./identify.js').Facts} Facts */
 /** @typedef {import('./opening.js').Opening} Opening */
 /** @typedef {import('./read-files.js').Source} Source */
@@ -31,7 +31,7 @@ export class Library {
 
   /** Lists the examples of the service. */
   async list() {
-    this.examples = await perform('Asking for the list of examples', examples);
+    this.examples = await perform('Asking for the list of examples', (signal) => client.surfaces({ signal }));
     const items = this.examples.map((example) => {
       const item = document.createElement('li');
       const chooser = document.createElement('button');
@@ -52,8 +52,8 @@ export class Library {
     this.close();
     const title = this.examples.find((item) => item.id === id)?.title ?? 'the surface';
     await this.opening.start(title, async (outdated) => {
-      const reading = perform(`Opening ${title}`, (signal) => surfaceById(id, signal), outdated);
-      const [surface] = await Promise.all([reading, this.listed]);
+      const reading = perform(`Opening ${title}`, (signal) => client.surface(id, { signal }), outdated);
+      const [{ surface }] = await Promise.all([reading, this.listed]);
       const example = this.examples.find((item) => item.id === id);
       const about = {
         title: example?.title ?? surface.name ?? 'Untitled surface',

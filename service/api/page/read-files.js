@@ -7,12 +7,12 @@ import { identify, START_BYTES, stemOf } from './identify.js';
 import { joinSurfaces } from './join.js';
 import { takeOptions } from './request-options.js';
 import { chooseKind, parseRequest } from './requests.js';
-import { readFile } from './service.js';
+import { client } from './service.js';
 import { Unreadable } from './unreadable.js';
 
 /** @typedef {import('./documents.js').Surface} Surface */
 /** @typedef {import('./identify.js').Facts} Facts */
-/** @typedef {import('./service.js').Reading} Reading */
+/** @typedef {import('surface-service').Reading} Reading */
 /** @typedef {import('./settings.js').Settings} Settings */
 
 /** A file, or a text without a name. @typedef {{name: string, content: Blob}} Source */
@@ -79,7 +79,8 @@ async function readSource({ name, content }, facts, signal) {
   const isJson = 'json' in identity;
   checkSize(content.size, isJson ? facts.max_json_bytes : facts.max_bytes);
   if (isJson) return describe(name, new TextDecoder().decode(await bytesOf(content)));
-  const { surface, reading } = await readFile(content, identity.mediaType, chooseOptions(start), signal);
+  const file = { file: content, mediaType: identity.mediaType, ...chooseOptions(start) };
+  const { surface, reading } = await client.convert(file, {}, { signal });
   const note = reading ? describeReading(reading) : 'A file of yours, read by the service.';
   return { surface, settings: {}, title: name || titleOf(surface), description: note };
 }

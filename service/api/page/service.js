@@ -6,8 +6,6 @@ import { currentKey, requestKey } from './key.js';
 
 /** @typedef {import('./documents.js').Surface} Surface */
 /** @typedef {import('surface-service').SurfaceDefinition} SurfaceDefinition */
-/** @typedef {import('surface-service').Issue} Issue */
-/** @typedef {import('surface-service').Format} Format */
 
 let arePrivate = false;
 
@@ -91,24 +89,3 @@ export async function sampleCurve(curve, signal) {
   const { points, report } = await client.curve(definition, { resolution: 128 }, { signal });
   return { points, length: report.length };
 }
-
-/** @typedef {import('surface-service').SurfaceSummary} Example */
-/** @typedef {import('surface-service').Reading} Reading  a report of reading */
-
-/** @param {AbortSignal} [signal] @returns {Promise<Example[]>} */
-export const examples = (signal) => client.surfaces({ signal });
-
-/**
- * An example by its name, or a stored surface by its id.
- * @param {string} id @param {AbortSignal} [signal] @returns {Promise<Surface>}
- */
-export const surfaceById = async (id, signal) => (await client.surface(id, { signal })).surface;
-
-/**
- * Reads a file; the report of a CAD file says what is not in the surface.
- * @param {Blob} file @param {string} mediaType
- * @param {{type?: 'bspline', degree?: [number, number]}} fields  of the surface, beside the file
- * @param {AbortSignal} [signal] @returns {Promise<{surface: Surface, reading?: Reading}>}
- */
-export const readFile = (file, mediaType, fields, signal) => (
-  /** @type {Promise<any>} */ (client.convert({ file, mediaType, ...fields }, {}, { signal })));
