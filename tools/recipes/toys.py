@@ -75,7 +75,7 @@ def test_a_line_for_every_vertex() -> None:
 )
 
 OPTION = Recipe(
-    max_files=4,
+    max_files=5,
     steps=(
         Step(
             "service/engine/options.py",
@@ -107,6 +107,10 @@ OPTION = Recipe(
             ),
         ),
         Step(
+            "service/client/fields.py",
+            insertions=(("    curvatures: bool\n", "    inside_out: bool\n"),),
+        ),
+        Step(
             "tests/engine/test_inside_out.py",
             """import numpy as np
 
@@ -127,6 +131,7 @@ def test_tessellate_reverses_faces() -> None:
         "tests/schemas",
         "tests/cli/test_main.py",
         "tests/api/test_mesh.py",
+        "tests/client/test_fields.py",
     ),
 )
 
