@@ -151,14 +151,27 @@ def test_a_rectangle_chooses_the_points_in_it(page: Page) -> None:
 
 
 def test_taps_add_points_in_the_mode_for_several(page: Page) -> None:
-    places = [select_point(page, number) for number in (1, 2)]
+    places = [select_point(page, number) for number in (1, 2, 3, 4)]
     page.click("#choose-none")
     page.click("#choose-several")
     session = page.context.new_cdp_session(page)
-    for x, y in places:
-        for kind, touches in (("touchStart", [{"x": x, "y": y}]), ("touchEnd", [])):
+
+    def touch(*path: tuple[float, float]) -> None:
+        """One finger goes down, along a path, and up."""
+        for number, (x, y) in enumerate(path):
+            kind = "touchMove" if number else "touchStart"
+            touches = [{"x": x, "y": y}]
             session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": touches})
+        session.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+
+    for place in places[:2]:
+        touch(place)
     assert count_points(page) == "2"
+    touch(places[0])
+    assert count_points(page) == "1"
+    xs, ys = zip(*places, strict=True)
+    touch((min(xs) - 30, min(ys) - 12), (max(xs) + 30, max(ys) + 30))
+    assert count_points(page) == "4"
     session.detach()
 
 
@@ -241,9 +254,11 @@ def select_all_again(page: Page, number: int) -> tuple[float, float]:
     return place
 
 
-@pytest.mark.parametrize(("direction", "added"), [("u", (6, 5)), ("v", (5, 6))])
+@pytest.mark.parametrize(
+    ("direction", "name", "added"), [("u", "rows", (6, 5)), ("v", "columns", (5, 6))]
+)
 def test_rows_are_added_and_removed_at_a_point(
-    page: Page, server: str, direction: str, added: tuple[int, int]
+    page: Page, server: str, direction: str, name: str, added: tuple[int, int]
 ) -> None:
     open_surface(page, SPLINE)
     along(page, direction)
@@ -252,7 +267,7 @@ def test_rows_are_added_and_removed_at_a_point(
     select_point(page, 13)
     finer = change(page, "#add-line")
     assert shape(finer) == added
-    assert "the same surface" in page.inner_text("#edit-message")
+    assert f"The surface is the same, with 6 {name}." in page.inner_text("#edit-message")
     before, after = (points_of(server, s, 0.1, 1.9) for s in (SPLINE, finer))
     np.testing.assert_allclose(after, before, atol=1e-12)
     line = ("u", "v").index(direction)
@@ -299,6 +314,12 @@ def test_a_periodic_direction_says_that_the_surface_changes(page: Page) -> None:
     assert finer["knots"] == ["periodic", "clamped"]
     assert "between rows 5 and 1. The surface has changed" in page.inner_text("#edit-message")
     assert page.input_value("#point") == "28"
+    assert shape(change(page, "#raise-degree")) > (6, 5)
+    assert "the same, with more control points. The direction u is" in page.inner_text(
+        "#edit-message"
+    )
+    perform(page, lambda: page.click("#undo"))
+    select_point(page, 28)
     assert shape(change(page, "#delete-line")) == (5, 5)
     assert "is removed, and the surface has changed" in page.inner_text("#edit-message")
     page.click("#open-knot")

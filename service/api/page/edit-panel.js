@@ -40,7 +40,8 @@ export function watchEditPanel(state, failed) {
       if (error instanceof Unchangeable) tell('', error.message, place);
       else if (error instanceof ServiceError) tell('', describeRefusal(error), place);
       else if (error instanceof Outdated) tell('Nothing was done: the surface has changed meanwhile.', '', place);
-      else if (!(error instanceof Stopped)) failed(/** @type {Error} */ (error));
+      else if (error instanceof Stopped) tell('Stopped: nothing was done.', '', place);
+      else failed(/** @type {Error} */ (error));
       return false;
     } finally {
       isBusy = false;

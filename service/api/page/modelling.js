@@ -17,12 +17,12 @@ import { change, replace } from './targets.js';
 const PARAMETERS = /** @type {const} */ (['u', 'v']);
 
 /**
- * Adds a row after that of the chosen point (after the last one, before it).
+ * Adds a row of control points after that of the chosen point (at the last row, before it).
  * @param {State} state @param {Direction} direction @returns {Promise<string>}
  */
 export function addLine(state, direction) {
   return change(state, direction, `Adding a ${LINES[direction]}`, async (surface, line, signal) => {
-    if (surface.type !== 'bspline') return raise(surface, direction, signal, line);
+    if (surface.type !== 'bspline') return raise(surface, direction, signal);
     const plain = await convert(surface, undefined, signal);
     if (plain.knots[direction] === 'periodic') {
       const next = (line + 1) % countLines(plain, direction);
@@ -57,7 +57,7 @@ export function deleteLine(state, direction) {
 
 /** Raises the degree along a direction by 1. @param {State} state @param {Direction} direction @returns {Promise<string>} */
 export function raiseDegree(state, direction) {
-  return change(state, direction, 'Raising the degree', (surface, line, signal) => raise(surface, direction, signal, line));
+  return change(state, direction, 'Raising the degree', (surface, _line, signal) => raise(surface, direction, signal));
 }
 
 /**
@@ -96,17 +96,22 @@ export function separateWeights(state) {
   });
 }
 
-/** @param {Surface} surface @param {Direction} direction @param {AbortSignal} signal @param {number} line @returns {Promise<Outcome>} */
-async function raise(surface, direction, signal, line) {
+/** @param {Surface} surface @param {Direction} direction @param {AbortSignal} signal @returns {Promise<Outcome>} */
+async function raise(surface, direction, signal) {
   const degree = degreesOf(surface);
   const isTriangle = surface.type === 'triangle' || (surface.triangles?.length ?? 0) > 0;
   const raised = degree.map((value, i) => value + Number(isTriangle || i === direction));
   const result = await convert(surface, [{ op: 'elevate', degree: raised }], signal);
   const name = isTriangle ? `${raised[0]}` : raised.join(' × ');
   const message = `The degree is ${name}. The surface is the same, with more control points.`;
-  return surface.type === 'bspline' || surface.type === 'patches' || isTriangle
-    ? { surface: result, message }
-    : { surface: result, message, line: line + Number(line < degree[direction]) };
+  return { surface: result, message: message + describeClamping(surface, direction) };
+}
+
+/** A sentence if an exact change clamps the direction, which was periodic or uniform. @param {Surface} surface @param {Direction} direction */
+function describeClamping({ type, knots = 'clamped' }, direction) {
+  const name = Array.isArray(knots) ? knots[direction] : knots;
+  const isClamped = type !== 'bspline' || (name !== 'uniform' && name !== 'periodic');
+  return isClamped ? '' : ` The direction ${PARAMETERS[direction]} is clamped now.`;
 }
 
 /** @param {Surface} surface @param {Direction} direction @param {number} knot @param {AbortSignal} signal @returns {Promise<Outcome>} */
@@ -115,12 +120,10 @@ async function insert(surface, direction, knot, signal) {
   const spline = isPatch
     ? { ...surface, type: 'bspline', degree: degreesOf(surface), knots: ['clamped', 'clamped'] } : surface;
   const result = await convert(spline, [{ op: 'insert', [PARAMETERS[direction]]: knot }], signal);
-  const name = Array.isArray(spline.knots) ? spline.knots[direction] : spline.knots;
-  const notes = [`A knot is at ${PARAMETERS[direction]} = ${short(knot)}: one more ${LINES[direction]}, the same surface.`];
-  if (isPatch) notes.push('The patch is a B-spline now.');
-  if (name === 'uniform' || name === 'periodic') notes.push(`The direction ${PARAMETERS[direction]} is clamped now.`);
+  const message = `A knot is at ${PARAMETERS[direction]} = ${short(knot)}. The surface is the same, with `
+    + `${countLines(result, direction)} ${LINES[direction]}s.${isPatch ? ' The patch is a B-spline now.' : ''}`;
   const line = findLine(knotsAlong(result, direction), result.degree[direction], knot);
-  return { surface: result, message: notes.join(' '), line };
+  return { surface: result, message: message + describeClamping(surface, direction), line };
 }
 
 /** The degrees along u and v; of patches the highest. @param {Surface} surface @returns {number[]} */

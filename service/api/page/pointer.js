@@ -63,6 +63,8 @@ export function watchPointer(stage, netView, state, controls) {
 
   // These listeners come before those of the camera, on the same canvas.
   canvas.addEventListener('pointerdown', (event) => {
+    // A second finger does not turn the camera while the first draws a rectangle.
+    if (rectangle.start) event.stopImmediatePropagation();
     if (event.button !== 0 || drag || rectangle.start) return;
     const { x, y, mouse } = locate(event);
     const index = netView.pick(x, y, event.pointerType);
@@ -89,7 +91,7 @@ export function watchPointer(stage, netView, state, controls) {
     if (drag === null) {
       if (rectangle.start) {
         event.stopImmediatePropagation();
-        rectangle.show(locate(event));
+        if (event.isPrimary) rectangle.show(locate(event));
       } else if (event.buttons === 0) hover(event);
       return;
     }
