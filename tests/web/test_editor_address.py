@@ -1,5 +1,6 @@
 """The address of the editor follows what is open; copied links keep the camera and the settings."""
 
+import re
 from collections.abc import Iterator
 from urllib.parse import urlsplit
 
@@ -9,7 +10,9 @@ from playwright.sync_api import Browser, Page
 from tests.web.test_page_sharing import copy_text
 from tools.browser import Stage
 from tools.editor import READY, SADDLE, open_profile, perform, read_point, select_point, show
+from tools.processes import ROOT
 
+LIST_OPTIONS = "[...new URLSearchParams(location.hash.slice(1)).keys()]"
 READ_CAMERA = "new URLSearchParams(location.hash.slice(1)).get('camera')"
 
 
@@ -147,6 +150,21 @@ def test_an_invalid_fragment_is_as_none(stage: Stage, server: str, fragment: str
     page.evaluate("fragment => { location.hash = fragment; }", fragment)
     page.wait_for_function("() => !location.hash.includes('camera') && location.hash.length < 30")
     assert page.inner_text("#title") == "Saddle"
+
+
+def test_the_address_in_the_documentation_opens_what_it_says(stage: Stage, server: str) -> None:
+    text = (ROOT / "docs" / "editor.md").read_text(encoding="utf-8")
+    (address,) = re.findall(r"http://127.0.0.1:8000(/\?surface=\S+)", text)
+    page = stage.page
+    show(page, server + address)
+    assert page.inner_text("#title") == "Saddle"
+    assert page.inner_text("#triangles") == "162"
+    assert page.is_checked("#show-wires")
+    assert page.is_checked('input[name="look"][value="normals"]')
+    assert page.url == server + address
+    # The table names all options of the address.
+    names = set(re.findall(r"`(\w+)`", "".join(re.findall(r"^\| (`.*?) \|", text, re.MULTILINE))))
+    assert set(page.evaluate(LIST_OPTIONS)) <= names
 
 
 def test_a_fragment_that_is_typed_changes_the_view(page: Page) -> None:
