@@ -195,6 +195,16 @@ def test_opening_another_surface_is_undone_by_a_button_and_by_back(page: Page) -
     page.wait_for_selector('#title:has-text("mine")')
     page.wait_for_selector(READY)
     assert read_z(page) == 3
+    # If the draft was forgotten, another surface is open after a reload, and the page says why.
+    page.click("#open")
+    page.click("#drafts-forget")
+    page.click("#forget button[value=forget]")
+    page.wait_for_selector("#drafts-forget", state="hidden")
+    page.reload()
+    page.wait_for_selector('#offer-text:has-text("no longer kept")')
+    assert page.inner_text("#title") == "Utah teapot"
+    page.click("#offer-act")
+    page.wait_for_selector("#library[open]")
 
 
 def test_drafts_are_listed_opened_and_forgotten_by_keyboard(page: Page) -> None:

@@ -2,8 +2,8 @@
 // and a draft; so Back, Forward, a reload and an undo of opening lead back to it with all of its steps.
 
 import { formatAddress, readAddress } from './address.js';
-import { History } from './history.js';
-import { button, element, write } from './page.js';
+import { hideOffer, offer } from './offer.js';
+import { button, element } from './page.js';
 import { makeId } from './tab.js';
 
 /** @typedef {import('./drafts.js').Session} Session */
@@ -56,13 +56,12 @@ export class Visits {
       }
       if (change !== 'chosen') this.noteAddress();
     });
-    addEventListener('popstate', (event) => { void this.visit(event.state?.draft); });
+    addEventListener('popstate', () => { void this.visit(); });
     addEventListener('pagehide', () => this.flush());
     document.addEventListener('visibilitychange', () => { if (document.hidden) this.flush(); });
     addEventListener('beforeunload', (event) => {
       if (this.session && needsDraft(this.session) && this.place === 'nowhere') event.preventDefault();
     });
-    button('offer-close').addEventListener('click', hideOffer);
     element('skip', HTMLElement).addEventListener('click', (event) => {
       // The fragment of the address is for the settings, not for a place of the page.
       event.preventDefault();
@@ -74,15 +73,16 @@ export class Visits {
   async start(first) {
     const address = readAddress(location);
     this.next.camera = address.camera;
-    const draft = history.state?.draft;
+    const { draft, origin } = readEntry();
     await this.drafts.tab.claim();
     const session = draft === undefined ? null : await this.drafts.open(draft, makeId());
     if (session !== null) {
       this.show(session);
       return;
     }
-    await this.openById(address.surface || first);
+    await this.openById(address.surface || origin || first);
     if (draft === undefined) await this.offerRecent();
+    else if (!address.surface && !origin) offerOther();
   }
 
   /** Opens a draft of the list, as another entry of the history. @param {string} id */
@@ -94,9 +94,10 @@ export class Visits {
     this.show(session);
   }
 
-  /** Opens the surface of an entry of the history. @param {string | undefined} draft */
-  async visit(draft) {
+  /** Opens the surface of the present entry of the history. */
+  async visit() {
     const { settings, surface, camera } = readAddress(location);
+    const { draft, origin } = readEntry();
     // The entry of the earlier surface has gone.
     clearTimeout(this.addressTimer);
     this.address = '';
@@ -119,11 +120,11 @@ export class Visits {
     this.next.camera = camera;
     if (session !== null) {
       this.show(session, settings);
-    } else if (surface) {
+    } else if (surface || origin) {
       this.state.settings = settings;
-      await this.openById(surface);
+      await this.openById(surface || origin);
     } else {
-      offer('This surface is no longer kept.', 'Open another one', () => button('open').click());
+      offerOther();
     }
     this.entry = 'push';
   }
@@ -200,7 +201,8 @@ export class Visits {
     clearTimeout(this.addressTimer);
     this.addressTimer = 0;
     try {
-      history[method]({ draft: this.session?.id }, '', location.pathname + this.address);
+      const entry = { draft: this.session?.id, origin: this.session?.about.origin };
+      history[method](entry, '', location.pathname + this.address);
     } catch {
       // Some browsers limit the changes in a minute; the next one writes the address.
     }
@@ -224,23 +226,12 @@ export function describeEdits({ edits }) {
   return edits === 1 ? '1 edit' : `${edits} edits`;
 }
 
-let act = () => {};
-
-/** Shows a message with a button. @param {string} text @param {string} label @param {() => void} action */
-function offer(text, label, action) {
-  const doer = button('offer-act');
-  doer.removeEventListener('click', act);
-  act = () => {
-    hideOffer();
-    action();
-  };
-  doer.addEventListener('click', act);
-  doer.textContent = label;
-  element('offer', HTMLElement).hidden = false;
-  write('offer-text', text);
+/** What the present entry of the history has: its draft, and the surface of the service that was edited. @returns {{draft?: string, origin: string}} */
+function readEntry() {
+  const { draft, origin } = history.state ?? {};
+  return { draft: typeof draft === 'string' ? draft : undefined, origin: typeof origin === 'string' ? origin : '' };
 }
 
-function hideOffer() {
-  element('offer', HTMLElement).hidden = true;
-  write('offer-text', '');
+function offerOther() {
+  offer('This surface is no longer kept.', 'Open another one', () => button('open').click());
 }
