@@ -60,6 +60,8 @@ export class Visits {
     addEventListener('pagehide', () => this.flush());
     document.addEventListener('visibilitychange', () => { if (document.hidden) this.flush(); });
     addEventListener('beforeunload', (event) => {
+      // The next page may already run when this one gets `pagehide`.
+      this.flush();
       if (this.session && needsDraft(this.session) && this.place === 'nowhere') event.preventDefault();
     });
     element('skip', HTMLElement).addEventListener('click', (event) => {
