@@ -142,6 +142,7 @@ export class Visits {
     const before = this.session;
     before?.history.settle();
     this.flush();
+    if (this.addressTimer !== 0) this.writeAddress();
     const { history: steps, about } = this.state;
     this.session = this.next.session ?? { id: makeId(), about, history: steps, isPrivate: false };
     this.camera.start(this.next.camera);
@@ -178,10 +179,9 @@ export class Visits {
     }).catch(() => {});
   }
 
-  /** The page, or the visit of this surface, may end: keeps what waits. */
+  /** The page may end: keeps what waits. A change of the address would now lose the entry's draft. */
   flush() {
     if (this.saveTimer !== 0) this.save();
-    if (this.addressTimer !== 0) this.writeAddress();
   }
 
   /** The settings, the camera or the address of the document may have changed. */
