@@ -1,6 +1,6 @@
 // The identity of this tab of the browser. A reload keeps it; a duplicated tab gets its own.
 
-const [ID, LIVE] = ['surface-tab', 'surface-tab-live'];
+const [ID, LIVE, DRAFT] = ['surface-tab', 'surface-tab-live', 'surface-tab-draft'];
 /** Milliseconds for which a tab that reloads waits until its old page has ended. */
 const PATIENCE = 500;
 
@@ -46,6 +46,17 @@ export class Tab {
     this.ownId = id;
     write(ID, id);
     write(LIVE, '1');
+  }
+
+  /** The draft that was open before a reload; empty if the page was not reloaded. */
+  get reloadedDraft() {
+    const [navigation] = performance.getEntriesByType('navigation');
+    return /** @type {PerformanceNavigationTiming} */ (navigation)?.type === 'reload' ? read(DRAFT) : '';
+  }
+
+  /** Keeps the id of the open draft for a reload: a browser that is busy may lose the state of the history. @param {string} id */
+  keepDraft(id) {
+    write(DRAFT, id);
   }
 
   /** Whether another tab with this id may be open. @param {string} id */

@@ -75,8 +75,9 @@ export class Visits {
   async start(first) {
     const address = readAddress(location);
     this.next.camera = address.camera;
-    const { draft, origin } = readEntry();
-    await this.drafts.tab.claim();
+    const { tab } = this.drafts;
+    const { draft = tab.reloadedDraft || undefined, origin } = readEntry();
+    await tab.claim();
     const session = draft === undefined ? null : await this.drafts.open(draft, makeId());
     if (session !== null) {
       this.show(session);
@@ -152,6 +153,7 @@ export class Visits {
     if (this.sessions.size > MAX_SESSIONS) this.sessions.delete([...this.sessions.keys()][0]);
     this.address = this.describeAddress();
     this.writeAddress(this.entry === 'push' ? 'pushState' : 'replaceState');
+    if (!needsDraft(this.session)) this.drafts.tab.keepDraft('');
     hideOffer();
     if (before && this.entry === 'push') {
       offer(`Opened in place of ${before.about.title}.`, 'Undo', () => history.back());
@@ -172,6 +174,7 @@ export class Visits {
     this.saveTimer = 0;
     const { session } = this;
     if (session === null || !needsDraft(session)) return;
+    this.drafts.tab.keepDraft(session.id);
     this.drafts.save(session).then((place) => {
       const isNew = place !== this.place;
       this.place = place;
