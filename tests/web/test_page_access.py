@@ -32,6 +32,7 @@ TAB_ORDER = [
     *("add-line", "delete-line", "raise-degree", "open-knot", "open-mirror"),
     *("look", "show-net", "show-wires", "section"),
     *(fmt.suffix for fmt in FORMATS),
+    "save-json",
     *("copy-link", "copy-curl", "copy-snippet"),
 ]
 

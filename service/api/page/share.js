@@ -1,4 +1,4 @@
-// Export: the surface as a link, as a command, as a snippet, as a file.
+// Export: the surface as a link, as a command, as a snippet, and as files.
 
 import { element, makeElement, write, announce, button } from './page.js';
 import { meshQuery, meshOptions } from './settings.js';
@@ -24,6 +24,10 @@ export function watchShare(state, describeAddress, failed) {
       failed(/** @type {Error} */ (error));
     }
   }));
+  button('save-json').addEventListener('click', () => {
+    save(new Blob([JSON.stringify({ surface: state.surface })], { type: 'application/json' }), `${fileName(state)}.surface.json`);
+    announce('Downloaded the surface as JSON');
+  });
   perform('Asking for the list of formats', (signal) => client.formats({ signal })).then(({ formats }) => {
     const chips = formats.map((format) => buildButton(format, state, failed));
     element('formats', HTMLElement).replaceChildren(...chips);
