@@ -131,7 +131,7 @@ def test_the_content_security_policy_allows_only_this_service(client: Client) ->
 @needs_bundles
 def test_the_page_lists_all_file_types(client: Client) -> None:
     text = client.get("/").text
-    (accepted,) = re.findall(r'type="file" accept="([^"]+)"', text)
+    (accepted,) = re.findall(r'type="file" multiple accept="([^"]+)"', text)
     (files,) = re.findall(r'data-files="([^"]+)"', text)
     expected = {suffix: decoder.media_type for suffix, decoder in BY_SUFFIX.items()}
     facts = json.loads(unescape(files))
