@@ -8,7 +8,7 @@ from playwright.sync_api import Page, Route
 
 from tests.web.test_page_access import PHONE_WINDOW, list_violations
 from tools.browser import Stage
-from tools.editor import READY, WINDOW, perform, read_value, reset_editor
+from tools.editor import READY, WINDOW, perform, read_value, reset_editor, select_point
 
 MESHES = "**/v1/mesh*"
 BAR = "#busy:visible"
@@ -169,6 +169,20 @@ def test_escape_in_a_dialog_closes_the_dialog_and_stops_no_work(
     assert page.is_visible("#busy")
     held.pop().continue_()
     page.wait_for_selector(READY)
+
+
+@pytest.mark.usefixtures("held")
+def test_escape_stops_the_mesh_of_a_number_that_is_typed(page: Page) -> None:
+    select_point(page, 4)
+    page.fill("#z", "3")
+    page.wait_for_selector(BAR)
+    page.keyboard.press("Escape")
+    page.wait_for_selector(STOPPED)
+    assert page.input_value("#z") == "3"
+    page.unroute_all()
+    page.keyboard.press("Control+z")
+    page.wait_for_selector(READY)
+    assert page.input_value("#z") == "1"
 
 
 def test_a_request_that_is_out_of_date_is_aborted(page: Page, held: list[Route]) -> None:

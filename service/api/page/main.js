@@ -168,7 +168,8 @@ state.listen((change) => {
   requestMesh(change === 'moving');
 });
 
-watchBusy(() => state.history.before !== null);
+// Drags and keys that move points have the focus in the view; while a number is typed, Escape stops work.
+watchBusy(() => state.history.before !== null && document.activeElement?.id === 'view');
 watchTheme(() => view?.updateLook());
 const probe = new Probe(state, {
   show: (point, text) => view?.showPin(point, text),
