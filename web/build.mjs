@@ -1,6 +1,7 @@
 // Bundles the modules of the page, with three.js, into service/api/static/page: `make web`.
 //
 //   node build.mjs                    the files that the service serves, and manifest.json
+//   node build.mjs --compress         these, and each script and style as Brotli: 1/7 smaller, in some seconds
 //   node build.mjs --modules FOLDER   every module by its own name, for tests of single modules
 //
 // The name of each file contains a hash of its content, so that browsers keep the file for ever. The
@@ -11,6 +12,7 @@ import { createHash } from 'node:crypto';
 import { copyFileSync, existsSync, mkdirSync, readdirSync, readFileSync, renameSync, rmSync, writeFileSync } from 'node:fs';
 import { basename, dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
+import { brotliCompressSync, constants } from 'node:zlib';
 import { build } from 'esbuild';
 
 const WEB = dirname(fileURLToPath(import.meta.url));
@@ -38,7 +40,8 @@ const OPTIONS = {
 /** The hash of a file, in hexadecimal. @param {string} path */
 const hash = (path) => createHash('sha256').update(readFileSync(join(ROOT, path))).digest('hex');
 
-async function bundle() {
+/** @param {boolean} isCompressed */
+async function bundle(isCompressed) {
   const folder = `${STATIC}.new`;
   rmSync(join(ROOT, folder), { recursive: true, force: true });
   const [inputs, outputs] = [{}, {}];
@@ -70,10 +73,21 @@ async function bundle() {
   const packages = [...new Set(Object.keys(inputs).map((path) => /node_modules\/([^/]+)\//.exec(path)?.[1]).filter(Boolean))];
   const sources = [...Object.keys(inputs).filter((path) => !path.includes('node_modules/')), 'web/build.mjs', 'web/package-lock.json'];
   const manifest = { files, packages, sources: Object.fromEntries(sources.sort().map((path) => [path, hash(path)])) };
+  if (isCompressed) outputNames(outputs).forEach((name) => compressFile(join(ROOT, folder, name)));
   copyFileSync(join(WEB, 'node_modules/three/LICENSE'), join(ROOT, folder, 'LICENSE'));
   writeFileSync(join(ROOT, folder, 'manifest.json'), `${JSON.stringify(manifest, null, 1)}\n`);
   rmSync(join(ROOT, STATIC), { recursive: true, force: true });
   renameSync(join(ROOT, folder), join(ROOT, STATIC));
+}
+
+/** The names of the scripts and styles. @param {object} outputs */
+const outputNames = (outputs) => Object.keys(outputs).map((path) => basename(path)).filter((name) => /\.(js|css)$/.test(name));
+
+/** @param {string} path */
+function compressFile(path) {
+  const content = readFileSync(path);
+  const params = { [constants.BROTLI_PARAM_LGWIN]: constants.BROTLI_MAX_WINDOW_BITS, [constants.BROTLI_PARAM_SIZE_HINT]: content.length };
+  writeFileSync(`${path}.br`, brotliCompressSync(content, { params }));
 }
 
 /** Whether a file is the copy of an entry, with a hash in its name. @param {string} entry @param {string} file */
@@ -91,4 +105,4 @@ async function separate(folder) {
 
 const [option, folder] = process.argv.slice(2);
 if (option === '--modules') await separate(folder);
-else await bundle();
+else await bundle(option === '--compress');

@@ -183,6 +183,13 @@ def codings_of(request: Request) -> Codings:
     return codings_by_header(_header(request, "accept-encoding"))
 
 
+def accepts_brotli(request: Request) -> bool:
+    """Whether the client accepts `br`, in which only files come that were built so."""
+    header = _header(request, "accept-encoding") or b""
+    qualities = dict(parse_quality_values(header.decode("latin-1")))
+    return qualities.get("br", qualities.get("*", 0.0)) > 0
+
+
 def condition_of(request: Request) -> bytes | None:
     """The If-None-Match header, its lines joined; None if the client did not send it."""
     return _header(request, "if-none-match")

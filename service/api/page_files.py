@@ -103,6 +103,18 @@ class Bundles:
         names = sorted(path.name for path in folder.iterdir() if path.suffix in _MEDIA_TYPES)
         return cls(folder, manifest["files"], tuple(names))
 
+    def file(self, name: str) -> StaticFile:
+        """One of `names`, also as Brotli if `make web` has compressed it."""
+        path = self.folder / name
+        kind, compressed = _MEDIA_TYPES[path.suffix], self.folder / f"{name}.br"
+        brotli = StaticFile(compressed.read_bytes, kind, is_immutable=True)
+        return StaticFile(
+            path.read_bytes,
+            kind,
+            is_immutable=True,
+            brotli=brotli if compressed.is_file() else None,
+        )
+
     def url(self, name: str) -> str:
         """The relative URL of a file that a page names."""
         return f"page/{self.files[name]['file']}"
@@ -161,7 +173,7 @@ def list_files(document: Callable[[], dict[str, Any]], settings: Settings) -> di
         "robots.txt": StaticFile(lambda: ROBOTS, "text/plain"),
         # For responses that are no pages; pages name the icon.
         "favicon.ico": StaticFile((PAGE / "icon.svg").read_bytes, _MEDIA_TYPES[".svg"]),
-        **_by_name("page", [bundles.folder / name for name in bundles.names], is_immutable=True),
+        **{f"page/{name}": bundles.file(name) for name in bundles.names},
         **_by_name("page", sorted(THUMBNAILS.iterdir())),
         **_by_name("docs", [DOCS / "start.js", *docs_files]),
     }
@@ -177,13 +189,9 @@ def list_files(document: Callable[[], dict[str, Any]], settings: Settings) -> di
     return files
 
 
-def _by_name(
-    folder: str, paths: Sequence[Path], *, is_immutable: bool = False
-) -> dict[str, StaticFile]:
+def _by_name(folder: str, paths: Sequence[Path]) -> dict[str, StaticFile]:
     return {
-        f"{folder}/{path.name}": StaticFile(
-            path.read_bytes, _MEDIA_TYPES[path.suffix], is_immutable=is_immutable
-        )
+        f"{folder}/{path.name}": StaticFile(path.read_bytes, _MEDIA_TYPES[path.suffix])
         for path in paths
         if path.suffix in _MEDIA_TYPES
     }

@@ -11,8 +11,8 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from service.api.caching.cached_response import FOR_EVER, entity_tag, find_match, matches_all
-from service.api.caching.codings import ONCE_LEVELS, Coding, compress, compress_once
-from service.api.negotiation import codings_of, condition_of
+from service.api.caching.codings import Coding, compress
+from service.api.negotiation import accepts_brotli, codings_of, condition_of
 from service.api.responses import HEADERS, ChunkedResponse
 
 
@@ -20,6 +20,7 @@ from service.api.responses import HEADERS, ChunkedResponse
 class StaticFile:
     """A file: how to read it, its media type, extra headers, and whether its name has its hash.
 
+    `brotli` is the same file compressed by Brotli, if that was done when the file was built.
     Once it is loaded, it has its content, its hash in hexadecimal, and its bodies by coding. A
     compressed body is None if it is not much smaller than the content.
     """
@@ -28,6 +29,7 @@ class StaticFile:
     media_type: str
     headers: Mapping[str, str] = field(default_factory=dict)
     is_immutable: bool = False
+    brotli: "StaticFile | None" = None
     content: bytes = b""
     hash: str = ""
     bodies: dict[Coding, bytes | None] = field(default_factory=dict)
@@ -56,7 +58,13 @@ class StaticFiles:
             404 if no file has this name, or the file is missing.
         """
         accepted, condition = codings_of(request), condition_of(request)
-        file = await self._load(name)
+        file = self._files.get(name)
+        if file is None:
+            raise HTTPException(404)
+        is_brotli = file.brotli is not None and accepts_brotli(request)
+        if file.brotli is not None and is_brotli:
+            file, accepted = file.brotli, ("identity",)
+        await _load(file)
         coding, body = await self._encode_file(file, accepted[0])
         unchanged_coding = find_match(condition, accepted, partial(entity_tag, file.hash))
         if condition is not None and matches_all(condition):
@@ -70,23 +78,9 @@ class StaticFiles:
         }
         if unchanged_coding is not None:
             return Response(status_code=304, headers=headers)
-        if coding != "identity":
-            headers["Content-Encoding"] = coding
+        if is_brotli or coding != "identity":
+            headers["Content-Encoding"] = "br" if is_brotli else coding
         return ChunkedResponse(body, 200, headers, file.media_type)
-
-    async def _load(self, name: str) -> StaticFile:
-        file = self._files.get(name)
-        if file is None:
-            raise HTTPException(404)
-        if not file.hash:
-            try:
-                file.content = await asyncio.to_thread(file.read)
-            except FileNotFoundError:
-                raise HTTPException(404) from None
-            # The levels of compression, which make other bytes, are part of the tag.
-            levels = repr(dict(ONCE_LEVELS)).encode() if file.is_immutable else b""
-            file.hash = sha256(levels + file.content).hexdigest()
-        return file
 
     async def _encode_file(self, file: StaticFile, coding: Coding) -> tuple[Coding, bytes]:
         """The file in a coding, or unchanged if the coding hardly makes it smaller."""
@@ -94,7 +88,17 @@ class StaticFiles:
             return coding, file.content
         if coding not in file.bodies:
             # Two requests at the same time may both compress the file: their bytes are the same.
-            function = compress_once if file.is_immutable else compress
-            file.bodies[coding] = await asyncio.to_thread(function, coding, file.content)
+            file.bodies[coding] = await asyncio.to_thread(compress, coding, file.content)
         body = file.bodies[coding]
         return ("identity", file.content) if body is None else (coding, body)
+
+
+async def _load(file: StaticFile) -> None:
+    """Reads a file that has not been read; raises 404 if it is missing."""
+    if file.hash:
+        return
+    try:
+        file.content = await asyncio.to_thread(file.read)
+    except FileNotFoundError:
+        raise HTTPException(404) from None
+    file.hash = sha256(file.content).hexdigest()

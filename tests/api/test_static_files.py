@@ -122,3 +122,37 @@ def test_the_openapi_document_is_compressed(client: Client) -> None:
     whole = client.get("/openapi.json", {"Accept-Encoding": "identity"})
     assert decompress_zstd(response.content) == whole.content
     assert len(response.content) < len(whole.content) / 5
+
+
+def test_a_file_that_was_built_as_brotli_is_sent_so_to_clients_that_accept_it() -> None:
+    """Other clients get the other codings; each has its own entity tag."""
+    brotli = StaticFile(lambda: b"brotli", "text/javascript", is_immutable=True)
+    files = StaticFiles(
+        {"a.js": StaticFile(lambda: SCRIPT, "text/javascript", is_immutable=True, brotli=brotli)}
+    )
+    app = create_app(Settings())
+
+    async def respond(request: Request) -> Response:
+        return await files.respond(request, "a.js")
+
+    app.add_route("/a.js", respond)
+    tags = set()
+    with start_client(app) as client:
+        for accepted, coding in (
+            ("gzip, deflate, br, zstd", "br"),
+            ("br;q=0, zstd", "zstd"),
+            ("gzip", "gzip"),
+            ("*", "br"),
+            ("", None),
+        ):
+            headers = {"Accept-Encoding": accepted}
+            response = client.get_raw("/a.js", headers)
+            assert response.headers.get("content-encoding") == coding, accepted
+            assert (response.content == b"brotli") == (coding == "br")
+            tag = response.headers["etag"]
+            tags.add(tag)
+            unchanged = client.get_raw("/a.js", headers | {"If-None-Match": tag})
+            assert unchanged.status_code == 304
+            assert unchanged.headers["etag"] == tag
+            assert "content-encoding" not in unchanged.headers
+    assert len(tags) == 4

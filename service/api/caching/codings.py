@@ -80,9 +80,9 @@ def parse_accepted_codings(header: bytes | None) -> Codings:
     return _parse_cached(header) if len(header) <= MAX_CACHED else _parse_codings(header)
 
 
-def _gzip(content: bytes, level: int = GZIP_LEVEL) -> bytes:
+def _gzip(content: bytes) -> bytes:
     """One member of a gzip file (RFC 1952), with a head that depends on no time or system."""
-    compressor = zlib.compressobj(level, zlib.DEFLATED, -zlib.MAX_WBITS)
+    compressor = zlib.compressobj(GZIP_LEVEL, zlib.DEFLATED, -zlib.MAX_WBITS)
     trailer = struct.pack("<II", zlib.crc32(content), len(content) & 0xFFFFFFFF)
     return b"".join((_GZIP_HEAD, compressor.compress(content), compressor.flush(), trailer))
 
@@ -102,20 +102,6 @@ COMPRESSOR_VERSIONS: Mapping[Coding, str] = MappingProxyType(
     }
 )
 """Compressor, version and level of each coding: its bytes depend on these and the content."""
-
-
-ONCE_LEVELS: Mapping[Coding, int] = MappingProxyType({"zstd": 19, "gzip": 9})
-"""Levels for files that the service compresses once and sends for ever: of the script of the page,
-0.24 by Zstandard and 0.27 by gzip, in 0.5 and 0.1 s; with the other levels 0.26 and 0.28."""
-
-
-def compress_once(coding: Coding, content: bytes) -> bytes | None:
-    """Like `compress`, at the highest useful level."""
-    if len(content) < MIN_BYTES:
-        return None
-    level = ONCE_LEVELS[coding]
-    body = zstd.compress(content, level=level) if coding == "zstd" else _gzip(content, level)
-    return body if len(body) <= MAX_RATIO * len(content) else None
 
 
 def compress(coding: Coding, content: bytes) -> bytes | None:
