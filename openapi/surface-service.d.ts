@@ -7919,6 +7919,16 @@ export interface operations {
             /** @description The built-in surfaces. */
             200: {
                 headers: {
+                    /**
+                     * @description The coding. Not sent if the body is not compressed.
+                     * @example zstd
+                     */
+                    "Content-Encoding"?: string;
+                    /**
+                     * @description How long it may be kept.
+                     * @example public, max-age=3600, must-revalidate
+                     */
+                    "Cache-Control": string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
                     "X-Request-Id": components["headers"]["RequestId"];
@@ -8661,6 +8671,11 @@ export interface operations {
             /** @description The formats of meshes. */
             200: {
                 headers: {
+                    /**
+                     * @description The coding. Not sent if the body is not compressed.
+                     * @example zstd
+                     */
+                    "Content-Encoding"?: string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
                     "X-Request-Id": components["headers"]["RequestId"];
