@@ -546,9 +546,12 @@ GEOMETRY = """const THREE = await import(argument.three);
     return Promise.all(argument.requests.map((request) => describe(...request)));"""
 
 
+def find_three(folder: Path) -> str:
+    return (folder / "node_modules" / "three" / "build" / "three.module.js").as_uri()
+
+
 def make_geometries(folder: Path, server: str, *requests: list[Any]) -> list[dict[str, Any]]:
-    three = (folder / "node_modules" / "three" / "build" / "three.module.js").as_uri()
-    argument = {"three": three, "server": server, "requests": requests}
+    argument = {"three": find_three(folder), "server": server, "requests": requests}
     geometries: list[dict[str, Any]] = evaluate(folder, GEOMETRY, argument)
     return geometries
 
@@ -593,12 +596,7 @@ def test_geometries_have_colours_attributes_and_long_indices(folder: Path, serve
         "colors": [[[1, 0.5, 0], [0, 0, 0]], [[0, 1, 0], [0.02, 0, 1]]],
         "attributes": {"Heat": [[[1.5], [2]], [[3], [4]]]},
     }
-    small, large = make_geometries(
-        folder,
-        server,
-        [colored, {"resolution": 1, "uvs": True}],
-        [SADDLE, {"resolution": 256, "normals": False}],
-    )
+    (small,) = make_geometries(folder, server, [colored, {"resolution": 1, "uvs": True}])
     mesh, attributes = small["mesh"], small["attributes"]
     size, colors = attributes["color"]
     assert size == 3
@@ -610,6 +608,12 @@ def test_geometries_have_colours_attributes_and_long_indices(folder: Path, serve
     assert colors == pytest.approx(linear, abs=1e-6)
     assert attributes["uv"] == [2, [x for row in mesh["uvs"] for x in row]]
     assert sorted(attributes["_heat"][1]) == [1.5, 2, 3, 4]
-    assert large["kind"] == "Uint32Array"
-    assert "normal" not in large["attributes"]
-    assert max(large["index"]) == 257 * 257 - 1
+    # 65535 in 16 bits would begin a new strip of triangles.
+    code = """const THREE = await import(argument.three);
+        const faces = [[0, 1, argument.count - 1]];
+        const vertices = Array(argument.count).fill([0, 0, 0]);
+        const { index, attributes } = toBufferGeometry(THREE, { vertices, faces, parts: [] });
+        return [index.array.constructor.name, index.getX(2), Object.keys(attributes)];"""
+    for count, kind in ((0xFFFF, "Uint16Array"), (0x10000, "Uint32Array")):
+        argument = {"three": find_three(folder), "count": count}
+        assert evaluate(folder, code, argument) == [kind, count - 1, ["position"]]
