@@ -68,7 +68,7 @@ function triangulate(faces: Rows, vertexCount: number): { index: Uint16Array | U
   for (const face of faces) starts.push((starts.at(-1) ?? 0) + 3 * (face.length - 2));
   const length = starts.at(-1) ?? 0;
   // The index 65535 restarts a primitive.
-  const index = vertexCount < 0xffff ? new Uint16Array(length) : new Uint32Array(length);
+  const index = vertexCount <= 0xffff ? new Uint16Array(length) : new Uint32Array(length);
   let k = 0;
   for (const [a = 0, b = 0, c = 0, d] of faces) {
     index.set([a, b, c], k);
