@@ -3,13 +3,13 @@
 import json
 from dataclasses import dataclass
 from functools import cached_property
-from io import BytesIO
 from typing import TYPE_CHECKING, Any, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from service.client.answers import MeshReport
+from service.client.npz import read_arrays
 from service.client.records import Floats
 
 if TYPE_CHECKING:
@@ -76,8 +76,7 @@ class Mesh:
     @classmethod
     def read(cls, content: bytes) -> Self:
         """The mesh in a file of the format NPZ."""
-        with np.load(BytesIO(content), allow_pickle=False) as file:
-            arrays: dict[str, Any] = dict(file)
+        arrays = read_arrays(content)
         texts = {
             name: json.loads(arrays.pop(name).tobytes())
             for name in ("parts", "lines", "report")
