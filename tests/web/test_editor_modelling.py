@@ -214,6 +214,17 @@ def test_chosen_points_move_together_in_one_step(page: Page) -> None:
     undo_all(page)
 
 
+def test_a_point_that_does_not_pull_has_the_weight_0(page: Page) -> None:
+    """The service allows it inside the net; at a corner it is an error (test_editor)."""
+    open_surface(page, PATCH)
+    select_point(page, 5)
+    page.fill("#weight", "0")
+    weights = perform(page, lambda: page.press("#weight", "Enter"))["surface"]["weights"]
+    assert weights == [[1, 1, 1], [1, 0, 1], [1, 1, 1], [1, 1, 1]]
+    assert page.is_hidden("#problem")
+    undo_all(page)
+
+
 def test_an_arrow_moves_points_along_an_axis(page: Page) -> None:
     assert page.is_hidden("#gizmo")
     open_surface(page, SPLINE)
