@@ -520,10 +520,18 @@ def test_text_that_is_not_json_is_not_sent(page: Page) -> None:
 def test_the_buttons_of_formats_download_the_mesh(page: Page) -> None:
     suffixes = page.locator("#formats button").all_inner_texts()
     assert suffixes == [f".{fmt.suffix}" for fmt in FORMATS]
-    with page.expect_download() as download:
-        page.click('[data-format="off"]')
-    assert download.value.suggested_filename == "saddle.off"
-    assert download.value.path().read_text().splitlines()[:2] == ["OFF", "49 72 0"]
+    for fmt in FORMATS:
+        with (
+            page.expect_response(lambda response: "/v1/mesh" in response.url) as response,
+            page.expect_download() as download,
+        ):
+            page.click(f'[data-format="{fmt.suffix}"]')
+        assert download.value.suggested_filename == f"saddle.{fmt.suffix}"
+        file = download.value.path().read_bytes()
+        if fmt.suffix == "json":  # the client of the page reads it
+            assert json.loads(file) == response.value.json()
+        else:
+            assert file == response.value.body()
 
 
 def test_if_the_service_does_not_respond_the_page_offers_to_try_again(editor: Stage) -> None:

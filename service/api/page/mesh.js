@@ -40,7 +40,9 @@ export async function mesh({ surface, ...options }, { address = '', format = 'gl
         if (!(error instanceof ServiceError && error.code === 'engine_gone')) throw error;
         return fetchMesh(define(surface), {});
       }) : fetchMesh(define(surface), {}));
-    return { content, serverTime: isJob ? null : time, roundTrip: performance.now() - start };
+    // The client reads JSON; the file is its text.
+    const file = format === 'json' ? new TextEncoder().encode(JSON.stringify(content)).buffer : content;
+    return { content: file, serverTime: isJob ? null : time, roundTrip: performance.now() - start };
   } catch (error) {
     const isWithdrawn = error instanceof DOMException && error.name === 'AbortError' && !signal.aborted;
     throw isWithdrawn ? new Stopped('The job') : error;
