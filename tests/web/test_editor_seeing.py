@@ -236,6 +236,9 @@ def test_a_click_marks_the_place_until_it_is_cleared(page: Page) -> None:
     assert page.is_hidden("#pin")
     assert page.evaluate("document.activeElement.id") == "view"
     click_surface(page)
+    page.keyboard.press("Escape")
+    assert page.is_hidden("#pin")
+    click_surface(page)
     page.click("#open")
     perform(page, lambda: page.click('[data-example="sphere"]'))
     assert page.is_hidden("#pin")
@@ -364,6 +367,22 @@ def test_the_plane_follows_its_handle_and_hides_one_side(cut_page: Page) -> None
         }""",
         arg=left + 40,
     )
+    # While the plane moves, the lines follow it.
+    requests: list[Any] = []
+    page.on("request", lambda request: requests.append(request.url))
+    page.locator("#section-offset").evaluate(
+        """async (slider, middle) => {
+          for (let k = 0; k < 40; k += 1) {
+            slider.value = middle + 0.01 * Math.sin(k);
+            slider.dispatchEvent(new Event('input'));
+            await new Promise((resolve) => setTimeout(resolve, 10));
+          }
+        }""",
+        (moved + 1) / 2,
+    )
+    assert sum(url.endswith("/v1/intersect") for url in requests) > 2
+    page.fill("#section-position", str(moved))
+    page.press("#section-position", "Enter")
     page.check('input[name="section-shown"][value="above"]', force=True)
     page.mouse.click(x - 20, y - 30)  # hidden
     page.mouse.click(x + 60, y - 30)

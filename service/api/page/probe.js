@@ -34,15 +34,23 @@ export class Probe {
     this.pin = pin;
     /** The place of the last click. @type {number[] | null} */
     this.point = null;
+    /** Whether a control point was chosen when the key was pressed. */
+    this.hadPoint = false;
     /** Aborts the requests about an older click, or an older surface. */
     this.outdated = new AbortController();
     state.listen((change) => {
       if (change !== 'settings' && change !== 'chosen') this.forget();
     });
+    const canvas = element('view', HTMLCanvasElement);
     button('place-clear').addEventListener('click', () => {
       this.forget();
-      element('view', HTMLCanvasElement).focus();
+      canvas.focus();
     });
+    // The first Escape deselects a control point.
+    canvas.addEventListener('keydown', ({ key }) => {
+      if (key === 'Escape' && this.point !== null && !this.hadPoint) this.forget();
+    });
+    canvas.addEventListener('keydown', () => { this.hadPoint = state.chosen >= 0; }, { capture: true });
     button('place-copy').addEventListener('click', () => this.copy());
   }
 

@@ -39,6 +39,8 @@ export class Section {
     this.asked = '';
     this.hasFailed = false;
     this.timer = 0;
+    /** The plane of the next request. */
+    this.wanted = { normal: [1, 0, 0], offset: 0 };
     /** The offset to which the plane was dragged, with all digits. @type {number | null} */
     this.dragged = null;
     /** @type {NewestOnly<{normal: number[], offset: number}, Polyline[]>} */
@@ -50,6 +52,7 @@ export class Section {
       if (change === 'opened') {
         this.bounds = null;
         this.exactOffset = null;
+        callbacks.showPlane(null);
       }
       if (change !== 'settings' && change !== 'chosen') this.forget();
     });
@@ -135,7 +138,10 @@ export class Section {
     element('section-slider', HTMLElement).hidden = choice === 'off';
     element('section-normal', HTMLElement).hidden = choice !== 'free';
     if (this.exactOffset === null) this.dragged = null;
-    if (normal === null) this.forget();
+    if (normal === null) {
+      this.forget();
+      this.callbacks.showPlane(null);
+    }
     if (normal === null || this.bounds === null) return;
     const range = findRange(normal, this.bounds);
     const offset = this.readOffset(range);
@@ -152,14 +158,16 @@ export class Section {
     const asked = JSON.stringify([normal, offset]);
     if (asked === this.asked) return;
     this.asked = asked;
-    clearTimeout(this.timer);
-    this.timer = setTimeout(() => this.cut({ normal, offset }), PAUSE);
+    // Not later with each change: the lines follow a plane that moves.
+    this.wanted = { normal, offset };
+    if (this.timer === 0) this.timer = setTimeout(() => this.cut(), PAUSE);
   }
 
-  /** Requests a section, and shows it if no newer one is needed. @param {{normal: number[], offset: number}} plane */
-  async cut(plane) {
+  /** Requests the section that is wanted now, and shows it if no newer one has come before it. */
+  async cut() {
+    this.timer = 0;
     try {
-      const polylines = await this.requests.run(plane);
+      const polylines = await this.requests.run(this.wanted);
       if (polylines) this.show(polylines);
     } catch (error) {
       this.fail(/** @type {Error} */ (error));
@@ -169,9 +177,9 @@ export class Section {
   /** Removes the section, and drops its requests. */
   forget() {
     clearTimeout(this.timer);
+    this.timer = 0;
     this.requests.abort();
     this.asked = '';
-    this.callbacks.showPlane(null);
     this.clear();
   }
 
