@@ -157,7 +157,7 @@ state.listen((change) => {
     patchCount = 1;
     if (first !== null) {
       requestedMesh = describeMesh();
-      // After the other listeners, of which some forget the section and the measures of what was open.
+      // After the other listeners, some of which forget the section and the measures of the document before.
       void Promise.resolve(first.response).then((response) => showMesh(response, false)).then(settle);
       return;
     }
