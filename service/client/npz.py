@@ -23,8 +23,8 @@ import numpy as np
 Arrays: TypeAlias = dict[str, Any]
 
 _FILE = Struct("<4s2xHH8xIIHH")
-"""Of the header of a file: its signature, flags, method, bytes in the archive, bytes, and the
-lengths of its name and of a further field."""
+"""The header of a file: its signature, flags, method, bytes in the archive, bytes, and the lengths
+of its name and of a further field."""
 
 _SIGNATURE, _DIRECTORY, _END, _MAGIC = b"PK\3\4", b"PK\1\2", b"PK\5\6", b"\x93NUMPY\1\0"
 
