@@ -270,4 +270,7 @@ def test_axe_finds_no_violations_while_work_runs_or_the_service_is_away(
     assert list_violations(page) == []
     page.keyboard.press("Escape")
     page.wait_for_selector(STOPPED)
+    box = page.locator("#problem").bounding_box()
+    assert box is not None
+    assert 0 <= box["x"] <= box["x"] + box["width"] <= size[0]
     assert list_violations(page) == []
