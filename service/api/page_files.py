@@ -24,6 +24,7 @@ from service.encoders.libraries import list_compressions
 from service.engine.mesh.mesh import ENGINE
 from service.errors import InvalidSettings
 from service.settings.values import Settings
+from service.surface.examples.catalogue import EXAMPLES
 
 API = Path(__file__).parent
 PAGE, DOCS = API / "page", API / "docs"
@@ -147,6 +148,15 @@ Disallow: /embed
 """
 
 
+FIRST_SURFACE = "utah-teapot"
+"""The example that the editor opens if its address names none (`main.js`)."""
+
+
+def editor_name(surface: str) -> str:
+    """The name of the editor's page that lets the browser ask for an example at once."""
+    return f"page?surface={surface}"
+
+
 def list_files(document: Callable[[], dict[str, Any]], settings: Settings) -> dict[str, StaticFile]:
     """All files that pages need, and the OpenAPI document; no other file is served.
 
@@ -178,9 +188,11 @@ def list_files(document: Callable[[], dict[str, Any]], settings: Settings) -> di
         **_by_name("docs", [DOCS / "start.js", *docs_files]),
     }
     if bundles.files:
-        files["page"] = StaticFile(
-            partial(_editor_page, bundles, settings), "text/html", EDITOR_HEADERS
-        )
+        # Without a key, the browser can ask for an example while the scripts are on their way.
+        examples = {editor_name(name): name for name in EXAMPLES if settings.public_reads}
+        for page, surface in {"page": "", **examples}.items():
+            read = partial(_editor_page, bundles, settings, surface)
+            files[page] = StaticFile(read, "text/html", EDITOR_HEADERS)
         origins = settings.frame_ancestors
         headers = _headers("style-src 'self'; img-src 'self' blob:", _DRAWING, origins)
         files["embed"] = StaticFile(partial(_embed_page, bundles), "text/html", headers)
@@ -197,12 +209,19 @@ def _by_name(folder: str, paths: Sequence[Path]) -> dict[str, StaticFile]:
     }
 
 
-def _editor_page(bundles: Bundles, settings: Settings) -> bytes:
-    """`index.html`, with the names of the bundles and the lists of file suffixes filled in."""
+def _editor_page(bundles: Bundles, settings: Settings, surface: str) -> bytes:
+    """`index.html`, with the names of the bundles and the lists of file suffixes filled in.
+
+    If `surface` is the name of an example, the browser asks for it and for the list of examples
+    before the script does.
+    """
+    links = bundles.links("main.js", "page.css")
+    for path in ("v1/surfaces", f"v1/surfaces/{surface}") if surface else ():
+        links["preloads"] += f'\n<link rel="preload" as="fetch" crossorigin href="{path}">'
     suffixes = [".json", *(f".{suffix}" for suffix in (*BY_SUFFIX, TEAPOT_SUFFIX))]
     return _fill(
         "index.html",
-        bundles.links("main.js", "page.css"),
+        links,
         engine=ENGINE,
         accept=",".join(suffixes),
         suffixes=", ".join(f"<code>{suffix}</code>" for suffix in suffixes),

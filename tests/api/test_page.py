@@ -4,8 +4,10 @@ import json
 import re
 from html import unescape
 from pathlib import Path
+from urllib.parse import quote
 
 import pytest
+from pydantic import SecretStr
 
 from service.api import page_files
 from service.api.app import create_app
@@ -94,6 +96,27 @@ def test_the_first_picture_needs_few_bytes_of_scripts_and_styles(client: Client)
     preloaded = re.findall(r'<link rel="modulepreload" href="page/([^"]+)">', page)
     assert preloaded == [*imports, *(BUNDLES.files[name]["file"] for name in scripts)]
     assert len(names) <= 5
+
+
+@needs_bundles
+def test_the_browser_asks_for_an_example_while_the_scripts_are_on_their_way() -> None:
+    """Only for names of examples, and only if reading them needs no key."""
+
+    def list_asked(client: Client, query: str) -> list[str]:
+        return re.findall(r'<link rel="preload" as="fetch" crossorigin href="([^"]+)">',
+                          client.get(f"/{query}").text)  # fmt: skip
+
+    main = (page_files.PAGE / "main.js").read_text(encoding="utf-8")
+    assert f"FIRST_SURFACE = '{page_files.FIRST_SURFACE}'" in main
+    settings = Settings(public_reads=False, signing_keys=(SecretStr("0123456789abcdef" * 2),))
+    with start_client(create_app(Settings())) as client:
+        assert list_asked(client, "") == ["v1/surfaces", "v1/surfaces/utah-teapot"]
+        saddle = ["v1/surfaces", "v1/surfaces/saddle"]
+        assert list_asked(client, "?surface=saddle&look=mean") == saddle
+        for name in ("none", "0" * 64, '"><script>', "../docs", ""):
+            assert list_asked(client, f"?surface={quote(name)}") == []
+    with start_client(create_app(settings)) as client:
+        assert list_asked(client, "?surface=saddle") == []
 
 
 def test_the_page_asks_for_no_compression_that_this_service_lacks(

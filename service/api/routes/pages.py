@@ -10,7 +10,13 @@ from string import Template
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import HTMLResponse
 
-from service.api.page_files import DOCS, DOCS_HEADERS, EDITOR_HEADERS
+from service.api.page_files import (
+    DOCS,
+    DOCS_HEADERS,
+    EDITOR_HEADERS,
+    FIRST_SURFACE,
+    editor_name,
+)
 from service.api.record import route_path
 from service.api.services import ContextDep
 
@@ -27,7 +33,8 @@ async def editor(request: Request, context: ContextDep) -> Response:
             'Everything else works; see <a href="docs">the interface</a>.',
             EDITOR_HEADERS,
         )
-    return await files.respond(request, "page")
+    name = editor_name(request.query_params.get("surface", FIRST_SURFACE))
+    return await files.respond(request, name if name in files else "page")
 
 
 @pages.get("/embed")
