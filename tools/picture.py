@@ -142,6 +142,8 @@ def draw_editor(
         select_point(stage.page, point)
     if click is not None:
         stage.page.mouse.click(*click)
+        stage.page.wait_for_selector("#probe-row:visible", timeout=120_000)
+        stage.page.mouse.move(0, 0)
     stage.page.evaluate("document.activeElement.blur()")
     stage.page.screenshot(path=target)
     context.close()
