@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from typing import Any
+from urllib.parse import urlsplit
 
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page
@@ -26,6 +27,13 @@ LIST_DRAFTS = """() => new Promise((resolve) => {
     };
 })"""
 """The records of all drafts on the device."""
+
+DROP = """(text) => {
+    const transfer = new DataTransfer();
+    transfer.items.add(new File([text], 'dropped.json', { type: 'application/json' }));
+    dispatchEvent(new DragEvent('drop', { dataTransfer: transfer, cancelable: true }));
+}"""
+"""Drops a file with a text on the page."""
 
 FILL_UP = """() => {
     const { put } = IDBObjectStore.prototype;
@@ -205,6 +213,28 @@ def test_opening_another_surface_is_undone_by_a_button_and_by_back(page: Page) -
     assert page.inner_text("#title") == "Utah teapot"
     page.click("#offer-act")
     page.wait_for_selector("#library[open]")
+
+
+def test_dropping_a_file_is_undone_and_nothing_is_stored_in_the_service(stage: Stage) -> None:
+    page, posted = stage.page, []
+    page.on("request", lambda request: posted.append((request.method, urlsplit(request.url).path)))
+    type_z(page, 1.75)
+    page.evaluate(DROP, '{"name": "dropped", "control_net": [[[0,0,0],[0,1,0]],[[1,0,0],[1,1,3]]]}')
+    page.wait_for_selector('#title:has-text("dropped")')
+    type_z(page, 5)
+    wait_for_drafts(page, [1, 1])
+    page.reload()
+    page.wait_for_selector('#title:has-text("dropped")')
+    page.wait_for_selector(READY)
+    assert read_z(page) == 5
+    page.go_back()
+    page.wait_for_selector('#title:has-text("Saddle")')
+    assert read_z(page) == 1.75
+    page.go_forward()
+    page.wait_for_selector('#title:has-text("dropped")')
+    assert read_z(page) == 5
+    assert ("POST", "/v1/mesh") in posted
+    assert ("POST", "/v1/surfaces") not in posted
 
 
 def test_drafts_are_listed_opened_and_forgotten_by_keyboard(page: Page) -> None:

@@ -51,6 +51,7 @@ export function watchPointPanel(state) {
   slider.addEventListener('change', () => weigh(sliderWeight(), true));
 
   state.listen((change) => {
+    if (change === 'opened') number.value = '';
     show(state);
     if (change === 'chosen' && state.chosen >= 0) announce(describe(state));
   });

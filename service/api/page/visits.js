@@ -152,11 +152,12 @@ export class Visits {
     this.sessions.set(this.session.id, this.session);
     if (this.sessions.size > MAX_SESSIONS) this.sessions.delete([...this.sessions.keys()][0]);
     this.address = this.describeAddress();
-    this.writeAddress(this.entry === 'push' ? 'pushState' : 'replaceState');
+    const isEntry = this.writeAddress(this.entry === 'push' ? 'pushState' : 'replaceState');
     if (!needsDraft(this.session)) this.drafts.tab.keepDraft('');
     hideOffer();
     if (before && this.entry === 'push') {
-      offer(`Opened in place of ${before.about.title}.`, 'Undo', () => history.back());
+      const undo = isEntry ? () => history.back() : () => this.show(before);
+      offer(`Opened in place of ${before.about.title}.`, 'Undo', undo);
     }
     this.entry = 'push';
     this.edited();
@@ -201,15 +202,17 @@ export class Visits {
     return formatAddress({ surface, settings: this.state.settings, camera: this.camera.read() });
   }
 
-  /** @param {'pushState' | 'replaceState'} method */
+  /** Writes the address; returns whether the browser took it. @param {'pushState' | 'replaceState'} method */
   writeAddress(method = 'replaceState') {
     clearTimeout(this.addressTimer);
     this.addressTimer = 0;
     try {
       const entry = { draft: this.session?.id, origin: this.session?.about.origin };
       history[method](entry, '', location.pathname + this.address);
+      return true;
     } catch {
       // Some browsers limit the changes in a minute; the next one writes the address.
+      return false;
     }
   }
 
@@ -228,7 +231,7 @@ function needsDraft({ about, history: steps }) {
 
 /** @param {DraftRecord} draft */
 export function describeEdits({ edits }) {
-  return edits === 1 ? '1 edit' : `${edits} edits`;
+  return edits === 1 ? '1 edit' : `${edits === 0 ? 'no' : edits} edits`;
 }
 
 /** What the present entry of the history has: its draft, and the surface of the service that was edited. @returns {{draft?: string, origin: string}} */
