@@ -254,6 +254,15 @@ def test_work_at_which_the_service_fails_each_time_ends(page: Page) -> None:
     page.wait_for_selector(READY)
 
 
+def assert_inside_window(page: Page, selector: str) -> None:
+    box, window = page.locator(selector).bounding_box(), page.viewport_size
+    assert box is not None
+    assert window is not None
+    assert box["x"] >= 0
+    assert box["x"] + box["width"] <= window["width"]
+    assert box["y"] + box["height"] <= window["height"]
+
+
 @pytest.mark.parametrize(("scheme", "size"), [("light", (1200, 800)), ("dark", PHONE_WINDOW)])
 def test_axe_finds_no_violations_while_work_runs_or_the_service_is_away(
     page: Page, held: list[Route], scheme: Any, size: tuple[int, int]
@@ -263,11 +272,13 @@ def test_axe_finds_no_violations_while_work_runs_or_the_service_is_away(
     page.fill("#resolution", "7")
     page.wait_for_selector(BAR)
     assert list_violations(page) == []
-    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    assert_inside_window(page, "#busy")
     page.route("**/health", lambda route: route.abort("connectionrefused"))
     held.pop().abort("connectionrefused")
     page.wait_for_selector('html[data-state="away"]')
     assert list_violations(page) == []
+    assert_inside_window(page, "#busy")
+    assert_inside_window(page, "#problem")
     page.keyboard.press("Escape")
     page.wait_for_selector(STOPPED)
     box = page.locator("#problem").bounding_box()

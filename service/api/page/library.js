@@ -4,7 +4,6 @@ import { NoResponse } from 'surface-service';
 import { watchDrops } from './drops.js';
 import { button, element, input, makeElement, write } from './page.js';
 import { client } from './service.js';
-import { Unreadable } from './unreadable.js';
 import { perform } from './work.js';
 
 /** @typedef {import('./documents.js').Surface} Surface */
@@ -64,33 +63,34 @@ export class Library {
     });
   }
 
-  /** Opens the text in the dialog; an error of the JSON is shown beside it. */
+  /** Opens the text in the dialog, which stays open if the text cannot be read. */
   async openPasted() {
-    const text = element('paste', HTMLTextAreaElement).value;
-    try {
-      (await loadReader()).checkText(text, this.facts);
-    } catch (error) {
-      if (!(error instanceof Unreadable)) throw error;
-      const [{ detail, needed }] = error.errors;
+    const content = new Blob([element('paste', HTMLTextAreaElement).value]);
+    await this.opening.start('the text', async (outdated) => {
+      const wish = await this.read('the text', [{ name: '', content }], outdated);
+      this.close();
+      return wish;
+    }, ({ errors: [{ detail, needed }] }) => {
       element('paste-problem', HTMLElement).hidden = false;
       write('paste-problem', needed ? `${detail} Needed: ${needed}.` : detail);
-      return;
-    }
-    await this.openSources([{ name: '', content: new Blob([text]) }]);
+    });
   }
 
   /** Opens files and texts, several as one group. @param {Source[]} sources */
   async openSources(sources) {
     this.close();
-    const names = sources.map(({ name }) => name || 'the text');
-    const what = names.length === 1 ? names[0] : `${names.length} files`;
-    await this.opening.start(what, async (outdated) => {
-      const { surface, settings, title, description } = await perform(`Reading ${what}`, async (signal, tell) => {
-        const { readSources } = await loadReader();
-        return readSources(sources, this.facts, signal, tell);
-      }, outdated);
-      return { surface, settings, about: { title, description, origin: '' } };
-    });
+    const [{ name }] = sources;
+    const what = sources.length > 1 ? `${sources.length} files` : name || 'the text';
+    await this.opening.start(what, (outdated) => this.read(what, sources, outdated));
+  }
+
+  /** @param {string} what @param {Source[]} sources @param {AbortSignal} outdated @returns {Promise<import('./opening.js').Wish>} */
+  async read(what, sources, outdated) {
+    const { surface, settings, title, description } = await perform(`Reading ${what}`, async (signal, tell) => {
+      const { readSources } = await loadReader();
+      return readSources(sources, this.facts, signal, tell);
+    }, outdated);
+    return { surface, settings, about: { title, description, origin: '' } };
   }
 
   /** Opens a surface of the page itself. @param {Surface} surface @param {About} about */

@@ -203,6 +203,7 @@ watchPointPanel(state);
 watchEditPanel(state, (error) => fail(error));
 const opening = new Opening(state, {
   waiting: showWaiting,
+  settle,
   open: (surface, about, firstMesh) => {
     first = firstMesh;
     const { accuracy, resolution, tolerance } = first.settings;

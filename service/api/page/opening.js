@@ -4,7 +4,8 @@
 import { ServiceError } from 'surface-service';
 import { compression } from './decoder.js';
 import { mesh } from './mesh.js';
-import { describeAccuracy, meshOptions, RANGES } from './settings.js';
+import { chooseAccuracy, describeAccuracy, meshOptions, RANGES } from './settings.js';
+import { Unreadable } from './unreadable.js';
 import { perform } from './work.js';
 
 /** @typedef {import('./documents.js').Surface} Surface */
@@ -41,6 +42,7 @@ export class Opening {
    * @param {() => void} callbacks.waiting  called before a surface is requested
    * @param {(surface: Surface, about: About, first: First) => void} callbacks.open
    * @param {(error: NotOpened, again: () => void) => void} callbacks.failed
+   * @param {() => void} callbacks.settle  called when nothing is opened, and the error is shown elsewhere
    */
   constructor(state, callbacks) {
     this.state = state;
@@ -57,8 +59,11 @@ export class Opening {
     this.isRunning = false;
   }
 
-  /** @param {string} what  for messages @param {(outdated: AbortSignal) => Promise<Wish>} read */
-  async start(what, read) {
+  /**
+   * @param {string} what  for messages @param {(outdated: AbortSignal) => Promise<Wish>} read
+   * @param {(error: Unreadable) => void} [showUnreadable]  shows a text that cannot be read where it was written
+   */
+  async start(what, read, showUnreadable) {
     this.outdated.abort();
     const outdated = new AbortController();
     this.outdated = outdated;
@@ -72,6 +77,11 @@ export class Opening {
     } catch (error) {
       if (outdated.signal.aborted) return;
       this.isRunning = false;
+      if (error instanceof Unreadable && showUnreadable) {
+        showUnreadable(error);
+        this.callbacks.settle();
+        return;
+      }
       this.callbacks.failed(new NotOpened(what, /** @type {Error} */ (error)), () => void this.start(what, read));
     }
   }
@@ -93,7 +103,8 @@ async function computeFirst(surface, about, settings, outdated) {
     );
     return { response, settings };
   } catch (error) {
-    const coarsest = { ...settings, resolution: RANGES.resolution[0], tolerance: RANGES.tolerance[1] };
+    const coarsest = chooseAccuracy(settings, surface) === 'resolution'
+      ? { ...settings, resolution: RANGES.resolution[0] } : { ...settings, tolerance: RANGES.tolerance[1] };
     const isTooFine = error instanceof ServiceError && error.errors.some(
       ({ pointer, parameter }) => ACCURACIES.has(pointer ?? `/${parameter}`),
     );

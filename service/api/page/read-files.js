@@ -85,13 +85,6 @@ async function readSource({ name, content }, facts, signal) {
   return { surface, settings: {}, title: name || titleOf(surface), description: note };
 }
 
-/** Reads a text as JSON, if it is not a text of another format; throws if it is no surface. @param {string} text @param {Facts} facts */
-export function checkText(text, facts) {
-  const identity = identify('', text.slice(0, START_BYTES), facts);
-  if ('issue' in identity) throw new Unreadable(identity.issue);
-  if ('json' in identity) parseRequest(text);
-}
-
 /** The surface in a text that is JSON. @param {string} name  of its file, or empty @param {string} text @returns {Read} */
 function describe(name, text) {
   const { surface, options, note } = parseRequest(text);
