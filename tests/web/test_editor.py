@@ -36,7 +36,7 @@ def test_the_panel_shows_the_numbers_of_the_mesh(page: Page) -> None:
     assert read_value(page, "triangles") == 72
     assert read_value(page, "vertices") == 49
     assert page.inner_text("#open-edges") == "24"
-    assert read_value(page, "server-time") > 0
+    assert read_value(page, "server-time") >= 0  # 0 if the service had the mesh in its cache
     assert read_value(page, "round-trip") > 0
     # In 6 × 6 cells, a bilinear patch deviates by |twist| / 4 · (1/6)². The twist of the saddle,
     # P₀₀ − P₀₁ − P₁₀ + P₁₁, is 4. The bound of the deviation adds rounding.

@@ -62,7 +62,8 @@ function describe(progress) {
  */
 export function serverTime(header) {
   const entries = [...(header ?? '').matchAll(/([\w-]+)[^,]*?;\s*dur=([\d.]+)/g)];
-  if (entries.length === 0) return null;
+  // The service had the response in its cache.
+  if (entries.length === 0) return header?.includes('desc=hit') ? 0 : null;
   const total = entries.find(([, name]) => name === 'total');
   if (total) return Number(total[2]);
   return entries.reduce((sum, [, , milliseconds]) => sum + Number(milliseconds), 0);
