@@ -172,6 +172,15 @@ def test_two_tabs_have_a_draft_each_and_a_duplicate_gets_its_own(page: Page, ser
     wait_for_drafts(page, [1, 2, 3])
 
 
+def test_a_tab_in_a_slow_browser_is_known_to_other_tabs(page: Page) -> None:
+    """Every wait of limited time ends at once. A lock tells other tabs that the draft is open here."""
+    page.evaluate("AbortSignal.timeout = () => AbortSignal.abort()")
+    type_z(page, 1.75)
+    (draft,) = wait_for_drafts(page, [1])
+    names = page.evaluate("navigator.locks.query().then(({ held }) => held.map((l) => l.name))")
+    assert names == [f"surface-tab-{draft['tab']}"]
+
+
 def test_opening_another_surface_is_undone_by_a_button_and_by_back(page: Page) -> None:
     type_z(page, 1.75)
     page.click("#open")

@@ -28,7 +28,8 @@ export class Tab {
   get id() {
     if (this.ownId === '') {
       const id = makeId();
-      void hold(id);
+      // No other tab has a new id, so the browser may take its time, as when it is busy.
+      void hold(id, {});
       this.take(id);
     }
     return this.ownId;
@@ -68,11 +69,14 @@ export class Tab {
   }
 }
 
-/** Holds the lock of a tab as long as the page lives; false if another page holds it. @param {string} id @returns {Promise<boolean>} */
-function hold(id) {
+/**
+ * Holds the lock of a tab as long as the page lives; false if another page holds it.
+ * @param {string} id @param {LockOptions} options  how long to wait @returns {Promise<boolean>}
+ */
+function hold(id, options = { signal: AbortSignal.timeout(PATIENCE) }) {
   if (!navigator.locks) return Promise.resolve(false);
   return new Promise((resolve) => {
-    navigator.locks.request(lockName(id), { signal: AbortSignal.timeout(PATIENCE) }, () => {
+    navigator.locks.request(lockName(id), options, () => {
       resolve(true);
       return new Promise(() => {});
     }).catch(() => resolve(false));
