@@ -15,7 +15,7 @@ from playwright.sync_api import Page
 from tests.cad import FOLDER, IFC, OPEN_TETRAHEDRON
 from tests.web.test_page_access import list_violations
 from tools.browser import Stage
-from tools.editor import perform, read_value, reset_editor, select_point
+from tools.editor import SADDLE, perform, read_value, reset_editor, select_point, show
 
 TIMEOUT = 20_000
 
@@ -312,7 +312,8 @@ def test_a_folder_opens_with_the_folders_in_it(editor: Stage, tmp_path: Path) ->
 
 def test_options_of_a_request_set_the_controls(editor: Stage) -> None:
     page = editor.page
-    document = {"surface": {"control_net": NET}, "resolution": [3, 5], "faces": "quads"}
+    surface = {"control_net": NET}
+    document: dict[str, Any] = {"surface": surface, "resolution": [3, 5], "faces": "quads"}
     request = perform(page, lambda: drop(page, {"r.json": json.dumps(document).encode()}))
     assert request["resolution"] == 5
     assert page.input_value("#resolution") == "5"
@@ -361,3 +362,16 @@ def test_axe_finds_no_violations_beside_a_file_that_was_not_opened(editor: Stage
     editor.page.wait_for_selector("#problem:visible")
     assert list_violations(editor.page) == []
     editor.page.click("#problem-close")
+
+
+def test_a_page_of_an_earlier_version_says_that_it_must_be_reloaded(
+    editor: Stage, server: str
+) -> None:
+    """Its module that reads files has gone from the service."""
+    page = editor.page.context.new_page()
+    show(page, server + SADDLE)
+    page.route("**/page/read-files-*", lambda route: route.fulfill(status=404))
+    drop(page, {"net.json": json.dumps(NET).encode()})
+    assert "reload the page; your drafts are kept" in read_problem(page)
+    assert page.get_attribute("html", "data-state") == "ready"
+    page.close()

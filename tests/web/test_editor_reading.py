@@ -82,13 +82,15 @@ def list_points(page: Page, surfaces: list[dict[str, Any]], *, joined: bool) -> 
 @pytest.mark.parametrize("ups", ["yyy", "zzz", "yzz", "zyy", "zyz"])
 def test_a_joined_group_has_its_surfaces_where_they_were(modules: Page, ups: str) -> None:
     """Groups with placements and a net, with different units and axes up."""
-    net = {"control_net": [[[0, 0, 0], [0, 1, 2]], [[1, 0, 3], [1, 1, 4]]]}
+    net: dict[str, Any] = {"control_net": [[[0, 0, 0], [0, 1, 2]], [[1, 0, 3], [1, 1, 4]]]}
     turned = [[0, -1, 0, 5], [1, 0, 0, 6], [0, 0, 1, 7], [0, 0, 0, 1]]
     members = [{"surface": net | {"up": "z"}, "matrix": turned}, {"surface": net, "name": "b"}]
-    first = {"type": "group", "members": members, "up": ups[0], "metres_per_unit": 0.001}
-    second = net | {"up": ups[1]}
-    third = {"type": "group", "members": members, "up": ups[2], "metres_per_unit": 0.0254}
-    surfaces = [first, second, third]
+    group: dict[str, Any] = {"type": "group", "members": members}
+    surfaces = [
+        group | {"up": ups[0], "metres_per_unit": 0.001},
+        net | {"up": ups[1]},
+        group | {"up": ups[2], "metres_per_unit": 0.0254},
+    ]
     expected = list_points(modules, surfaces, joined=False)
     assert list_points(modules, surfaces, joined=True) == pytest.approx(expected, abs=1e-12)
 

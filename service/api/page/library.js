@@ -3,8 +3,10 @@
 import { NoResponse } from 'surface-service';
 import { watchDrops } from './drops.js';
 import { button, element, input, makeElement, write } from './page.js';
+import { answers } from './presence.js';
 import { client } from './service.js';
 import { perform } from './work.js';
+import { Unreadable } from './unreadable.js';
 
 /** @typedef {import('./documents.js').Surface} Surface */
 /** @typedef {import('surface-service').SurfaceSummary} Example */
@@ -106,8 +108,15 @@ export class Library {
 }
 
 /** The modules that read files, which the page loads when the first file is opened. */
-function loadReader() {
-  return import('./read-files.js').catch(() => { throw new NoResponse(); });
+async function loadReader() {
+  try {
+    return await import('./read-files.js');
+  } catch {
+    if (!await answers()) throw new NoResponse();
+    // The names of the modules contain hashes: another version of the service has others.
+    const detail = 'The service has another version than this page.';
+    throw new Unreadable({ code: 'page_outdated', detail, needed: 'that you reload the page; your drafts are kept' });
+  }
 }
 
 /** Shows the title and the description of the surface that is open. @param {About} about */

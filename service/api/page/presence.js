@@ -62,8 +62,8 @@ function pause() {
   });
 }
 
-/** Whether the service answers. */
-async function answers() {
+/** Whether the service answers now. */
+export async function answers() {
   try {
     return (await fetch(client.resolve('health'), { cache: 'no-store' })).ok;
   } catch {
