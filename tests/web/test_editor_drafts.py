@@ -173,7 +173,7 @@ def test_two_tabs_have_a_draft_each_and_a_duplicate_gets_its_own(page: Page, ser
 
 
 def test_a_tab_in_a_slow_browser_is_known_to_other_tabs(page: Page) -> None:
-    """Every wait of limited time ends at once. A lock tells other tabs that the draft is open here."""
+    """Every wait of limited time ends at once. A lock says that the draft is open in this tab."""
     page.evaluate("AbortSignal.timeout = () => AbortSignal.abort()")
     type_z(page, 1.75)
     (draft,) = wait_for_drafts(page, [1])
