@@ -203,8 +203,10 @@ def test_opening_another_surface_is_undone_by_a_button_and_by_back(page: Page) -
     page.wait_for_selector('#title:has-text("mine")')
     page.wait_for_selector(READY)
     wait_for_drafts(page, [0, 1])
+    page.click("#help")
     page.go_back()
     page.wait_for_selector('#title:has-text("Saddle")')
+    assert page.is_hidden("#guide")
     assert read_z(page) == 1.75
     page.go_forward()
     page.wait_for_selector('#title:has-text("mine")')

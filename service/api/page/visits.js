@@ -119,6 +119,8 @@ export class Visits {
     const session = draft === undefined ? null
       : this.sessions.get(draft) ?? await this.drafts.open(draft, makeId());
     if (turn !== this.turn) return;
+    // Dialogs are about the surface that was open, except the one that asks for a key.
+    document.querySelectorAll('dialog:not(#access)').forEach((dialog) => /** @type {HTMLDialogElement} */ (dialog).close());
     this.entry = 'replace';
     this.next.camera = camera;
     if (session !== null) {
