@@ -341,16 +341,6 @@ def test_points_and_switches_work_by_keyboard(page: Page) -> None:
     assert page.is_hidden("#point-fields")
 
 
-def test_the_number_of_a_point_chooses_it_again_in_another_surface(page: Page) -> None:
-    """The field keeps the focus while the page goes back to another saddle."""
-    reset_editor(page)
-    select_point(page, 1)
-    page.go_back()
-    page.wait_for_selector("#point-fields", state="hidden")
-    page.wait_for_selector(READY)
-    select_point(page, 1)
-
-
 def test_coordinates_and_weights_can_be_typed(page: Page) -> None:
     select_point(page, 1)
     page.fill("#z", "2.5")

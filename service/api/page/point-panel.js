@@ -10,15 +10,12 @@ const COORDINATES = /** @type {const} */ (['x', 'y', 'z']);
 /** @param {State} state */
 export function watchPointPanel(state) {
   const number = input('point');
-  const choose = () => {
+  number.addEventListener('change', () => {
     const value = Math.round(Number(number.value));
     const count = state.net.handles.length;
     state.choose(number.value === '' ? -1 : Math.min(count, Math.max(1, value)) - 1);
     show(state);
-  };
-  number.addEventListener('change', choose);
-  // The number of before is no change, but may be a point of another surface.
-  number.addEventListener('keydown', ({ key }) => { if (key === 'Enter') choose(); });
+  });
   button('point-previous').addEventListener('click', () => step(state, -1));
   button('point-next').addEventListener('click', () => step(state, 1));
 
