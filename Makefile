@@ -45,7 +45,7 @@ SWAGGER := service/api/static/swagger-ui
 BUNDLES := service/api/static/page
 
 .DEFAULT_GOAL := help
-.PHONY: help serve test check format openapi types generated bench bench-occ bench-queries test-disk test-s3 test-cad test-api test-attack fuzz test-generators test-jobs test-rolling test-upgrade lint-deploy certify judge judge-files judge-queries memory test-recipes test-libraries test-properties web client picture lock image image-test sbom audit licences release-check clean
+.PHONY: help serve test check format openapi types generated bench bench-occ bench-queries test-slow test-disk test-s3 test-cad test-api test-attack fuzz test-generators test-jobs test-rolling test-upgrade lint-deploy certify judge judge-files judge-queries memory test-recipes test-libraries test-properties web client picture lock image image-test sbom audit licences release-check clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-13s  %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -55,8 +55,11 @@ serve: $(VENV)/.runtime ## Install the service and serve on HOST:PORT (127.0.0.1
 	@$(BIN)/surface serve --host $(HOST) --port $(PORT)
 
 # Python stores bytecode, even if the environment forbids it, so that it compiles each file only once.
-test: $(VENV)/.dev web tests/web/node_modules/.package-lock.json ## Every test
-	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses $(WORKERS) --dist loadscope
+test: $(VENV)/.dev web tests/web/node_modules/.package-lock.json ## Every test but the slow ones
+	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses $(WORKERS) --dist loadscope -m 'not slow'
+
+test-slow: $(VENV)/.dev ## Test what takes long: memory, killed processes, all examples, searches
+	$(BIN)/python -m pytest --numprocesses $(WORKERS) -m slow
 
 check: $(VENV)/.dev ## Linters, types, import rules and unclear wording (tools/phrases.py), without the tests
 	$(BIN)/ruff check .

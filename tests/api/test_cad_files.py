@@ -26,6 +26,7 @@ def first_error(response: httpx.Response) -> dict[str, Any]:
     return error
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
 def test_a_file_is_the_document_that_convert_returns(client: Client, path: Any) -> None:
     """The document, sent as it is with its report, gives the same bytes, and the same id."""

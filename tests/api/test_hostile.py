@@ -107,6 +107,7 @@ def test_cases_of_files_have_different_names() -> None:
     assert len({case.name for case in FILES}) == len(FILES)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", ["/v1/mesh", "/v1/estimate", "/v1/surfaces"])
 def test_hostile_files_are_refused(client: Client, path: str) -> None:
     for case in FILES:

@@ -125,6 +125,7 @@ def test_parts_with_a_file_have_the_results_of_the_call(service: httpx.Client) -
     assert listed[4]["problem"]["errors"][0]["pointer"].startswith("/parts/4/path")
 
 
+@pytest.mark.slow
 def test_a_file_that_is_preferred_later_becomes_a_job(service: httpx.Client) -> None:
     path = "/v1/mesh?format=stl&relative_tolerance=0.01"
     headers = {"Content-Type": STEP}

@@ -53,6 +53,7 @@ def ask_all(client: Client, surface: dict[str, Any], *, clears: bool) -> list[by
     return answers
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["plate with a hole", "group", "sphere_hole"])
 def test_answers_do_not_depend_on_kept_parts(client: Client, name: str) -> None:
     """With an empty cache, after other calls, and again: byte for byte."""
@@ -81,6 +82,7 @@ def test_groups_of_very_many_members_are_not_kept(monkeypatch: pytest.MonkeyPatc
     assert build_part(many) is not build_part(many)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["tee", "pipe", "sphere_hole"])
 def test_a_part_takes_at_most_the_bytes_that_it_counts(client: Client, name: str) -> None:
     """After all calls have computed its properties, too."""

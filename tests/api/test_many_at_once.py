@@ -6,10 +6,9 @@ from collections.abc import Callable, Iterator
 import pytest
 from fastapi import FastAPI
 
-from service.api import stored
+from service.api import by_url, stored
 from service.api.app import create_app
 from service.api.computation import Computation
-from service.api.routes import meshes_by_url
 from service.api.services import Services
 from service.pipeline.mesh import MeshFile, make_file
 from service.pipeline.mesh_plan import MeshPlan
@@ -97,7 +96,7 @@ def test_meshes_of_one_surface_share_it_and_are_computed_one_after_the_other(
         reads.append(id)
         return await get(store, id, reserve)
 
-    monkeypatch.setattr(meshes_by_url, "surface_of", find_and_record)
+    monkeypatch.setattr(by_url, "surface_of", find_and_record)
     monkeypatch.setattr(SurfaceStore, "get", read_and_record)
     # The resolutions differ, because meshes of equal URLs are computed only once.
     statuses = send_together(

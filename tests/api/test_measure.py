@@ -77,6 +77,7 @@ def test_sides_on_open_and_on_inconsistent_edges_are_listed(client: Client) -> N
     assert not any(edge["open"] for edge in result["faulty_edges"])
 
 
+@pytest.mark.slow
 # Every second example, to save time.
 @pytest.mark.parametrize("name", sorted(set(EXAMPLES) - SLOW)[::2])
 def test_a_measure_of_an_example_has_a_volume_if_it_is_closed(client: Client, name: str) -> None:
@@ -113,6 +114,7 @@ def test_invalid_requests_are_refused(client: Client, fields: Any, code: str, po
 FOLDED = [[[0, 0, 0], [1, 0, 0]], [[1, 0.1, 0], [2, 1.1, 0]]]
 
 
+@pytest.mark.slow
 def test_measures_work_with_the_memory_of_a_small_container() -> None:
     """Half of 512 MiB: the memory of the service in the container of docs/runbook.md."""
     app = create_app(Settings(memory_bytes=256 << 20))

@@ -314,6 +314,7 @@ def test_the_canonical_query_gives_the_same_bytes(options: dict[str, str], fmt: 
     )
 
 
+@pytest.mark.slow
 def test_another_process_computes_the_same_bytes() -> None:
     """`compute_digests` hashes files of all formats in all codings.
 

@@ -127,11 +127,13 @@ def test_a_child_that_takes_too_much_memory_is_refused() -> None:
     assert read("take an array", 10**6).tree["array"].sum() == 10**6
 
 
+@pytest.mark.slow
 def test_an_answer_that_is_too_long_is_refused() -> None:
     assert refuse("write much", 14 * MEBIBYTE) == (InvalidRequest, "malformed_file")  # no frame
     assert refuse("write much", 16 * MEBIBYTE) == (TooLarge, "too_much_memory")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("do", "argument"),
     [
@@ -171,6 +173,7 @@ def test_a_fault_of_the_reader_is_logged(caplog: pytest.LogCaptureFixture) -> No
     assert "LookupError: a fault of the reader" in caplog.text
 
 
+@pytest.mark.slow
 @is_linux
 @pytest.mark.usefixtures("starts_ahead")
 @pytest.mark.parametrize("do", ["hang", "compute"])
@@ -232,6 +235,7 @@ def test_a_file_is_refused_for_now_if_no_process_can_be_started(
     assert list_children() == set()
 
 
+@pytest.mark.slow
 @is_linux
 @pytest.mark.usefixtures("starts_ahead")
 def test_many_threads_read_at_once() -> None:

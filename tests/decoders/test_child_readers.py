@@ -66,6 +66,7 @@ def build(tree: dict[str, Any]) -> SurfaceKind:
     return validate_document(SurfaceRequest, {"surface": tree}).to_surface()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FILES)
 def test_a_child_reads_what_this_process_reads(name: str) -> None:
     path = FOLDER / name
@@ -108,6 +109,7 @@ def test_an_error_in_a_child_is_that_in_this_process(
     assert apart.value.issues == here.value.issues
 
 
+@pytest.mark.slow
 def test_many_faces_in_few_bytes_fit_into_the_memory_of_a_child() -> None:
     """3,200 faces in 170 bytes each: files of other systems have ten times as many."""
     writer = Writer()

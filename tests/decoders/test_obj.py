@@ -233,6 +233,7 @@ def test_limits_are_checked_while_the_file_is_read() -> None:
     assert refuse(trimmed, max_control_points=40) == "too_many_control_points"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "text",
     [

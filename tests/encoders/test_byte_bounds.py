@@ -91,6 +91,7 @@ def move_to_grid(mesh: Mesh) -> Mesh:
     return quantize_mesh(mesh, MIN_STEP)
 
 
+@pytest.mark.slow
 @each_format
 @settings(max_examples=12)
 @given(data=st.data())

@@ -78,6 +78,7 @@ def test_geomview_reads_all_faces(title: str, tmp_path: Path) -> None:
     assert distances.max() < 2e-5
 
 
+@pytest.mark.slow
 @each_request
 def test_trimesh_reads_every_triangle(title: str) -> None:
     """Corners, winding and colours in trimesh equal those of the mesh that we encode."""

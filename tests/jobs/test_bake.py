@@ -225,6 +225,7 @@ def test_parts_that_were_not_begun_go_into_another_batch(tmp_path: Path) -> None
     assert len(records(tmp_path)) == 9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seconds", "most"), [(0.0001, 400), (0.1, 10), (5.0, 1)])
 def test_batches_take_about_a_second(tmp_path: Path, seconds: float, most: int) -> None:
     def slow(_: Task, result: BatchResult) -> BatchResult:

@@ -282,6 +282,7 @@ while True:
 """A worker that dies by meshes as STL, and is started again each time."""
 
 
+@pytest.mark.slow
 async def test_a_part_that_kills_its_workers_is_named_and_fails_alone(store: Path) -> None:
     async with run_scheduler() as scheduler, run_engine(scheduler) as engine:
         command = (sys.executable, "-c", DEADLY, scheduler.address)

@@ -67,6 +67,7 @@ def test_every_call_can_be_a_part() -> None:
     assert set(OPERATIONS.values()) == CALLS.keys()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("path", "body"), EXAMPLES)
 def test_a_part_has_the_bytes_of_the_request(
     path: str, body: dict[str, Any], client: Client

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 import orjson
+import pytest
 
 from service.errors import UnknownSurface
 from service.fair.accounts import Accounts
@@ -87,6 +88,7 @@ def compute(part: CheckedPart) -> str:
     return sha256(bytes(plan(find_none).run().content)).hexdigest()
 
 
+@pytest.mark.slow
 def test_a_killed_process_costs_its_batch_and_all_parts_are_as_if_it_lived(tmp_path: Path) -> None:
     parts = make_parts(40)
 

@@ -105,6 +105,7 @@ def test_the_same_budget_gives_the_same_bytes() -> None:
     assert render_within("torus", accuracy).content == render_within("torus", accuracy).content
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("example", ["trefoil-tube", "ribbon", "hair"])
 def test_a_budget_for_a_sweep_is_used_up(example: str) -> None:
     bounds = []

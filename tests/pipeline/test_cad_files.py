@@ -43,6 +43,7 @@ SURFACES: dict[str, Surface] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fmt", DEFINITION_FORMATS, ids=lambda fmt: fmt.name)
 @pytest.mark.parametrize("name", SURFACES)
 def test_the_work_takes_no_more_memory_than_planned(name: str, fmt: DefinitionFormat) -> None:

@@ -80,6 +80,7 @@ def read_corners(content: bytes, name: str) -> Array:
     return corners
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("example", EXAMPLES)
 def test_every_example_is_within_its_tolerance(example: str) -> None:
     surface = find(example).surface()
@@ -328,6 +329,7 @@ def test_a_relative_tolerance_of_a_surface_without_size_is_refused(name: str) ->
     assert result == [("tolerance_too_small", "/relative_tolerance")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [0.0, 5e-324, 1e-310, 1e-300])
 @pytest.mark.parametrize("name", ["json", "glb", "stl", "oogl"])
 @pytest.mark.parametrize("accuracy", [{"tolerance": 0.01}, {"max_triangles": 40}])

@@ -108,6 +108,7 @@ def test_a_tolerance_below_twice_the_quantization_error_is_refused() -> None:
         assert render(surface, mesh_options(tolerance=10 * tolerance), GLB, QUANTIZED)
 
 
+@pytest.mark.slow
 @each_compact_option
 def test_a_budget_of_bytes_counts_the_bytes_of_the_compact_file(encode: EncodeOptions) -> None:
     surface, options = BezierSurface(WAVES), mesh_options(max_bytes=9_000)
@@ -222,6 +223,7 @@ def test_compression_is_refused_if_the_library_is_missing(monkeypatch: pytest.Mo
     assert render(find("saddle").surface(), MeshOptions((2, 2)), GLB, QUANTIZED)
 
 
+@pytest.mark.slow
 @each_compact_option
 @pytest.mark.parametrize(
     "options", [MeshOptions(), mesh_options(relative_tolerance=1e-3), mesh_options(max_bytes=9000)]

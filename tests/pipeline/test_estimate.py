@@ -91,6 +91,7 @@ def read_reports(fmt: Format, content: bytes) -> list[dict[str, Any]]:
 QUADS = ("saddle", "cone", "octahedral-sphere", "trefoil-tube")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("example", "faces"),
     [*((name, "triangles") for name in UNTRIMMED), *((name, "quads") for name in QUADS)],
@@ -183,6 +184,7 @@ ISOCURVES: tuple[dict[str, Any], ...] = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("example", "accuracy", "isocurves"),
     [

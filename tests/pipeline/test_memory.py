@@ -74,6 +74,7 @@ CASES: dict[str, tuple[SurfaceKind, MeshOptions, EncodeOptions, str]] = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_a_mesh_uses_no_more_memory_than_predicted(name: str) -> None:
     surface, options, encode, fmt = CASES[name]
@@ -103,6 +104,7 @@ MEASURED: dict[str, SurfaceKind] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MEASURED)
 def test_measures_use_no_more_memory_than_predicted_in_every_trial(name: str) -> None:
     """The first trials measure with few cells; most of them end without a result."""

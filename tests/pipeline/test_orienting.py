@@ -69,6 +69,7 @@ def turn(surface: SurfaceKind, turns: Turns, is_turned: Bools) -> SurfaceKind:
     return turn_patches_of(surface, turns.member[is_turned], turns.number[is_turned], apply)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SEVERAL)
 def test_built_in_surfaces_are_oriented_from_every_turning(name: str) -> None:
     surface: Any = find(name).surface()

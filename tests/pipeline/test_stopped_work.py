@@ -48,6 +48,7 @@ def plan_example(kind: str) -> Work[MeshFile]:
     return plan_mesh(find(name).surface(), options, BY_NAME[fmt], EncodeOptions())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", WORKS)
 def test_cancelled_work_stops_at_the_next_checkpoint_and_can_be_repeated(kind: str) -> None:
     expected = plan_example(kind).run().content

@@ -63,6 +63,7 @@ def test_the_bound_holds_for_the_positions_in_the_file(name: str, is_quantized: 
     assert len(corners) == file.report.triangles
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
 def test_every_format_stores_a_group_with_tubes(fmt: Any) -> None:
     options = MeshOptions(accuracy=Accuracy(tolerance=0.05))
@@ -114,6 +115,7 @@ def test_a_mesh_takes_no_more_memory_than_predicted_for_its_triangles(surface: A
     assert measure_memory(plan.run) <= plan.cost.memory
 
 
+@pytest.mark.slow
 def test_high_degrees_take_little_memory() -> None:
     """Nets of degree 126 over many cells are made in blocks."""
     rng = np.random.default_rng(3)

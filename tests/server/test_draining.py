@@ -167,6 +167,7 @@ def start_process(delay: float) -> Iterator[tuple[subprocess.Popen[bytes], int]]
             process.kill()
 
 
+@pytest.mark.slow
 def test_work_without_end_is_cancelled_and_the_exit_code_is_0() -> None:
     with (
         start_process(0) as (process, port),
@@ -189,6 +190,7 @@ def test_work_without_end_is_cancelled_and_the_exit_code_is_0() -> None:
     assert "Exception" not in log
 
 
+@pytest.mark.slow
 def test_a_second_signal_ends_the_process_at_once_but_hangup_does_nothing() -> None:
     with start_process(600) as (process, port):
         process.send_signal(signal.SIGHUP)

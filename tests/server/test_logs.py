@@ -12,6 +12,8 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
+import pytest
+
 from service.api.record import NO_ROUTE, RequestRecord, current_record
 from service.server.logs import MAX_MESSAGE, MAX_TEXT, LogLines, RecordFormatter, join_lines
 from tools.programs import run_python
@@ -99,6 +101,7 @@ warnings.warn("a warning", stacklevel=1)
 """
 
 
+@pytest.mark.slow
 def test_log_messages_and_warnings_go_to_standard_error() -> None:
     process = run_python("-c", PROGRAM, "json")
     assert process.stdout == "a request\n"
@@ -108,6 +111,7 @@ def test_log_messages_and_warnings_go_to_standard_error() -> None:
     assert len(messages) == 3
 
 
+@pytest.mark.slow
 def test_messages_before_the_log_is_set_up_have_its_format() -> None:
     """The port is in use, so the process ends with exit code 1 and an error."""
     settings = {"SURFACE_LOG_FORMAT": "json", "SURFACE_NOTHING": "1"}
@@ -124,6 +128,7 @@ def test_messages_before_the_log_is_set_up_have_its_format() -> None:
     assert error.startswith(f"surface: cannot serve at 127.0.0.1, port {port}")
 
 
+@pytest.mark.slow
 def test_the_process_ends_even_if_its_log_is_not_read() -> None:
     program = """
 from service.server.logs import start_logs

@@ -68,6 +68,7 @@ def test_every_worker_gets_connections(workers: Workers) -> None:
             client.close()
 
 
+@pytest.mark.slow
 def test_a_second_service_cannot_join_the_port(workers: Workers, tmp_path: Path) -> None:
     port = str(workers.server.port)
     command = ("-m", "service", "serve", "--port", port, "--workers", str(COUNT))
@@ -108,6 +109,7 @@ def test_a_killed_worker_is_replaced_and_waiting_connections_are_kept(workers: W
     assert re.search(rf"worker \d \(process {victim}\) ended with -9", workers.log)
 
 
+@pytest.mark.slow
 def test_a_stop_ends_all_workers_with_exit_code_0(workers: Workers) -> None:
     """The last test of the service that the tests above share."""
     pids = workers.server.worker_pids()

@@ -41,6 +41,7 @@ def read_stored_ids(folder: Path) -> set[str]:
     return {path.name for path in objects}
 
 
+@pytest.mark.slow
 def test_a_killed_process_leaves_only_complete_objects_and_all_that_it_reported(
     tmp_path: Path,
 ) -> None:
@@ -63,6 +64,7 @@ def test_a_killed_process_leaves_only_complete_objects_and_all_that_it_reported(
     assert read_stored_ids(tmp_path) == {compute_id(content) for content in generate_contents()}
 
 
+@pytest.mark.slow
 def test_two_processes_may_store_equal_contents_at_the_same_time(tmp_path: Path) -> None:
     with start_storing(tmp_path) as first, start_storing(tmp_path) as second:
         ids = [process.communicate()[0].split() for process in (first, second)]

@@ -195,6 +195,7 @@ def test_impossible_pieces_are_refused() -> None:
         cut_between(wave, point, point)
 
 
+@pytest.mark.slow
 def test_long_curves_take_little_memory() -> None:
     """With 65 samples of each span at once this curve would take 60 MB, and copies of that."""
     count, degree = 1_000, 30

@@ -92,6 +92,7 @@ def build_turned(top_radius: float, kind: str) -> Part:
     return part
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["seam", "no seam", "halves"])
 @pytest.mark.parametrize("top_radius", [RADIUS, 1.0, 3.0, 0.0, 1e-5])
 def test_cylinders_and_cones_are_closed(top_radius: float, kind: str) -> None:
@@ -111,6 +112,7 @@ def measure_spindle(major: float, minor: float, is_outer: bool) -> float:
     return 2 * pi * area * (centre + (major if is_outer else -major))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("surface", "is_reversed", "expected"),
     [
@@ -192,6 +194,7 @@ def build_cut_ball(direction: Vector, height: float, is_upper: bool) -> Part:
     return part
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("is_upper", [True, False])
 @pytest.mark.parametrize(
     ("direction", "height"),

@@ -69,6 +69,7 @@ def find_distances(surface: Surface, points: Array) -> Array:
     return np.array(result)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("basis", BASES)
 @pytest.mark.parametrize("vector", [to_vector(0, 0, 2), to_vector(0.5, -1, 2)])
 def test_extrusions_cover_their_outline(basis: BasisCurve, vector: Vector) -> None:
@@ -117,6 +118,7 @@ UPRIGHT = build_frame(FRAME.place(1.0, 0, 0), FRAME.y, FRAME.z)
 """A frame with the axis as its x, at the distance 1 from the axis."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("basis", "parameters"),
     [
@@ -185,6 +187,7 @@ def test_poles_of_revolutions_are_points() -> None:
     assert find_distances(surface, np.array([FRAME.place(0, sqrt(2), sqrt(2))]))[0] < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("offset", "is_outer", "expected"),
     [

@@ -20,6 +20,7 @@ EXPECTED = json.loads((FOLDER / "iges.json").read_text())
 SMALL = [name for name in EXPECTED if (FOLDER / name).stat().st_size < 25_000]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", EXPECTED)
 def test_files_are_read_as_they_were_written(name: str) -> None:
     content = read((FOLDER / name).read_bytes(), FileLimits())

@@ -16,6 +16,7 @@ CONTENTS = [path.read_bytes() for path in sorted(Path("tests/cad_files").glob("*
 HOSTILE = [content for _, content in build_hostile() if b"ISO-10303" in content[:4096]]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(10))
 def test_damaged_files(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -25,6 +26,7 @@ def test_damaged_files(seed: int) -> None:
                 write_document(read(damage(content, rng), FileLimits()))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("content", HOSTILE)
 def test_hostile_files(content: bytes) -> None:
     with suppress(SurfaceError):

@@ -73,6 +73,7 @@ def test_files_have_what_is_expected(name: str) -> None:
     assert reading.open_shells == (name == "open_face_ap214.step")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(EXPECTED.keys() - {"open_face_ap214.step"}))
 def test_solids_have_the_volume_that_is_expected(name: str) -> None:
     content = read_file(name)

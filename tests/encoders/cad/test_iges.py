@@ -72,6 +72,7 @@ def check_loops(entities: dict[int, Entity], gap: float) -> None:
                 assert np.allclose(last, first, rtol=0, atol=limit)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", WRITTEN)
 def test_files_of_examples_are_sound(name: str) -> None:
     surface = find(name).surface()

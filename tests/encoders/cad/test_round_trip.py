@@ -40,6 +40,7 @@ def read_nets(brep: BrepSurface) -> list[np.ndarray]:
     return [brep.surfaces.points[a:b] for a, b in pairwise(starts.tolist())]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MEASURES)
 def test_step_keeps_faces_edges_and_shells_of_solids(name: str) -> None:
     """Control points of splines are equal, and those of planes are in the planes."""
@@ -63,6 +64,7 @@ def test_step_keeps_faces_edges_and_shells_of_solids(name: str) -> None:
     assert own >= {tuple(point) for point in after.vertices.tolist()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", VALID)
 def test_iges_keeps_solids_closed(name: str) -> None:
     before = read_brep(read_surface(read_solid(name)))

@@ -83,6 +83,7 @@ def check_loops(records: dict[int, Record]) -> None:
             assert last == first
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", WRITTEN)
 def test_files_of_examples_are_sound(name: str) -> None:
     surface = find(name).surface()

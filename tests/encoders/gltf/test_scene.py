@@ -197,6 +197,7 @@ def build_group_of_examples() -> GroupSurface:
     return GroupSurface(tuple(members), "z")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "uvs"), [("glb", False), *((name, True) for name in BY_NAME)])
 def test_every_kind_of_surface_can_be_a_member(name: str, uvs: bool, tmp_path: Path) -> None:
     """Some members have colours or attributes; the file is not longer than its bound."""

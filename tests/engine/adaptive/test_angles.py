@@ -57,6 +57,7 @@ SMOOTH = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("example", SMOOTH)
 def test_normals_turn_by_at_most_the_requested_angle(example: str) -> None:
     for angle, most in zip((0.5, 0.2), SMOOTH[example], strict=True):

@@ -75,6 +75,7 @@ def test_edges_on_their_surface_take_nothing_away() -> None:
         assert set(ask(prepared, 0.5 + radius * way)) == {expected}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["shelled", "tee", "crossholes", "wavy"])
 @given(seeds)
 def test_distances_agree_with_samples_of_edges(name: str, seed: int) -> None:

@@ -30,6 +30,7 @@ def ask(prepared: PreparedBrep, parameters: object, face: int = 0) -> list[int]:
     return answers
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*VALID, INVALID])
 def test_solids_agree_with_winding_numbers_in_rationals(name: str) -> None:
     document = read_solid(name)
@@ -96,6 +97,7 @@ def _is_above(wave: FloatArray, point: FloatArray) -> bool:
     return bool(point[1] > np.interp(u, *wave.T))
 
 
+@pytest.mark.slow
 @given(seeds)
 @pytest.mark.parametrize("kind", KINDS)
 def test_holes_and_bands_of_closed_surfaces(kind: str, seed: int) -> None:

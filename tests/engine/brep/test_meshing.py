@@ -46,6 +46,7 @@ def list_points(mesh: BrepTriangulation) -> FloatArray:
     return vertices
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", VALID)
 def test_solids_are_closed_and_within_the_tolerance(name: str) -> None:
     mesh, prepared = build(name, 0.01), read_prepared(name)
@@ -68,6 +69,7 @@ def test_solids_are_closed_and_within_the_tolerance(name: str) -> None:
     assert np.array_equal(points, mesh.positions[mesh.points[inner]])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("share", "most"), [(1.29e-4, 12_500), (1.5e-4, 11_300)])
 def test_a_tube_with_uneven_parameters_takes_few_triangles(share: float, most: int) -> None:
     # Its speed along the tube jumps at knots, so that the surface runs ahead of the mesh by more

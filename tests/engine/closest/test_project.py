@@ -66,6 +66,7 @@ def scatter_points(surface: SurfaceKind, count: int, seed: int = 0) -> Array:
     return np.concatenate([near_points, far_points, surface_points])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FAMILIES)
 def test_an_exhaustive_search_finds_no_point_nearer_than_the_interval(name: str) -> None:
     surface = FAMILIES[name].surface(seed=77)

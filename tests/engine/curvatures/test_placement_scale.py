@@ -69,6 +69,7 @@ def compute_curvatures(points: Array, linear: Array) -> tuple[Array, Array]:
     return gaussian, mean
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PLACEMENTS)
 @pytest.mark.parametrize("accuracy", [None, Accuracy(relative_tolerance=0.02)])
 def test_a_placed_sphere_is_an_ellipsoid(name: str, accuracy: Accuracy | None) -> None:

@@ -52,6 +52,7 @@ def list_formulations(patches: TensorPatches, normals: bool = True) -> list[Form
     return [f for f in FORMULATIONS if f != "normal_polynomial"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("is_rational", IS_RATIONAL)
 @pytest.mark.parametrize("degree", DEGREES, ids=str)
 def test_all_formulations_agree_with_exact_arithmetic(degree: Degree, is_rational: bool) -> None:

@@ -72,6 +72,7 @@ def test_a_tube_that_is_pinched_flat_is_closed(
     assert abs(result.volume.value) > 0.1 * scale**3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.0, 1e-9])
 @pytest.mark.parametrize("turn", [0.3, 0.5, 0.7])
 def test_a_border_that_turns_at_any_parameter_is_open_where_it_is_alone(

@@ -130,6 +130,7 @@ NARROW = (
 """Families of surfaces (`tools.certify.surfaces`) whose areas get narrow intervals."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*NARROW, "rational", "rational triangles", "poles", "NURBS"])
 def test_areas_agree_with_extrapolated_polyhedra(name: str) -> None:
     surface = FAMILIES[name].surface(11)

@@ -165,6 +165,7 @@ SEAMS: dict[str, list[tuple[list[float], list[float], list[tuple[str, float, boo
 is near. Seams are where y = 0 and x > 0, from the axis on."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SEAMS)
 def test_seams_and_poles_are_no_edges(name: str) -> None:
     part = build_part(lower(read_solid(name)))

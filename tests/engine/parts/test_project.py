@@ -63,6 +63,7 @@ def check_columns(part: Part, points: FloatArray, columns: Columns) -> None:
     np.testing.assert_allclose(np.linalg.norm(columns["normals"], axis=1), 1.0, atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["cone", "tee", "viviani", "sphere_hole"])
 def test_no_sample_is_nearer_than_the_interval(name: str) -> None:
     rng = np.random.default_rng(1)

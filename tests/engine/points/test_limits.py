@@ -122,6 +122,7 @@ def interpolate(values: Array) -> Array:
 X, Y = np.meshgrid(np.arange(5) / 4 - 0.5, np.arange(5) / 4 - 0.5, indexing="ij")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turned", [False, True])
 @pytest.mark.parametrize(
     ("points", "gauss", "mean"),

@@ -60,6 +60,7 @@ def is_missed(hits: dict[str, Any], ray: Ints, t: Array, slack: Array | float) -
     return ~is_included
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FAMILIES)
 def test_all_hits_of_an_exhaustive_search_are_found(name: str) -> None:
     surface = FAMILIES[name].surface(seed=78)

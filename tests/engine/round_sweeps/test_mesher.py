@@ -37,6 +37,7 @@ SWEEPS: dict[str, TubeSurface | RibbonSurface] = {**TUBES, **RIBBONS}
 each_sweep = pytest.mark.parametrize("name", SWEEPS)
 
 
+@pytest.mark.slow
 @each_sweep
 @pytest.mark.parametrize("tolerance", [0.2, 0.01])
 def test_no_point_of_a_sweep_is_further_from_the_mesh_than_the_bound(
@@ -52,6 +53,7 @@ def test_no_point_of_a_sweep_is_further_from_the_mesh_than_the_bound(
     assert mesh.parts[0].deviation_bound == bound
 
 
+@pytest.mark.slow
 @each_sweep
 def test_no_point_of_the_mesh_is_further_from_the_sweep_than_the_bound(name: str) -> None:
     mesh = build_mesh(SWEEPS[name], 0.05, two_sided=True)
@@ -159,6 +161,7 @@ def test_a_mesh_that_would_be_too_large_is_refused_before_it_is_built() -> None:
     assert caught.value.issues[0].code == "too_many_triangles"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", SWEPT_FAMILIES)
 @pytest.mark.parametrize("seed", range(3))
 def test_families_have_no_faults(kind: str, seed: int) -> None:

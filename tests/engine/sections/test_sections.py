@@ -51,6 +51,7 @@ def count_lines(section: Section) -> tuple[int, int, int]:
     return closed_count, len(section.polylines) - closed_count, len(section.touching)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FAMILIES)
 def test_sections_include_all_crossings_of_parameter_lines(name: str) -> None:
     surface = FAMILIES[name].surface(seed=5)

@@ -117,6 +117,7 @@ def test_edges_far_from_the_surface_do_not_refine_faces_for_ever() -> None:
     assert built.allowed[~on_cylinder] == pytest.approx(0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("cutting", "tolerance"), [(8, 0.04), (8, 0.3), (1, 0.1)])
 def test_all_triangles_are_refined_until_they_meet_the_tolerance(
     monkeypatch: pytest.MonkeyPatch, cutting: int, tolerance: float
