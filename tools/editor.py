@@ -45,6 +45,10 @@ def reset_editor(page: Page) -> None:
         page.check(f'input[name="{name}"][value="{choice}"]', force=True)
     # `check` cannot reach this radio button, because it is hidden while no point is selected.
     page.locator('[name="axis"][value="free"]').evaluate("radio => { radio.checked = true; }")
+    # This slider is hidden while the resolution is chosen.
+    page.locator("#tolerance").evaluate(
+        "slider => { slider.value = -3; slider.dispatchEvent(new Event('input')); }"
+    )
     page.fill("#resolution", "6")
     page.set_checked("#show-net", True)
     page.set_checked("#show-wires", False)
