@@ -58,8 +58,8 @@ serve: $(VENV)/.runtime ## Install the service and serve on HOST:PORT (127.0.0.1
 test: $(VENV)/.dev web tests/web/node_modules/.package-lock.json ## Every test but the slow ones
 	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses $(WORKERS) --dist loadscope -m 'not slow'
 
-test-slow: $(VENV)/.dev ## Test what takes long: memory, killed processes, all examples, searches
-	$(BIN)/python -m pytest --numprocesses $(WORKERS) -m slow
+test-slow: $(VENV)/.dev web tests/web/node_modules/.package-lock.json ## Test what takes long: memory, killed processes, all examples, searches
+	$(BIN)/python -m pytest --numprocesses $(WORKERS) --dist loadscope -m slow
 
 check: $(VENV)/.dev ## Linters, types, import rules and unclear wording (tools/phrases.py), without the tests
 	$(BIN)/ruff check .

@@ -1,14 +1,15 @@
-"""Distributes tests to processes: all tests of a module, and all tests in `tests/web`, run in one.
+"""Distributes tests to processes: all tests of a module run in one, those in `tests/web` in two.
 
 A process closes its browser after the last of its current tests that use the browser. If a process
 got one module of `tests/web` now and another later, it would start the browser twice, and a start
-takes longer than the tests.
+takes longer than most tests.
 
 Modules that start programs run first, because some of them take long for few tests: otherwise the
 last of them would run alone while the other processes have nothing to do any more.
 """
 
 from collections.abc import MutableSequence
+from zlib import crc32
 
 import pytest
 from xdist.scheduler import LoadScopeScheduling  # type: ignore[import-untyped]
@@ -38,10 +39,13 @@ def _rank(item: pytest.Item) -> int:
 
 
 class Scheduling(LoadScopeScheduling):  # type: ignore[misc]
-    """Distributes tests by modules; all tests in `tests/web` count as one module."""
+    """Distributes tests by modules; those in `tests/web` count as two, of similar lengths."""
 
     def _split_scope(self, nodeid: str) -> str:
-        return BROWSER if nodeid.startswith(f"{BROWSER}/") else str(super()._split_scope(nodeid))
+        module = str(super()._split_scope(nodeid))
+        if not module.startswith(f"{BROWSER}/"):
+            return module
+        return f"{BROWSER} {crc32(module.encode()) % 2}"
 
 
 def choose_scheduling(config: pytest.Config, log: object) -> Scheduling | None:

@@ -44,6 +44,7 @@ def server() -> Iterator[str]:
         yield url
 
 
+@pytest.mark.slow
 def test_the_commands_work_as_documented(server: str, tmp_path: Path) -> None:
     find_program("curl")
     environment = os.environ | {

@@ -68,6 +68,7 @@ def exhaust(url: str, statuses: Counter[int]) -> None:
     statuses.clear()
 
 
+@pytest.mark.slow
 def test_the_examples_print_what_the_page_shows(
     servers: tuple[str, str],
     statuses: Counter[int],

@@ -14,6 +14,7 @@ MAX_RATIOS = {"MB": 1.3, "s": 3.0, "ms": 3.0}
 """The largest ratio of a measured figure to that of the page, or the other way round."""
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 def test_the_figures_of_the_runbook_are_measured() -> None:
     assert "memory may\ndiffer by 30 %, processor time by a factor of 3" in PAGE

@@ -81,6 +81,7 @@ def test_an_estimate_is_as_described(client: Client) -> None:
     assert set(estimate.memory) == {fmt.name for fmt in FORMATS}
 
 
+@pytest.mark.slow
 def test_a_stored_brep_has_meshes_by_url_without_options(client: Client) -> None:
     stored = store(client, CONE)
     links = stored["links"]["mesh"]

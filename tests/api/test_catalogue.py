@@ -11,6 +11,7 @@ from tools.client import Client, start_client
 from tools.examples import PARTS
 
 
+@pytest.mark.slow
 def test_examples_are_listed_with_links_that_work(client: Client) -> None:
     surfaces = client.get("/v1/surfaces").json()["surfaces"]
     assert [surface["id"] for surface in surfaces] == list(EXAMPLES)

@@ -45,6 +45,7 @@ def add_weights(array: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.concatenate((array, weights[..., None]), axis=-1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("query", "fields", "options"),
     [

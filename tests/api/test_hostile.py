@@ -64,6 +64,7 @@ def test_other_calls_refuse_invalid_surfaces_with_the_errors_of_meshes(
     assert tested_cases > 10
 
 
+@pytest.mark.slow
 def test_every_call_refuses_invalid_fields() -> None:
     """Calls and fields come from the OpenAPI document, so this also tests new calls and fields."""
     key = "sfk_" + "a1" * 32

@@ -76,6 +76,7 @@ def send_together(send: Callable[[int], int]) -> list[int]:
     return statuses
 
 
+@pytest.mark.slow
 def test_meshes_of_one_surface_share_it_and_are_computed_one_after_the_other(
     client: Client, monkeypatch: pytest.MonkeyPatch
 ) -> None:

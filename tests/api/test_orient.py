@@ -98,6 +98,7 @@ def test_an_estimate_counts_the_oriented_surface(client: Client) -> None:
     assert len(mesh.content) <= estimate["bytes"]["json"]
 
 
+@pytest.mark.slow
 def test_the_lists_are_in_the_bound_of_the_bytes(client: Client) -> None:
     """Many patches, in pairs of which one is turned."""
     count = 400

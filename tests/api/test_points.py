@@ -108,6 +108,7 @@ def test_responses_with_the_longest_numbers_are_within_byte_bound(client: Client
         assert len(content) <= points_bound(50, order)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_examples_have_points_unless_they_have_no_parameters(client: Client, name: str) -> None:
     document = client.get(f"/v1/surfaces/{name}").json()

@@ -92,6 +92,7 @@ def test_a_missing_surface_never_gets_304(client: Client) -> None:
         assert response.status_code == 404
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "id", [NO_ID, ID[:-1], f"{ID}0", ID.upper(), "teapot", "..", "%00", f" {ID}", "é", "x" * 5000]
 )

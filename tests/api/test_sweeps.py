@@ -1,5 +1,7 @@
 """Meshes of tubes over HTTP: their options, and tubes that cost too much."""
 
+import pytest
+
 from tools.client import Client
 
 CURVE = {"control_points": [[0, 0, 0], [1, 2, 0], [3, 2, 1], [4, 0, 1]]}
@@ -27,6 +29,7 @@ def test_options_of_a_mesh_apply_to_tubes(client: Client) -> None:
     assert (min(uvs), max(uvs)) == (0, 1)
 
 
+@pytest.mark.slow
 def test_tubes_that_would_take_minutes_are_refused(client: Client) -> None:
     points = [[k % 7, k % 5, k % 3] for k in range(400)]
     curve = {"type": "bspline", "control_points": points, "degree": 64}

@@ -254,6 +254,7 @@ def test_wrong_flags_of_many_meshes_are_named(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="sends a signal")
 def test_ctrl_c_stops_a_command_that_waits_for_its_list(tmp_path: Path) -> None:
     """With a real pool of processes, and a pipe in which no further line comes."""

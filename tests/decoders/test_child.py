@@ -199,6 +199,7 @@ def test_a_child_ends_when_the_client_leaves() -> None:
     assert list_children() == set()
 
 
+@pytest.mark.slow
 @is_linux
 @pytest.mark.usefixtures("starts_ahead")
 def test_the_next_process_waits_and_one_that_has_died_is_replaced() -> None:
@@ -293,6 +294,7 @@ def test_a_system_that_cannot_confine_children_is_logged_once(
     assert caplog.text.count("cannot refuse system calls") == 1
 
 
+@pytest.mark.slow
 @is_linux
 def test_a_step_may_have_less_time_than_the_file() -> None:
     """The payload computes for 0.3 s, in a step of 0.1 s; or in one of 1 s, and the limit stays."""

@@ -68,6 +68,7 @@ SOLIDS: dict[str, tuple[Any, int, float]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SOLIDS)
 def test_a_solid_has_its_faces_and_its_mesh_is_closed(name: str, tmp_path: Path) -> None:
     make, faces, volume = SOLIDS[name]

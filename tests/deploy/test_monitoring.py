@@ -240,6 +240,7 @@ def test_prometheus_accepts_the_metrics_of_the_service(promtool: str) -> None:
     run_command(promtool, "check", "metrics", stdin=text)
 
 
+@pytest.mark.slow
 def test_the_series_of_each_alert_make_it_fire_and_no_other_alert(
     promtool: str, tmp_path: Path
 ) -> None:

@@ -59,12 +59,14 @@ def build_mesh(title: str, fmt: Format = BY_NAME["json"]) -> Mesh:
     return build(model, options)
 
 
+@pytest.mark.slow
 @each_request
 @pytest.mark.parametrize("suffix", ["glb", "gltf"])
 def test_the_validator_finds_no_issue(title: str, suffix: str, tmp_path: Path) -> None:
     assert list_issues(encode(title, suffix), tmp_path / f"model.{suffix}") == []
 
 
+@pytest.mark.slow
 @each_request
 def test_geomview_reads_all_faces(title: str, tmp_path: Path) -> None:
     """Geomview reads all faces, and each of their corners is a vertex of the mesh."""
@@ -157,6 +159,7 @@ def test_the_validator_finds_no_issue_in_parts(example: str, tmp_path: Path) -> 
     assert list_issues(content, tmp_path / "model.glb") == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "example", ["utah-teapot", "octahedral-sphere", "tea-service", "trefoil-tube", "swept-wing"]
 )

@@ -21,6 +21,7 @@ def describe_with_core(core: str) -> str:
     return run_python("-c", PROGRAM, env=environment, cwd=Path(__file__).parents[2]).stdout
 
 
+@pytest.mark.slow
 def test_the_text_depends_on_the_processor() -> None:
     if not any(library["internal_api"] == "openblas" for library in threadpool_info()):
         pytest.skip("only OpenBLAS can use the code for another processor")

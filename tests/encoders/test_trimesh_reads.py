@@ -38,6 +38,7 @@ def test_trimesh_reads_two_triangles_for_each_quad(name: str) -> None:
     assert loaded.volume == pytest.approx(VOLUME, rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["glb", "gltf", "obj", "off", "ply", "stl"])
 @pytest.mark.parametrize("solid", ["cone", "crossholes"])
 def test_trimesh_reads_a_closed_brep(name: str, solid: str) -> None:

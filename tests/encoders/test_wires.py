@@ -24,6 +24,7 @@ def build_options(wires: WireForm, has_faces: bool = False) -> MeshOptions:
     return MeshOptions((4, 4), isocurves=(2, 2), wires=wires, has_faces=has_faces, wire_sides=5)
 
 
+@pytest.mark.slow
 @each_form
 @pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
 def test_wireframes_are_not_longer_than_their_bound_or_are_refused(

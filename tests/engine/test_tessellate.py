@@ -32,6 +32,7 @@ from tests.strategies import (
 from tools.examples import UNTRIMMED, lower_patches
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("weld", "faces", "is_float32"),
     [(True, "triangles", False), (True, "quads", True), (False, "triangles", True)],

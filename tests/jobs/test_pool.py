@@ -35,6 +35,7 @@ def wait_for_end(pids: list[int], seconds: float) -> None:
         time.sleep(0.02)
 
 
+@pytest.mark.slow
 def test_a_process_that_dies_or_is_cancelled_is_replaced_and_ends_without_work(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -105,6 +105,7 @@ def test_a_killed_process_costs_its_batch_and_all_parts_are_as_if_it_lived(tmp_p
     assert asyncio.run(run()) == [compute(part) for part in parts]
 
 
+@pytest.mark.slow
 def test_cancelling_leaves_nothing_running_after_2_s(tmp_path: Path) -> None:
     # A mesh that takes half a minute.
     net = [[[i, j, ((i * 7 + j * 13) % 11) / 5] for j in range(40)] for i in range(40)]

@@ -127,6 +127,7 @@ def test_definitions_are_written_once() -> None:
     assert len(plan_definition(many).run()) < plan_definition(many).cost.memory
 
 
+@pytest.mark.slow
 def test_faces_of_very_many_copies_are_not_listed() -> None:
     """A report lists 10,000 faces at most; the plan knows this."""
     group = build_copies(10_001)

@@ -369,6 +369,7 @@ def test_an_estimate_lists_the_refusal_of_a_resolution() -> None:
     assert estimate["refused"][0]["pointer"] == "/resolution"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "fmt"), [("box", "glb"), ("plate", "json"), ("thread", "glb")])
 def test_a_mesh_uses_no_more_memory_than_predicted(name: str, fmt: str) -> None:
     surface: SurfaceKind = parse(read_solid(name)).to_surface()

@@ -52,6 +52,7 @@ def test_a_mesh_by_a_smaller_tolerance_needs_more_triangles_than_the_budget() ->
         assert finer_file.report.triangles > budget
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["glb", "stl", "obj", "json"])
 def test_a_file_uses_between_80_and_100_percent_of_its_bytes(name: str) -> None:
     budget = 60_000

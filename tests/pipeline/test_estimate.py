@@ -124,6 +124,7 @@ def test_estimates_with_an_option_match_the_files(options: dict[str, Any]) -> No
         )["exact"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("accuracy", [None, Accuracy(relative_tolerance=0.05)])
 def test_copies_stretched_in_different_ways_are_counted_as_separate_meshes(accuracy: Any) -> None:
     """With curvatures, copies with different stretching are separate meshes in glTF.
@@ -214,6 +215,7 @@ def test_estimates_by_tolerance_or_budget_are_upper_bounds(
                 assert report[count] <= result[count]
 
 
+@pytest.mark.slow
 def test_estimates_by_tolerance_of_members_that_meet_are_upper_bounds() -> None:
     net = np.random.default_rng(1).normal(size=(4, 4, 3))
     net[0, :, 0] = 0  # the side u = 0 is in the plane of the mirror
@@ -224,6 +226,7 @@ def test_estimates_by_tolerance_of_members_that_meet_are_upper_bounds() -> None:
         assert not assert_estimate_matches_files(group, options)["exact"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FAMILIES)
 def test_triangles_by_tolerance_are_at_most_half_of_the_estimate(name: str) -> None:
     """So an estimate may call a mesh certain although it counts only part of the proof."""

@@ -30,6 +30,7 @@ def workers(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Workers]:
         yield workers
 
 
+@pytest.mark.slow
 def test_systemd_is_notified_once_when_all_workers_serve(workers: Workers) -> None:
     assert len(workers.server.worker_pids()) == COUNT
     for number in range(COUNT):
@@ -79,6 +80,7 @@ def test_a_second_service_cannot_join_the_port(workers: Workers, tmp_path: Path)
     assert process.stderr.splitlines()[-1].startswith("surface: cannot serve at 127.0.0.1")
 
 
+@pytest.mark.slow
 def test_a_killed_worker_is_replaced_and_waiting_connections_are_kept(workers: Workers) -> None:
     victim, other = workers.server.worker_pids()
     os.kill(victim, signal.SIGSTOP)  # its connections wait from now on

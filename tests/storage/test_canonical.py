@@ -121,6 +121,7 @@ def parse_text(text: str) -> Surface:
     return parse_request(SurfaceRequest, body, LIMITS).to_surface()
 
 
+@pytest.mark.slow
 def test_all_spellings_of_a_surface_have_one_id() -> None:
     random, ids, texts = Random(1), set[str](), set[str]()
     for content in ALL_SURFACES.values():

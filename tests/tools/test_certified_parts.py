@@ -56,6 +56,7 @@ def test_true_parameter_curves_lie_on_the_edges(name: str) -> None:
                 assert np.abs(points - space).max() <= 1e-13 * size
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in PARTS if name != "many holes"])
 def test_parts_have_no_cracks_and_deviations_are_within_bounds(client: Client, name: str) -> None:
     assert judge_part(client, name, 2, SAMPLES).faults == []

@@ -113,6 +113,7 @@ def test_hits_that_are_missed_or_invented_are_found(box: JudgedPart) -> None:
         assert bool(findings.counts["wrong"]) == (number > 0), number
 
 
+@pytest.mark.slow
 def test_measures_that_are_not_true_are_found(box: JudgedPart) -> None:
     """The box has the area 2200 and the volume 6000."""
     row = judge_case("solid box")

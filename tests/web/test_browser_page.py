@@ -83,6 +83,7 @@ def test_the_committed_types_are_those_of_the_committed_document() -> None:
     assert TYPES.read_text(encoding="utf-8") == types, "run `make types`"
 
 
+@pytest.mark.slow
 def test_a_program_compiles_with_types_from_a_service(tmp_path: Path, server: str) -> None:
     (command,) = (block for block in read_blocks("sh") if block.startswith("npx "))
     generator = find_node_package("openapi-typescript") / "bin" / "cli.js"

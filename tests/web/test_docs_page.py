@@ -9,6 +9,7 @@ from service.api.page_files import STATIC, SWAGGER
 from tools.browser import open_page
 
 
+@pytest.mark.slow
 def test_swagger_ui_sends_a_request_and_connects_to_no_other_host(
     server: str, browser: Browser
 ) -> None:

@@ -49,6 +49,7 @@ def turn(page: Page) -> str:
     return camera
 
 
+@pytest.mark.slow
 def test_the_address_names_the_surface_and_an_edited_one_has_none(page: Page) -> None:
     wait_for_address(page, "?surface=saddle#resolution=6")
     page.fill("#resolution", "9")
@@ -76,6 +77,7 @@ def test_the_address_names_the_surface_and_an_edited_one_has_none(page: Page) ->
     assert page.is_enabled("#redo")
 
 
+@pytest.mark.slow
 def test_the_link_of_an_edited_surface_keeps_camera_and_settings(
     page: Page, browser: Browser
 ) -> None:
@@ -107,6 +109,7 @@ def test_the_link_of_an_edited_surface_keeps_camera_and_settings(
     other.page.context.close()
 
 
+@pytest.mark.slow
 def test_a_reload_keeps_the_camera_of_each_entry(page: Page) -> None:
     camera = turn(page)
     page.click("#open")
@@ -121,6 +124,7 @@ def test_a_reload_keeps_the_camera_of_each_entry(page: Page) -> None:
     page.wait_for_function(f"(camera) => {READ_CAMERA} === camera", arg=camera)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "fragment",
     [

@@ -104,6 +104,7 @@ def test_the_bar_says_what_the_page_waits_for(page: Page, held: list[Route]) -> 
     assert read_value(page, "triangles") == 98
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("held")
 @pytest.mark.parametrize(
     "stop", [lambda page: page.click("#busy-stop"), press_escape, stop_by_keys, tap_stop]
@@ -125,6 +126,7 @@ def test_work_is_stopped_by_mouse_keys_and_touch(page: Page, stop: Callable[[Pag
     assert page.is_hidden("#problem")
 
 
+@pytest.mark.slow
 def test_every_request_of_the_page_can_be_stopped(page: Page) -> None:
     """Each action sends a request that gets no answer; Escape stops it, and the surface stays."""
     hold(page, "**/v1/**", [])
@@ -263,6 +265,7 @@ def assert_inside_window(page: Page, selector: str) -> None:
     assert box["y"] + box["height"] <= window["height"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("scheme", "size"), [("light", (1200, 800)), ("dark", PHONE_WINDOW)])
 def test_axe_finds_no_violations_while_work_runs_or_the_service_is_away(
     page: Page, held: list[Route], scheme: Any, size: tuple[int, int]

@@ -94,6 +94,7 @@ def open_page(context: BrowserContext, url: str) -> Page:
     return page
 
 
+@pytest.mark.slow
 def test_a_reload_keeps_every_edit_with_the_steps_of_its_history(page: Page) -> None:
     """Also the number that is typed last, but not entered, and steps that were undone."""
     type_z(page, 1.75)
@@ -121,6 +122,7 @@ def test_a_reload_keeps_every_edit_with_the_steps_of_its_history(page: Page) -> 
     assert draft["about"]["title"] == "Saddle"
 
 
+@pytest.mark.slow
 def test_after_a_crash_another_tab_is_offered_the_draft(page: Page, server: str) -> None:
     type_z(page, 1.75)
     type_z(page, 2.5)
@@ -141,6 +143,7 @@ def test_after_a_crash_another_tab_is_offered_the_draft(page: Page, server: str)
     wait_for_drafts(other, [1])
 
 
+@pytest.mark.slow
 def test_two_tabs_have_a_draft_each_and_a_duplicate_gets_its_own(page: Page, server: str) -> None:
     type_z(page, 1.75)
     other = open_page(page.context, server + SADDLE)
@@ -181,6 +184,7 @@ def test_a_tab_in_a_slow_browser_is_known_to_other_tabs(page: Page) -> None:
     assert names == [f"surface-tab-{draft['tab']}"]
 
 
+@pytest.mark.slow
 def test_opening_another_surface_is_undone_by_a_button_and_by_back(page: Page) -> None:
     type_z(page, 1.75)
     page.click("#open")
@@ -226,6 +230,7 @@ def test_opening_another_surface_is_undone_by_a_button_and_by_back(page: Page) -
     page.wait_for_selector("#library[open]")
 
 
+@pytest.mark.slow
 def test_dropping_a_file_is_undone_and_nothing_is_stored_in_the_service(stage: Stage) -> None:
     page, posted = stage.page, []
     page.on("request", lambda request: posted.append((request.method, urlsplit(request.url).path)))
@@ -248,6 +253,7 @@ def test_dropping_a_file_is_undone_and_nothing_is_stored_in_the_service(stage: S
     assert ("POST", "/v1/surfaces") not in posted
 
 
+@pytest.mark.slow
 def test_drafts_are_listed_opened_and_forgotten_by_keyboard(page: Page) -> None:
     type_z(page, 1.75)
     page.click("#open")
@@ -307,6 +313,7 @@ def test_without_room_the_page_says_so_and_asks_before_it_is_left(page: Page) ->
     assert read_z(page) == 1
 
 
+@pytest.mark.slow
 def test_without_indexeddb_drafts_stay_in_the_tab(server: str, browser: Browser) -> None:
     stage = open_profile(browser)
     page = stage.page
@@ -323,6 +330,7 @@ def test_without_indexeddb_drafts_stay_in_the_tab(server: str, browser: Browser)
     page.context.close()
 
 
+@pytest.mark.slow
 def test_while_a_key_is_in_use_drafts_stay_in_the_tab_unless_they_are_to_be_kept(
     browser: Browser,
 ) -> None:

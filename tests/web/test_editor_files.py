@@ -160,6 +160,7 @@ def read_problem(page: Page) -> str:
     return text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "content", "got"),
     [

@@ -47,6 +47,7 @@ def enter_key(page: Page, key: str) -> None:
     page.press("#access-key", "Enter")
 
 
+@pytest.mark.slow
 def test_the_editor_asks_for_the_key_sends_it_and_does_not_store_it(
     locked_editor: tuple[Stage, list[Request]], tmp_path: Path
 ) -> None:

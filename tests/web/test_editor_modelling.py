@@ -265,6 +265,7 @@ def select_all_again(page: Page, number: int) -> tuple[float, float]:
     return place
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("direction", "name", "added"), [("u", "rows", (6, 5)), ("v", "columns", (5, 6))]
 )
@@ -519,6 +520,7 @@ def test_the_fields_of_a_new_surface_are_checked(page: Page) -> None:
     assert page.evaluate("document.activeElement.id") == "new-count-u"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [(1200, 800), PHONE_WINDOW])
 def test_axe_finds_no_violations_while_a_net_is_edited(page: Page, size: tuple[int, int]) -> None:
     page.set_viewport_size({"width": size[0], "height": size[1]})

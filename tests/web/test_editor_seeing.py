@@ -255,6 +255,7 @@ FLAT_TRIANGLE = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("surface", "gaussian", "mean"),
     [
@@ -548,6 +549,7 @@ def test_a_crosshair_clicks_by_keys(page: Page) -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("scheme", "size"), [("light", LAPTOP), ("dark", PHONE)])
 def test_axe_finds_no_violations_in_these_states(
     cut_page: Page, scheme: Any, size: tuple[int, int]

@@ -59,6 +59,7 @@ def list_violations(page: Page) -> list[tuple[str, str, list[Any]]]:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("scheme", "size"), [("light", WIDE_WINDOW), ("dark", PHONE_WINDOW)])
 def test_axe_finds_no_violations_in_the_page_and_its_dialogs(
     page: Page, scheme: Any, size: tuple[int, int]

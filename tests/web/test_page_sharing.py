@@ -73,6 +73,7 @@ def copy_text(page: Page, button: str) -> str:
     return page.inner_text("#copied").removeprefix("Copied: ")
 
 
+@pytest.mark.slow
 def test_the_link_opens_an_equal_surface_in_another_profile(
     edited: Page, server: str, browser: Browser
 ) -> None:

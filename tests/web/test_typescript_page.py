@@ -102,6 +102,7 @@ def address(text: str, server: str) -> str:
     return text.replace(SERVED_AT, server).replace(KEY_ON_PAGE, KEY)
 
 
+@pytest.mark.slow
 def test_the_programs_print_in_node_what_the_page_shows(
     folder: Path, program: str, guarded_server: str, busy_service: BusyService
 ) -> None:

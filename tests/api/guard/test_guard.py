@@ -105,6 +105,7 @@ def test_a_key_in_the_url_is_ignored(client: Client) -> None:
         assert KEY not in response.text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", [*OPEN_PATHS, MESH, "/v1/surfaces/saddle"])
 def test_reads_by_url_need_no_key(client: Client, path: str) -> None:
     """A page whose scripts are not built has the status 503."""

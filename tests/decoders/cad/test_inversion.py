@@ -221,6 +221,7 @@ def test_the_middle_of_a_curve_is_on_it(vector: KnotVector, seed: int) -> None:
     assert np.abs(middle - find_ends(curve)).max() > 1e-6
 
 
+@pytest.mark.slow
 def test_many_edges_may_be_parts_of_one_long_curve() -> None:
     """Each of them took half a second, for samples and for knots that stay."""
     count, degree = 4_000, 30

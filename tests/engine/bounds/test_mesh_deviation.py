@@ -52,6 +52,7 @@ def check_deviation_bound(surface: Any, mesh: Mesh, samples: int = SAMPLES) -> f
     return share
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", FAMILIES)
 def test_no_point_of_a_surface_is_further_than_the_bound(family: str) -> None:
     seed = list(FAMILIES).index(family)
@@ -79,6 +80,7 @@ def test_the_bound_of_forward_differences_includes_their_rounding() -> None:
     assert bounds[2] > bounds[1] + 1e-4  # type: ignore[operator]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "resolution", "faces"),
     [

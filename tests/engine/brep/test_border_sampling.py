@@ -38,6 +38,7 @@ def test_an_impossible_angle_soon_takes_too_much_work() -> None:
     assert caught.value.issues[0].code == "too_costly"
 
 
+@pytest.mark.slow
 def test_sides_that_turn_as_at_creases_are_halved_a_few_times(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -209,6 +209,7 @@ def test_a_side_beside_pieces_of_others_is_open_where_no_piece_is(turn: int) -> 
     assert columns["on_boundary"].tolist() == [False, True, True, True, True, True]
 
 
+@pytest.mark.slow
 def test_closest_points_do_not_depend_on_other_points() -> None:
     for name in ("rational", "triangles", "NURBS"):
         surface = FAMILIES[name].surface(seed=5)

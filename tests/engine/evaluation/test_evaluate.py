@@ -312,6 +312,7 @@ def test_the_smallest_and_largest_extents_give_unit_normals(
         np.testing.assert_allclose(np.linalg.norm(_get_normals(result), axis=-1), 1, atol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 @pytest.mark.parametrize("ratio", [1e2, 1e4, 1e6, MAX_WEIGHT_RATIO])
 def test_errors_of_normals_grow_with_the_ratio_of_weights(ratio: float, dtype: Real) -> None:

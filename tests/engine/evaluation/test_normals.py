@@ -140,6 +140,7 @@ def test_degenerate_nets_have_unit_normals(
         assert np.abs(np.linalg.norm(result.normals.astype(float), axis=-1) - 1).max() < slack
 
 
+@pytest.mark.slow
 @given(degenerate_nets())
 def test_normals_on_the_border_are_the_limits_from_inside(net: Array) -> None:
     """Compares normals where du × dv vanishes with the exact limits, wherever these exist."""

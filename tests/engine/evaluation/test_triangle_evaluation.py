@@ -89,6 +89,7 @@ def test_float32_keeps_its_digits_far_from_zero(degree: int, is_rational: bool) 
     assert np.abs(result.normals - expected.normals).max() < 2e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @pytest.mark.parametrize("is_rational", [False, True])
 @pytest.mark.parametrize("degree", [1, 3, 6])

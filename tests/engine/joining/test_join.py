@@ -189,6 +189,7 @@ def build_square_with_strips(columns: int, rows: int, degree: int) -> Multipatch
     return MultipatchSurface((sheet(unit, unit), *above, *beside))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("columns", "rows", "degree", "is_cut"),
     # The docstring states the limits; the strips count, too.

@@ -48,6 +48,7 @@ def place_pieces(seed: int) -> tuple[GroupSurface, bool]:
     return GroupSurface(tuple(members)), bool(case.is_closed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "options"), [*enumerate(OPTIONS)])
 def test_placed_pieces_of_a_body_have_no_cracks(seed: int, options: dict[str, Any]) -> None:
     """Borders have equal bits in one mesh and in separate nodes; some pieces are mirrored."""

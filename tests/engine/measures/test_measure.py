@@ -175,6 +175,7 @@ def test_the_flux_of_polynomial_patches_is_exact_up_to_rounding(degree: tuple[in
         assert abs(sums[0, 1 + k] - expected) <= errors[0, 1 + k] < 1e-11
 
 
+@pytest.mark.slow
 def test_volumes_of_closed_splines_are_right() -> None:
     angle = 2 * pi * np.arange(3) / 3
     directions = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)[:, np.newaxis]
@@ -297,6 +298,7 @@ def test_open_sides_of_mirrored_triangles_are_reported_as_in_the_request() -> No
     assert all(set(side.uv) == ends_of_side[side.side] for side in open_sides)
 
 
+@pytest.mark.slow
 def test_each_closed_member_has_a_volume() -> None:
     far = np.diag([2.0, 2, -2, 1])  # larger, mirrored and translated
     far[:3, 3] = 100

@@ -252,6 +252,7 @@ def test_points_beside_a_border_have_their_closest_point_on_the_edge(beyond: flo
     assert columns["on_boundary"].all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "changes",
     [

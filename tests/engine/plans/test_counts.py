@@ -46,6 +46,7 @@ def check_counts(model: PatchModel, resolution: tuple[int, int]) -> None:
         assert count_mesh(model, options) == count_in_mesh(model, options), (kind, weld)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", MODELS)
 def test_counts_of_all_examples_are_right(model: PatchModel) -> None:
     for resolution in ((1, 1), (2, 1), (2, 2), (3, 3), (2, 5)):

@@ -76,6 +76,7 @@ def test_partials_and_curvatures_agree_with_fractions(
             )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("is_rational", [False, True])
 @pytest.mark.parametrize("axis", range(3))
 def test_curvatures_at_and_near_a_side_that_is_one_point_are_right(

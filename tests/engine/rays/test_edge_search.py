@@ -47,6 +47,7 @@ def sample(nets: QueryNets, item: Ints, shares: Array) -> tuple[Array, Ints]:
     return np.concatenate(points), np.concatenate(owners)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["wavy", "spring"])
 @given(seeds)
 def test_passes_are_where_samples_of_edges_are_near(name: str, seed: int) -> None:

@@ -84,6 +84,7 @@ def test_all_hits_of_an_exhaustive_search_are_found(name: str) -> None:
         np.testing.assert_array_equal(np.asarray(result[column])[rows], first[column])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["utah-teapot", "octahedral-sphere", "nurbs-goblet"])
 def test_the_numbers_of_hits_agree_with_an_exhaustive_search(name: str) -> None:
     surface = find(name).surface()
@@ -162,6 +163,7 @@ GRAZING: list[
 """A surface, the origin and the direction of a ray, and (kind, first t, last t) of each hit."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("surface", dict.fromkeys(case[0] for case in GRAZING))
 def test_rays_that_touch_or_follow_a_surface_have_the_right_kinds(
     surface: SurfaceKind | str,

@@ -97,6 +97,7 @@ def build_model(name: str) -> PatchModel:
     return to_patches(find(name).surface().lower())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [

@@ -55,6 +55,7 @@ def list_dense(curve: Splines, beside: float) -> FloatArray:
     return np.sort(np.clip(np.concatenate([t, near]), 0, 4))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("azimuth", [0.7, 2.2])
 @pytest.mark.parametrize("radius", [0.3, 1.1])
 @pytest.mark.parametrize("beside", [1e-2, 1e-3, -1.7e-3, 1e-4, -1e-4, 1e-6, -1e-6])

@@ -54,6 +54,7 @@ def test_the_goblet_is_a_solid_with_two_sharp_edges() -> None:
         np.testing.assert_allclose(mesh.normals[pole], (0, 0, normal_z), atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("example", "min_volume", "max_volume"), [("swept-wing", 17, 19), ("ship-hull", 645, 665)]
 )

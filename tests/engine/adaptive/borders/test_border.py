@@ -75,6 +75,7 @@ def build_spline(seed: int, rows: int, columns: int, rational: bool) -> tuple[Ar
     return net, rng.uniform(0.3, 3, u.shape) if rational else None
 
 
+@pytest.mark.slow
 @given(st.integers(0, 99), st.integers(4, 9), st.booleans(), symmetries, st.sampled_from([2, 3]))
 @settings(max_examples=12)
 def test_splines_that_meet_agree_without_knowing_each_other(

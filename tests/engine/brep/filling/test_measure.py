@@ -40,6 +40,7 @@ def measure(filled: FilledFaces, tolerance: float = 1.0) -> Triangles:
     return measure.measure(measure.build(own), find_mates(own))
 
 
+@pytest.mark.slow
 @given(seeds)
 def test_no_point_is_further_than_the_bound_of_its_triangle(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -54,6 +55,7 @@ def test_no_point_is_further_than_the_bound_of_its_triangle(seed: int) -> None:
     check_bounds(filled, triangles, rng)
 
 
+@pytest.mark.slow
 @given(seeds)
 def test_flat_triangles_are_compared_with_those_beside_them(seed: int) -> None:
     rng = np.random.default_rng(seed)

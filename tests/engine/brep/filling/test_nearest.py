@@ -63,6 +63,7 @@ def grid() -> FilledFaces:
     return filled
 
 
+@pytest.mark.slow
 @given(seeds)
 def test_no_point_is_further_than_the_bound_by_the_nearest(seed: int) -> None:
     rng = np.random.default_rng(seed)

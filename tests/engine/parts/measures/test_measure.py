@@ -62,6 +62,7 @@ def get_volume(measures: Measures[RequestSide | FaceEdge]) -> Interval:
     return measures.volume
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*CLOSED_FORMS, *OPEN_CASCADE])
 def test_intervals_hold_the_values_of_solids(name: str) -> None:
     measures = measure(read_solid(name))

@@ -59,6 +59,7 @@ def check_rules(cells: Integrable, integrand: Integrand, rounds: int) -> float:
     return largest
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["ellip", "impeller"])
 def test_errors_of_rules_over_panels_are_within_their_bounds(name: str) -> None:
     panels, _ = build_cells(name)
