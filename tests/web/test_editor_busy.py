@@ -1,6 +1,7 @@
 """In the editor, a bar shows the work that the page waits for; work is stopped, or sent again."""
 
 from collections.abc import Callable, Iterator
+from time import monotonic
 from typing import Any
 
 import pytest
@@ -45,7 +46,9 @@ def hold(page: Page, paths: str, routes: list[Route]) -> None:
 
 def wait_for(page: Page, condition: Callable[[], bool]) -> None:
     """Waits for a condition of the requests that the test intercepts."""
+    deadline = monotonic() + 30
     while not condition():
+        assert monotonic() < deadline
         page.evaluate("new Promise(requestAnimationFrame)")
 
 
@@ -247,7 +250,9 @@ def test_work_at_which_the_service_fails_each_time_ends(page: Page) -> None:
     page.route(MESHES, lose)
     page.fill("#resolution", "7")
     page.wait_for_selector('html[data-state="away"]')
+    deadline = monotonic() + 30
     while page.is_visible("#busy") or count < 4:
+        assert monotonic() < deadline, (count, page.inner_text("#busy"))
         page.evaluate("dispatchEvent(new Event('focus'))")
     assert count == 4
     assert page.is_visible("#problem-retry")

@@ -6,6 +6,9 @@ import { client } from './service.js';
 /** Milliseconds before each question; the last pause stays. */
 const PAUSES = [500, 1000, 2000, 4000, 8000, 15_000, 30_000];
 
+/** Milliseconds after which a question without an answer has failed. */
+const PATIENCE = 5000;
+
 /** The number of pauses since the last answer to any work. */
 let pauseCount = 0;
 /** Ends when the service answers; null if it is not away. @type {Promise<void> | null} */
@@ -65,7 +68,8 @@ function pause() {
 /** Whether the service answers now. */
 export async function answers() {
   try {
-    return (await fetch(client.resolve('health'), { cache: 'no-store' })).ok;
+    const signal = AbortSignal.timeout(PATIENCE);
+    return (await fetch(client.resolve('health'), { cache: 'no-store', signal })).ok;
   } catch {
     return false;
   }
