@@ -14,6 +14,7 @@ from fastapi import Request, Response
 
 from service.api.caching.cached_response import (
     CachedResponse,
+    RawHeaders,
     Subject,
     Variant,
     find_match,
@@ -29,7 +30,6 @@ from service.api.stored import exists, surface_of
 from service.pipeline.cost import Work, compression_cost
 from service.surface.kinds import Surface
 
-RawHeaders: TypeAlias = tuple[tuple[bytes, bytes], ...]
 Make: TypeAlias = Callable[[Surface, Computation], Awaitable[tuple[bytes, RawHeaders]]]
 """Computes the file of a surface: its bytes, and the headers that all codings share."""
 

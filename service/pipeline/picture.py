@@ -9,6 +9,7 @@ import numpy as np
 from service.encoders.png import encode_png
 from service.encoders.registry import BY_NAME
 from service.engine.accuracy import Accuracy, Camera
+from service.engine.adaptive.tolerances import NEAR
 from service.engine.pictures.camera import PictureCamera, build_camera
 from service.engine.pictures.distance import find_distance
 from service.engine.pictures.draw import draw_picture
@@ -26,9 +27,8 @@ from service.surface.sizes import SurfaceKind
 COARSE = 0.02
 """The tolerance of the mesh that a camera without a position looks at as a whole, in diagonals."""
 
-NEAREST = 1e-3
-"""A camera must be further from the surface than this share of its diagonal: nearer points count as
-at this distance in the tolerance of a mesh."""
+LESS = 0.99
+"""Factor of the tolerance of a picture, for the second order of the error at the corners."""
 
 PIXEL_BYTES, STRIP_BYTES, PIXEL_SECONDS = 12, 64 << 20, 3e-6
 """Bytes for each pixel of the picture and its file, bytes of the arrays of a strip, and the time
@@ -70,23 +70,26 @@ def _make_picture(plan: MeshPlan, surface: SurfaceKind, options: PictureOptions)
     points = [part.positions for part in list_parts(build(Accuracy(), COARSE * diagonal))]
     camera = build_camera(options.viewpoint, np.concatenate(points), model.up)
     try:
-        mesh = build(_find_accuracy(camera), None)
+        mesh = build(find_accuracy(camera), None)
     except (InvalidRequest, TooLarge) as error:
         issues = (replace(issue, pointer="/height") for issue in error.issues)
         raise type(error)(*issues) from None
-    _check_distance(camera, mesh, NEAREST * diagonal)
+    _check_distance(camera, mesh, NEAR * diagonal)
     with Measured("draw"):
         return encode_png(draw_picture(mesh, camera, options.style))
 
 
-def _find_accuracy(camera: PictureCamera) -> Accuracy:
+def find_accuracy(camera: PictureCamera) -> Accuracy:
     """The accuracy with which a mesh is right to `PIXEL_TOLERANCE` in a picture."""
     if camera.orthographic:
         return Accuracy(tolerance=PIXEL_TOLERANCE / camera.focus)
     x, y, z = camera.eye.tolist()
-    height = camera.size[1]
+    width, height = camera.size
     placed = Camera((x, y, z), 2 * atan(height / (2 * camera.focus)), height)
-    return Accuracy(camera=placed, pixel_tolerance=PIXEL_TOLERANCE)
+    # A mesh has its tolerance in the middle of a picture. At the angle θ from there a distance
+    # appears 1 / cos² θ times as large; the corners are furthest from the middle.
+    squared_cosine = 1 / (1 + (width**2 + height**2) / (2 * camera.focus) ** 2)
+    return Accuracy(camera=placed, pixel_tolerance=LESS * PIXEL_TOLERANCE * squared_cosine)
 
 
 def _check_distance(camera: PictureCamera, mesh: AnyMesh, least: float) -> None:
