@@ -6,8 +6,8 @@ from urllib.parse import parse_qsl
 from fastapi import APIRouter, Request, Response
 
 from service.api.body import BodyRoute
-from service.api.by_url import RawHeaders, UrlRequest, answer_by_url
-from service.api.caching.cached_response import Subject
+from service.api.by_url import UrlRequest, answer_by_url
+from service.api.caching.cached_response import RawHeaders, Subject
 from service.api.computation import Computation
 from service.api.negotiation import check_engine, codings_of, condition_of
 from service.api.openapi.parameters import (
