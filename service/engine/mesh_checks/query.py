@@ -1,4 +1,4 @@
-"""What a check of a mesh has to find: how narrow its intervals are, and whether it lists distances."""
+"""A query of a check: how narrow its intervals are, and whether its result lists distances."""
 
 from dataclasses import dataclass
 
