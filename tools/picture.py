@@ -1,22 +1,20 @@
 """Draws the pictures of the documentation, and writes the page of examples, which shows them.
 
 `python -m tools.picture docs` writes `editor.png`, `part.png`, `curvature.png`, `wires.png`,
-`adaptive.png`, `examples/<id>.png`, `curves/<name>.png` and `examples.md` in the folder `docs`. It
-also writes the thumbnails for the list of examples in the editor. Further arguments are the names
-of the only pictures to draw: `python -m tools.picture docs gear`.
+`adaptive.png`, `examples/<id>.png`, `curves/<name>.png` and `examples.md` in the folder `docs`.
+Further arguments are the names of the only pictures to draw: `python -m tools.picture docs gear`.
 """
 
 import json
 import sys
-from base64 import b64decode, b64encode
+from base64 import b64encode
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Browser
 
 from service.api.openapi.parameters import REQUESTS
-from service.api.page_files import THUMBNAILS
 from service.encoders.polylines.registry import CURVES_BY_NAME
 from service.pipeline.polylines import plan_curve
 from service.schemas.curves import CurveRequest
@@ -54,16 +52,6 @@ Scheme: TypeAlias = Literal["light", "dark"]
 LARGE = (1200, 800)
 MEDIUM = (900, 600)
 SMALL = (400, 300)
-
-SHRINK = """async (png) => {
-  const file = await (await fetch(`data:image/png;base64,${png}`)).blob();
-  const size = { resizeWidth: 192, resizeHeight: 144, resizeQuality: 'high' };
-  const picture = await createImageBitmap(file, size);
-  const canvas = document.createElement('canvas');
-  [canvas.width, canvas.height] = [picture.width, picture.height];
-  canvas.getContext('2d').drawImage(picture, 0, 0);
-  return canvas.toDataURL('image/webp', 0.7).split(',')[1];
-}"""
 
 HEAD = """\
 # The built-in surfaces
@@ -151,14 +139,6 @@ def draw_editor(
         sys.exit("\n".join(stage.messages))
 
 
-def draw_thumbnail(page: Page, target: Path) -> None:
-    """Writes a small WebP picture of the viewer with a transparent background."""
-    page.evaluate("document.body.style.background = 'none'")
-    picture = b64encode(page.screenshot(omit_background=True)).decode()
-    page.evaluate("document.body.style.background = ''")
-    target.write_bytes(b64decode(page.evaluate(SHRINK, picture)))
-
-
 def main(folder: Path, chosen: Sequence[str] = ()) -> None:
     """Writes the pictures and the page `examples.md`; messages of the browser end the program.
 
@@ -197,8 +177,6 @@ def main(folder: Path, chosen: Sequence[str] = ()) -> None:
             if target in pictures_with_edges:
                 stage.draw_edges()
             stage.page.screenshot(path=target)
-            if target.parent.name == "examples":
-                draw_thumbnail(stage.page, THUMBNAILS / f"{target.stem}.webp")
     (folder / "examples.md").write_text(write_examples_page(), encoding="utf-8")
 
 

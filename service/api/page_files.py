@@ -30,9 +30,6 @@ API = Path(__file__).parent
 PAGE, DOCS = API / "page", API / "docs"
 """Folders of the pages in this repository: the editor, and the page that shows Swagger UI."""
 
-THUMBNAILS = PAGE / "examples"
-"""A small picture of each example, drawn by `make picture`."""
-
 STATIC = API / "static"
 """Folder of bundles and of scripts of other projects, which `make web` and the build of the image
 fill."""
@@ -40,7 +37,7 @@ fill."""
 SWAGGER = ("swagger-ui/swagger-ui-bundle.js", "swagger-ui/swagger-ui.css")
 
 _MEDIA_TYPES = MappingProxyType(
-    {".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml", ".webp": "image/webp"}
+    {".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
 )
 
 
@@ -142,9 +139,10 @@ class Bundles:
 
 ROBOTS = b"""\
 # Meshes and calls are computed on request: they are nothing to index.
+# Sites that show links need pictures.
 User-agent: *
+Allow: /v1/surfaces/*/image.png
 Disallow: /v1/
-Disallow: /embed
 """
 
 
@@ -184,7 +182,6 @@ def list_files(document: Callable[[], dict[str, Any]], settings: Settings) -> di
         # For responses that are no pages; pages name the icon.
         "favicon.ico": StaticFile((PAGE / "icon.svg").read_bytes, _MEDIA_TYPES[".svg"]),
         **{f"page/{name}": bundles.file(name) for name in bundles.names},
-        **_by_name("page", sorted(THUMBNAILS.iterdir())),
         **_by_name("docs", [DOCS / "start.js", *docs_files]),
     }
     if bundles.files:

@@ -49,8 +49,10 @@ class StaticFiles:
     def __contains__(self, name: str) -> bool:
         return name in self._files
 
-    async def respond(self, request: Request, name: str) -> Response:
+    async def respond(self, request: Request, name: str, tags: str = "") -> Response:
         """The response to GET or HEAD for the file of this name.
+
+        `tags` are inserted at the end of the head of a page.
 
         Raises
         ------
@@ -61,6 +63,8 @@ class StaticFiles:
         file = self._files.get(name)
         if file is None:
             raise HTTPException(404)
+        if tags:
+            file = await _insert_tags(file, tags)
         is_brotli = file.brotli is not None and accepts_brotli(request)
         if file.brotli is not None and is_brotli:
             file, accepted = file.brotli, ("identity",)
@@ -91,6 +95,13 @@ class StaticFiles:
             file.bodies[coding] = await asyncio.to_thread(compress, coding, file.content)
         body = file.bodies[coding]
         return ("identity", file.content) if body is None else (coding, body)
+
+
+async def _insert_tags(file: StaticFile, tags: str) -> StaticFile:
+    """A page with more tags in its head. Its entity tag depends on them, too."""
+    await _load(file)
+    content = file.content.replace(b"</head>", tags.encode() + b"</head>", 1)
+    return StaticFile(lambda: content, file.media_type, file.headers)
 
 
 async def _load(file: StaticFile) -> None:

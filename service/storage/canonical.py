@@ -31,6 +31,7 @@ from hashlib import sha256
 from typing import Any
 
 import numpy as np
+import orjson
 from pydantic import BaseModel
 
 from service.errors import DamagedObject
@@ -103,6 +104,20 @@ def restore_surface(content: bytes, limits: DocumentLimits) -> Surface:
     except UNREADABLE:
         raise DamagedObject from None
     return validate_document(SurfaceRequest, {"surface": tree}, limits).to_surface()
+
+
+def read_name(content: bytes) -> str:
+    """The name of the surface with this canonical content; reads no numbers.
+
+    Raises
+    ------
+    DamagedObject
+        `content` is not the content of a surface.
+    """
+    try:
+        return str(orjson.loads(content[: content.index(b"\n")])["surface"]["name"])
+    except UNREADABLE:
+        raise DamagedObject from None
 
 
 def estimate_restore_memory(content: bytes) -> int:

@@ -24,7 +24,7 @@ def test_every_response_forbids_sniffing_and_says_who_may_embed_it(
         url = client.post("/v1/surfaces", NET).headers["location"]
         tags = {path: client.get(path).headers["etag"] for path in (MESH, url, "/docs/start.js")}
         responses = [
-            *(client.get(path) for path in (MESH, url, *PAGES, "/page/saddle.webp", "/health")),
+            *(client.get(path) for path in (MESH, url, *PAGES, "/health")),
             *(client.get(path, {"If-None-Match": tag}) for path, tag in tags.items()),
             client.post("/v1/mesh", NET),
             client.post("/v1/mesh", []),
@@ -78,6 +78,9 @@ def test_robots_read_no_meshes_and_the_icon_exists(client: Client) -> None:
     robots = client.get("/robots.txt")
     assert robots.headers["content-type"].startswith("text/plain")
     assert "Disallow: /v1/\n" in robots.text
+    # Previews of links need pictures, and the page that names them.
+    assert "Allow: /v1/surfaces/*/image.png\n" in robots.text
+    assert "/embed" not in robots.text
     icon = client.get("/favicon.ico")
     assert icon.status_code == 200
     assert icon.headers["content-type"] == "image/svg+xml"

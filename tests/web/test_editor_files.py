@@ -50,7 +50,7 @@ def open_file(stage: Stage, path: Path) -> None:
 
 def count_requests(stage: Stage) -> int:
     """The requests to the interface; pictures of examples are loaded at any time."""
-    return sum("/v1/" in url for url in stage.requested_urls)
+    return sum("/v1/" in url and "/image.png" not in url for url in stage.requested_urls)
 
 
 def test_a_file_of_control_points_opens(editor: Stage, net_file: Path) -> None:

@@ -24,7 +24,10 @@ export class Library {
     /** @type {Facts} */
     this.facts = JSON.parse(input('file').dataset.files ?? '');
     this.dialog = element('library', HTMLDialogElement);
-    button('open').addEventListener('click', () => this.dialog.showModal());
+    button('open').addEventListener('click', () => {
+      this.dialog.showModal();
+      this.showPictures().catch(() => {}); // the list is complete without them
+    });
     button('paste-open').addEventListener('click', () => void this.openPasted());
     watchDrops((sources) => void this.openSources(sources));
     this.listed = this.list();
@@ -38,14 +41,20 @@ export class Library {
       const chooser = document.createElement('button');
       chooser.type = 'button';
       chooser.dataset.example = example.id;
-      const picture = Object.assign(new Image(192, 144), { loading: 'lazy', alt: '' });
-      picture.src = `page/${example.id}.webp`;
+      const picture = Object.assign(new Image(192, 128), { loading: 'lazy', fetchPriority: 'low', alt: '' });
+      picture.dataset.picture = example.id;
       chooser.append(picture, makeElement('strong', example.title), makeElement('span', plain(example.description)));
       chooser.addEventListener('click', () => void this.openById(example.id));
       item.append(chooser);
       return item;
     });
     element('examples', HTMLElement).replaceChildren(...items);
+  }
+
+  async showPictures() {
+    await this.listed;
+    const { showPictures } = await import('./pictures.js');
+    await showPictures(document.querySelectorAll('img[data-picture]:not([src])'));
   }
 
   /** Opens an example, or the stored surface with an id. @param {string} id */

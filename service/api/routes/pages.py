@@ -17,6 +17,7 @@ from service.api.page_files import (
     FIRST_SURFACE,
     editor_name,
 )
+from service.api.previews import preview_editor, preview_embedded
 from service.api.record import route_path
 from service.api.services import ContextDep
 
@@ -34,7 +35,9 @@ async def editor(request: Request, context: ContextDep) -> Response:
             EDITOR_HEADERS,
         )
     name = editor_name(request.query_params.get("surface", FIRST_SURFACE))
-    return await files.respond(request, name if name in files else "page")
+    preview = await preview_editor(request, context)
+    tags = "" if preview is None else preview.write_tags()
+    return await files.respond(request, name if name in files else "page", tags)
 
 
 @pages.get("/embed")
@@ -47,7 +50,9 @@ async def embedded(request: Request, context: ContextDep) -> Response:
             'Everything else works; see <a href="docs">the interface</a>.',
             EDITOR_HEADERS,
         )
-    return await files.respond(request, "embed")
+    preview = await preview_embedded(request, context)
+    tags = "" if preview is None else preview.write_tags()
+    return await files.respond(request, "embed", tags)
 
 
 @pages.get("/docs")
