@@ -25,7 +25,7 @@ def test_a_distance_within_the_goal_is_within_the_tolerance_anywhere_in_the_pict
     rng = np.random.default_rng(1)
     pixels = np.concatenate([rng.uniform(0, size, (4000, 2)), [[0, 0], size, [0, size[1]]]])
     depth = rng.uniform(1, 50, len(pixels))
-    rays = camera.find_rays(pixels)
+    rays = camera.find_rays(pixels.T).T
     points = camera.eye + rays * (depth / (rays @ camera.axes[2]))[:, None]
     offsets = rng.normal(size=points.shape)
     # Across the ray, away from the middle, is the direction that looks largest.

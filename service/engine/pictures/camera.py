@@ -15,7 +15,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.engine.pictures.options import Viewpoint
-from service.engine.vectors import normalize
+from service.engine.vectors import Vectors, normalize
 from service.surface.checks import Up
 
 MARGIN = 0.94
@@ -67,14 +67,14 @@ class PictureCamera:
         size = (max(1, self.size[0] * most // largest), max(1, self.size[1] * most // largest))
         return replace(self, size=size, focus=self.focus * size[0] / self.size[0])
 
-    def find_rays(self, pixels: FloatArray) -> FloatArray:
-        """Unit vectors (m, 3) from the eye through places of the picture (m, 2), in pixels."""
+    def find_rays(self, pixels: Vectors) -> Vectors:
+        """Unit vectors (3, m) from the eye through places of the picture (2, m), in pixels."""
         width, height = self.size
         if self.orthographic:
-            return np.broadcast_to(self.axes[2], (len(pixels), 3))
-        x, y = (pixels - np.array([width / 2, height / 2])).T / self.focus
-        rays = x[:, np.newaxis] * self.axes[0] - y[:, np.newaxis] * self.axes[1] + self.axes[2]
-        return normalize(rays, -1)
+            return np.broadcast_to(self.axes[2][:, np.newaxis], (3, pixels.shape[1]))
+        x, y = pixels
+        rays = np.stack([x - width / 2, height / 2 - y, np.full(x.shape, self.focus)])
+        return normalize(self.axes.T @ rays)
 
 
 def build_camera(viewpoint: Viewpoint, points: FloatArray, up: Up) -> PictureCamera:

@@ -19,6 +19,7 @@ from service.engine.pictures.raster import Visible, find_visible
 from service.engine.pictures.shading import compress, shade, to_linear, to_srgb
 from service.engine.scenes.placing import place_points
 from service.engine.scenes.scene import Scene
+from service.engine.vectors import Vectors
 
 Pixels: TypeAlias = NDArray[np.uint8]
 
@@ -97,43 +98,43 @@ class _Drawing:
         if not len(visible.pixel):
             return
         light = self._find_light(visible)
-        first, last = int(visible.pixel[0]), int(visible.pixel[-1]) + 1
+        first, last = int(visible.pixel.min()), int(visible.pixel.max()) + 1
         place = visible.pixel - first
-        alpha = np.bincount(place, visible.share, last - first).astype(np.float64)[:, np.newaxis]
-        total = np.empty((last - first, 3))
-        for axis in range(3):
-            total[:, axis] = np.bincount(place, visible.share * light[:, axis], last - first)
-        covered = np.flatnonzero(alpha)
-        opacity, colors = alpha[covered], total[covered]
+        opacity, *sums = (
+            np.bincount(place, visible.share * each, last - first).astype(np.float64)
+            for each in (1.0, *light)
+        )
+        covered = np.flatnonzero(opacity)
+        opacity, colors = opacity[covered], np.stack(sums)[:, covered]
         if self._style.background is None:
-            colors = colors / opacity
+            colors /= opacity
         else:
             behind = to_linear(np.array(self._style.background))
-            colors, opacity = colors + (1.0 - opacity) * behind, np.ones(opacity.shape)
-        pixels[first + covered, :3] = _to_bytes(to_srgb(colors))
-        pixels[first + covered, 3:] = _to_bytes(opacity)
+            colors += behind[:, np.newaxis] * (1.0 - opacity)
+            opacity = np.ones(opacity.shape)
+        pixels[first + covered, :3] = _to_bytes(to_srgb(colors)).T
+        pixels[first + covered, 3] = _to_bytes(opacity)
 
-    def _find_light(self, visible: Visible) -> FloatArray:
-        """The linear colours (K, 3) of all pairs."""
-        light = np.empty((len(visible.pixel), 3))
+    def _find_light(self, visible: Visible) -> Vectors:
+        """The linear colours (3, K) of all pairs."""
+        light = np.empty((3, len(visible.pixel)))
         width = self._camera.size[0]
         for number, rows in self._group(visible.triangle):
             triangle = visible.triangle[rows] - self._ends[number]
             if number >= len(self._parts):
-                light[rows] = self._line_colors[number - len(self._parts)]
+                light[:, rows] = self._line_colors[number - len(self._parts)][:, np.newaxis]
                 continue
             part, weights = self._parts[number], visible.weights[:, rows]
-            pixel = visible.pixel[rows]
-            places = np.stack([pixel % width, pixel // width], axis=1).astype(np.float64) + 0.5
-            rays = self._camera.find_rays(places) @ self._turn.T
-            normals, _ = part.find_normals(triangle, weights)
+            row, column = np.divmod(visible.pixel[rows], width)
+            rays = self._turn @ self._camera.find_rays(np.stack([column, row]) + 0.5)
+            normals = self._turn @ part.find_normals(triangle, weights).T
             if self._style.look == "shaded":
                 albedo = part.find_colors(triangle, weights)
             else:
                 mean = self._style.look == "mean"
                 values = part.find_curvatures(triangle, weights, mean=mean)
                 albedo = to_linear(color_curvatures(values, self._range))
-            light[rows] = compress(shade(albedo, normals @ self._turn.T, rays))
+            light[:, rows] = compress(shade(albedo.T, normals, rays))
         return light
 
     def _find_range(self) -> float:

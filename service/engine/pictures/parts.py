@@ -13,10 +13,11 @@ from service.bases.arrays import FloatArray, Ints
 from service.engine.adaptive.samples import PatchPlaces, evaluate_channel, evaluate_curvatures
 from service.engine.evaluation.normals import evaluate_scattered_normals
 from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.places import SurfacePlaces
 from service.engine.pictures.shading import to_linear
 from service.engine.scenes.placing import place_normals, place_points
 from service.engine.scenes.scene import Scene
-from service.engine.vectors import dot
+from service.engine.vectors import dot, normalize
 from service.surface.lowered import Color
 
 GLAZE = (0x2F / 255, 0x86 / 255, 0xA0 / 255, 1.0)
@@ -47,20 +48,20 @@ class PicturePart:
         """The vertices (m, 3) of triangles."""
         return self.mesh.triangles[triangle].astype(np.intp)
 
-    def find_normals(self, triangle: Ints, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Unit normals (m, 3) at places of triangles, with the side of the vertices' normals.
+    def find_normals(self, triangle: Ints, weights: FloatArray) -> FloatArray:
+        """Unit normals (m, 3) at places of triangles, which may be on either side."""
+        corners = self._corners(triangle)
+        if self.mesh.places is None:
+            normals = normalize(self._mix_normals(corners, weights), -1)
+        else:
+            normals = _evaluate_normals(self.mesh.places, corners, weights)
+        return place_normals(normals, self.matrix)
 
-        The second result (m,) is −1 where that side is not the side of du × dv, else 1.
-        """
-        mesh, corners = self.mesh, self._corners(triangle)
-        assert mesh.normals is not None  # the options of pictures ask for them
-        of_vertices = sum(weights[k][:, np.newaxis] * mesh.normals[corners[:, k]] for k in range(3))
-        if mesh.places is None:
-            return place_normals(np.asarray(of_vertices), self.matrix), np.ones(len(triangle))
-        patch, u, v = mesh.places.locate(corners, weights)
-        normals, _ = evaluate_scattered_normals(mesh.places.model.batches, patch, u, v)
-        side = np.where(dot(normals, np.asarray(of_vertices), -1) < 0, -1.0, 1.0)
-        return place_normals(normals * side[:, np.newaxis], self.matrix), side
+    def _mix_normals(self, corners: Ints, weights: FloatArray) -> FloatArray:
+        """Means (m, 3) of the normals of vertices."""
+        normals = self.mesh.normals
+        assert normals is not None  # the options of pictures ask for them
+        return np.asarray(sum(weights[k][:, np.newaxis] * normals[corners[:, k]] for k in range(3)))
 
     def find_colors(self, triangle: Ints, weights: FloatArray) -> FloatArray:
         """Linear colours (m, 3) at places of triangles."""
@@ -87,8 +88,17 @@ class PicturePart:
         values = evaluate_curvatures(places.model, samples, np.float64)[int(mean)].values.ravel()
         if not mean:
             return np.asarray(values)
-        _, side = self.find_normals(triangle, weights)
-        return np.asarray(values * side)
+        # Its sign is that for the normals of the vertices, which may be reversed.
+        side = dot(
+            _evaluate_normals(places, corners, weights), self._mix_normals(corners, weights), -1
+        )
+        return np.where(side < 0, -values, values)
+
+
+def _evaluate_normals(places: SurfacePlaces, corners: Ints, weights: FloatArray) -> FloatArray:
+    """Unit normals (m, 3) of du × dv, before placing."""
+    normals, _ = evaluate_scattered_normals(places.model.batches, *places.locate(corners, weights))
+    return normals
 
 
 def list_parts(mesh: Mesh | Scene) -> Iterator[PicturePart]:

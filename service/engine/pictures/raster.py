@@ -18,6 +18,7 @@ Olano and Greer, Triangle scan conversion using 2D homogeneous coordinates, Grap
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -228,35 +229,54 @@ def _find_intervals(lines: FloatArray, row: Ints, columns: int) -> tuple[Ints, I
 
 def _gather(edges: _Edges, strip: _Strip, width: int) -> Visible:
     """The pairs of a pixel and a triangle of a strip."""
-    # The samples of each pixel in a row, (pixels, 4).
-    blocks = strip.shown.reshape(-1, SAMPLES, width, SAMPLES).swapaxes(1, 2)
-    of_pixel = blocks.reshape(-1, SAMPLES**2)
-    pixels = np.flatnonzero((of_pixel < len(edges.triangle)).any(axis=1))
-    of_pixel = of_pixel[pixels]
-    order = np.argsort(of_pixel, axis=1, kind="stable")
-    number = np.take_along_axis(of_pixel, order, axis=1)
-    begins = np.ones(number.shape, bool)
-    begins[:, 1:] = number[:, 1:] != number[:, :-1]
-    starts = np.flatnonzero(begins)
-    counts = np.diff(np.append(starts, number.size))
-    # The mean position of the samples of a pair; in pixels from the corner of the pixel, times 2.
-    mean = (
-        [
-            np.add.reduceat(position.ravel() + 0.5, starts) / counts
-            for position in (order % SAMPLES, order // SAMPLES)
-        ]
-        if len(starts)
-        else [np.zeros(0), np.zeros(0)]
-    )
-    number, pixel = number.ravel()[starts], pixels[starts // SAMPLES**2]
-    kept = np.flatnonzero(number < len(edges.triangle))
-    number, pixel = number[kept], pixel[kept]
-    x = (pixel % width) * SAMPLES + mean[0][kept]
-    y = strip.first + (pixel // width) * SAMPLES + mean[1][kept]
+    none = len(edges.triangle)
+    # Sample k of all pixels in row k, (4, pixels).
+    blocks = strip.shown.reshape(-1, SAMPLES, width, SAMPLES).transpose(1, 3, 0, 2)
+    samples = blocks.reshape(SAMPLES**2, -1)
+    is_whole = (samples[1:] == samples[0]).all(axis=0)
+    whole = np.flatnonzero(is_whole & (samples[0] < none))
+    mixed = np.flatnonzero(~is_whole)
+    pairs = _count_samples(samples[:, mixed].T, none)
+    pixel = np.concatenate([whole, mixed[pairs.row]])
+    order = np.argsort(pixel, kind="stable")
+    pixel = pixel[order]
+    number = np.concatenate([samples[0, whole], pairs.number])[order]
+    count = np.concatenate([np.full(len(whole), float(SAMPLES**2)), pairs.samples])[order]
+    middle = np.full(len(whole), SAMPLES / 2)
+    x, y = (np.concatenate([middle, mean])[order] for mean in (pairs.x, pairs.y))
+    row, column = np.divmod(pixel, width)
+    x += column * SAMPLES
+    y += row * SAMPLES + strip.first
     a, b, c = edges.lines[:, :, number].swapaxes(0, 1)
     weights = a * x + b * y + c
     # Rounding may make a weight at an edge negative.
     weights = np.maximum(weights, 0.0)
     weights /= weights.sum(axis=0)
-    share = counts[kept] / SAMPLES**2
-    return Visible(strip.first // SAMPLES * width + pixel, edges.triangle[number], share, weights)
+    first = strip.first // SAMPLES * width
+    return Visible(first + pixel, edges.triangle[number], count / SAMPLES**2, weights)
+
+
+class _Pairs(NamedTuple):
+    """Rows of samples, numbers that they show, how many samples do, and their mean place (x, y)."""
+
+    row: Ints
+    number: Ints
+    samples: FloatArray
+    x: FloatArray
+    y: FloatArray
+
+
+def _count_samples(samples: Ints, none: int) -> _Pairs:
+    """The different numbers below `none` in each row of samples (m, 4)."""
+    order = np.argsort(samples, axis=1, kind="stable")
+    number = np.take_along_axis(samples, order, axis=1)
+    begins = np.ones(number.shape, bool)
+    begins[:, 1:] = number[:, 1:] != number[:, :-1]
+    run = np.cumsum(begins) - 1
+    starts = np.flatnonzero(begins)
+    count = np.bincount(run).astype(np.float64)
+    column, line = order.ravel() % SAMPLES, order.ravel() // SAMPLES
+    x, y = (np.bincount(run, place + 0.5) / count for place in (column, line))
+    number = number.ravel()[starts]
+    kept = np.flatnonzero(number < none)
+    return _Pairs(starts[kept] // SAMPLES**2, number[kept], count[kept], x[kept], y[kept])

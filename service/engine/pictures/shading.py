@@ -14,9 +14,10 @@ from math import pi
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from service.bases.arrays import FloatArray
-from service.engine.vectors import dot, normalize
+from service.engine.vectors import Vectors, dot, normalize
 
 ROUGHNESS, REFLECTANCE = 0.32, 0.04
 """The glaze blurs reflections by the first, and reflects the second of light from above."""
@@ -55,40 +56,44 @@ PANELS = (
 )
 
 
-def shade(albedo: FloatArray, normals: FloatArray, rays: FloatArray) -> FloatArray:
-    """The light (m, 3) of points with colours (m, 3), unit normals (m, 3), seen along rays (m, 3).
+def shade(albedo: Vectors, normals: Vectors, rays: Vectors) -> Vectors:
+    """The light (3, m) of points with colours (3, m), unit normals (3, m), seen along rays (3, m).
 
     Both sides of a surface look alike: normals are turned to the eye.
     """
-    facing = -dot(normals, rays, -1)
-    normals = np.where(facing[:, np.newaxis] < 0, -normals, normals)
+    facing = -dot(normals, rays)
+    normals = np.where(facing < 0, -normals, normals)
     facing = np.abs(facing)
-    upward = (0.5 + 0.5 * normals[:, 1])[:, np.newaxis]
-    light = GROUND + (SKY - GROUND) * upward
+    light = _column(GROUND) + _column(SKY - GROUND) * (0.5 + 0.5 * normals[1])
     for lamp in LAMPS:
         direction = normalize(np.array(lamp.direction), -1)
-        light = light + np.maximum(normals @ direction, 0.0)[:, np.newaxis] * np.array(lamp.light)
+        light += _column(lamp.light) * np.maximum(direction @ normals, 0.0)
     grazing = (1.0 - np.minimum(facing, 1.0)) ** 5
     mirrored = REFLECTANCE + (1.0 - ROUGHNESS - REFLECTANCE) * grazing
-    reflected = rays + 2.0 * facing[:, np.newaxis] * normals
-    seen: FloatArray = light * albedo / pi + mirrored[:, np.newaxis] * _reflect_room(reflected)
+    seen: Vectors = light * albedo / pi
+    seen += mirrored * _reflect_room(rays + 2.0 * facing * normals)
     return seen
 
 
-def _reflect_room(r: FloatArray) -> FloatArray:
-    """The light (m, 3) of the room from unit directions (m, 3), blurred as by the glaze."""
+def _column(color: ArrayLike) -> Vectors:
+    """A colour (3,) for products with the values (m,) of points."""
+    return np.reshape(np.asarray(color, np.float64), (3, 1))
+
+
+def _reflect_room(r: Vectors) -> Vectors:
+    """The light (3, m) of the room from unit directions (3, m), blurred as by the glaze."""
     blur = 0.04 + 0.45 * ROUGHNESS
     low, high = np.array([0.20, 0.17, 0.14]), np.array([0.55, 0.60, 0.66])
-    light: FloatArray = low + (high - low) * _smooth_step(-0.4, 0.9, r[:, 1])[:, np.newaxis]
+    light: Vectors = _column(low) + _column(high - low) * _smooth_step(-0.4, 0.9, r[1])
     for panel in PANELS:
         to = normalize(np.array(panel.to), -1)
         across = normalize(np.array(panel.across), -1)
-        depth = r @ to
+        depth = to @ r
         inside = np.where(depth > 0, 1.0, 0.0)
+        depth = np.maximum(depth, 1e-3)
         for axis, half in zip((across, np.cross(to, across)), panel.size, strict=True):
-            place = np.abs(r @ axis) / np.maximum(depth, 1e-3)
-            inside = inside * (1.0 - _smooth_step(half - blur, half + blur, place))
-        light = light + inside[:, np.newaxis] * np.array(panel.light)
+            inside *= 1.0 - _smooth_step(half - blur, half + blur, np.abs(axis @ r) / depth)
+        light += _column(panel.light) * inside
     return light
 
 
@@ -99,18 +104,18 @@ def _smooth_step(low: float, high: float, x: FloatArray) -> FloatArray:
     return result
 
 
-def compress(light: FloatArray) -> FloatArray:
-    """Light (m, 3) as linear colours below 1: bright light loses its colour."""
-    darkest = light.min(axis=1, keepdims=True)
-    offset = np.where(darkest < 0.08, darkest - 6.25 * darkest * darkest, 0.04)
-    light = light - offset
-    peak = light.max(axis=1, keepdims=True)
+def compress(light: Vectors) -> Vectors:
+    """Light (3, m) as linear colours below 1: bright light loses its colour."""
+    darkest = light.min(axis=0)
+    light = light - np.where(darkest < 0.08, darkest - 6.25 * darkest * darkest, 0.04)
+    peak = light.max(axis=0)
     start, desaturation = 0.8 - 0.04, 0.15
     rest = 1.0 - start
-    new_peak = 1.0 - rest * rest / (np.maximum(peak, start) + rest - start)
+    bright = np.maximum(peak, start)
+    new_peak = 1.0 - rest * rest / (bright + rest - start)
     white = 1.0 - 1.0 / (desaturation * (peak - new_peak) + 1.0)
-    bright = light * (new_peak / np.maximum(peak, start)) * (1.0 - white) + new_peak * white
-    return np.where(peak < start, light, bright)
+    compressed = light * (new_peak / bright) * (1.0 - white) + new_peak * white
+    return np.where(peak < start, light, compressed)
 
 
 def to_linear(srgb: FloatArray) -> FloatArray:

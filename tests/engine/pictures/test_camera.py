@@ -74,7 +74,7 @@ def test_a_camera_with_a_position_looks_at_its_target(orthographic: bool) -> Non
     (x, y, w), depth = camera.place(np.stack([target, target + up]))
     np.testing.assert_allclose([x / w, y / w], [[100, 100], [50, 0]], atol=1e-9)
     np.testing.assert_allclose(depth, 7)
-    rays = camera.find_rays(np.array([[100.0, 50.0], [100, 0]]))
+    rays = camera.find_rays(np.array([[100.0, 100], [50, 0]])).T
     np.testing.assert_allclose(rays[0], camera.axes[2])
     angle = 0 if orthographic else radians(20)
     assert rays[1] @ camera.axes[2] == pytest.approx(np.cos(angle))

@@ -59,13 +59,13 @@ def test_the_light_is_that_of_the_exact_normals() -> None:
     """Normals that are interpolated between vertices would differ."""
     pixels, camera = draw(find("sphere").surface(), FRONT)
     rows, columns = np.mgrid[32:64, 32:64].reshape(2, -1)
-    rays = camera.find_rays(np.stack([columns, rows], axis=1) + 0.5)
+    rays = camera.find_rays(np.stack([columns, rows]) + 0.5).T
     middle = np.einsum("ij,j->i", rays, -camera.eye)
     normals = camera.eye + (middle - np.sqrt(middle**2 - 35))[:, None] * rays
     # The light is in the frame turned y-up.
     rays, normals = rays @ UPRIGHT.T, normals @ UPRIGHT.T
     glaze = to_linear(np.broadcast_to(np.array([0x2F, 0x86, 0xA0]) / 255, normals.shape))
-    expected = 255 * to_srgb(compress(shade(glaze, normals, rays)))
+    expected = 255 * to_srgb(compress(shade(glaze.T, normals.T, rays.T))).T
     found = pixels[rows, columns, :3]
     assert np.abs(found - expected).max() <= 4
 

@@ -24,7 +24,7 @@ EXAMPLES = ("utah-teapot", "octahedral-sphere", "bspline-ring", "nurbs-goblet", 
 
 def build_parts(name: str) -> tuple[list[PicturePart], float, float]:
     """The parts of a picture of an example, its tolerance and its diagonal."""
-    options = MeshOptions(places=True)
+    options = MeshOptions(places=True, curvatures=True)
     mesher = build_mesher(find(name).surface().lower(), options, Storage(), has_nodes=True)
     diagonal = mesher.model.diagonal
     return list(list_parts(mesher.build_mesh(Goal(1e-3 * diagonal), 100_000))), 1e-3, diagonal
@@ -62,13 +62,31 @@ def test_the_surface_at_a_place_is_near_the_point_of_its_triangle(name: str) -> 
 
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_normals_at_corners_are_those_of_the_vertices(name: str) -> None:
-    """Also of reversed faces, and of copies that are mirrored or scaled."""
+    """Also of copies that are mirrored or scaled; faces may be reversed."""
     for part in build_parts(name)[0]:
         mesh = part.mesh
         assert mesh.normals is not None
         # A little inside: on a knot line the surface may have a crease.
         triangle = np.arange(len(mesh.triangles))
         weights = np.repeat([[1 - 2e-7], [1e-7], [1e-7]], len(triangle), axis=1)
-        normals, _ = part.find_normals(triangle, weights)
+        normals = part.find_normals(triangle, weights)
         expected = place_normals(mesh.normals[mesh.triangles[:, 0]], part.matrix)
-        np.testing.assert_allclose(normals, expected, atol=1e-4)
+        side = np.sign(np.einsum("md,md->m", normals, expected))[:, None]
+        np.testing.assert_allclose(side * normals, expected, atol=1e-4)
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_curvatures_at_corners_are_those_of_the_vertices(name: str) -> None:
+    """The sign of the mean curvature is that for the normals of the vertices."""
+    for part in build_parts(name)[0]:
+        mesh = part.mesh
+        triangle = np.arange(len(mesh.triangles))
+        weights = np.repeat([[1 - 2e-9], [1e-9], [1e-9]], len(triangle), axis=1)
+        for (_, rows), mean in zip(mesh.attributes[:2], (False, True), strict=True):
+            found = part.find_curvatures(triangle, weights, mean=mean)
+            expected = rows[mesh.triangles[:, 0]].ravel()
+            known = np.isfinite(found) & np.isfinite(expected)
+            assert known.mean() > 0.9
+            scale = np.abs(expected[known]).max()
+            close = np.abs(found - expected)[known] <= 1e-3 * (scale + np.abs(expected[known]))
+            assert close.mean() > 0.9  # patches that meet may have different curvatures
