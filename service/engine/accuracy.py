@@ -26,11 +26,14 @@ class Camera:
         Vertical, radians, between 0 and π.
     height : int
         Height of the picture in pixels.
+    nearest : float
+        No point of the surface is nearer to the camera than this; 0 if nothing is known.
     """
 
     position: tuple[float, float, float]
     field_of_view: float
     height: int
+    nearest: float = 0.0
 
     def __post_init__(self) -> None:
         # These forms of the comparisons refuse NaN too.

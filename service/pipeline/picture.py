@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from functools import partial
-from math import atan
+from math import atan, inf
 
 import numpy as np
 
@@ -67,37 +67,49 @@ def _make_picture(plan: MeshPlan, surface: SurfaceKind, options: PictureOptions)
     model, mesh_options = keep_storable_channels(surface.lower(), plan.options, _GLB)
     plan.check(model, mesh_options)
     build, diagonal = prepare_meshes(plan, model, mesh_options)
-    points = [part.positions for part in list_parts(build(Accuracy(), COARSE * diagonal))]
+    whole = build(Accuracy(), COARSE * diagonal)
+    points = [part.positions for part in list_parts(whole)]
     camera = build_camera(options.viewpoint, np.concatenate(points), model.up)
+    nearest = _find_distance(camera, whole) - COARSE * diagonal
     try:
-        mesh = build(find_accuracy(camera), None)
+        mesh = build(find_accuracy(camera, nearest), None)
     except (InvalidRequest, TooLarge) as error:
         issues = (replace(issue, pointer="/height") for issue in error.issues)
         raise type(error)(*issues) from None
-    _check_distance(camera, mesh, NEAR * diagonal)
+    least = NEAR * diagonal
+    if nearest < least:
+        _check_distance(_find_distance(camera, mesh), least)
     with Measured("draw"):
         return encode_png(draw_picture(mesh, camera, options.style))
 
 
-def find_accuracy(camera: PictureCamera) -> Accuracy:
-    """The accuracy with which a mesh is right to `PIXEL_TOLERANCE` in a picture."""
+def find_accuracy(camera: PictureCamera, nearest: float = 0.0) -> Accuracy:
+    """The accuracy with which a mesh is right to `PIXEL_TOLERANCE` in a picture.
+
+    No point of the surface is nearer to the camera than `nearest`.
+    """
     if camera.orthographic:
         return Accuracy(tolerance=PIXEL_TOLERANCE / camera.focus)
     x, y, z = camera.eye.tolist()
     width, height = camera.size
-    placed = Camera((x, y, z), 2 * atan(height / (2 * camera.focus)), height)
+    placed = Camera((x, y, z), 2 * atan(height / (2 * camera.focus)), height, max(nearest, 0.0))
     # A mesh has its tolerance in the middle of a picture. At the angle θ from there a distance
     # appears 1 / cos² θ times as large; the corners are furthest from the middle.
     squared_cosine = 1 / (1 + (width**2 + height**2) / (2 * camera.focus) ** 2)
     return Accuracy(camera=placed, pixel_tolerance=LESS * PIXEL_TOLERANCE * squared_cosine)
 
 
-def _check_distance(camera: PictureCamera, mesh: AnyMesh, least: float) -> None:
-    """Refuse a camera on the surface."""
+def _find_distance(camera: PictureCamera, mesh: AnyMesh) -> float:
+    """The distance from the camera to a mesh; infinite for orthographic cameras."""
     if camera.orthographic:
-        return
+        return inf
     parts = list_parts(mesh)
-    if any(find_distance(camera.eye, p.positions, p.mesh.triangles) < least for p in parts):
+    return min(find_distance(camera.eye, each.positions, each.mesh.triangles) for each in parts)
+
+
+def _check_distance(distance: float, least: float) -> None:
+    """Refuse a camera on the surface."""
+    if distance < least:
         raise InvalidRequest(
             Issue(
                 "camera_on_surface",

@@ -51,3 +51,11 @@ def test_a_picture_takes_no_more_memory_than_planned(name: str) -> None:
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert peak <= work.cost.memory
+
+
+def test_a_camera_may_stand_among_the_windings_of_a_tube() -> None:
+    """It is inside the box of the tube, but far enough from the tube itself."""
+    viewpoint = Viewpoint(
+        128, 128, radians(75), position=(2.693, 0.950, -0.419), target=(0.288, 1.290, -1.087)
+    )
+    assert plan_picture(find("trefoil-tube").surface(), PictureOptions(viewpoint)).run()

@@ -65,7 +65,8 @@ def build_goal(accuracy: Accuracy, model: Model) -> Goal:
     if accuracy.camera is not None and accuracy.pixel_tolerance is not None:
         eye, camera = np.array(accuracy.camera.position), accuracy.camera
         pixel = 2 * tan(camera.field_of_view / 2) / camera.height
-        view = View(eye, accuracy.pixel_tolerance * pixel, NEAR * diagonal)
+        near = max(NEAR * diagonal, camera.nearest)
+        view = View(eye, accuracy.pixel_tolerance * pixel, near)
     angle = inf
     if accuracy.angle_tolerance is not None:
         angle = max(accuracy.angle_tolerance, LEAST_ANGLE)
