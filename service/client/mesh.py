@@ -110,13 +110,8 @@ class Mesh:
         """The mesh for trimesh, with its vertices merged and its colours.
 
         Normals of vertices are kept if every position has one; quads become two triangles.
-
-        Raises
-        ------
-        ImportError
-            trimesh is missing: `pip install 'surface-service[trimesh]'`.
         """
-        import trimesh  # noqa: PLC0415
+        import trimesh  # noqa: PLC0415  (it takes longer than all else that the client imports)
 
         used, faces = np.unique(_divide_quads(self.welded_faces), return_inverse=True)
         normals = self.normals if self.welds is None else None

@@ -51,6 +51,11 @@ def parse_decoded(answer: Mapping[str, Any]) -> Decoded:
     return Decoded(tree, reading)
 
 
+def parse_mesh(answer: Mapping[str, Any]) -> Decoded:
+    """The mesh of a file from an answer with `tree`; raises as `parse_decoded`."""
+    return Decoded(_object(answer["tree"]))
+
+
 def parse_error(answer: Mapping[str, Any]) -> SurfaceError:
     """The error of an answer with `error` and `issues`; raises as `parse_decoded`."""
     return _ERRORS[answer["error"]](*map(_parse_issue, answer["issues"]))

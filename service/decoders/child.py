@@ -17,7 +17,7 @@ from contextlib import suppress
 from dataclasses import astuple
 from typing import Any
 
-from service.decoders.answers import parse_decoded, parse_error
+from service.decoders.answers import parse_decoded, parse_error, parse_mesh
 from service.decoders.child_processes import PROCESSES, AnswerTooLong, end_process, exchange
 from service.decoders.child_program import ANSWER, LENGTH_BYTES, OUT_OF_MEMORY
 from service.decoders.format import Decoded, Decoder, FileLimits, build_file_error
@@ -71,6 +71,7 @@ def _read_in_child(
     max_answer = memory // ANSWER_SHARE
     task = {
         "decoder": decoder.name,
+        "is_mesh": decoder.is_mesh,
         "kind": kind,
         "limits": astuple(limits),
         "length": len(content),
@@ -104,7 +105,7 @@ def _parse_answer(decoder: Decoder, content: bytes, status: int | None, length: 
         if "error" in answer:
             raise parse_error(answer)
         if "tree" in answer:
-            return parse_decoded(answer)
+            return parse_mesh(answer) if decoder.is_mesh else parse_decoded(answer)
         fault = str(answer["fault"])
     except UNREADABLE:
         fault = f"the child has ended with status {status}, and without an answer"

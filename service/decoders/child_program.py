@@ -30,7 +30,8 @@ import numpy.ma
 from service.decoders import confinement
 from service.decoders.cad_files import READERS, import_reader
 from service.decoders.columns import pack_brep
-from service.decoders.format import FileLimits
+from service.decoders.format import Decoder, FileLimits
+from service.decoders.mesh_registry import MESH_BY_NAME, import_readers
 from service.decoders.registry import BY_NAME
 from service.errors import SurfaceError
 from service.framing import Block, mark_nulls, write_blocks
@@ -72,8 +73,10 @@ def main() -> None:
     task = _read_task(task_file)
     if task is None:  # the service has ended, or does not need this process any more
         os._exit(0)
-    decoder = BY_NAME[task["decoder"]]
-    if decoder.name in READERS:
+    decoder = _find_decoder(task)
+    if decoder.is_mesh:
+        import_readers()
+    elif decoder.name in READERS:
         import_reader(decoder.name)
     os.environ.clear()
     gc.disable()  # readers make few cycles, and the process ends soon
@@ -115,6 +118,11 @@ def _read_task(file: FileIO) -> dict[str, Any] | None:
     return task
 
 
+def _find_decoder(task: dict[str, Any]) -> Decoder:
+    """The decoder that a task names: some names are those of surfaces and of meshes."""
+    return (MESH_BY_NAME if task["is_mesh"] else BY_NAME)[task["decoder"]]
+
+
 def _read_content(file: FileIO, length: int) -> bytes:
     content = bytearray()
     while len(content) < length:
@@ -128,7 +136,7 @@ def _read_content(file: FileIO, length: int) -> bytes:
 def _answer(task: dict[str, Any], content: bytes, is_confined: bool) -> Iterator[Frame]:
     """The frames of an answer with the content of the file, or with an error."""
     try:
-        decoder, limits = BY_NAME[task["decoder"]], FileLimits(*task["limits"])
+        decoder, limits = _find_decoder(task), FileLimits(*task["limits"])
         decoded = decoder.decode(content, task["kind"], limits)
         tree, pack = dict(decoded.tree), pack_brep if decoder.is_cad else dict
         for definition in tree.pop("definitions", ()):

@@ -75,6 +75,8 @@ class Decoder:
     is_cad : bool
         Whether a file has the parts of a CAD system, and a report of reading. If not, it has one
         surface, or patches, by their control points.
+    is_mesh : bool
+        Whether a file has a mesh to be compared with a surface, and not a surface.
     byte_seconds, base_seconds : float
         The most processor time of a child process for each byte of a file, and for any file in
         addition: several times what files of this format take.
@@ -101,6 +103,7 @@ class Decoder:
     fields: tuple[str, ...] = ("type", "degree", "knots", "up", "name")
     example: tuple[str, str] | None = None
     is_cad: bool = False
+    is_mesh: bool = False
     child_bytes: int | None = None
     library: str = ""
     extra: str = ""

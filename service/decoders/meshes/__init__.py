@@ -1,0 +1,1 @@
+"""Reads meshes with trimesh: each file is first written again in a plain form, and counted."""

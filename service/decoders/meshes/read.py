@@ -1,0 +1,85 @@
+"""Reads the meshes of a file, as the document of one mesh with arrays in place of lists."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, Ints
+from service.decoders.format import FileLimits, Tree, build_file_error
+from service.decoders.meshes import gltf, obj, off, ply, stl
+from service.decoders.meshes.content import PlainFile, check_corners, index_error
+from service.decoders.meshes.library import load
+from service.decoders.meshes.polygons import count_triangles, join_quads
+from service.errors import InvalidRequest, Issue
+
+_FORMS: Mapping[str, Callable[[bytes, FileLimits], PlainFile]] = {
+    "obj": obj.write_plain,
+    "off": off.write_plain,
+    "ply": ply.write_plain,
+    "stl": stl.write_plain,
+}
+
+_OPTIONS: Mapping[str, dict[str, bool]] = {
+    "obj": {"group_material": False, "skip_materials": True},
+    "ply": {"fix_texture": False, "skip_materials": True},
+}
+
+
+def read(name: str, content: bytes, limits: FileLimits) -> Tree:
+    """The document of the mesh in a file: `vertices`, `faces` and, if the file has them, `normals`.
+
+    Raises
+    ------
+    MalformedBody, InvalidRequest, TooLarge
+    """
+    if name in {"glb", "gltf"}:
+        vertices, faces, normals = gltf.read(name, content, limits)
+    else:
+        vertices, faces, normals = _read_plain(name, _FORMS[name](content, limits))
+    if not np.isfinite(vertices).all():
+        message, got = (
+            "Every coordinate must be finite.",
+            "NaN, Infinity or a number beyond float64",
+        )
+        raise InvalidRequest(Issue("not_finite", message, "", got, "a finite number"))
+    tree: Tree = {"vertices": vertices, "faces": faces}
+    if normals is not None and np.isfinite(normals).all():
+        tree["normals"] = normals
+    return tree
+
+
+def _read_plain(name: str, plain: PlainFile) -> tuple[FloatArray, Ints, FloatArray | None]:
+    """What trimesh finds in a plain file, which must be as much as it has."""
+    check_corners(plain.corners)
+    options = dict(_OPTIONS.get(name, {}))
+    if name == "obj":
+        options["maintain_order"] = plain.vertices is not None
+    try:
+        loaded: Mapping[str, Any] = load(name, plain.content, **options)
+        if name == "obj":
+            (loaded,) = loaded["geometry"].values()
+        vertices = np.ascontiguousarray(loaded["vertices"], np.float64)
+        triangles = np.ascontiguousarray(loaded["faces"], np.intp)
+    except (ValueError, LookupError, TypeError, OverflowError):
+        raise _unreadable() from None
+    count = len(vertices)
+    if vertices.shape != (count, 3) or triangles.shape != (count_triangles(plain.corners), 3):
+        raise _unreadable()
+    if plain.vertices not in (None, count):
+        raise _unreadable()
+    if triangles.min() < 0 or triangles.max() >= count:
+        raise index_error(int(triangles.max()), count)
+    normals = loaded.get("vertex_normals")
+    if normals is not None:
+        normals = np.ascontiguousarray(normals, np.float64)
+        normals = normals if normals.shape == vertices.shape else None
+    return vertices, join_quads(triangles, plain.corners), normals
+
+
+def _unreadable() -> InvalidRequest:
+    return build_file_error(
+        "The file does not have the numbers that it counts.",
+        "something else in place of a number, or too few",
+        "three numbers for each vertex, and whole ones for each face",
+    )
