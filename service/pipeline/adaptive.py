@@ -20,7 +20,7 @@ from service.measuring import Measured
 from service.pipeline.brep_cost import estimate_preparation
 from service.pipeline.budget_search import Attempt, search_tolerances
 from service.pipeline.checks import check_bytes, check_vertices
-from service.pipeline.cost import (
+from service.pipeline.mesh_costs import (
     EFFORT_FACTOR,
     MIN_TRIANGLE_BYTES,
     TRIANGLE_EFFORT,

@@ -7,8 +7,8 @@ from service.engine.accuracy import Accuracy
 from service.engine.options import MeshOptions
 from service.errors import InvalidRequest, Issue, TooLarge, count_nouns
 from service.pipeline.brep_cost import estimate_preparation
-from service.pipeline.cost import EFFORT_FACTOR
 from service.pipeline.limits import Limits
+from service.pipeline.mesh_costs import EFFORT_FACTOR
 from service.surface.sizes import SurfaceSize
 
 DEFAULT_ACCURACY = Accuracy(relative_tolerance=0.001)

@@ -6,7 +6,8 @@ from dataclasses import replace
 from service.encoders.cad.format import DefinitionFormat, WritingReport, WrittenFile
 from service.errors import InvalidRequest, Issue
 from service.pipeline.checks import check_surface
-from service.pipeline.cost import Cost, Work, conversion_points, lowering_memory, with_scratch
+from service.pipeline.conversion_costs import conversion_points
+from service.pipeline.cost import Cost, Work, lowering_memory, with_scratch
 from service.pipeline.documents import limit_conversion
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.pipeline.orienting import Orienter

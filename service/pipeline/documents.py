@@ -9,15 +9,13 @@ from service.encoders.text import json_bound, json_document
 from service.engine.mesh.mesh import Orientation
 from service.engine.models import NOT_PATCHES
 from service.errors import InvalidRequest
-from service.pipeline.cost import (
-    Cost,
-    Work,
+from service.pipeline.conversion_costs import (
     conversion_cost,
     conversion_points,
-    definition_cost,
     grown_size,
     max_converted_points,
 )
+from service.pipeline.cost import Cost, Work, definition_cost
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.pipeline.orienting import Orienter, plan_orientation
 from service.schemas.surfaces import definition

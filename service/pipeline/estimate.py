@@ -29,9 +29,10 @@ from service.engine.quantize import find_grid_error
 from service.errors import InvalidRequest, Issue, SurfaceError, TooLarge
 from service.pipeline.brep_checks import settle_accuracy
 from service.pipeline.checks import check_surface
-from service.pipeline.cost import EFFORT_FACTOR, Cost, Work, adaptive_triangles, estimation_cost
+from service.pipeline.cost import Cost, Work
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.pipeline.mesh import keep_storable_channels
+from service.pipeline.mesh_costs import EFFORT_FACTOR, adaptive_triangles, estimation_cost
 from service.pipeline.mesh_counts import count_models, mesh_size, sum_counts
 from service.pipeline.mesh_plan import PLAIN, build_plan, estimate_stored_size, shares_meshes
 from service.pipeline.orienting import orient, plan_orientation

@@ -22,8 +22,9 @@ from service.pipeline.checks import (
     check_surface,
     check_vertices,
 )
-from service.pipeline.cost import Cost, adaptive_cost, mesh_cost
+from service.pipeline.cost import Cost
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
+from service.pipeline.mesh_costs import adaptive_cost, mesh_cost
 from service.pipeline.mesh_counts import count_models, count_samples, mesh_size
 from service.pipeline.orienting import plan_orientation
 from service.surface.lowered import Model, PatchModel

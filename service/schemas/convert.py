@@ -3,7 +3,7 @@
 To add an operation, add its value to `service.surface.convert.operations`, and to
 `service.surface.convert.table` the functions that apply it. Then add to this file its model, its
 line in `OPERATIONS` and its line in `OperationDefinition`. If it adds control points, add it to
-`service.pipeline.cost.conversion_points`.
+`service.pipeline.conversion_costs.conversion_points`.
 """
 
 from collections.abc import Callable, Mapping

@@ -56,7 +56,7 @@ class GivenMesh:
             raise ValueError("each corner of a triangle must be a row of positions")
         if self.normals is not None:
             if self.normals.shape != (count, 3) or not np.isfinite(self.normals).all():
-                raise ValueError("normals must be as many finite vectors as positions")
+                raise ValueError("normals must be one finite vector for each position")
             self.normals.flags.writeable = False
         self.positions.flags.writeable = False
         self.triangles.flags.writeable = False

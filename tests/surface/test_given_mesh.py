@@ -33,7 +33,7 @@ def test_other_arrays_are_refused(positions: np.ndarray, triangles: np.ndarray) 
         GivenMesh(positions.copy(), triangles.copy())
 
 
-def test_normals_are_finite_and_as_many_as_positions() -> None:
+def test_normals_are_finite_and_one_for_each_position() -> None:
     assert GivenMesh(CORNERS, FACE, np.zeros((3, 3))).normals is not None
     for normals in (np.zeros((2, 3)), np.full((3, 3), np.nan)):
         with pytest.raises(ValueError, match="normals"):
