@@ -10,7 +10,8 @@ from dataclasses import replace
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.surface.checks import Up
+from service.errors import InvalidRequest, Issue, format_number
+from service.surface.checks import MAX_COORDINATE, Up
 from service.surface.given_mesh import GivenMesh
 
 
@@ -24,10 +25,16 @@ def undo_root(mesh: GivenMesh, up: Up, metres_per_unit: float | None) -> GivenMe
         The vertical axis of the surface.
     metres_per_unit : float or None
         The unit of the surface's coordinates; None if it has none.
+
+    Raises
+    ------
+    InvalidRequest
+        `coordinate_too_large` in the unit of the surface.
     """
     positions = _turn_back(mesh.positions, up)
     if metres_per_unit not in (None, 1):
         positions = positions / metres_per_unit
+        check_range(positions)
     normals = None if mesh.normals is None else _turn_back(mesh.normals, up)
     return replace(mesh, positions=positions, normals=normals)
 
@@ -39,3 +46,15 @@ def _turn_back(vectors: FloatArray, up: Up) -> FloatArray:
     turned = vectors[:, [0, 2, 1]]
     np.subtract(0.0, turned[:, 1], out=turned[:, 1])  # never −0.0
     return turned
+
+
+def check_range(positions: FloatArray) -> None:
+    """Refuse positions that are not finite, or beyond single precision."""
+    message = "Every coordinate must be finite, and within single precision."
+    if not np.isfinite(positions).all():
+        got = "NaN, Infinity or a number beyond double precision"
+        raise InvalidRequest(Issue("not_finite", message, "", got, "a finite number"))
+    largest = float(np.abs(positions).max(initial=0.0))
+    if largest > MAX_COORDINATE:
+        got, needed = format_number(largest), f"at most {MAX_COORDINATE:.7g}"
+        raise InvalidRequest(Issue("coordinate_too_large", message, "", got, needed))

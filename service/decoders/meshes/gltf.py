@@ -116,7 +116,7 @@ def _check_sizes(
 
 
 def _read_pieces(used: Sequence[Primitive], accessors: Accessors) -> list[Piece]:
-    """What trimesh reads of these primitives."""
+    """The arrays that trimesh reads of these primitives."""
     plain = PlainGlb(accessors)
     divisors = [plain.add(one) for one in used]
     try:

@@ -7,11 +7,12 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.decoders.format import FileLimits, Tree, build_file_error
+from service.decoders.mesh_axes import check_range
 from service.decoders.meshes import gltf, obj, off, ply, stl
 from service.decoders.meshes.content import PlainFile, check_corners, index_error
 from service.decoders.meshes.library import load
 from service.decoders.meshes.polygons import count_triangles, join_quads
-from service.errors import InvalidRequest, Issue
+from service.errors import InvalidRequest
 
 _FORMS: Mapping[str, Callable[[bytes, FileLimits], PlainFile]] = {
     "obj": obj.write_plain,
@@ -37,20 +38,17 @@ def read(name: str, content: bytes, limits: FileLimits) -> Tree:
         vertices, faces, normals = gltf.read(name, content, limits)
     else:
         vertices, faces, normals = _read_plain(name, _FORMS[name](content, limits))
-    if not np.isfinite(vertices).all():
-        message, got = (
-            "Every coordinate must be finite.",
-            "NaN, Infinity or a number beyond float64",
-        )
-        raise InvalidRequest(Issue("not_finite", message, "", got, "a finite number"))
+    check_range(vertices)
     tree: Tree = {"vertices": vertices, "faces": faces}
-    if normals is not None and np.isfinite(normals).all():
+    if normals is not None:
+        # A normal that is not a number says as little as one of the length 0.
+        normals[~np.isfinite(normals).all(axis=1)] = 0.0
         tree["normals"] = normals
     return tree
 
 
 def _read_plain(name: str, plain: PlainFile) -> tuple[FloatArray, Ints, FloatArray | None]:
-    """What trimesh finds in a plain file, which must be as much as it has."""
+    """The arrays that trimesh finds in a plain file, which must be as long as the file says."""
     check_corners(plain.corners)
     options = dict(_OPTIONS.get(name, {}))
     if name == "obj":

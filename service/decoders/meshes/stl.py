@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 
-from service.decoders.format import FileLimits, build_malformed_error
+from service.decoders.format import FileLimits, build_file_error, build_malformed_error
 from service.decoders.meshes.content import PlainFile, check_size
 
 HEADER_BYTES, TRIANGLE_BYTES = 84, 50
@@ -13,7 +13,8 @@ HEADER_BYTES, TRIANGLE_BYTES = 84, 50
 _SOLID = re.compile(rb"^[ \t]*(?:end)?solid\b[^\r\n]*", re.IGNORECASE | re.MULTILINE)
 """The beginning and the end of a solid, with its name."""
 
-_VERTEX = re.compile(rb"^[ \t]*vertex\b", re.IGNORECASE | re.MULTILINE)
+_VERTEX = re.compile(rb"^[ \t]*vertex\b([^\r\n]*)", re.IGNORECASE | re.MULTILINE)
+"""A vertex in a line of its own, and its coordinates."""
 
 
 def write_plain(content: bytes, limits: FileLimits) -> PlainFile:
@@ -30,10 +31,14 @@ def write_plain(content: bytes, limits: FileLimits) -> PlainFile:
             needed = f"{HEADER_BYTES} bytes and {TRIANGLE_BYTES} for each triangle, or a text"
             message = "The file is not as long as its header says."
             raise build_malformed_error(message, got, needed)
-        count, remainder = divmod(len(_VERTEX.findall(content)), 3)
+        vertices = _VERTEX.findall(content)
+        count, remainder = divmod(len(vertices), 3)
         if remainder:
-            message, got = "A triangle lacks a vertex.", f"{3 * count + remainder} vertices"
-            raise build_malformed_error(message, got, "three for each triangle")
+            message, got = "A triangle lacks a vertex.", f"{len(vertices)} vertices"
+            raise build_file_error(message, got, "three for each triangle, in lines of their own")
+        if any(len(words.split()) != 3 for words in vertices):
+            message, got = "A vertex has three coordinates.", "another number of words"
+            raise build_file_error(message, got, "vertex x y z, in a line of its own")
         lines = _SOLID.sub(b"", content).replace(b"\r", b"\n")
         content = b"solid\n%b\nendsolid\n" % lines
     check_size(3 * count, count, limits)

@@ -13,6 +13,7 @@ from service.decoders.mesh_registry import GLTF_NAMES, MESH_BY_NAME, find_mesh_b
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
+from service.errors import InvalidRequest
 from service.pipeline.mesh import render
 from service.schemas.document import DocumentLimits
 from service.schemas.meshes import MeshDefinition
@@ -137,6 +138,14 @@ def test_the_root_of_a_glb_is_undone(up: str, metres: float | None) -> None:
         for each in (mesh.normals[mesh.triangles], expected.normals[expected.triangles])
     )
     np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-5)
+
+
+def test_a_mesh_may_be_too_large_in_the_unit_of_the_surface() -> None:
+    mesh = GivenMesh(np.array([[0, 0, 0], [1, 0, 0], [0, 1e38, 0]]), np.array([[0, 1, 2]]))
+    assert undo_root(mesh, "z", 1000.0).positions.tolist()[2] == [0, 0, 1e35]
+    with pytest.raises(InvalidRequest) as caught:
+        undo_root(mesh, "z", 1e-3)
+    assert caught.value.issues[0].code == "coordinate_too_large"
 
 
 @pytest.mark.parametrize("name", ["glb", "obj", "ply", "ply_ascii", "stl", "stl_ascii", "off"])
