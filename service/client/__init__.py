@@ -21,6 +21,7 @@ from service.client.call import Part
 from service.client.clients import AsyncClient, Client
 from service.client.errors import Issue, ServiceError
 from service.client.mesh import Lines, Mesh, MeshPart
+from service.client.picture import Picture
 from service.client.records import Record
 from service.client.surfaces import Surface, bezier, bspline
 
@@ -42,6 +43,7 @@ __all__ = [
     "Mesh",
     "MeshPart",
     "Part",
+    "Picture",
     "Points",
     "Record",
     "ServiceError",

@@ -15,7 +15,10 @@ from service.client.answers import Converted, Stored
 from service.client.call import Part
 from service.client.surfaces import FILE_FIELDS, find_media_type, read_json
 
-JSON, NPY, NPZ = "application/json", "application/x-npy", "application/x-npz"
+JSON, NPY = "application/json", "application/x-npy"
+
+_MEDIA_TYPES = MappingProxyType({"json": JSON, "npz": "application/x-npz", "png": "image/png"})
+"""The media types of answers, by the names of their formats."""
 
 ANY = "*/*"
 """The media type of a response that may have any."""
@@ -71,14 +74,15 @@ def build_request(part: Part[Any], format: str | None = None) -> Request | None:
     `format` is the name of the format of the answer; by default that of the call.
     """
     call, subject = part.call, unwrap(part.subject)
-    accept = JSON if format is None else ANY
-    if call.is_mesh and format is None:
-        format, accept = "npz", NPZ
-    query = {} if format is None else {"format": format}
+    accept = _MEDIA_TYPES[call.format] if format is None else ANY
+    format = format or call.format
+    # What a call answers if no format is named.
+    unasked = "png" if call.format == "png" else "json"
+    query = {} if format == unasked else {"format": format}
     fields = {name: value for name, value in part.fields.items() if value is not None}
     if call.subject == "surface" and isinstance(subject, str):
-        if call.is_mesh and not fields.keys() & _ONLY_IN_BODIES:
-            path = f"/v1/surfaces/{quote(subject, safe='')}/mesh.{format}"
+        if call.format != "json" and not fields.keys() & _ONLY_IN_BODIES:
+            path = f"/v1/surfaces/{quote(subject, safe='')}/{call.__name__}.{format}"
             return Request("GET", path, write_query(fields), accept=accept)
         return _build_array_request(call.path, subject, fields, query, accept)
     if isinstance(subject, Path):

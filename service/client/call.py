@@ -12,6 +12,9 @@ A = TypeVar("A")
 Subject: TypeAlias = Literal["surface", "curve", "url"]
 """The field that the first argument of a call is."""
 
+Format: TypeAlias = Literal["json", "npz", "png"]
+"""The format of an answer. Those of meshes and pictures have URLs, too."""
+
 Awaited: TypeAlias = Coroutine[Any, Any, A]
 
 
@@ -26,8 +29,8 @@ class Call(Generic[P, A]):
         The field that the first argument is.
     read : callable
         Makes the answer of the bytes of the response.
-    is_mesh : bool
-        Whether the answer is a mesh; others are JSON.
+    format : str
+        The name of the format that `read` reads.
     reads_files : bool
         Whether the body may be a file with the surface.
     """
@@ -38,13 +41,13 @@ class Call(Generic[P, A]):
         read: Callable[[bytes], A],
         *,
         subject: Subject,
-        is_mesh: bool,
+        format: Format,
         reads_files: bool,
     ) -> None:
         self.__name__, self.__doc__ = function.__name__, function.__doc__
         self.path = "/v1/" + {"store": "surfaces"}.get(self.__name__, self.__name__)
         self.read, self.subject = read, subject
-        self.is_mesh, self.reads_files = is_mesh, reads_files
+        self.format, self.reads_files = format, reads_files
 
     def part(self, *arguments: P.args, **fields: P.kwargs) -> Part[A]:
         """The call with its arguments, as a part of a job or for `file`; sends nothing."""

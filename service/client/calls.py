@@ -7,14 +7,15 @@ returns the answer at once in `Client` and `Local`, and has to be awaited in `As
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar, Unpack
+from typing import TYPE_CHECKING, Any, TypeVar, Unpack
 
 from service.client import answers
-from service.client.call import Call, Subject
+from service.client.call import A, Call, Format, P, Subject
 from service.client.fields import (
     ConvertFields,
     CurveFields,
     FileFields,
+    ImageFields,
     IntersectFields,
     MeasureFields,
     MeshFields,
@@ -23,12 +24,12 @@ from service.client.fields import (
     SignFields,
 )
 from service.client.mesh import Mesh
+from service.client.picture import Picture
 from service.client.records import Answer
 
 if TYPE_CHECKING:
     from service.client.surfaces import Surface
 
-P = ParamSpec("P")
 SomeAnswer = TypeVar("SomeAnswer", bound=Answer)
 
 
@@ -38,19 +39,29 @@ def _answers(
     """Makes a row of a function whose answer is JSON."""
 
     def make(function: Callable[P, SomeAnswer]) -> Call[P, SomeAnswer]:
-        return Call(function, kind.read, subject=subject, is_mesh=False, reads_files=reads_files)
+        return Call(function, kind.read, subject=subject, format="json", reads_files=reads_files)
 
     return make
 
 
-def _meshes(function: Callable[P, Mesh]) -> Call[P, Mesh]:
-    """Makes a row of a function whose answer is a mesh."""
-    return Call(function, Mesh.read, subject="surface", is_mesh=True, reads_files=True)
+def _makes(read: Callable[[bytes], A], format: Format) -> Callable[[Callable[P, A]], Call[P, A]]:
+    """Makes a row of a function whose answer is a file that is made of a surface."""
+
+    def make(function: Callable[P, A]) -> Call[P, A]:
+        return Call(function, read, subject="surface", format=format, reads_files=True)
+
+    return make
 
 
-@_meshes
+@_makes(Mesh.read, "npz")
 def mesh(surface: Surface, **options: Unpack[MeshFields]) -> Mesh:
     """The mesh of a surface, by `resolution` or by `tolerance`."""
+    raise NotImplementedError
+
+
+@_makes(Picture, "png")
+def image(surface: Surface, **options: Unpack[ImageFields]) -> Picture:
+    """A picture of a surface, right to a quarter of a pixel."""
     raise NotImplementedError
 
 

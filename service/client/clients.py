@@ -38,6 +38,7 @@ class Calls:
     """All calls, one row each."""
 
     mesh = calls.mesh
+    image = calls.image
     points = calls.points
     curve = calls.curve
     project = calls.project

@@ -59,6 +59,30 @@ class MeshFields(FileFields, total=False):
     stl: Literal["binary", "ascii"]
 
 
+class ViewFields(TypedDict, total=False):
+    """From where a picture is drawn, and how large it is."""
+
+    width: int
+    height: int
+    azimuth: float
+    elevation: float
+    zoom: float
+    field_of_view: float
+    orthographic: bool
+
+
+class ImageFields(FileFields, ViewFields, total=False):
+    """Options of a picture."""
+
+    position: Numbers
+    target: Numbers
+    look: Literal["shaded", "gaussian", "mean"]
+    background: str
+    edges: bool
+    isocurves: Pair
+    control_net: bool
+
+
 class PointsFields(FileFields, total=False):
     """Parameters of points: `uv`, or `barycentric` on triangles."""
 

@@ -54,7 +54,7 @@ class Local(Calls, Direct):
 
     def perform(self, part: Part[A]) -> A:
         """The answer of a call."""
-        return part.call.read(self._run(part, "npz" if part.call.is_mesh else "json"))
+        return part.call.read(self._run(part, part.call.format))
 
     def file(self, part: Part[Any], format: str) -> bytes:
         """The answer of a call as a file, in the format of this name."""

@@ -3,13 +3,15 @@
 import json
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Self, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, Self, TypeAlias, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from service.client.answers import MeshReport
+from service.client.fields import ViewFields
 from service.client.npz import read_arrays
+from service.client.picture import Picture
 from service.client.records import Floats
 
 if TYPE_CHECKING:
@@ -25,7 +27,7 @@ class MeshPart:
 
     name: str
     faces: tuple[int, int]
-    color: tuple[float, ...] | None = None
+    color: tuple[float, float, float, float] | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -105,6 +107,36 @@ class Mesh:
     def welded_faces(self) -> Indices:
         """The faces with one vertex at each position, so that a closed mesh has no open edge."""
         return self.faces if self.welds is None else self.welds[self.faces]
+
+    def draw(self, *, up: Literal["y", "z"] = "z", **view: Unpack[ViewFields]) -> Picture:
+        """A picture of these faces and lines, drawn in this process.
+
+        `Client.image` asks the service for a picture of the surface. A mesh does not know which of
+        its axes is vertical, so `up` has to be given if it is not z.
+
+        Raises
+        ------
+        ImportError
+            Pillow is missing: `pip install surface-service` installs it.
+        """
+        from service.client.drawing import Faces, draw_faces  # noqa: PLC0415
+
+        faces = Faces(
+            self.vertices,
+            self.faces,
+            self.normals,
+            self.colors,
+            [(part.faces, part.color) for part in self.parts],
+            [(line.name, line.vertices, line.segments) for line in self.lines],
+        )
+        return Picture(draw_faces(faces, up, view))
+
+    def _repr_png_(self) -> bytes | None:
+        """The picture, for IPython; None if it cannot be drawn here."""
+        try:
+            return self.draw(width=480, height=360)
+        except ImportError:
+            return None
 
     def to_trimesh(self) -> "trimesh.Trimesh":
         """The mesh for trimesh, with its vertices merged and its colours.

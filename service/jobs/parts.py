@@ -15,20 +15,34 @@ from typing import Any
 from urllib.parse import parse_qsl
 
 from service.encoders.format import FileFormat
+from service.encoders.png import PNG
 from service.encoders.registry import BY_SUFFIX
 from service.engine.mesh.mesh import ENGINE
 from service.errors import InvalidRequest, Issue, SurfaceError
-from service.pipeline.calls import CALLS, Call, CallLimits, File, find_format, plan_mesh_file
+from service.pipeline.calls import (
+    CALLS,
+    Call,
+    CallLimits,
+    File,
+    find_format,
+    plan_mesh_file,
+    plan_picture_file,
+)
 from service.pipeline.cost import Work
 from service.schemas.fields import RequestModel
-from service.schemas.query import canonical_query, parse_mesh_query, values_from_text
+from service.schemas.query import (
+    canonical_query,
+    parse_mesh_query,
+    parse_picture_query,
+    values_from_text,
+)
 from service.schemas.validation import validate_document
 from service.storage.canonical import canonical_request
 from service.storage.keys import is_id
 from service.surface.examples.catalogue import EXAMPLES, find
 from service.surface.kinds import Surface
 
-_MESH_PATH = re.compile(r"/v1/surfaces/([^/?]+)/mesh\.([^/?]+)")
+_FILE_PATH = re.compile(r"/v1/surfaces/([^/?]+)/(mesh|image)\.([^/?]+)")
 
 FindSurface = Callable[[str], Surface]
 """Returns the stored surface with an id; raises `UnknownSurface`."""
@@ -95,30 +109,40 @@ def plan_located(
 
 
 def stored_surface(path: str) -> str:
-    """The id of the stored surface whose mesh has this path; empty for all other paths."""
-    match = _MESH_PATH.fullmatch(path.partition("?")[0])
+    """The id of the stored surface whose mesh or picture has this path; empty for other paths."""
+    match = _FILE_PATH.fullmatch(path.partition("?")[0])
     return match[1] if match and is_id(match[1]) else ""
 
 
 def _read_get(path: str, limits: CallLimits) -> Part:
-    """A mesh by URL."""
+    """A mesh or a picture by URL."""
     route, _, query = path.partition("?")
-    match = _MESH_PATH.fullmatch(route)
-    if match is None or match[2] not in BY_SUFFIX:
-        raise unknown_path("a part without a body is /v1/surfaces/{id}/mesh.{suffix}")
-    name, fmt = match[1], BY_SUFFIX[match[2]]
+    match = _FILE_PATH.fullmatch(route)
+    name, product, suffix = match.groups() if match is not None else ("", "", "")
+    if suffix not in {"mesh": BY_SUFFIX, "image": {PNG.suffix}}.get(product, ()):
+        raise unknown_path(
+            "a part without a body is /v1/surfaces/{id}/mesh.{suffix}, or image.png there"
+        )
     if not (name in EXAMPLES or is_id(name)):
         raise unknown_path("the name of a built-in surface, or the id of a stored one")
-    options = parse_mesh_query(parse_qsl(query, keep_blank_values=True))
-    if options.engine not in (None, ENGINE):
+    parameters = parse_qsl(query, keep_blank_values=True)
+    fmt: FileFormat = PNG
+    if product == "image":
+        picture = parse_picture_query(parameters)
+        engine, text = picture.engine, canonical_query(picture)
+        plan_file = partial(plan_picture_file, options=picture, limits=limits)
+    else:
+        fmt, mesh = BY_SUFFIX[suffix], parse_mesh_query(parameters)
+        engine, text = mesh.engine, canonical_query(mesh, fmt.ignored)
+        plan_file = partial(plan_mesh_file, options=mesh, fmt=fmt, limits=limits)
+    if engine not in (None, ENGINE):
         message = "This service does not have this version of the engine."
         got, needed = "another version of the engine", f"engine={ENGINE}, or no engine"
         raise InvalidRequest(Issue("engine_gone", message, "/engine", got, needed))
-    target = f"GET /v1/surfaces/{name}/mesh.{fmt.suffix}?{canonical_query(options, fmt.ignored)}"
+    target = f"GET /v1/surfaces/{name}/{product}.{fmt.suffix}?{text}"
 
     def plan(find_surface: FindSurface) -> Work[File]:
-        surface = find(name).surface() if name in EXAMPLES else find_surface(name)
-        return plan_mesh_file(surface, options, fmt, limits)
+        return plan_file(find(name).surface() if name in EXAMPLES else find_surface(name))
 
     stored = "" if name in EXAMPLES else name
     return Part(sha256(target.encode()).hexdigest(), stored, fmt, plan)

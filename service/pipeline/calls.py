@@ -34,7 +34,7 @@ from service.schemas.document import DocumentLimits
 from service.schemas.fields import RequestModel
 from service.schemas.intersect import IntersectRequest
 from service.schemas.options import MeshOptionFields
-from service.schemas.pictures import PictureRequest
+from service.schemas.pictures import PictureFields, PictureRequest
 from service.schemas.queries import MeasureRequest, PointsRequest, ProjectRequest
 from service.schemas.request import MeshRequest
 from service.surface.convert.nets import SizeLimits
@@ -138,6 +138,14 @@ def plan_mesh_file(
     return _convert(work, _take_mesh_file)
 
 
+def plan_picture_file(
+    surface: SurfaceKind, options: PictureFields, limits: CallLimits
+) -> Work[File]:
+    """Plan the picture of a surface with the options of a body or a query."""
+    work = plan_picture(surface, options.picture_options(), limits.result)
+    return _convert(work, partial(File, name=surface.name))
+
+
 def _plan_mesh(request: MeshRequest, fmt: Any, limits: CallLimits) -> Work[File]:
     return plan_mesh_file(request.to_surface(), request, fmt, limits)
 
@@ -168,9 +176,7 @@ def _plan_intersect(request: IntersectRequest, fmt: Any, limits: CallLimits) -> 
 
 
 def _plan_image(request: PictureRequest, _: Any, limits: CallLimits) -> Work[File]:
-    surface = request.to_surface()
-    work = plan_picture(surface, request.picture_options(), limits.result)
-    return _convert(work, partial(File, name=surface.name))
+    return plan_picture_file(request.to_surface(), request, limits)
 
 
 def _plan_measure(request: MeasureRequest, _: Any, limits: CallLimits) -> Work[File]:

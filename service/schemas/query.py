@@ -246,7 +246,8 @@ def _write_value(value: object) -> str:
             return _write_number(value)
         case tuple():
             # If u and v have the same number, one number stands for both.
-            return ",".join(map(_write_value, value[:1] if len(set(value)) == 1 else value))
+            is_same = len(value) == 2 and value[0] == value[1]
+            return ",".join(map(_write_value, value[:1] if is_same else value))
         case _:
             return str(value)
 

@@ -10,7 +10,17 @@ import httpx
 import numpy as np
 import pytest
 
-from service.client import AsyncClient, Client, Local, Mesh, Part, ServiceError, bezier, bspline
+from service.client import (
+    AsyncClient,
+    Client,
+    Local,
+    Mesh,
+    Part,
+    Picture,
+    ServiceError,
+    bezier,
+    bspline,
+)
 from service.client.bodies import MAX_JSON_NET, NPY, build_request
 from service.client.fields import Planes, Rays
 from service.client.records import Answer
@@ -31,6 +41,10 @@ PARTS: dict[str, Part[Any]] = {
         "saddle",
         camera={"position": [4, 3, 9], "field_of_view": 0.8, "height": 1080},
         pixel_tolerance=0.5,
+    ),
+    "a picture of a patch": Client.image.part(PATCH, width=40, height=30, control_net=True),
+    "a picture by id": Client.image.part(
+        "saddle", width=40, height=30, position=np.array([3.0, 4, 5]), target=[0, 0, 0]
     ),
     "points of a patch": Client.points.part(PATCH, uv=[[0.5, 0.25]], derivatives=2),
     "points by id": Client.points.part("sphere", uv=np.array([[0, 1.0]]), patch=[3]),
@@ -59,6 +73,8 @@ def either(request: pytest.FixtureRequest, client: Client) -> AnyClient:
 
 def flatten(answer: Any) -> Any:
     """The whole content of an answer."""
+    if isinstance(answer, Picture):
+        return bytes(answer)
     return answer.content if isinstance(answer, Mesh) else answer.to_dict()
 
 
@@ -114,6 +130,20 @@ def test_trimesh_gets_a_closed_mesh(either: AnyClient, faces: Any) -> None:
     loaded = either.mesh("sphere", faces=faces, resolution=6).to_trimesh()
     assert loaded.is_watertight
     assert loaded.volume == pytest.approx(4.19, rel=0.05)
+
+
+def test_a_picture_is_the_bytes_of_a_file_that_notebooks_show(either: AnyClient) -> None:
+    part = Client.image.part("saddle", width=40, height=30)
+    picture = either.perform(part)
+    assert picture == picture._repr_png_() == either.file(part, "png")
+    assert picture[:4] == b"\x89PNG"
+    with pytest.raises(ServiceError) as raised:
+        either.image("saddle", width=40, look="matt")  # type: ignore[arg-type]
+    assert raised.value.errors[0].pointer == "/look"
+    with pytest.raises(ServiceError):
+        either.file(Client.image.part("saddle"), "glb")
+    (result,) = either.job([part])
+    assert result == picture
 
 
 def test_answers_of_convert_and_store_are_surfaces(either: AnyClient) -> None:

@@ -34,6 +34,7 @@ ANSWERS: dict[type[Answer], tuple[str, ...]] = {
 
 REQUESTS = {
     fields.MeshFields: "MeshRequest",
+    fields.ImageFields: "PictureRequest",
     fields.PointsFields: "PointsRequest",
     fields.CurveFields: "CurveRequest",
     fields.ProjectFields: "ProjectRequest",
@@ -75,7 +76,7 @@ def test_calls_have_the_fields_of_the_interface(typed: Any) -> None:
 
 def test_the_calls_of_the_table_exist() -> None:
     paths = {call.path for call in vars(Calls).values() if isinstance(call, Call)}
-    assert len(paths) == 10
+    assert len(paths) == 11
     assert paths <= {path for path, item in DOCUMENT["paths"].items() if "post" in item}
 
 

@@ -77,9 +77,17 @@ def test_a_part_has_the_bytes_of_the_request(
     assert run(path, body) == response.content
 
 
-@pytest.mark.parametrize("suffix", ["glb", "json", "stl"])
-def test_a_part_without_a_body_has_the_bytes_of_the_url(suffix: str, client: Client) -> None:
-    path = f"/v1/surfaces/utah-teapot/mesh.{suffix}?resolution=3"
+@pytest.mark.parametrize(
+    "file",
+    [
+        "mesh.glb?resolution=3",
+        "mesh.json?resolution=3",
+        "mesh.stl?resolution=3",
+        "image.png?width=20&height=20",
+    ],
+)
+def test_a_part_without_a_body_has_the_bytes_of_the_url(file: str, client: Client) -> None:
+    path = f"/v1/surfaces/utah-teapot/{file}"
     assert run(path) == client.get(path).content
 
 
@@ -120,6 +128,8 @@ def test_another_value_makes_another_id() -> None:
         check("/v1/measure", {"surface": SQUARE}).id,
         check("/v1/surfaces/saddle/mesh.glb").id,
         check("/v1/surfaces/saddle/mesh.json").id,
+        check("/v1/surfaces/saddle/image.png").id,
+        check("/v1/surfaces/saddle/image.png?edges=true").id,
     ]
     assert len(set(ids)) == len(ids)
 
@@ -164,6 +174,8 @@ def test_a_stored_surface_is_asked_for() -> None:
         ("/v1/surfaces", None, "unknown_path", "/path"),
         ("/v1/surfaces/tea/mesh.glb", None, "unknown_path", "/path"),
         ("/v1/surfaces/saddle/mesh.zip", None, "unknown_path", "/path"),
+        ("/v1/surfaces/saddle/mesh.png", None, "unknown_path", "/path"),
+        ("/v1/surfaces/saddle/image.glb", None, "unknown_path", "/path"),
         ("/v1/surfaces/saddle/mesh.glb?resolution=x", None, "wrong_type", "/path"),
         ("/v1/surfaces/saddle/mesh.glb?engine=1", None, "engine_gone", "/path"),
         ("/v1/surfaces/saddle/mesh.glb", {}, "unknown_path", "/path"),
