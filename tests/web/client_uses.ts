@@ -12,6 +12,7 @@ const net: SurfaceDefinition = { control_net: [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0
 export async function use(signal: AbortSignal): Promise<void> {
   const mesh: Mesh = await client.mesh(net, { resolution: [2, 4], faces: 'quads' }, { signal });
   const file: ArrayBuffer = await client.mesh('sphere', { format: 'glb', engine: 4 });
+  const picture: ArrayBuffer = await client.image('sphere', { edges: true, position: [4, 3, 9], target: [0, 0, 0] });
   const geometry: THREE.BufferGeometry = toBufferGeometry(THREE, mesh);
   const sections: ArrayBuffer = await client.intersect(
     net, { planes: { normals: [[0, 0, 1]], offsets: [0] }, format: 'obj' });
@@ -26,6 +27,8 @@ export async function use(signal: AbortSignal): Promise<void> {
   await client.mesh(net, { faces: 'hexagons' });
   // @ts-expect-error no format has this name
   await client.mesh(net, { format: 'fbx' });
+  // @ts-expect-error the option does not have this value
+  await client.image(net, { look: 'matt' });
   // @ts-expect-error a file is not a mesh in numbers
   const wrong: Mesh = await client.mesh(net, { format: 'glb' });
   // @ts-expect-error points are needed

@@ -7,7 +7,7 @@ import { awaitResult, RunningJob } from './jobs.js';
 import type {
   ClosestPoints, ConvertOptions, Curve, CurveDefinition, CurveFormat, CurveInput, CurveOptions,
   Estimate, FormatList, IntersectOptions, Job, JobRequest, MeasureOptions, Mesh, MeshFormat,
-  MeshOptions, PlaneSet, Points, PointsOptions, ProjectOptions, RayHits, Rays, Sections,
+  MeshOptions, PictureOptions, PlaneSet, Points, PointsOptions, ProjectOptions, RayHits, Rays, Sections,
   SignedAddress, SignOptions, StoredSurface, SurfaceDefinition, SurfaceDocument, SurfaceFile,
   SurfaceFormat, SurfaceInput, SurfaceList, SurfaceMeasures,
 } from './types.js';
@@ -42,9 +42,19 @@ export class SurfaceClient {
     // A mesh by its address may be cached. A camera does not fit into an address.
     if (typeof surface === 'string' && options.camera === undefined) {
       const path = `v1/surfaces/${encodeURIComponent(surface)}/mesh.${format}`;
-      return this.#fetchMesh(withQuery(path, { ...options }), call, read);
+      return this.#fetchFile(withQuery(path, { ...options }), call, read);
     }
     return this.#send('mesh', surface, { ...options }, query(format), call, read);
+  }
+
+  /** A picture of a surface: a PNG file. A page can also show its address, `/v1/surfaces/{id}/image.png`. */
+  async image(surface: SurfaceInput, options: PictureOptions = {}, call: CallOptions = {}): Promise<ArrayBuffer> {
+    const read = reader('png');
+    if (typeof surface === 'string') {
+      const path = `v1/surfaces/${encodeURIComponent(surface)}/image.png`;
+      return await this.#fetchFile(withQuery(path, { ...options }), call, read) as ArrayBuffer;
+    }
+    return await this.#send('image', surface, { ...options }, {}, call, read) as ArrayBuffer;
   }
 
   /** Points, normals, derivatives and curvatures at parameters. */
@@ -206,8 +216,8 @@ export class SurfaceClient {
     return isJob(answer.response) ? this.#fetchResult(answer.body as Job, call, read) : finish(answer, call);
   }
 
-  /** A mesh by its address; one that takes long is the part of a job. */
-  async #fetchMesh(path: string, call: CallOptions, read: Read): Promise<unknown> {
+  /** A mesh or a picture by its address; what takes long is the part of a job. */
+  async #fetchFile(path: string, call: CallOptions, read: Read): Promise<unknown> {
     const fetchAtOnce = async (patience: number) => (
       finish(await this.#connection.exchange(path, {}, call, read, patience), call));
     let reason: unknown;
@@ -222,7 +232,7 @@ export class SurfaceClient {
       const { state } = await this.job([{ path: `/${path}` }], { signal, timeout, onProgress });
       return await this.#fetchResult(state, call, read);
     } catch (error) {
-      // A service without jobs has time for the mesh, or has said that it has none.
+      // A service without jobs has time for the file, or has said that it has none.
       const isWithoutJobs = error instanceof ServiceError && error.code === 'not_found';
       if (!isWithoutJobs) throw error;
       if (!(reason instanceof OutOfPatience)) throw reason;

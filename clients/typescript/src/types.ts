@@ -2,7 +2,7 @@
 
 import type {
   CurveDefinition, CurveRequest, ConvertRequest, IntersectRequest, MeasureRequest, MeshRequest,
-  operations, PointsRequest, ProjectRequest, SignRequest, SurfaceDefinition,
+  operations, PictureRequest, PointsRequest, ProjectRequest, SignRequest, SurfaceDefinition,
 } from '../../../openapi/surface-service.js';
 
 export type * from '../../../openapi/surface-service.js';
@@ -41,6 +41,10 @@ export type SurfaceFormat = NonNullable<Query<'convertSurface'>['format']>;
 
 /** The options of a mesh. `engine` is for meshes of ids: the version of the engine. */
 export interface MeshOptions extends Omit<MeshRequest, Filled> {
+  engine?: number;
+}
+/** The options of a picture; `engine` as for meshes. */
+export interface PictureOptions extends Omit<PictureRequest, Filled> {
   engine?: number;
 }
 export type PointsOptions = Omit<PointsRequest, Filled>;
