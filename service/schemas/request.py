@@ -68,8 +68,8 @@ class MeshRequest(SurfaceRequest, MeshOptionFields):
         {"position": [4, 3, 9], "field_of_view": 0.8, "height": 1080},
     )
     pixel_tolerance: Annotated[float | None, Omittable(), Field(gt=0, le=MAX_PIXELS)] = optional(
-        "The largest error in the picture of the `camera`, in pixels; requires `camera`. It holds in "
-        "the middle of the picture: at the angle θ from there an error appears up to 1 / cos² θ "
+        "The largest error in the picture of the `camera`, in pixels; requires `camera`. It holds "
+        "in the middle of the picture: at the angle θ from there an error appears up to 1 / cos² θ "
         "times as large. The tolerance of each part of the surface follows from its least distance "
         "from the camera. A `tolerance` in the same request applies, too.",
         0.5,

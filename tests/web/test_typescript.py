@@ -189,12 +189,12 @@ def test_calls_answer_as_the_service_does(folder: Path, server: str) -> None:
 
 
 def test_pictures_are_bytes(folder: Path, server: str) -> None:
-    """Of an id, of a definition and of a file."""
+    """The surface is an id, a definition or a file."""
     code = """const client = new SurfaceClient(argument.server);
         const file = new File(['BEZ113\\n0 0 0  1 0 0  0 1 1  1 1 0\\n'], 'net.BEZ');
         const view = { width: 20, height: 10, position: [3, 4, 5], target: [0, 0, 0], edges: true };
-        const pictures = await Promise.all(
-            ['saddle', argument.surface, { file, up: 'z' }].map((each) => client.image(each, view)));
+        const surfaces = ['saddle', argument.surface, { file, up: 'z' }];
+        const pictures = await Promise.all(surfaces.map((each) => client.image(each, view)));
         return pictures.map((picture) => Array.from(new Uint8Array(picture)));"""
     pictures = evaluate(folder, code, {"server": server, "surface": SADDLE})
     query = "width=20&height=10&position=3,4,5&target=0,0,0&edges=true"
