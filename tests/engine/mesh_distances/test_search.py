@@ -1,0 +1,147 @@
+"""Intervals of the largest distance between meshes, compared with samples and known answers."""
+
+from collections.abc import Callable
+from math import sqrt
+
+import numpy as np
+import pytest
+
+from service.bases.arrays import FloatArray
+from service.cancellation import Cancellation, Cancelled, cancelled_by
+from service.engine.mesh_distances.nearest import find_nearest
+from service.engine.mesh_distances.search import LargestDistance, bound_largest_distance
+from service.engine.mesh_distances.tree import TriangleTree
+from tests.engine.mesh_distances.meshes import (
+    build_sheet,
+    globe,
+    saddle,
+    sample_triangles,
+    wave,
+)
+
+SQUARE = np.array([[[0.0, 0, 0], [1, 0, 0], [1, 1, 0]], [[0, 0, 0], [1, 1, 0], [0, 1, 0]]])
+
+
+def measure(a: FloatArray, b: FloatArray, relative_width: float = 0.1) -> LargestDistance:
+    """The largest distance of A from B."""
+    return bound_largest_distance(a, TriangleTree(b), relative_width=relative_width, floor=1e-12)
+
+
+def scatter(seed: int) -> FloatArray:
+    """Triangles without any order, each of them three times."""
+    rng = np.random.default_rng(seed)
+    corners = 0.3 * rng.normal(size=(60, 3, 3)) + rng.normal(size=(60, 1, 3))
+    return np.concatenate([corners] * 3)
+
+
+PAIRS: dict[str, Callable[[], tuple[FloatArray, FloatArray]]] = {
+    "two meshes": lambda: (build_sheet(wave, 12, 13), build_sheet(wave, 17, 9)),
+    "fine and coarse": lambda: (build_sheet(wave, 40, 40), build_sheet(wave, 5, 6)),
+    "coarse and fine": lambda: (build_sheet(wave, 5, 6), build_sheet(wave, 40, 40)),
+    "saddle": lambda: (build_sheet(saddle, 9, 9), build_sheet(saddle, 11, 8)[:, ::-1]),
+    "spheres": lambda: (build_sheet(globe, 9, 11), 1.01 * build_sheet(globe, 13, 12)),
+    "soup": lambda: (scatter(0), scatter(1)),
+    "hole": lambda: (build_sheet(wave, 9, 9), np.delete(build_sheet(wave, 9, 9), 40, axis=0)),
+    "far": lambda: (build_sheet(wave, 6, 6) + 1e6, build_sheet(wave, 6, 6)),
+    "needles": lambda: (build_sheet(wave, 3, 300), build_sheet(wave, 200, 2)),
+}
+
+
+@pytest.mark.parametrize("name", PAIRS)
+def test_intervals_contain_samples_and_are_narrow(name: str) -> None:
+    a, b = PAIRS[name]()
+    tree = TriangleTree(b)
+    largest = bound_largest_distance(a, tree, relative_width=0.05, floor=1e-12)
+    assert largest.reached
+    assert largest.low <= largest.high
+    assert largest.high - largest.low <= max(0.05 * largest.high, 1e-12)
+    samples = find_nearest(tree, sample_triangles(a, 4000))
+    assert samples.low.max() <= largest.high
+    # The places that are named have these distances.
+    places = find_nearest(tree, np.array([largest.point, largest.vertex]))
+    assert places.high[0] >= largest.low
+    assert places.high[1] >= largest.vertex_low
+    assert largest.vertex_low <= largest.low * (1 + 1e-9) + 1e-9
+    assert np.allclose(a[largest.vertex_source, largest.vertex_corner], largest.vertex, atol=1e-9)
+    vertices = find_nearest(tree, a.reshape(-1, 3))
+    assert largest.vertex_low <= vertices.high.max()
+    assert vertices.low.max() <= largest.vertex_low + 1e-6 * largest.high + 1e-12
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "distance"),
+    [
+        (SQUARE, SQUARE, 0.0),
+        (SQUARE * 0.5 + 0.25, SQUARE, 0.25),
+        (SQUARE, SQUARE + [0, 0, 3], 3.0),
+        (SQUARE, SQUARE[:1], sqrt(0.5)),
+        # over a valley: the floor is furthest from the walls on the line between them
+        (
+            np.array([[[-1.0, -1, 1], [1, -1, 1], [0, 1, 1]]]),
+            np.array(
+                [
+                    [[0.0, -9, 0], [0, 9, 0], [9, 0, 9]],
+                    [[0.0, -9, 0], [0, 9, 0], [-9, 0, 9]],
+                ]
+            ),
+            sqrt(0.5),
+        ),
+        # a segment over the middle of a hole
+        (np.array([[[0.0, 0, 0], [2, 0, 0], [2, 0, 0]]]), np.zeros((1, 3, 3)), 2.0),
+    ],
+)
+def test_known_distances(a: FloatArray, b: FloatArray, distance: float) -> None:
+    largest = measure(a, b, 1e-6)
+    assert largest.low <= distance <= largest.high
+    assert largest.high - largest.low <= 1e-6 * distance + 1e-12
+
+
+def test_a_flat_mesh_on_a_flat_mesh_ends_at_once() -> None:
+    turn = np.array([[np.cos(0.3), -np.sin(0.3), 0], [np.sin(0.3), np.cos(0.3), 0], [0, 0, 1]])
+    flat = build_sheet(lambda u, v: (u, v, 0 * u), 12, 12)
+    tree = TriangleTree(3 * build_sheet(lambda u, v: (u, v, 0 * u), 19, 17) - [1, 1, 0])
+    largest = bound_largest_distance(
+        flat @ turn.T, tree, relative_width=0.1, floor=1e-11, effort=3000
+    )
+    assert largest.reached
+    assert largest.high < 1e-11
+
+
+def test_moved_and_enlarged_meshes_have_the_same_distances() -> None:
+    a, b = build_sheet(wave, 5, 6), build_sheet(wave, 7, 8)
+    first = measure(a, b)
+    for size, shift in ((2.0**90, 0.0), (2.0**-40, 0.0), (1.0, 1e6)):
+        other = bound_largest_distance(
+            a * size + shift,
+            TriangleTree(b * size + shift),
+            relative_width=0.1,
+            floor=1e-12 * size,
+        )
+        assert other.low / size == pytest.approx(first.low, rel=1e-6)
+        assert other.high / size == pytest.approx(first.high, rel=1e-6)
+
+
+def test_less_effort_gives_wider_intervals() -> None:
+    a, b = build_sheet(wave, 6, 6), build_sheet(wave, 30, 30)
+    full = measure(a, b)
+    for effort in (0, 100, 1000):
+        less = bound_largest_distance(
+            a, TriangleTree(b), relative_width=0.1, floor=1e-12, effort=effort
+        )
+        assert not less.reached
+        assert less.low <= full.high
+        assert less.high >= full.low
+
+
+def test_equal_requests_have_equal_answers() -> None:
+    a, b = build_sheet(saddle, 9, 9), build_sheet(wave, 8, 8)
+    first, second = measure(a, b), measure(a, b)
+    assert (first.low, first.high, first.source) == (second.low, second.high, second.source)
+    assert (first.point == second.point).all()
+
+
+def test_a_search_can_be_cancelled() -> None:
+    cancellation = Cancellation()
+    cancellation.cancel()
+    with cancelled_by(cancellation), pytest.raises(Cancelled):
+        measure(build_sheet(wave, 3, 3), build_sheet(wave, 2, 2))
