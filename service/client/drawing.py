@@ -16,6 +16,7 @@ from service.engine.mesh.mesh import Mesh, MeshPart, MeshReport, Overlay
 from service.engine.pictures.camera import build_camera
 from service.engine.pictures.draw import draw_picture
 from service.engine.pictures.options import PictureStyle, Viewpoint
+from service.engine.pictures.parts import list_parts, list_points
 from service.engine.vectors import cross, normalize
 from service.surface.checks import Up
 from service.surface.lowered import Color
@@ -66,8 +67,7 @@ def draw_faces(drawn: Faces, up: Up, view: ViewFields) -> bytes:
     """A picture of faces with a transparent background, as PNG."""
     viewpoint = Viewpoint(**view)
     mesh = _build_mesh(drawn, up)
-    points = [mesh.positions, *(overlay.positions for overlay in mesh.overlays)]
-    camera = build_camera(viewpoint, np.concatenate(points).astype(np.float64), up)
+    camera = build_camera(viewpoint, list_points(list_parts(mesh)), up)
     return encode_png(draw_picture(mesh, camera, PictureStyle()))
 
 

@@ -4,8 +4,6 @@ from dataclasses import replace
 from functools import partial
 from math import atan, inf
 
-import numpy as np
-
 from service.encoders.png import encode_png
 from service.encoders.registry import BY_NAME
 from service.engine.accuracy import Accuracy, Camera
@@ -14,7 +12,7 @@ from service.engine.pictures.camera import PictureCamera, build_camera
 from service.engine.pictures.distance import find_distance
 from service.engine.pictures.draw import draw_picture
 from service.engine.pictures.options import PIXEL_TOLERANCE, PictureOptions
-from service.engine.pictures.parts import list_parts
+from service.engine.pictures.parts import list_parts, list_points
 from service.errors import InvalidRequest, Issue, TooLarge
 from service.measuring import Measured
 from service.pipeline.adaptive import AnyMesh, prepare_meshes
@@ -68,8 +66,7 @@ def _make_picture(plan: MeshPlan, surface: SurfaceKind, options: PictureOptions)
     plan.check(model, mesh_options)
     build, diagonal = prepare_meshes(plan, model, mesh_options)
     whole = build(Accuracy(), COARSE * diagonal)
-    points = [part.positions for part in list_parts(whole)]
-    camera = build_camera(options.viewpoint, np.concatenate(points), model.up)
+    camera = build_camera(options.viewpoint, list_points(list_parts(whole)), model.up)
     nearest = _find_distance(camera, whole) - COARSE * diagonal
     try:
         mesh = build(find_accuracy(camera, nearest), None)

@@ -28,17 +28,18 @@ def find_range(values: FloatArray, shares: FloatArray, size: float) -> float:
         Curvatures, and the shares of pixels in which they are seen.
     size : float
         The extent of the model, to the power of the dimension of the curvature: its product with a
-        curvature has no dimension.
+        curvature has no dimension. Above 0.
     """
     sizes = np.abs(np.where(np.isfinite(values), values, 0.0))
     if not len(sizes):
-        return 1.0
+        return 1.0 / size
     order = np.argsort(sizes, kind="stable")
     reached = np.cumsum(shares[order])
     largest = float(sizes[order[np.searchsorted(reached, SHOWN_SHARE * reached[-1])]])
     if largest * size <= FLAT:
         largest = float(sizes.max())
-    return largest or 1.0
+    # What is flat everywhere shows zero, and not its rounding.
+    return largest if largest * size > FLAT else 1.0 / size
 
 
 def color_curvatures(values: FloatArray, largest: float) -> FloatArray:

@@ -17,7 +17,6 @@ from service.engine.pictures.options import PictureStyle
 from service.engine.pictures.parts import list_parts
 from service.engine.pictures.raster import Visible, find_visible
 from service.engine.pictures.shading import compress, shade, to_linear, to_srgb
-from service.engine.scenes.placing import place_points
 from service.engine.scenes.scene import Scene
 from service.engine.vectors import Vectors
 
@@ -73,8 +72,7 @@ class _Drawing:
             counts.append(len(part.mesh.triangles))
             vertices += len(depth)
         for part in self._parts:
-            for overlay in part.mesh.overlays:
-                points = place_points(overlay.positions, part.matrix, part.mesh.origin)
+            for overlay, points in part.place_lines():
                 drawn = draw_lines(camera, points, overlay.segments, LINE_WIDTH)
                 corners.append(drawn.corners)
                 depths.append(drawn.depths)
@@ -152,7 +150,7 @@ class _Drawing:
                     values.append(self._parts[number].find_curvatures(triangle, weights, mean=mean))
                     shares.append(visible.share[rows])
         points = np.concatenate([part.positions for part in self._parts])
-        extent = float(np.ptp(points, axis=0).max()) if len(points) else 1.0
+        extent = (float(np.ptp(points, axis=0).max()) if len(points) else 0.0) or 1.0
         empty = np.zeros(0)
         return find_range(
             np.concatenate([empty, *values]), np.concatenate([empty, *shares]), extent ** (2 - mean)

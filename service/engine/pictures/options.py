@@ -30,7 +30,7 @@ class Viewpoint:
     azimuth, elevation : float
         Degrees.
     zoom : float
-        How much larger than a picture that shows the whole box of the model.
+        How much larger than a picture that shows the whole model, with its control net if drawn.
     position, target : (x, y, z) or None
         In the frame turned y-up, model units; both or neither.
     """

@@ -4,7 +4,7 @@ They are evaluated at the parameters of each place, and not interpolated from th
 triangles of a mesh by tolerance may be long, and would show as facets.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints
 from service.engine.adaptive.samples import PatchPlaces, evaluate_channel, evaluate_curvatures
 from service.engine.evaluation.normals import evaluate_scattered_normals
-from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.mesh import Mesh, Overlay
 from service.engine.mesh.places import SurfacePlaces
 from service.engine.pictures.shading import to_linear
 from service.engine.scenes.placing import place_normals, place_points
@@ -47,6 +47,11 @@ class PicturePart:
     def _corners(self, triangle: Ints) -> Ints:
         """The vertices (m, 3) of triangles."""
         return self.mesh.triangles[triangle].astype(np.intp)
+
+    def place_lines(self) -> Iterator[tuple[Overlay, FloatArray]]:
+        """The overlays, and the placed points (K, 3) of each."""
+        for overlay in self.mesh.overlays:
+            yield overlay, place_points(overlay.positions, self.matrix, self.mesh.origin)
 
     def find_normals(self, triangle: Ints, weights: FloatArray) -> FloatArray:
         """Unit normals (m, 3) at places of triangles, which may be on either side."""
@@ -108,6 +113,14 @@ def list_parts(mesh: Mesh | Scene) -> Iterator[PicturePart]:
         return
     for node in mesh.nodes:
         yield _build_part(mesh.meshes[node.model], node.matrix, node.color)
+
+
+def list_points(parts: Iterable[PicturePart]) -> FloatArray:
+    """The points (n, 3) of all faces and lines of a picture."""
+    points = [
+        each for part in parts for each in (part.positions, *(p for _, p in part.place_lines()))
+    ]
+    return np.concatenate([np.zeros((0, 3)), *points])
 
 
 def _build_part(mesh: Mesh, matrix: FloatArray | None, color: Color | None) -> PicturePart:

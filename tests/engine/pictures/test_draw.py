@@ -108,3 +108,11 @@ def test_lines_are_drawn_before_the_surface_and_hidden_behind_it() -> None:
 def test_pictures_are_the_same_each_time() -> None:
     first, second = (draw(find("utah-teapot").surface(), Viewpoint(80, 60))[0] for _ in range(2))
     np.testing.assert_array_equal(first, second)
+
+
+def test_the_curvature_of_a_developable_surface_is_not_its_rounding() -> None:
+    """The Gaussian curvature of a cylinder is 0: the picture has one hue."""
+    pixels, _ = draw(find("cylinder").surface(), Viewpoint(64, 64), PictureStyle("gaussian"))
+    shown = pixels[pixels[..., 3] == 255][:, :3]
+    assert len(shown) > 100
+    assert (shown.max(axis=1) - shown.min(axis=1)).max() < 40
