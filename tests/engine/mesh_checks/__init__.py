@@ -1,0 +1,1 @@
+"""Tests of `service.engine.mesh_checks`."""
