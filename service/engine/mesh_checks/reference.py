@@ -6,12 +6,23 @@ distances between triangles: so all kinds of surfaces are compared in one way.
 
 from dataclasses import dataclass
 from math import sqrt
+from typing import Protocol
 
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.engine.mesh.mesh import Mesh
+from service.engine.mesh_checks.values import Limit
 from service.engine.vectors import NEXT, UNIT, dot
+from service.surface.brep_model import SkippedFace
+
+
+class OutOfReach(Exception):
+    """There is no reference mesh as fine; `limit` says why."""
+
+    def __init__(self, limit: Limit) -> None:
+        super().__init__(limit)
+        self.limit = limit
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -31,6 +42,8 @@ class ReferenceMesh:
         No point of R is further than this from S.
     is_coarse : bool
         Whether the mesher has not proved a bound, so that a coarse one is in its place.
+    skipped_faces : tuple of SkippedFace
+        Faces of breps that are not in the mesh: they do not count as part of S.
     """
 
     positions: FloatArray
@@ -39,14 +52,63 @@ class ReferenceMesh:
     deviation: float
     mesh_deviation: float
     is_coarse: bool
+    skipped_faces: tuple[SkippedFace, ...] = ()
+
+    @property
+    def corners(self) -> FloatArray:
+        """The corners (T, 3, 3) of the triangles."""
+        return self.positions[self.triangles]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SurfacePlace:
+    """The point of a surface that is nearest to a point.
+
+    Attributes
+    ----------
+    position : ndarray of float64, shape (3,)
+    error : float
+        The surface has a point that is at most this far from `position`.
+    low : float
+        The surface is at least this far from the point.
+    place : dict
+        Where it is on the surface (`Deviation.place`).
+    """
+
+    position: FloatArray
+    error: float
+    low: float
+    place: dict[str, object]
+
+
+class ComparedSurface(Protocol):
+    """A surface, as far as comparisons need it."""
+
+    @property
+    def diagonal(self) -> float:
+        """The diagonal of a box that contains the surface."""
+        ...
+
+    @property
+    def max_triangles(self) -> int:
+        """The most triangles of a reference mesh."""
+        ...
+
+    def build_reference(self, tolerance: float) -> ReferenceMesh:
+        """A reference mesh with this tolerance, in model units; raises `OutOfReach`."""
+        ...
+
+    def find_place(self, point: FloatArray) -> SurfacePlace | None:
+        """The point of the surface nearest to a point; None for surfaces without parameters."""
+        ...
 
 
 def take_reference(mesh: Mesh, diagonal: float) -> ReferenceMesh:
     """A mesh by tolerance as a reference mesh.
 
     Where the mesher has no finite bound, the bounds are coarse: the surface and its mesh are in one
-    box with this diagonal; and no point of a triangle is further than 1/√3 of its longest side from its nearest
-    corner, which is a point of the surface, or of an edge of a brep.
+    box with this diagonal; and no point of a triangle is further than 1/√3 of its longest side from
+    its nearest corner, which is a point of the surface, or of an edge of a brep.
 
     Proof in docs/proofs.md: "Distances from anyone's mesh".
     """
@@ -65,4 +127,5 @@ def take_reference(mesh: Mesh, diagonal: float) -> ReferenceMesh:
         diagonal if deviation is None else deviation,
         from_corner + report.moved if reverse is None else reverse,
         is_coarse=deviation is None or reverse is None,
+        skipped_faces=() if report.brep is None else report.brep.skipped_faces,
     )
