@@ -36,7 +36,7 @@ LARGEST_STEP, ROUNDS, FULL = 32.0, 8, 0.7
 may begin at 0 by chance. There are at most `ROUNDS`. As far as the growth of the number of
 triangles shows, the next one has at most the share `FULL` of the most triangles."""
 
-REFERENCE_SHARE, SEARCH_SHARE = 0.3, 0.25
+REFERENCE_SHARE, SEARCH_SHARE = 0.36, 0.25
 """The tolerance of a reference mesh, and the width of an interval between two meshes, as shares of
 the allowed width. The second bound of a reference mesh is up to twice its tolerance."""
 
