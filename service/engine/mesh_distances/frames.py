@@ -150,7 +150,7 @@ def _to_frames(points: Vectors, table: FloatArray) -> list[FloatArray]:
 def _measure_edge(
     x: FloatArray, y: FloatArray, table: FloatArray, edge: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Of points (m,) in the planes of triangles and one edge of each.
+    """The nearest places on one edge of triangles, for points (m,) in their planes.
 
     Returns
     -------

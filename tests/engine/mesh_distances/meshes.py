@@ -76,7 +76,8 @@ def _measure_segment(points: AnyArray, begin: AnyArray, end: AnyArray) -> AnyArr
         across = np.cross(first, way)
         is_beside = (along >= 0) & (along <= size)
         squares = np.where(is_beside, (across * across).sum(axis=1) / size, squares)
-    return squares
+    result: AnyArray = squares
+    return result
 
 
 def _find_unit(values: FloatArray) -> int:
@@ -88,4 +89,6 @@ def _to_integers(values: FloatArray, unit: int) -> AnyArray:
     """Values as multiples of 2^unit."""
     parts, exponents = np.frexp(values)
     shifts = np.where(values == 0, 0, exponents - 53 - unit)
-    return np.ldexp(parts, 53).astype(np.int64).astype(object) * 2 ** shifts.astype(object)
+    whole = np.ldexp(parts, 53).astype(np.int64).astype(object)
+    integers: AnyArray = whole * 2 ** shifts.astype(object)
+    return integers

@@ -73,7 +73,7 @@ def test_intervals_contain_samples_and_are_narrow(name: str) -> None:
     [
         (SQUARE, SQUARE, 0.0),
         (SQUARE * 0.5 + 0.25, SQUARE, 0.25),
-        (SQUARE, SQUARE + [0, 0, 3], 3.0),
+        (SQUARE, SQUARE + np.array([0, 0, 3]), 3.0),
         (SQUARE, SQUARE[:1], sqrt(0.5)),
         # over a valley: the floor is furthest from the walls on the line between them
         (
