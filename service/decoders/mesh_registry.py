@@ -56,7 +56,8 @@ def _mesh(
         decode=_reader(name),
         about=about,
         memory_factor=memory_factor,
-        base_memory=96 << 20,
+        base_memory=128 << 20,  # short numbers take more for each byte
+        byte_seconds=4e-6,
         fields=(),
         child_bytes=-1,  # an empty file, too
         is_mesh=True,
@@ -87,7 +88,7 @@ MESH_DECODERS: tuple[Decoder, ...] = (
         "The faces (`f`) of all objects and groups, with their normals. Lines, points, curves, "
         "surfaces and materials are left out.",
         media_type="model/obj",
-        memory_factor=64,
+        memory_factor=40,
         is_binary=False,
     ),
     _mesh(
@@ -96,21 +97,21 @@ MESH_DECODERS: tuple[Decoder, ...] = (
         "The vertices and faces, of a text or of either binary form, with normals of vertices. "
         "Other elements and properties are left out.",
         media_type="model/x-ply",
-        memory_factor=48,
+        memory_factor=40,
     ),
     _mesh(
         "stl",
         "STL",
         "The triangles, binary or as text; each has three vertices of its own.",
         media_type="model/stl",
-        memory_factor=24,
+        memory_factor=16,
     ),
     _mesh(
         "off",
         "OFF",
         "The vertices and faces of a text; colours, normals and texture coordinates are left out.",
         media_type="model/x-off",
-        memory_factor=64,
+        memory_factor=40,
         is_binary=False,
     ),
 )

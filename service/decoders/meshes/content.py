@@ -28,7 +28,7 @@ class PlainFile:
     content : bytes
     corners : ndarray of int, shape (f,)
         For each face of the original file its number of corners: a face of n corners is n − 2
-        triangles of the plain file, which follow each other (`divide_fan`).
+        triangles of the plain file, which follow each other (`divide_fans`).
     vertices : int, optional
         The number of its vertices; None if trimesh makes a vertex for each pair of a position and a
         normal.
@@ -65,7 +65,10 @@ def check_corners(corners: Ints) -> None:
         raise build_file_error("A face has too few corners.", got, needed)
 
 
-def index_error(index: int, count: int) -> InvalidRequest:
-    """The error of a face with a corner that is not among the vertices, counted from 0."""
-    message, needed = "Faces index the vertices of their mesh.", f"0 to {count - 1}"
-    return InvalidRequest(Issue("index_out_of_range", message, "", str(index), needed))
+def check_indices(indices: Ints, count: int) -> None:
+    """Refuse corners that are not among `count` vertices, counted from 0."""
+    low, high = int(indices.min()), int(indices.max())
+    if low < 0 or high >= count:
+        message, needed = "Faces index the vertices of their mesh.", f"0 to {count - 1}"
+        got = str(low if low < 0 else high)
+        raise InvalidRequest(Issue("index_out_of_range", message, "", got, needed))

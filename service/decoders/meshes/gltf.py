@@ -15,7 +15,7 @@ import numpy as np
 
 from service.bases.arrays import AnyArray, FloatArray, Ints
 from service.decoders.format import FileLimits, build_file_error, build_malformed_error
-from service.decoders.meshes.content import check_corners, check_size, index_error
+from service.decoders.meshes.content import check_corners, check_indices, check_size
 from service.decoders.meshes.gltf_accessors import Accessors
 from service.decoders.meshes.gltf_file import (
     JsonObject,
@@ -136,8 +136,7 @@ def _check_piece(
     """The arrays of trimesh for a primitive, with integers divided by the largest of their type."""
     vertices = _divide(mesh["vertices"], divisor)
     triangles = np.ascontiguousarray(mesh["faces"], np.intp)
-    if triangles.min() < 0 or triangles.max() >= len(vertices):
-        raise index_error(int(triangles.max()), len(vertices))
+    check_indices(triangles, len(vertices))
     if primitive.normal is None:
         return Piece(vertices, triangles, None)
     normals = _divide(mesh["vertex_normals"], normal_divisor)

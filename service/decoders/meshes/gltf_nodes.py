@@ -21,6 +21,9 @@ from service.decoders.meshes.gltf_file import (
 
 INSTANCING = "EXT_mesh_gpu_instancing"
 
+_PLACEMENT = frozenset({"matrix", "rotation", "scale", "translation"})
+"""The fields of a node by which it places what is below it."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PlacedMesh:
@@ -50,7 +53,8 @@ def find_placed_meshes(document: JsonObject, limits: FileLimits) -> list[PlacedM
         below = {child for node in nodes for child in _list_numbers(node, "children", nodes)}
         roots = [number for number in range(len(nodes)) if number not in below]
     found, visited = list[PlacedMesh](), set[int]()
-    waiting = [(number, np.eye(4)) for number in reversed(roots)]
+    identity = np.eye(4)
+    waiting = [(number, identity) for number in reversed(roots)]
     while waiting:
         number, outer = waiting.pop()
         node = nodes[number]
@@ -60,7 +64,10 @@ def find_placed_meshes(document: JsonObject, limits: FileLimits) -> list[PlacedM
         visited.add(number)
         if INSTANCING in (node.get("extensions") or {}):
             raise extension_error()
-        matrix = outer @ _read_matrix(node)
+        matrix = outer
+        if not _PLACEMENT.isdisjoint(node):
+            with np.errstate(over="ignore", invalid="ignore"):  # the vertices are checked
+                matrix = outer @ _read_matrix(node)
         if "mesh" in node:
             found.append(PlacedMesh(whole(node["mesh"]), matrix))
         children = _list_numbers(node, "children", nodes)

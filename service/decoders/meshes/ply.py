@@ -5,6 +5,7 @@ triangles. It keeps the vertices as they are, but all properties other than posi
 get names that mean nothing.
 """
 
+from array import array
 from itertools import islice
 from typing import Literal
 
@@ -12,9 +13,9 @@ import numpy as np
 
 from service.bases.arrays import AnyArray, Ints
 from service.decoders.format import FileLimits, build_file_error, build_malformed_error
-from service.decoders.meshes.content import PlainFile, check_corners, check_size, index_error
+from service.decoders.meshes.content import PlainFile, check_corners, check_indices, check_size
 from service.decoders.meshes.ply_header import Element, Header, parse_header
-from service.decoders.meshes.polygons import count_triangles
+from service.decoders.meshes.polygons import count_triangles, divide_fans, write_rows
 from service.errors import InvalidRequest
 
 POSITION, NORMAL = ("x", "y", "z"), ("nx", "ny", "nz")
@@ -49,10 +50,8 @@ def write_plain(content: bytes, limits: FileLimits) -> PlainFile:
     vertices, corners, indices = read(content, header)
     check_corners(corners)
     check_size(vertex.length, count_triangles(corners), limits)
-    low, high = int(indices.min()), int(indices.max())
-    if low < 0 or high >= vertex.length:
-        raise index_error(low if low < 0 else high, vertex.length)
-    triangles = _divide(corners, indices)
+    check_indices(indices, vertex.length)
+    triangles = indices[divide_fans(corners)]
     body = vertices + _write_triangles(triangles, header.form)
     plain = _write_header(header.form, vertex, len(triangles)) + body
     return PlainFile(plain, corners, vertex.length)
@@ -64,7 +63,7 @@ def _read_text(content: bytes, header: Header) -> tuple[bytes, Ints, Ints]:
     Each element is a line.
     """
     lines = (line for line in content[header.end :].splitlines() if line.strip())
-    vertices, counts, indices = b"", list[int](), list[int]()
+    vertices, counts, indices = b"", array("q"), array("q")
     for element in header.elements:
         rows = list(islice(lines, element.length))
         if len(rows) < element.length:
@@ -75,7 +74,7 @@ def _read_text(content: bytes, header: Header) -> tuple[bytes, Ints, Ints]:
             for row in rows:
                 corners = _parse_corners(row.split(), element)
                 counts.append(len(corners))
-                indices += corners
+                indices.extend(corners)
     return vertices, np.array(counts, np.intp), np.array(indices, np.intp)
 
 
@@ -187,17 +186,6 @@ def _gather(content: bytes, places: Ints, counts: Ints, number: str) -> Ints:
     return numbers
 
 
-def _divide(corners: Ints, indices: Ints) -> Ints:
-    """The triangles (t, 3) of faces, in the order of `divide_fan`."""
-    firsts = np.cumsum(corners) - corners
-    per_face = corners - 2
-    starts = np.cumsum(per_face) - per_face
-    first = np.repeat(firsts, per_face)
-    second = first + 1 + np.arange(len(first)) - np.repeat(starts, per_face)
-    triangles: Ints = indices[np.stack([first, second, second + 1], axis=1)]
-    return triangles
-
-
 def _write_header(form: str, vertex: Element, triangles: int) -> bytes:
     """The header of a plain file with the properties of the vertices."""
     kept = {*POSITION, *NORMAL}
@@ -223,7 +211,7 @@ def _write_header(form: str, vertex: Element, triangles: int) -> bytes:
 def _write_triangles(triangles: Ints, form: str) -> bytes:
     """The triangles of a plain file."""
     if form == "ascii":
-        return b"".join(b"3 %d %d %d\n" % (*row,) for row in triangles.tolist())
+        return write_rows(b"3 %d %d %d\n", triangles)
     order = ">" if form == "binary_big_endian" else "<"
     records: AnyArray = np.empty(len(triangles), [("count", "u1"), ("corners", order + "i4", (3,))])
     records["count"], records["corners"] = 3, triangles

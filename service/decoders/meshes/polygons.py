@@ -4,22 +4,10 @@ A face a, b, c, d, e becomes a, b, c; a, c, d; a, d, e. Readers that take triang
 order, so that the faces of four corners can be joined again afterwards.
 """
 
-from collections.abc import Iterator, Sequence
-from itertools import pairwise
-from typing import TypeVar
-
 import numpy as np
 
 from service.bases.arrays import Ints
 from service.surface.given_mesh import NO_CORNER
-
-Corner = TypeVar("Corner")
-
-
-def divide_fan(face: Sequence[Corner]) -> Iterator[tuple[Corner, Corner, Corner]]:
-    """Yields the triangles of a face, all of which have its first corner."""
-    for second, third in pairwise(face[1:]):
-        yield face[0], second, third
 
 
 def count_triangles(corners: Ints) -> int:
@@ -27,8 +15,18 @@ def count_triangles(corners: Ints) -> int:
     return int(corners.sum()) - 2 * len(corners)
 
 
+def divide_fans(corners: Ints) -> Ints:
+    """The triangles (t, 3) of faces, whose corners are numbered one face after another."""
+    firsts = np.cumsum(corners) - corners
+    counts = corners - 2
+    starts = np.cumsum(counts) - counts
+    first = np.repeat(firsts, counts)
+    second = first + 1 + np.arange(len(first)) - np.repeat(starts, counts)
+    return np.stack([first, second, second + 1], axis=1)
+
+
 def join_quads(triangles: Ints, corners: Ints) -> Ints:
-    """The faces of which `divide_fan` has made triangles; those of five and more stay triangles.
+    """The faces of which `divide_fans` has made triangles; those of five and more stay triangles.
 
     Parameters
     ----------
@@ -51,3 +49,8 @@ def join_quads(triangles: Ints, corners: Ints) -> Ints:
     is_kept = np.ones(len(triangles), np.bool_)
     is_kept[firsts + 1] = False
     return faces[is_kept]
+
+
+def write_rows(form: bytes, rows: Ints) -> bytes:
+    """Whole numbers as lines of a text; `form` is that of one row."""
+    return b"".join([form % tuple(row) for row in rows.tolist()])

@@ -9,7 +9,7 @@ from service.bases.arrays import FloatArray, Ints
 from service.decoders.format import FileLimits, Tree, build_file_error
 from service.decoders.mesh_axes import check_range
 from service.decoders.meshes import gltf, obj, off, ply, stl
-from service.decoders.meshes.content import PlainFile, check_corners, index_error
+from service.decoders.meshes.content import PlainFile, check_corners, check_indices
 from service.decoders.meshes.library import load
 from service.decoders.meshes.polygons import count_triangles, join_quads
 from service.errors import InvalidRequest
@@ -66,8 +66,7 @@ def _read_plain(name: str, plain: PlainFile) -> tuple[FloatArray, Ints, FloatArr
         raise _unreadable()
     if plain.vertices not in (None, count):
         raise _unreadable()
-    if triangles.min() < 0 or triangles.max() >= count:
-        raise index_error(int(triangles.max()), count)
+    check_indices(triangles, count)
     normals = loaded.get("vertex_normals")
     if normals is not None:
         normals = np.ascontiguousarray(normals, np.float64)

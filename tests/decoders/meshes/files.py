@@ -1,9 +1,5 @@
 """Files of meshes for tests: read in this process, and checked as a posted mesh is."""
 
-import json
-import struct
-from typing import Any
-
 from service.decoders.format import FileLimits
 from service.decoders.mesh_registry import MESH_BY_NAME
 from service.errors import SurfaceError
@@ -28,14 +24,3 @@ def refuse(name: str, content: bytes | str) -> str:
     except SurfaceError as error:
         return error.issues[0].code
     raise AssertionError("the file was read")
-
-
-def write_glb(document: dict[str, Any], content: bytes | None = None) -> bytes:
-    """A GLB file of a document, and of the bytes of its first buffer."""
-    text = json.dumps(document).encode()
-    text += b" " * (-len(text) % 4)
-    chunks = struct.pack("<I", len(text)) + b"JSON" + text
-    if content is not None:
-        content += bytes(-len(content) % 4)
-        chunks += struct.pack("<I", len(content)) + b"BIN\0" + content
-    return b"glTF" + struct.pack("<II", 2, 12 + len(chunks)) + chunks

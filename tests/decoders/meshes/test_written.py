@@ -25,6 +25,8 @@ from service.surface.member import Member
 from service.surface.sizes import SurfaceKind
 from tests.decoders.meshes.files import LIMITS, read
 
+SLOW = pytest.mark.slow
+
 SINGLE = 2.0**-21
 """Some roundings of a float32, as a share of the largest coordinate."""
 
@@ -165,7 +167,9 @@ def test_files_of_trimesh_are_read(name: str) -> None:
     assert_same(mesh, expected, 0 if name == "stl_ascii" else 1e-6)
 
 
-@pytest.mark.parametrize("name", MESH_BY_NAME)
+@pytest.mark.parametrize(
+    "name", [name if name == "glb" else pytest.param(name, marks=SLOW) for name in MESH_BY_NAME]
+)
 def test_a_child_reads_what_this_process_reads(name: str) -> None:
     """Its trimesh finds no other library, and it can open no file."""
     surface = find("torus").surface()
