@@ -264,6 +264,7 @@ def test_a_child_does_not_outlive_the_service(do: str) -> None:
     if do == "hang":
         task: dict[str, object] = {
             "decoder": "step",
+            "is_mesh": False,
             "kind": None,
             "limits": [],
             "length": 9,
