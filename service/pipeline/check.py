@@ -39,11 +39,11 @@ from service.pipeline.parts import has_breps, prepare_part, require_exact
 from service.surface.given_mesh import GivenMesh
 from service.surface.sizes import SurfaceKind
 
-REFERENCE_GROWTH, LEAST_REFERENCE = 6.0, 1 << 14
+REFERENCE_GROWTH, LEAST_REFERENCE = 10.0, 1 << 15
 """A reference mesh may have this number of triangles for each of the given mesh, divided by the
-relative tolerance; and always `LEAST_REFERENCE`. Good meshes need two thirds of it."""
+relative tolerance; and always `LEAST_REFERENCE`. Good meshes usually need a third of it."""
 
-MESH_BYTES, TRIANGLE_SECONDS, ANSWER_BYTES = 1200, 2e-4, 4000
+MESH_BYTES, TRIANGLE_SECONDS, ANSWER_BYTES = 700, 2e-4, 4000
 """Bytes for each triangle of the given and the reference mesh, while distances between them are
 searched; the time for each; and bytes of the answer without lists."""
 
