@@ -24,6 +24,7 @@ from service.api.observing.health import is_ready
 from service.api.observing.middleware import Write, add_telemetry
 from service.api.openapi.document import describe
 from service.api.routes import (
+    checks,
     evaluation,
     images,
     job_events,
@@ -157,6 +158,7 @@ def _select_routers(settings: Settings) -> list[APIRouter]:
         queries.projections,
         queries.intersections,
         queries.measures,
+        checks.checks,
         surfaces.reading,
         surfaces.storing,
         meshes_by_url.by_url,

@@ -5,19 +5,16 @@ With a file, the query names a surface by its id, and has the other fields of th
 them number by number.
 """
 
-from dataclasses import replace
 from typing import Any, ClassVar
 
 from service.api.body import BodyRoute, PostedFile, is_long_body
 from service.api.computation import Computation
-from service.api.errors import InvalidQuery
+from service.api.named_surface import check_named, load_named
 from service.api.negotiation import Pairs
 from service.api.services import Services
-from service.api.stored import surface_of
 from service.decoders.format import Decoder
 from service.decoders.npy import read_array
 from service.decoders.registry import BY_NAME
-from service.errors import InvalidRequest, Issue, UnknownSurface
 from service.schemas.fields import RequestModel
 from service.schemas.query import number_from_text, values_from_text
 from service.schemas.surfaces import definition
@@ -42,12 +39,7 @@ class ArrayRoute(BodyRoute):
         """The fields in the query of a file, which names a surface; and `format`."""
         del decoder
         values = values_from_text(pairs)
-        if self.array in values:
-            message, got = "The body has these numbers.", "a parameter"
-            raise InvalidRequest(Issue("unknown_field", message, f"/{self.array}", got, "a body"))
-        if not isinstance(values.get("surface"), str):
-            message, needed = "The query must name the surface.", "the id of a surface"
-            raise InvalidRequest(Issue("missing_field", message, "/surface", "no id", needed))
+        check_named(values, self.array, "these numbers")
         return {name: _parse_value(value) for name, value in values.items()}
 
     def read(self, body: bytes) -> Any:
@@ -63,12 +55,7 @@ class ArrayRoute(BodyRoute):
     ) -> RequestModel:
         """The model of a file, with the surface of the query, which is loaded."""
         content, decoder, beside = file
-        try:
-            named_surface = await surface_of(services, computation, beside["surface"])
-        except (UnknownSurface, InvalidRequest) as error:
-            issue = replace(error.issues[0], pointer="/surface")
-            error_class = UnknownSurface if isinstance(error, UnknownSurface) else InvalidQuery
-            raise error_class(issue) from None
+        named_surface = await load_named(services, computation, beside["surface"])
 
         def parse() -> RequestModel:
             # `flat`: nets as arrays, also those of triangles; the model accepts both forms.

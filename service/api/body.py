@@ -123,10 +123,9 @@ class BodyRoute(APIRoute):
                 parse_json = partial(parse_document, body, services.document_limits.max_depth)
                 document = await computation.parse(parse_json, is_long=is_long_body(body, None))
                 return await accept_call(context, self.path, document)
-            if self.has_surface_files:
-                check_content(body, decoder)
-                check_beside(model, decoder, other_fields, services.document_limits)
-                return await accept_file(context, self.path, body, decoder)
+            job = await self.accept_job(model, PostedFile(body, decoder, other_fields), context)
+            if job is not None:
+                return job
         if decoder is None:
             parse = partial(_parse_json, model, body, services.document_limits)
             parsed = await computation.parse(parse, is_long=is_long_body(body, None))
@@ -164,6 +163,17 @@ class BodyRoute(APIRoute):
     def read_fields(self, pairs: Pairs, decoder: Decoder) -> dict[str, Any]:
         """The fields in the query of a file, in the form of a document; and `format`."""
         return document_from_query(pairs, decoder.fields)
+
+    async def accept_job(
+        self, model: type[RequestModel], file: PostedFile, context: Context
+    ) -> Response | None:
+        """Makes a job of a call whose body is a file; None if no job can be made of it."""
+        if not self.has_surface_files:
+            return None
+        content, decoder, beside = file
+        check_content(content, decoder)
+        check_beside(model, decoder, beside, context.services.document_limits)
+        return await accept_file(context, self.path, content, decoder)
 
     async def _read_file(
         self,

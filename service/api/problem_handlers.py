@@ -65,8 +65,8 @@ async def _on_surface_error(request: Request, error: Exception) -> Response:
         # Only a POST has a body for a JSON pointer; otherwise the option is a query parameter.
         if request.method != "POST":
             location = "parameter"
-        elif file_fields := getattr(request.state, "file_fields", ()):
-            location = "file"
+        elif hasattr(request.state, "file_fields"):
+            location, file_fields = "file", request.state.file_fields
     headers = {}
     threads: Threads = request.app.state.services.threads
     if isinstance(error, Busy | OutOfTime | TooManyJobs):

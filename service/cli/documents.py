@@ -126,7 +126,7 @@ class Query:
             arguments,
             self.path,
             document,
-            lambda document: _compute(self.path, document, fmt, reading),
+            lambda document: compute_document(self.path, document, fmt, reading),
             flags=values,
             fmt=fmt,
             line=self.line,
@@ -139,8 +139,11 @@ def _choose_format(arguments: argparse.Namespace, path: str, default: str | None
     return choose_format(arguments, CALLS[path].formats, default)
 
 
-def _compute(
-    path: str, document: Document, fmt: "FileFormat | None", reading: Mapping[str, Any] | None
+def compute_document(
+    path: str,
+    document: Document,
+    fmt: "FileFormat | None" = None,
+    reading: Mapping[str, Any] | None = None,
 ) -> bytes:
     """Computes the file of a call in this process; `reading` is the report of a CAD file.
 
@@ -194,7 +197,7 @@ def perform_document(
     return perform(
         arguments,
         lambda: compute(document),
-        lambda: _post(arguments.url, path, document, fmt, query),
+        lambda: post_document(arguments.url, path, document, fmt, query),
         lambda issue: line(issue, arguments) if line else field_line(issue, all_flags),
     )
 
@@ -222,7 +225,7 @@ def send_file(
     return perform(
         arguments,
         bytes,  # there is a URL
-        lambda: post_file(arguments.url, path, source, {**query, **_query_texts(values)}, fmt),
+        lambda: post_file(arguments.url, path, source, {**query, **query_texts(values)}, fmt),
         lambda issue: line(issue, arguments) if line else field_line(issue, all_flags),
     )
 
@@ -268,7 +271,7 @@ def _note_writing(headers: Mapping[str, str]) -> None:
         _print_assumed_unit()
 
 
-def _query_texts(values: Mapping[str, Any]) -> dict[str, str]:
+def query_texts(values: Mapping[str, Any]) -> dict[str, str]:
     """Options as texts of a query: lists and objects as JSON."""
     from service.encoders.text import json_text
 
@@ -278,9 +281,17 @@ def _query_texts(values: Mapping[str, Any]) -> dict[str, str]:
     }
 
 
-def _post(
-    url: str, path: str, document: Document, fmt: "FileFormat | None", query: Mapping[str, str]
+def post_document(
+    url: str,
+    path: str,
+    document: Document,
+    fmt: "FileFormat | None" = None,
+    query: Mapping[str, str] = MappingProxyType({}),
 ) -> bytes:
+    """The response to a document; says if a file of definitions has an assumed unit.
+
+    Raises the errors of `service.cli.remote.post`.
+    """
     from service.cli.remote import post
 
     return post(url, path, document, fmt, query, on_headers=_note_writing)

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 from service import __version__
 from service.cli.bake import BAKE
+from service.cli.check import CHECK
 from service.cli.convert import CONVERT
 from service.cli.lists import EXAMPLES, FORMATS, OPENAPI
 from service.cli.mesh import ESTIMATE, MESH
@@ -35,6 +36,7 @@ COMMANDS = (
     INTERSECT,
     SECTION,
     MEASURE,
+    CHECK,
     CONVERT,
     CURVE,
     STORE,

@@ -68,7 +68,18 @@ def perform(
     request: Callable[[], bytes],
     line: Callable[[Issue], str],
 ) -> int:
-    """Computes the result in this process or at `--url`, and writes it.
+    """Computes the result in this process or at `--url`, and writes it; parameters of `obtain`."""
+    write(arguments.output, obtain(arguments, compute, request, line))
+    return OK
+
+
+def obtain(
+    arguments: argparse.Namespace,
+    compute: Callable[[], bytes],
+    request: Callable[[], bytes],
+    line: Callable[[Issue], str],
+) -> bytes:
+    """The result, computed in this process or at `--url`.
 
     Parameters
     ----------
@@ -80,11 +91,9 @@ def perform(
         Returns the line of an issue.
     """
     try:
-        content = compute() if arguments.url is None else request()
+        return compute() if arguments.url is None else request()
     except SurfaceError as error:
         raise Refused(*map(line, error.issues)) from None
-    write(arguments.output, content)
-    return OK
 
 
 def write(output: str, content: bytes) -> None:

@@ -11,9 +11,9 @@ OK, REFUSED, USAGE, UNREACHABLE = range(4)
 EXIT_CODES = """\
 exit codes:
   0  done
-  1  refused: the surface or an option is invalid, one of several parts failed, a file
-     cannot be read or written, the port is taken, or standard output is closed
-     (silently, if the program that reads the pipe closed it)
+  1  refused: the surface or an option is invalid, one of several parts failed, a mesh
+     deviates by more than --max, a file cannot be read or written, the port is taken,
+     or standard output is closed (silently, if the program that reads the pipe closed it)
   2  the command line or a variable SURFACE_* is invalid
   3  the service given by --url, or the cluster given by --cluster, does not answer, or
      fails

@@ -73,7 +73,7 @@ def surface_source(arguments: argparse.Namespace) -> Source:
     decoder = None if is_example else choose_decoder(arguments)
     missing_text = f"no such file and no such example; examples: {', '.join(EXAMPLES)}"
     if decoder is not None:
-        content = _read(source, "surface", missing_text)
+        content = read_source(source, "surface", missing_text)
         return SourceFile(source, content, decoder, read_field_flags(arguments))
     refuse_fields(arguments)
     return source if is_example else read_request(source, "surface", missing_text)
@@ -102,11 +102,11 @@ def read_request(source: str, field: str, missing_text: str) -> dict[str, Any]:
     """
     from service.schemas.document import parse_document
 
-    document = parse_document(_read(source, field, missing_text))
+    document = parse_document(read_source(source, field, missing_text))
     return document if isinstance(document, dict) and field in document else {field: document}
 
 
-def _read(source: str, noun: str, missing_text: str) -> bytes:
+def read_source(source: str, noun: str, missing_text: str) -> bytes:
     """The bytes of a file, or of standard input; errors name what the file has (`noun`)."""
     if not source:
         raise UsageError(f"the name is empty; needed a file with a {noun}, or - for standard input")

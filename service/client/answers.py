@@ -109,6 +109,44 @@ class Measures(Answer):
     skipped_faces: tuple[Record, ...] | None
 
 
+class Deviation(Answer):
+    """An interval that certainly contains the largest distance, and a place where it is `low`."""
+
+    low: float
+    high: float
+    point: Floats
+    triangle: int
+    patch: int | None
+    uv: Floats | None
+
+
+class CheckedMesh(Answer):
+    """A mesh as the service has read it."""
+
+    vertices: Floats
+    faces: Ints
+
+
+class MeshCheck(Answer):
+    """How far a mesh and its surface are apart, and the faults of the mesh itself."""
+
+    surface_to_mesh: Deviation
+    mesh_to_surface: Deviation
+    open_edges: int
+    non_manifold_edges: int
+    flipped_edges: int
+    degenerate_faces: int
+    max_normal_angle: float | None
+    max_normal_angle_triangle: int | None
+    reached: bool
+    limit: str | None
+    vertices: int
+    triangles: int
+    skipped_faces: tuple[Record, ...] | None
+    mesh: CheckedMesh | None
+    distances: Floats | None
+
+
 class Estimate(Answer):
     """The size of a mesh before it is computed."""
 

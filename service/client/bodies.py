@@ -13,6 +13,8 @@ import numpy as np
 
 from service.client.answers import Converted, Stored
 from service.client.call import Part
+from service.client.given_mesh import MEDIA_TYPES as MESH_TYPES
+from service.client.given_mesh import MeshFile, is_large, read_mesh, write_file
 from service.client.surfaces import FILE_FIELDS, find_media_type, read_json
 
 JSON, NPY = "application/json", "application/x-npy"
@@ -80,6 +82,8 @@ def build_request(part: Part[Any], format: str | None = None) -> Request | None:
     unasked = "png" if call.format == "png" else "json"
     query = {} if format == unasked else {"format": format}
     fields = {name: value for name, value in part.fields.items() if value is not None}
+    if "mesh" in call.names:
+        return _build_check(call.path, subject, fields, accept)
     if call.subject == "surface" and isinstance(subject, str):
         if call.format != "json" and not fields.keys() & _ONLY_IN_BODIES:
             path = f"/v1/surfaces/{quote(subject, safe='')}/{call.__name__}.{format}"
@@ -111,6 +115,27 @@ def _build_file_request(
         return None
     media_type, query = find_media_type(path), {**write_query(fields), **query}
     return Request("POST", call.path, query, path.read_bytes(), media_type, accept)
+
+
+def _build_check(path: str, subject: Any, fields: Mapping[str, Any], accept: str) -> Request | None:
+    """The request with a mesh: beside an id as a file, otherwise in a document with the surface.
+
+    None if its body must have the surface, and that is not known yet.
+    """
+    others = {name: value for name, value in fields.items() if name != "mesh"}
+    mesh = read_mesh(fields["mesh"])
+    if isinstance(mesh, dict) and (isinstance(subject, str) or is_large(mesh)):
+        mesh = write_file(mesh) or mesh
+    if isinstance(subject, str) and isinstance(mesh, MeshFile):
+        query = {**write_query(others), "surface": subject}
+        return Request("POST", path, query, mesh.content, MESH_TYPES[mesh.format], accept)
+    document = {"surface": subject}
+    if isinstance(subject, Path) and subject.suffix.lower() == ".json":
+        document = read_json(subject) or document
+    if isinstance(document.get("surface"), str | Path):
+        return None
+    others["mesh"] = mesh.to_document() if isinstance(mesh, MeshFile) else mesh
+    return _post(path, document | others, {}, accept)
 
 
 def unwrap(subject: Any) -> Any:

@@ -27,6 +27,8 @@ class Call(Generic[P, A]):
         The path of the URL.
     subject : str
         The field that the first argument is.
+    names : tuple of str
+        The fields that arguments without a name are.
     read : callable
         Makes the answer of the bytes of the response.
     format : str
@@ -47,13 +49,13 @@ class Call(Generic[P, A]):
         self.__name__, self.__doc__ = function.__name__, function.__doc__
         self.path = "/v1/" + {"store": "surfaces"}.get(self.__name__, self.__name__)
         self.read, self.subject = read, subject
+        self.names = function.__code__.co_varnames[: function.__code__.co_argcount]
         self.format, self.reads_files = format, reads_files
 
     def part(self, *arguments: P.args, **fields: P.kwargs) -> Part[A]:
         """The call with its arguments, as a part of a job or for `file`; sends nothing."""
-        others = dict(fields)
-        subject = arguments[0] if arguments else others.pop(self.subject, None)
-        return Part(self, subject, others)
+        others: dict[str, Any] = dict(zip(self.names, arguments, strict=False)) | dict(fields)
+        return Part(self, others.pop(self.subject, None), others)
 
     @overload
     def __get__(self, client: None, owner: object) -> Self: ...

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, Unpack
 from service.client import answers
 from service.client.call import A, Call, Format, P, Subject
 from service.client.fields import (
+    CheckFields,
     ConvertFields,
     CurveFields,
     FileFields,
@@ -23,6 +24,7 @@ from service.client.fields import (
     ProjectFields,
     SignFields,
 )
+from service.client.given_mesh import GivenMesh
 from service.client.mesh import Mesh
 from service.client.picture import Picture
 from service.client.records import Answer
@@ -94,6 +96,12 @@ def intersect(surface: Surface, **fields: Unpack[IntersectFields]) -> answers.In
 @_answers(answers.Measures, reads_files=True)
 def measure(surface: Surface, **fields: Unpack[MeasureFields]) -> answers.Measures:
     """Area, lengths of borders and volume, with proved bounds."""
+    raise NotImplementedError
+
+
+@_answers(answers.MeshCheck)
+def check(surface: Surface, mesh: GivenMesh, **fields: Unpack[CheckFields]) -> answers.MeshCheck:
+    """How far a mesh of any program and its surface are apart, with proved intervals."""
     raise NotImplementedError
 
 

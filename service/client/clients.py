@@ -44,6 +44,7 @@ class Calls:
     project = calls.project
     intersect = calls.intersect
     measure = calls.measure
+    check = calls.check
     convert = calls.convert
     estimate = calls.estimate
     store = calls.store

@@ -145,6 +145,14 @@ class MeasureFields(FileFields, total=False):
     weld_tolerance: float
 
 
+class CheckFields(FileFields, total=False):
+    """How exactly a mesh is compared with its surface."""
+
+    quad_diagonal: Literal["02", "13"]
+    relative_tolerance: float
+    distances: bool
+
+
 class ConvertFields(FileFields, total=False):
     """The operations of a conversion, one after the other."""
 

@@ -15,6 +15,7 @@ from service.client.bodies import unwrap, write_json, write_query
 from service.client.call import Direct, Part
 from service.client.clients import Calls
 from service.client.errors import ServiceError, read_problem
+from service.client.given_mesh import MeshFile, read_mesh
 from service.client.jobs import Progress, show_nothing
 from service.client.surfaces import FILE_FIELDS, find_media_type, read_json
 from service.decoders.child import read_file
@@ -113,6 +114,9 @@ class Local(Calls, Direct):
         """The request of a call as its model."""
         subject = unwrap(part.subject)
         fields = {name: value for name, value in part.fields.items() if value is not None}
+        mesh = {}
+        if "mesh" in fields:
+            mesh["mesh"] = _prepare_mesh(read_mesh(fields.pop("mesh")))
         reading = None
         if part.call.subject == "surface" and isinstance(subject, str):
             document = {"surface": definition(self._find(subject), flat=True)}
@@ -121,7 +125,7 @@ class Local(Calls, Direct):
             fields = {name: value for name, value in fields.items() if name not in FILE_FIELDS}
         else:
             document = {} if subject is None else {part.call.subject: _to_plain(subject)}
-        request = validate_document(model, document | _to_plain(fields), LIMITS.document)
+        request = validate_document(model, document | _to_plain(fields) | mesh, LIMITS.document)
         if isinstance(request, SurfaceRequest):
             request.keep_reading(reading)
         return request
@@ -152,6 +156,16 @@ def _read(path: Path, fields: Mapping[str, Any]) -> tuple[dict[str, Any], Mappin
     decoded = read_file(decoder, path.read_bytes(), texts.get("type"), LIMITS.file)
     surface = add_fields(decoded.tree, surface_fields(texts), is_cad=decoder.is_cad)
     return {"surface": surface}, decoded.reading
+
+
+def _prepare_mesh(mesh: MeshFile | dict[str, Any]) -> dict[str, Any]:
+    """A mesh as the model of requests takes it: the bytes of a file, or copies of arrays."""
+    if isinstance(mesh, MeshFile):
+        return {"file": mesh.content, "format": mesh.format}
+    return {
+        key: value.copy() if isinstance(value, np.ndarray) else _to_plain(value)
+        for key, value in mesh.items()
+    }
 
 
 def _to_plain(value: Any) -> Any:

@@ -19,14 +19,17 @@ from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.mesh.mesh import MeshReport
 from service.errors import InvalidRequest, Issue
 from service.pipeline.cad_files import plan_cad_file
+from service.pipeline.check import plan_check
 from service.pipeline.cost import Work
 from service.pipeline.documents import plan_conversion
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.pipeline.measure import plan_measure
 from service.pipeline.mesh import MeshFile, plan_mesh, select_encode_options
+from service.pipeline.mesh_files import plan_file_check, plan_given_mesh
 from service.pipeline.picture import plan_picture
 from service.pipeline.polylines import plan_curve, plan_sections
 from service.pipeline.queries import plan_intersect, plan_points, plan_project
+from service.schemas.check import CheckRequest
 from service.schemas.convert import ConvertRequest
 from service.schemas.curves import CurveRequest
 from service.schemas.document import DEFAULT_LIMITS as DEFAULT_DOCUMENT_LIMITS
@@ -183,6 +186,15 @@ def _plan_measure(request: MeasureRequest, _: Any, limits: CallLimits) -> Work[F
     return _convert(plan_measure(request.to_surface(), request.to_query(), limits.result), File)
 
 
+def _plan_check(request: CheckRequest, _: Any, limits: CallLimits) -> Work[File]:
+    mesh = request.to_mesh()
+    if mesh is None:
+        reading = plan_given_mesh(request, limits.document, limits.file, limits.result)
+        return _convert(plan_file_check(request, reading, limits.result), File)
+    work = plan_check(request.to_surface(), mesh, request.to_query(), limits.result)
+    return _convert(work, File)
+
+
 def _plan_conversion(request: ConvertRequest, fmt: Any, limits: CallLimits) -> Work[File]:
     allowed = SizeLimits(limits.document.max_control_points, limits.document.max_degree)
     operations = request.to_operations()
@@ -217,6 +229,7 @@ CALLS: Mapping[str, Call] = MappingProxyType(
             Call("/v1/project", ProjectRequest, _plan_project),
             Call("/v1/intersect", IntersectRequest, _plan_intersect, SECTION_FORMATS),
             Call("/v1/measure", MeasureRequest, _plan_measure, reads_files=True),
+            Call("/v1/check", CheckRequest, _plan_check),
             Call(
                 "/v1/convert",
                 ConvertRequest,

@@ -19,6 +19,7 @@ from service.bases.arrays import FloatArray
 from service.engine.mesh.mesh import ENGINE
 from service.errors import InvalidRequest, Issue, pointer
 from service.schemas.accuracy import CAMERA_FIELDS, MAX_COUNT
+from service.schemas.check import CheckFields
 from service.schemas.curves import CurveOptionFields
 from service.schemas.fields import Omittable
 from service.schemas.options import MeshOptionFields
@@ -110,9 +111,11 @@ def _find_readers(model: type[BaseModel]) -> dict[str, Callable[[str], object]]:
     return readers
 
 
-_READERS = (
-    _find_readers(CurveOptionFields) | _find_readers(PictureFields) | _find_readers(MeshQuery)
-)
+_READERS = {
+    name: read
+    for model in (CheckFields, CurveOptionFields, PictureFields, MeshQuery)
+    for name, read in _find_readers(model).items()
+}
 # For curves, too, although their resolution is one number: the model of curves refuses a list.
 _READERS["resolution"] = pair_from_text
 

@@ -22,7 +22,7 @@ from service.schemas.scan import shorten
 Path: TypeAlias = tuple[str | int, ...]
 Model = TypeVar("Model", bound=BaseModel)
 
-UNIONS = frozenset({"surface", "curve"})
+UNIONS = frozenset({"surface", "curve", "mesh"})
 """Fields whose value is one of several models. After such a field, pydantic's paths have an
 additional item, the name of the chosen model, which a JSON pointer must not have."""
 

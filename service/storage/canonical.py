@@ -71,7 +71,10 @@ def canonical_request(request: RequestModel) -> bytes:
 
 
 def tree_of(value: Any) -> Any:
-    """A value of a model as numbers, texts, lists, dicts and arrays; −0 becomes 0."""
+    """A value of a model as numbers, texts, lists, dicts and arrays; −0 becomes 0.
+
+    The SHA-256 of a file stands for its bytes.
+    """
     if isinstance(value, BaseModel):
         return {name: tree_of(getattr(value, name)) for name in type(value).model_fields}
     if isinstance(value, Mapping):
@@ -80,6 +83,8 @@ def tree_of(value: Any) -> Any:
         return [tree_of(item) for item in value]
     if isinstance(value, np.ndarray | float):
         return value + 0.0
+    if isinstance(value, bytes):
+        return sha256(value).hexdigest()
     return value
 
 

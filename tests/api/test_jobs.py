@@ -31,6 +31,7 @@ HULL = {"name": "hull", "path": "/v1/surfaces/ship-hull/mesh.stl?resolution=8"}
 JOB = {"parts": [LID, HULL]}
 NDJSON = {"Content-Type": "application/x-ndjson"}
 ASYNC = {"Prefer": "respond-async"}
+TRIANGLE = {"vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "faces": [[0, 1, 2]]}
 STORED = surface_id(canonical_content(find("saddle").surface()))
 
 
@@ -267,6 +268,7 @@ def test_a_call_makes_a_job_of_one_part_if_the_client_prefers_that(service: Serv
         ("/v1/project", {"surface": PATCH, "points": [[0, 0, 1]]}),
         ("/v1/intersect", {"surface": PATCH, "rays": RAYS}),
         ("/v1/measure", {"surface": PATCH}),
+        ("/v1/check", {"surface": PATCH, "mesh": TRIANGLE}),
         ("/v1/convert", {"surface": PATCH, "operations": [{"op": "elevate", "degree": [2, 2]}]}),
     ],
 )  # fmt: skip

@@ -96,6 +96,26 @@ def test_the_commands_of_the_page_work(service: httpx.Client, tmp_path: Path) ->
     assert orjson.loads((tmp_path / "job.json").read_bytes())["parts"]["total"] == 1
 
 
+def test_a_check_of_a_mesh_file_can_be_a_job(service: httpx.Client) -> None:
+    """The surface is stored, and the file goes into the part."""
+    id = service.post("/v1/surfaces", json={"surface": PATCH}).json()["id"]
+    mesh = service.post("/v1/mesh?format=stl", json={"surface": PATCH, "resolution": 2}).content
+    path, headers = f"/v1/check?surface={id}", {"Content-Type": "model/stl"}
+    job = service.post(path, content=mesh, headers=headers | {"Prefer": "respond-async"})
+    assert (job.status_code, job.headers["preference-applied"]) == (202, "respond-async")
+    assert follow(service, job.json())["state"] == "succeeded"
+    (listed,) = service.get(job.json()["links"]["results"]).json()["results"]
+    result = service.get(listed["link"])
+    assert result.content == service.post(path, content=mesh, headers=headers).content
+    again = service.post(path, content=mesh, headers=headers | {"Prefer": "respond-async"})
+    assert (again.status_code, again.json()["id"]) == (200, job.json()["id"])
+    broken = service.post(path, content=mesh[:-9], headers=headers | {"Prefer": "respond-async"})
+    assert follow(service, broken.json())["state"] == "failed"
+    (listed,) = service.get(broken.json()["links"]["results"]).json()["results"]
+    (error,) = listed["problem"]["errors"]
+    assert error["pointer"] == "/parts/0/body/mesh/file"
+
+
 def test_parts_with_a_file_have_the_results_of_the_call(service: httpx.Client) -> None:
     headers = {"Content-Type": STEP}
     file = service.post("/v1/files", content=OPEN_TETRAHEDRON, headers=headers).json()["id"]

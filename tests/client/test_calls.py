@@ -31,6 +31,7 @@ AnyClient: TypeAlias = Client | Local
 NET = np.arange(48.0).reshape(4, 4, 3) ** 1.5 % 7
 PATCH = bezier(NET, name="patch")
 QUARTER = {"control_points": [[1, 0], [1, 1], [0, 1]], "weights": [1, 0.5**0.5, 1]}
+TRIANGLE = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.1]])
 RAYS: Rays = {"origins": np.array([[0, 0, 5.0], [0, 3, 5]]), "directions": np.array([[0, 0, -1.0]])}
 PLANES: Planes = {"normals": [[0, 0, 1]], "offsets": [0.25]}
 
@@ -55,6 +56,8 @@ PARTS: dict[str, Part[Any]] = {
     "rays": Client.intersect.part("sphere", rays=RAYS, hits="all"),
     "sections": Client.intersect.part(PATCH, planes=PLANES),
     "measures": Client.measure.part("sphere", tolerance=1e-3),
+    "a check of arrays": Client.check.part(PATCH, (TRIANGLE, [[0, 1, 2]]), distances=True),
+    "a check by id": Client.check.part("saddle", (TRIANGLE, np.array([[0, 1, 2]]))),
     "a conversion": Client.convert.part(PATCH, operations=[{"op": "elevate", "degree": 5}]),
     "an estimate": Client.estimate.part(PATCH, resolution=7),
 }

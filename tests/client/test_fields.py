@@ -10,8 +10,10 @@ from service.api.openapi.document import build_full_settings
 from service.client import answers, fields
 from service.client.call import Call
 from service.client.clients import Calls
+from service.client.given_mesh import MEDIA_TYPES as MESH_TYPES
 from service.client.records import Answer
 from service.client.surfaces import FILE_FIELDS, MEDIA_TYPES
+from service.decoders.mesh_registry import MESH_BY_NAME
 from service.decoders.registry import DECODERS
 from service.schemas import file_fields
 
@@ -25,6 +27,9 @@ ANSWERS: dict[type[Answer], tuple[str, ...]] = {
     answers.Curve: ("Curve",),
     answers.Measures: ("SurfaceMeasures",),
     answers.Interval: ("Interval",),
+    answers.MeshCheck: ("MeshCheck",),
+    answers.Deviation: ("Deviation",),
+    answers.CheckedMesh: ("CheckedMesh",),
     answers.Estimate: ("Estimate",),
     answers.MeshReport: ("MeshReport",),
     answers.Converted: ("SurfaceDocument",),
@@ -40,11 +45,12 @@ REQUESTS = {
     fields.ProjectFields: "ProjectRequest",
     fields.IntersectFields: "IntersectRequest",
     fields.MeasureFields: "MeasureRequest",
+    fields.CheckFields: "CheckRequest",
     fields.ConvertFields: "ConvertRequest",
     fields.SignFields: "SignRequest",
 }
 
-IGNORED = {"surface", "url", "reading", "orientation"}
+IGNORED = {"surface", "mesh", "url", "reading", "orientation"}
 """The first arguments of calls, and fields of answers that calls ignore."""
 
 
@@ -76,7 +82,7 @@ def test_calls_have_the_fields_of_the_interface(typed: Any) -> None:
 
 def test_the_calls_of_the_table_exist() -> None:
     paths = {call.path for call in vars(Calls).values() if isinstance(call, Call)}
-    assert len(paths) == 11
+    assert len(paths) == 12
     assert paths <= {path for path, item in DOCUMENT["paths"].items() if "post" in item}
 
 
@@ -85,3 +91,4 @@ def test_files_are_those_of_the_service() -> None:
         suffix: decoder.media_type for decoder in DECODERS for suffix in decoder.suffixes
     }
     assert set(file_fields.FIELDS) == FILE_FIELDS == set(get_type_hints(fields.FileFields))
+    assert dict(MESH_TYPES) == {name: each.media_type for name, each in MESH_BY_NAME.items()}

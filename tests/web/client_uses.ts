@@ -19,6 +19,8 @@ export async function use(signal: AbortSignal): Promise<void> {
   const { distances } = await client.project({ curve: { control_points: [[0, 0], [1, 1]] } }, { points: [[1, 0]] });
   const { surface } = await client.convert({ file: new Blob([]), up: 'z' });
   const numbers: readonly number[] = distances;
+  const check = await client.check('sphere', mesh, { relative_tolerance: 0.02, quad_diagonal: '13' });
+  const checked: number = (await client.check(net, { file: new Blob([]), format: 'stl' })).surface_to_mesh.high;
   const queue = new NewestOnly((item: number, end: AbortSignal) => client.mesh(net, { resolution: item }, { signal: end }));
   const newest: Mesh | undefined = await queue.run(3);
   // @ts-expect-error no option has this name
@@ -37,6 +39,10 @@ export async function use(signal: AbortSignal): Promise<void> {
   await client.mesh({ control_nets: [] });
   // @ts-expect-error no measure has this name
   (await client.measure(net)).areas;
+  // @ts-expect-error no format of meshes has this name
+  await client.check(net, { file: new Blob([]), format: 'step' });
+  // @ts-expect-error a mesh is needed
+  await client.check(net);
   // @ts-expect-error the queue takes numbers
   await queue.run('3');
   try {
@@ -45,5 +51,5 @@ export async function use(signal: AbortSignal): Promise<void> {
     if (error instanceof ServiceError) console.log(error.errors[0]?.pointer, error.retryAfter?.toFixed());
     if (error instanceof NoResponse) console.log(error.cause);
   }
-  console.log(file, geometry, sections, numbers, newest, wrong);
+  console.log(file, geometry, sections, numbers, newest, wrong, check.open_edges, checked);
 }

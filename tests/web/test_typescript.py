@@ -15,6 +15,7 @@ from service import __version__
 from service.api.guard.keys import format_entry, make_key
 from service.client import calls as python_calls
 from service.client.call import Call
+from service.decoders.mesh_registry import MESH_BY_NAME
 from service.decoders.registry import DECODERS
 from service.engine.mesh.mesh import ENGINE
 from service.settings.values import Settings
@@ -23,6 +24,7 @@ from tools.browser import FOLDER
 from tools.live import run_service, serve
 
 SADDLE = {"control_net": [[[-1, -1, 1], [-1, 1, -1]], [[1, -1, -1], [1, 1, 1]]]}
+TRIANGLE = {"vertices": [[1, -1, -1], [1, 1, 1], [-1, -1, 1]], "faces": [[0, 1, 2]]}
 KEY = make_key()
 MAX_BYTES = 15_000
 USES = (FOLDER / "client_uses.ts").read_text(encoding="utf-8")
@@ -132,6 +134,12 @@ CALLS: list[tuple[str, str, list[Any], dict[str, Any]]] = [
     ("estimate", "estimate", [SADDLE, {"resolution": 3}], {"surface": SADDLE, "resolution": 3}),
     ("points", "points", [SADDLE, {"uv": [[0.5, 1]]}], {"surface": SADDLE, "uv": [[0.5, 1]]}),
     ("measure", "measure", [SADDLE], {"surface": SADDLE}),
+    (
+        "check",
+        "check",
+        [SADDLE, TRIANGLE, {"distances": True}],
+        {"surface": SADDLE, "mesh": TRIANGLE, "distances": True},
+    ),
     ("store", "surfaces", [SADDLE], {"surface": SADDLE}),
     (
         "project",
@@ -201,6 +209,32 @@ def test_pictures_are_bytes(folder: Path, server: str) -> None:
     expected = httpx.get(f"{server}/v1/surfaces/saddle/image.png?{query}").content
     assert bytes(pictures[0]) == expected
     assert all(bytes(picture).startswith(b"\x89PNG") for picture in pictures)
+
+
+def test_meshes_are_files_beside_an_id_and_in_a_document(folder: Path, server: str) -> None:
+    code = """const client = new SurfaceClient(argument.server);
+        const text = 'OFF\\n3 1 0\\n1 -1 -1\\n1 1 1\\n-1 -1 1\\n3 0 1 2\\n';
+        const file = new File([text], 'mesh.OFF');
+        const options = { relative_tolerance: 0.2 };
+        return [
+            await client.check('saddle', { file }, options),
+            await client.check(argument.saddle, { file: new Blob([text]), format: 'off' }, options),
+            await client.check(argument.saddle, { file: btoa(text), format: 'off' }, options),
+            await client.check(argument.saddle, argument.mesh, options),
+            await client.check('saddle', { file: new Blob([text]) }).catch((error) => error.name),
+        ];"""
+    argument = {"server": server, "saddle": SADDLE, "mesh": TRIANGLE}
+    *answers, error = evaluate(folder, code, argument)
+    assert error == "TypeError"
+    assert answers[0]["triangles"] == 1
+    assert all(answer == answers[0] for answer in answers)
+
+
+def test_the_client_knows_the_formats_of_meshes() -> None:
+    source = (SOURCES / "src" / "body.ts").read_text(encoding="utf-8")
+    table = source.split("MESH_TYPES", 1)[1].split("};", 1)[0]
+    types = dict(re.findall(r"(\w+): '(\S+)'", table))
+    assert types == {name: each.media_type for name, each in MESH_BY_NAME.items()}
 
 
 def test_files_come_as_bytes_and_go_with_their_options(folder: Path, server: str) -> None:

@@ -445,6 +445,59 @@ MEASURES: tuple[HostileBody, ...] = tuple(build_measure_cases())
 """Bodies for POST /v1/measure."""
 
 
+def build_check_cases() -> Iterator[HostileBody]:
+    """Requests to /v1/check with invalid meshes, files of meshes, and options."""
+    square = '"vertices":[[0,0,0],[1,0,0],[1,1,0],[0,1,0]]'
+
+    def write_mesh(fields: str) -> str:
+        return write_options(f'"mesh":{{{fields}}}')
+
+    def write_check(fields: str) -> str:
+        return write_options(f'"mesh":{{{square},"faces":[[0,1,2,3]]}},{fields}')
+
+    yield build_case("no mesh", write_options('"distances":true'), "missing_field", "/mesh")
+    yield build_case("nothing", "{}", "missing_field", "/surface")
+    faults = {"wrong_type": '[] "a" 1 true', "null_value": "null"}
+    yield from vary_body("no object", write_options('"mesh":?'), "/mesh", faults)
+    yield from vary_body(
+        "coordinate",
+        write_mesh('"vertices":[[0,0,0],[1,0,?],[1,1,0]],"faces":[[0,1,2]]'),
+        "/mesh/vertices/1/2",
+        NOT_NUMBERS,
+    )
+    faults = {
+        "missing_field": f"{square}@/faces",
+        "empty_list": f'"faces":[],{square}@/faces "vertices":[],"faces":[[0,1,2]]@/vertices',
+        "index_out_of_range": f'"faces":[[0,1,4]],{square}@/faces/0/2 '
+        f'"faces":[[0,1,-1]],{square}@/faces/0/2',
+        "wrong_dimension": f'"faces":[[0,1]],{square}@/faces/0 '
+        f'"faces":[[0,1,2,3,0]],{square}@/faces/0',
+        "wrong_type": f'"faces":[[0,1,2.0]],{square}@/faces/0/2 "faces":{{}},{square}@/faces',
+        "wrong_length": f'"normals":[[0,0,1]],"faces":[[0,1,2]],{square}@/normals',
+        "coordinate_too_large": '"vertices":[[0,0,0],[1,0,1e39],[1,1,0]],'
+        '"faces":[[0,1,2]]@/vertices/1/2',
+        "unknown_field": f'"{NOT_TO_REPEAT}":1,{square},"faces":[[0,1,2]]@/{NOT_TO_REPEAT} '
+        f'"file":"T0ZG",{square},"faces":[[0,1,2]]@/file',
+    }
+    yield from vary_body("mesh", write_mesh("?"), "/mesh", faults)
+    faults = {
+        "wrong_value": '"file":"T0Z","format":"off"@/file "file":"T0ZG","format":"exe"@/format '
+        '"file":"\u00e9","format":"off"@/file',
+        "wrong_type": '"file":1,"format":"off"@/file',
+        "missing_field": '"file":"T0ZG"@/format',
+        "null_value": '"file":null,"format":"off"@/file',
+    }
+    yield from vary_body("file", write_mesh("?"), "/mesh", faults)
+    limits = {"out_of_range": "0 1 -1", "wrong_type": 'true "1" [1]', "null_value": "null"}
+    for name, faults in {
+        "relative_tolerance": limits,
+        "quad_diagonal": {"wrong_value": '"20" "0" 2 true', "null_value": "null"},
+        "distances": {"wrong_type": '1 "yes"', "null_value": "null"},
+    }.items():
+        yield from vary_body(name, write_check(f'"{name}":?'), f"/{name}", faults)
+    yield build_case("an id", '{"surface":"saddle"}', "wrong_type", "/surface")
+
+
 def build_picture_cases() -> Iterator[HostileBody]:
     """Requests to /v1/image with invalid options."""
     limits = {
@@ -477,6 +530,7 @@ CALLS: Mapping[str, tuple[HostileBody, ...]] = {
     "/v1/project": tuple(build_projection_cases()),
     "/v1/intersect": (*build_ray_cases(), *build_plane_cases()),
     "/v1/measure": MEASURES,
+    "/v1/check": tuple(build_check_cases()),
     "/v1/convert": CONVERSIONS,
     "/v1/curve": CURVES,
 }

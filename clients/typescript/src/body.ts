@@ -1,6 +1,6 @@
 // How a surface with its options is sent: as JSON, or as a file with the options in the query.
 
-import type { SurfaceFile } from './types.js';
+import type { MeshBlob, MeshFile, MeshInput, SurfaceFile } from './types.js';
 
 export type Fields = Record<string, unknown>;
 
@@ -21,6 +21,16 @@ export const MEDIA_TYPES: Readonly<Record<string, string>> = {
   '3dm': 'model/vnd.3dm',
 };
 
+/** Media types of files with meshes, by the names of their formats, which are suffixes, too. */
+export const MESH_TYPES: Readonly<Record<MeshFile['format'], string>> = {
+  glb: 'model/gltf-binary',
+  gltf: 'model/gltf+json',
+  obj: 'model/obj',
+  ply: 'model/x-ply',
+  stl: 'model/stl',
+  off: 'model/x-off',
+};
+
 /** A request that posts a document, and prefers nothing. */
 export function postJson(document: unknown): RequestInit {
   return { method: 'POST', body: JSON.stringify(document), headers: { 'Content-Type': 'application/json' } };
@@ -29,6 +39,25 @@ export function postJson(document: unknown): RequestInit {
 /** A request that posts a file. */
 export function postFile({ file, mediaType }: SurfaceFile): RequestInit {
   return { method: 'POST', body: file, headers: { 'Content-Type': mediaType ?? chooseMediaType(file) } };
+}
+
+/** Whether a mesh is a file that is not in base64. */
+export function isMeshBlob(mesh: MeshInput): mesh is MeshBlob {
+  return 'file' in mesh && typeof mesh.file === 'object';
+}
+
+/** A request that posts a file with a mesh. */
+export function postMesh(mesh: MeshBlob): RequestInit {
+  return { method: 'POST', body: mesh.file, headers: { 'Content-Type': MESH_TYPES[chooseFormat(mesh)] } };
+}
+
+/** A file with a mesh as a document has it. */
+export async function encodeMesh(mesh: MeshBlob): Promise<MeshFile> {
+  const bytes = new Uint8Array(await mesh.file.arrayBuffer());
+  let text = '';
+  // Not all bytes at once: they are the arguments of a function.
+  for (let k = 0; k < bytes.length; k += 8192) text += String.fromCharCode(...bytes.subarray(k, k + 8192));
+  return { file: btoa(text), format: chooseFormat(mesh) };
 }
 
 /** The fields that say how a file is read. */
@@ -53,7 +82,17 @@ function writeValue(value: unknown): string {
 }
 
 function chooseMediaType(file: Blob): string {
+  return MEDIA_TYPES[findSuffix(file)] ?? (file.type || 'application/octet-stream');
+}
+
+function chooseFormat({ file, format }: MeshBlob): MeshFile['format'] {
+  const formats = Object.keys(MESH_TYPES) as MeshFile['format'][];
+  const found = format ?? formats.find((each) => each === findSuffix(file) || MESH_TYPES[each] === file.type);
+  if (found === undefined) throw new TypeError(`needed the format of the mesh, one of ${formats.join(', ')}`);
+  return found;
+}
+
+function findSuffix(file: Blob): string {
   const name = 'name' in file && typeof file.name === 'string' ? file.name : '';
-  const suffix = name.toLowerCase().split('.').pop() ?? '';
-  return MEDIA_TYPES[suffix] ?? (file.type || 'application/octet-stream');
+  return name.toLowerCase().split('.').pop() ?? '';
 }

@@ -1,13 +1,15 @@
 // The calls of the service.
 
-import { type Fields, fileFields, postFile, postJson, withQuery } from './body.js';
+import {
+  encodeMesh, type Fields, fileFields, isMeshBlob, postFile, postJson, postMesh, withQuery,
+} from './body.js';
 import { type CallOptions, type ClientOptions, Connection, OutOfPatience } from './connection.js';
 import { isMediaType, NoResponse, ServiceError, takesLong } from './errors.js';
 import { awaitResult, RunningJob } from './jobs.js';
 import type {
-  ClosestPoints, ConvertOptions, Curve, CurveDefinition, CurveFormat, CurveInput, CurveOptions,
-  Estimate, FormatList, IntersectOptions, Job, JobRequest, MeasureOptions, Mesh, MeshFormat,
-  MeshOptions, PictureOptions, PlaneSet, Points, PointsOptions, ProjectOptions, RayHits, Rays, Sections,
+  CheckOptions, ClosestPoints, ConvertOptions, Curve, CurveDefinition, CurveFormat, CurveInput, CurveOptions,
+  Estimate, FormatList, IntersectOptions, Job, JobRequest, MeasureOptions, Mesh, MeshCheck, MeshFormat,
+  MeshInput, MeshOptions, PictureOptions, PlaneSet, Points, PointsOptions, ProjectOptions, RayHits, Rays, Sections,
   SignedAddress, SignOptions, StoredSurface, SurfaceDefinition, SurfaceDocument, SurfaceFile,
   SurfaceFormat, SurfaceInput, SurfaceList, SurfaceMeasures,
 } from './types.js';
@@ -104,6 +106,18 @@ export class SurfaceClient {
     surface: SurfaceInput, options: MeasureOptions = {}, call: CallOptions = {},
   ): Promise<SurfaceMeasures> {
     return await this.#send('measure', surface, { ...options }, {}, call) as SurfaceMeasures;
+  }
+
+  /** How far a mesh of any program and its surface are apart, proved; and the faults of the mesh. */
+  async check(
+    surface: SurfaceInput, mesh: MeshInput, options: CheckOptions = {}, call: CallOptions = {},
+  ): Promise<MeshCheck> {
+    if (typeof surface === 'string' && isMeshBlob(mesh)) {
+      const path = withQuery('v1/check', { surface, ...options });
+      return await this.#compute(path, postMesh(mesh), call, readJson) as MeshCheck;
+    }
+    const about = { ...await this.#define(surface, call), mesh: isMeshBlob(mesh) ? await encodeMesh(mesh) : mesh };
+    return await this.#ask('check', about, options, call) as MeshCheck;
   }
 
   /** The surface in another form or after operations; a file as a surface; a surface as a CAD file. */

@@ -1,8 +1,9 @@
 // The types of requests and responses, which are generated from the OpenAPI document (`make types`).
 
 import type {
-  CurveDefinition, CurveRequest, ConvertRequest, IntersectRequest, MeasureRequest, MeshRequest,
-  operations, PictureRequest, PointsRequest, ProjectRequest, SignRequest, SurfaceDefinition,
+  CheckRequest, CurveDefinition, CurveRequest, ConvertRequest, IntersectRequest, MeasureRequest,
+  MeshDefinition, MeshFile, MeshRequest, operations, PictureRequest, PointsRequest, ProjectRequest,
+  SignRequest, SurfaceDefinition,
 } from '../../../openapi/surface-service.js';
 
 export type * from '../../../openapi/surface-service.js';
@@ -26,6 +27,16 @@ export interface SurfaceFile extends FileOptions {
 
 /** A surface: its definition, the id of a stored surface or of an example, or a file. */
 export type SurfaceInput = SurfaceDefinition | string | SurfaceFile;
+
+/** A file with a mesh. */
+export interface MeshBlob {
+  /** The content; a `File` with the suffix of its format needs no `format`. */
+  file: Blob;
+  format?: MeshFile['format'] | undefined;
+}
+
+/** A mesh that is compared with a surface: vertices and faces, such as a `Mesh`, or a file. */
+export type MeshInput = MeshDefinition | MeshFile | MeshBlob;
 
 /** A curve, where a call also takes surfaces. */
 export interface CurveInput {
@@ -52,5 +63,6 @@ export type CurveOptions = Omit<CurveRequest, Filled>;
 export type ProjectOptions = Omit<ProjectRequest, Filled>;
 export type IntersectOptions = Omit<IntersectRequest, Filled>;
 export type MeasureOptions = Omit<MeasureRequest, Filled>;
+export type CheckOptions = Omit<CheckRequest, Filled | 'mesh'>;
 export type ConvertOptions = Omit<ConvertRequest, Filled>;
 export type SignOptions = Omit<SignRequest, 'url'>;

@@ -92,7 +92,7 @@ PREFER = parameter(
     "`respond-async` (RFC 7240): makes a job of one part of this call (`POST /v1/jobs`). The "
     "response, in place of the result, is then 202 with the state of this job, a `Job`, and the "
     "headers `Location`, `Retry-After` and `Preference-Applied`. Ignored for a file of points or "
-    "of rays.",
+    "of rays, and for a file of a mesh that, with its surface, would be too long as JSON.",
     {"type": "string"},
 )
 

@@ -166,6 +166,14 @@ def json_body(examples: Json, *parameters: Json) -> Json:
     return {"requestBody": body, "parameters": list(parameters)}
 
 
+_NAMED_SURFACE = parameter(
+    "query",
+    "surface",
+    "With a file: the id of a built-in or a stored surface.",
+    {"type": "string", "examples": ["sphere"]},
+)
+
+
 def array_body(
     examples: Json, model: type[BaseModel], array: str, about: str, *parameters: Json
 ) -> Json:
@@ -184,9 +192,17 @@ def array_body(
     text = f"`{array}` as a file of `numpy.save`, of float32 or float64: {about}."
     schema = {"type": "string", "format": "binary", "description": text}
     extra["requestBody"]["content"]["application/x-npy"] = {"schema": schema}
-    text = "With a file: the id of a built-in or a stored surface."
-    surface = parameter("query", "surface", text, {"type": "string", "examples": ["sphere"]})
-    return extra | {"parameters": [*parameters, surface, *scalar_options(model)]}
+    return extra | {"parameters": [*parameters, _NAMED_SURFACE, *scalar_options(model)]}
+
+
+def mesh_body(examples: Json, model: type[BaseModel], decoders: Sequence[Decoder]) -> Json:
+    """A body that is a document as JSON, or a file with its mesh and the other fields in the query.
+
+    `examples` are bodies, `model` has the other fields, and `decoders` read the files.
+    """
+    extra = json_body(examples)
+    extra["requestBody"]["content"] |= {each.media_type: _file(each) for each in decoders}
+    return extra | {"parameters": [_NAMED_SURFACE, *scalar_options(model)]}
 
 
 def surface_body(examples: Json, *parameters: Json, options: Sequence[Json] = ()) -> Json:
