@@ -31,8 +31,10 @@ def _reader(name: str) -> Callable[[bytes, str | None, FileLimits], Decoded]:
 def import_readers() -> None:
     """Imports all that the decoders need, in a child process."""
     import service.decoders.meshes.read  # noqa: F401
+    from service.decoders.meshes.gltf_meshopt import find_library
     from service.decoders.meshes.library import import_trimesh
 
+    find_library()
     import_trimesh()
 
 
@@ -69,8 +71,9 @@ MESH_DECODERS: tuple[Decoder, ...] = (
         "glb",
         "glTF 2.0, binary",
         "The triangles of all meshes of the scene, with its nodes applied. Integers as positions "
-        "(KHR_mesh_quantization) are read; compressed meshes (Draco, meshopt) are refused. Lines, "
-        "points, materials, skins and morph targets are left out.",
+        "(KHR_mesh_quantization) are read and, with the extra `meshopt`, compressed views "
+        "(EXT_meshopt_compression); Draco is refused. Lines, points, materials, skins and morph "
+        "targets are left out.",
         media_type="model/gltf-binary",
         memory_factor=16,
     ),

@@ -17,6 +17,8 @@ import numpy as np
 from service.bases.arrays import AnyArray
 from service.decoders.format import build_file_error, build_malformed_error
 from service.decoders.meshes.gltf_file import JsonObject, list_objects, pick, whole
+from service.decoders.meshes.gltf_meshopt import unpack_view
+from service.errors import InvalidRequest
 
 TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 """The types of numbers, by their codes in a document."""
@@ -80,6 +82,7 @@ class Accessors:
         self._accessors = list_objects(document, "accessors")
         self._views = list_objects(document, "bufferViews")
         self._buffers = buffers
+        self._contents: dict[int, memoryview] = {}
 
     def count(self, number: object) -> int:
         """How many items an accessor has."""
@@ -105,20 +108,31 @@ class Accessors:
         size = width * np.dtype(TYPES[code]).itemsize
         if "bufferView" not in place:
             return Accessor(source, count, width, code, size, b"")
-        view = pick(self._views, place["bufferView"])
+        number = whole(place["bufferView"])
+        view = pick(self._views, number)
+        content = self._find_content(number, view)
+        stride, offset = whole(view.get("byteStride"), size), whole(place.get("byteOffset"), 0)
+        span = (count - 1) * stride + size if count else 0
+        if offset + span > len(content) or not size <= stride <= MAX_STRIDE:
+            raise _outside_error("a count, a stride or an offset")
+        return Accessor(source, count, width, code, stride, bytes(content[offset : offset + span]))
+
+    def _find_content(self, number: int, view: JsonObject) -> memoryview:
+        """The bytes of a view, which is unpacked once if it is compressed."""
+        if number not in self._contents:
+            unpacked = unpack_view(view, self._buffers)
+            self._contents[number] = memoryview(unpacked) if unpacked else self._cut(view)
+        return self._contents[number]
+
+    def _cut(self, view: JsonObject) -> memoryview:
+        """The bytes of a view in its buffer."""
         number = whole(view.get("buffer"))
         if number >= len(self._buffers):
             raise build_malformed_error("A view has no buffer.", str(number), "its number")
         start, length = whole(view.get("byteOffset"), 0), whole(view.get("byteLength"))
-        stride, offset = whole(view.get("byteStride"), size), whole(place.get("byteOffset"), 0)
-        span = (count - 1) * stride + size if count else 0
-        is_inside = start + length <= len(self._buffers[number]) and offset + span <= length
-        if not is_inside or not size <= stride <= MAX_STRIDE:
-            message, needed = "Numbers of the file are outside of its bytes.", "all of them inside"
-            raise build_file_error(message, "a count, a stride or an offset", needed)
-        first = start + offset
-        content = self._buffers[number][first : first + span]
-        return Accessor(source, count, width, code, stride, content)
+        if start + length > len(self._buffers[number]):
+            raise _outside_error("a length or an offset")
+        return memoryview(self._buffers[number])[start : start + length]
 
     def _apply_changes(self, accessor: Accessor) -> Accessor:
         """A sparse accessor as a dense one."""
@@ -139,3 +153,8 @@ class Accessors:
         content = numbers.tobytes()
         source = accessor.source
         return Accessor(source, accessor.count, accessor.width, accessor.code, stride, content)
+
+
+def _outside_error(got: str) -> InvalidRequest:
+    message, needed = "Numbers of the file are outside of its bytes.", "all of them inside"
+    return build_file_error(message, got, needed)

@@ -21,7 +21,9 @@ HEAD_BYTES, CHUNK_HEAD_BYTES = 12, 8
 DATA = "data:"
 """The beginning of the address of a buffer that is inside the document."""
 
-READ_EXTENSIONS = ("KHR_mesh_quantization",)
+MESHOPT = "EXT_meshopt_compression"
+
+READ_EXTENSIONS = ("KHR_mesh_quantization", MESHOPT)
 """The extensions that change where vertices are, and are read."""
 
 IGNORED_EXTENSIONS = (
@@ -114,7 +116,7 @@ def check_extensions(document: JsonObject) -> None:
 def extension_error() -> InvalidRequest:
     """The error of a file whose vertices only an extension can find."""
     message = "The file needs an extension of glTF that the service does not read."
-    needed = "the file without compression (Draco, meshopt) and without instances on the GPU"
+    needed = "the file without compression by Draco, and without instances on the GPU"
     return InvalidRequest(Issue("format_not_read", message, "", "another extension", needed))
 
 

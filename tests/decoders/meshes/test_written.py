@@ -1,5 +1,6 @@
 """Files that the service or trimesh writes are read as the mesh that was written."""
 
+import json
 from io import BytesIO
 from typing import Any, Literal
 
@@ -23,7 +24,10 @@ from service.surface.given_mesh import GivenMesh, QuadDiagonal
 from service.surface.group import GroupSurface
 from service.surface.member import Member
 from service.surface.sizes import SurfaceKind
-from tests.decoders.meshes.files import LIMITS, read
+from tests.decoders.meshes.files import LIMITS, read, refuse
+from tools.hostile.gltf import write_glb
+
+COMPRESSIONS: tuple[Literal["none", "meshopt"], ...] = ("none", "meshopt")
 
 SLOW = pytest.mark.slow
 
@@ -52,6 +56,15 @@ def read_json(
 def sort_triangles(mesh: GivenMesh) -> list[list[float]]:
     """The coordinates of the corners of each triangle, in an order that depends on them alone."""
     return sorted(mesh.corners.reshape(-1, 9).tolist())
+
+
+def turn_triangles(mesh: GivenMesh) -> list[list[list[float]]]:
+    """The triangles, each from its least corner on, in an order that depends on them alone."""
+    turned = []
+    for corners in mesh.corners.tolist():
+        first = corners.index(min(corners))
+        turned.append(corners[first:] + corners[:first])
+    return sorted(turned)
 
 
 def assert_same(mesh: GivenMesh, expected: GivenMesh, share: float) -> None:
@@ -113,6 +126,56 @@ def test_quantized_glb_is_read() -> None:
     np.testing.assert_allclose(
         mesh.normals[mesh.triangles], expected.normals[expected.triangles], rtol=0, atol=1e-4
     )
+
+
+@pytest.mark.parametrize("quantize", [False, True])
+def test_compressed_glb_is_read(quantize: bool) -> None:
+    """The triangles are in another order, and each may begin with another corner."""
+    surface = find("utah-teapot").surface()
+    plain, packed = (
+        read(
+            "glb",
+            encode(
+                surface,
+                "glb",
+                options=EncodeOptions(quantize=quantize, compression=compression),
+            ),
+        )
+        for compression in COMPRESSIONS
+    )
+    assert turn_triangles(packed) == turn_triangles(plain)
+    assert packed.normals is not None
+    lengths = np.linalg.norm(packed.normals, axis=1)
+    np.testing.assert_allclose(lengths, 1, rtol=0, atol=1e-3)
+
+
+def test_damaged_views_are_refused() -> None:
+    options = EncodeOptions(compression="meshopt")
+    content = encode(find("torus").surface(), "glb", options=options)
+    length = 20 + int.from_bytes(content[12:16], "little")
+    document = json.loads(content[20:length])
+    views = [view for view in document["bufferViews"] if "extensions" in view]
+    fields = views[0]["extensions"]["EXT_meshopt_compression"]
+    binary = content[length + 8 :]
+    assert len(read("glb", write_glb(document, binary)).triangles)
+    for name, value, code in (
+        ("count", 10**12, "malformed_file"),
+        ("count", fields["count"] - 1, "malformed_file"),
+        ("byteStride", 300, "malformed_body"),
+        ("byteOffset", len(binary), "malformed_file"),
+        ("byteLength", 3, "malformed_file"),
+        ("mode", "OTHER", "malformed_body"),
+        ("filter", "OTHER", "malformed_body"),
+        ("buffer", 9, "malformed_file"),
+    ):
+        old = fields.get(name)
+        fields[name] = value
+        assert refuse("glb", write_glb(document, binary)) == code
+        fields[name] = old
+        if old is None:
+            del fields[name]
+    noise = bytes(binary[k] ^ 0xFF for k in range(len(binary)))
+    assert refuse("glb", write_glb(document, noise)) in {"malformed_file", "index_out_of_range"}
 
 
 @pytest.mark.parametrize("up", ["y", "z"])
