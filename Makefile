@@ -145,7 +145,7 @@ fuzz: $(VENV)/.dev build/fuzz/.ready ## Fuzz every parser, for SECONDS in total 
 	PYTHONPATH=build/fuzz/packages $(BIN)/python -m tools.fuzz $(SECONDS)
 	$(BIN)/python -m tools.fuzz.breps 20000 0 $(SECONDS)
 
-memory: $(VENV)/.dev ## Compare the memory that meshes of many kinds, and questions to parts, take with the predicted memory
+memory: $(VENV)/.dev ## Compare the memory that meshes of many kinds, pictures and questions to parts take with the predicted memory
 	$(BIN)/python -m tools.memory
 
 certify: $(VENV)/.dev ## Compare the meshes of over 1000 surfaces, 1000 parts and 200 models with samples of the surfaces

@@ -1,4 +1,4 @@
-"""Compares the memory of meshes in all formats, and of questions to parts, with the prediction.
+"""Compares the memory of meshes, of pictures and of questions to parts with the prediction.
 
 `make memory` runs it. For small meshes and for questions the program traces the allocations of
 Python and NumPy. For large meshes it measures the resident memory of a process of its own. The exit
@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
+from math import radians
 from multiprocessing import get_context
 from multiprocessing.pool import Pool
 from typing import Any, NamedTuple
@@ -26,10 +27,13 @@ from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.accuracy import Accuracy
 from service.engine.measures.values import BudgetEnded
 from service.engine.options import MeshOptions, OverlayName
+from service.engine.pictures.options import PictureOptions, PictureStyle, Viewpoint
 from service.errors import SurfaceError
 from service.pipeline.cost import Work, lowering_memory
+from service.pipeline.limits import Limits
 from service.pipeline.mesh import plan_mesh
 from service.pipeline.mesh_plan import build_plan
+from service.pipeline.picture import plan_picture
 from service.schemas.request import MeshRequest, SurfaceRequest
 from service.schemas.validation import validate_document
 from service.settings.runtime import pin_blas, share_heap
@@ -53,6 +57,10 @@ BREPS, BREP_TOLERANCES = ("box", "plate", "thread", "tee", "pipe", "sphere"), (1
 
 ASKED = ("box", "plate", "gear", "impeller", "thread", "tee", "pipe")
 """Solids that are asked all questions."""
+
+PICTURES = ("saddle", "utah-teapot", "bspline-hills", "octahedral-sphere", "trefoil-tube",
+            "tea-service", "pipe-tee", "impeller")  # fmt: skip
+"""Built-in surfaces of which pictures are measured."""
 
 CACHE_BYTES = 16 << 20
 """Bytes that a process keeps in caches after the first large mesh: bases, plans, work arrays."""
@@ -180,6 +188,29 @@ def measure_brep(name: str, tolerance: float) -> Iterator[Measurement]:
             yield Measurement(title, measure_memory(work.run), work.cost.memory)
 
 
+def measure_pictures(name: str) -> Iterator[Measurement]:
+    """Measures pictures of a surface, with a limit near the number of vertices."""
+    surface = find(name).surface()
+    lines: tuple[OverlayName, ...] = ("boundary",)
+    variants = {
+        "plain": PictureOptions(Viewpoint(512, 512)),
+        "large": PictureOptions(Viewpoint(2048, 1024)),
+        "near": PictureOptions(Viewpoint(512, 512, radians(90), zoom=4)),
+        "lines": PictureOptions(Viewpoint(512, 512, orthographic=True), overlays=lines),
+        "mean": PictureOptions(Viewpoint(512, 512), PictureStyle("mean")),
+    }
+    for variant, options in variants.items():
+        # Without this limit the predicted memory would be that of the largest mesh.
+        for exponent in range(8, 20):
+            limits = Limits(max_vertices=1 << exponent)
+            with suppress(SurfaceError):  # too small a limit, or this surface lacks the variant
+                work = plan_picture(surface, options, limits)
+                work.run()
+                title = f"picture of {name}, {variant}"
+                yield Measurement(title, measure_memory(work.run), work.cost.memory)
+                break
+
+
 def measure_questions(name: str, document: dict[str, Any]) -> Iterator[Measurement]:
     """Measures all questions to a part, each as if it were the first to this part."""
     surface = validate_document(SurfaceRequest, {"surface": document}).to_surface()
@@ -230,12 +261,13 @@ def print_measurement(measurement: Measurement) -> bool:
 
 
 def measure_all(names: list[str]) -> Iterator[Measurement]:
-    """Measures all surfaces and parts, or the named ones."""
+    """Measures all surfaces, pictures and parts, or the named ones."""
     asked = {name: read_solid(name) for name in ASKED}
     asked |= {"300 faces": repeat_solid(read_solid("plate"), 10), "sheet": build_sheet(40, 40)}
     by_name: list[tuple[str, Callable[[], Iterator[Measurement]]]] = [
         *((name, partial(measure_surface, name, each)) for name, each in build_surfaces().items()),
         *((name, partial(measure_brep, name, each)) for name in BREPS for each in BREP_TOLERANCES),
+        *((name, partial(measure_pictures, name)) for name in PICTURES),
         *((name, partial(measure_questions, name, each)) for name, each in asked.items()),
     ]
     with get_context("spawn").Pool(1, maxtasksperchild=1) as pool:
@@ -257,7 +289,9 @@ def main(names: list[str]) -> int:
     pin_blas()
     exceeds = [print_measurement(each) for each in measure_all(names)]
     count, excess_count = len(exceeds), sum(exceeds)
-    print(f"{count} meshes and questions, {excess_count} of which used more than predicted.")
+    print(
+        f"{count} meshes, pictures and questions, {excess_count} of which used more than predicted."
+    )
     return 1 if excess_count else 0
 
 

@@ -1,8 +1,11 @@
 """A picture of a surface, in steps: lower, mesh for the camera, draw, write."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from math import atan, inf
+from types import MappingProxyType
 
 from service.encoders.png import encode_png
 from service.encoders.registry import BY_NAME
@@ -32,6 +35,14 @@ PIXEL_BYTES, STRIP_BYTES, PIXEL_SECONDS = 12, 64 << 20, 3e-6
 """Bytes for each pixel of the picture and its file, bytes of the arrays of a strip, and the time
 for each pixel."""
 
+_FIELDS = MappingProxyType({
+    "/curvatures": "/look",
+    "/overlays": "/control_net",
+    "/tolerance": "/height",
+    "/pixel_tolerance": "/height",
+})  # fmt: skip
+"""The fields of a picture, by pointers to the options of its mesh."""
+
 _GLB = BY_NAME["glb"]
 """The mesh of a picture has the precision of this format, and its copies are nodes."""
 
@@ -46,7 +57,8 @@ def plan_picture(
     InvalidRequest, TooLarge
         As those of a mesh for the same camera.
     """
-    plan = build_plan(surface, options.mesh_options(), _GLB, limits=limits)
+    with _name_fields():
+        plan = build_plan(surface, options.mesh_options(), _GLB, limits=limits)
     pixels = options.viewpoint.width * options.viewpoint.height
     memory = plan.cost.memory + STRIP_BYTES + PIXEL_BYTES * pixels
     limits.check_memory(memory, "The picture", "/width", "a smaller picture, or a smaller surface")
@@ -62,22 +74,33 @@ def _make_picture(plan: MeshPlan, surface: SurfaceKind, options: PictureOptions)
     InvalidRequest, TooLarge
         The patches show that the mesh is impossible or too large; `camera_on_surface`.
     """
-    model, mesh_options = keep_storable_channels(surface.lower(), plan.options, _GLB)
-    plan.check(model, mesh_options)
-    build, diagonal = prepare_meshes(plan, model, mesh_options)
-    whole = build(Accuracy(), COARSE * diagonal)
-    camera = build_camera(options.viewpoint, list_points(list_parts(whole)), model.up)
-    nearest = _find_distance(camera, whole) - COARSE * diagonal
-    try:
+    with _name_fields():
+        model, mesh_options = keep_storable_channels(surface.lower(), plan.options, _GLB)
+        plan.check(model, mesh_options)
+        build, diagonal = prepare_meshes(plan, model, mesh_options)
+        whole = build(Accuracy(), COARSE * diagonal)
+        camera = build_camera(options.viewpoint, list_points(list_parts(whole)), model.up)
+        nearest = _find_distance(camera, whole) - COARSE * diagonal
         mesh = build(find_accuracy(camera, nearest), None)
-    except (InvalidRequest, TooLarge) as error:
-        issues = (replace(issue, pointer="/height") for issue in error.issues)
-        raise type(error)(*issues) from None
     least = NEAR * diagonal
     if nearest < least:
         _check_distance(_find_distance(camera, mesh), least)
     with Measured("draw"):
         return encode_png(draw_picture(mesh, camera, options.style))
+
+
+@contextmanager
+def _name_fields() -> Iterator[None]:
+    """Errors about a mesh name the fields of a picture."""
+    try:
+        yield
+    except (InvalidRequest, TooLarge) as error:
+        raise type(error)(*map(_name_field, error.issues)) from None
+
+
+def _name_field(issue: Issue) -> Issue:
+    needed = issue.needed.replace('`overlays` with "boundary"', "`edges`")
+    return replace(issue, pointer=_FIELDS.get(issue.pointer, issue.pointer), needed=needed)
 
 
 def find_accuracy(camera: PictureCamera, nearest: float = 0.0) -> Accuracy:

@@ -105,6 +105,25 @@ def test_errors_name_the_option(
     assert (issue["code"], issue["pointer"]) == (code, pointer)
 
 
+@pytest.mark.parametrize(
+    ("path", "parameter", "needed"),
+    [
+        ("trefoil-tube/image.png?look=mean", "look", "a surface of patches"),
+        ("trefoil-tube/image.png?isocurves=2", "isocurves", "no isoparametric curves"),
+        ("gear/image.png?control_net=true", "control_net", "`edges`"),
+        ("gear/image.png?isocurves=2", "isocurves", "`edges`"),
+    ],
+)
+def test_errors_about_the_mesh_name_the_option_of_the_picture(
+    client: Client, path: str, parameter: str, needed: str
+) -> None:
+    response = client.get(f"/v1/surfaces/{path}")
+    assert response.status_code == 422, response.text
+    issue = response.json()["errors"][0]
+    assert issue["parameter"] == parameter
+    assert issue["needed"].startswith(needed)
+
+
 def test_all_looks_and_lines_differ(client: Client) -> None:
     contents = set()
     for query in (
