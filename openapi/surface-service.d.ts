@@ -225,6 +225,35 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/v1/check": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * How far anyone's mesh is from its surface, with proved intervals
+         * @description Compares a mesh of any program with a surface of any kind.
+         *
+         *     One interval provably contains the largest distance from a point of the surface to the mesh, the
+         *     other the largest distance from a point of the mesh to the surface; both with the place where
+         *     that is. Then the faults of the mesh itself are counted.
+         *
+         *     The mesh is in the coordinates of the surface. It may be a file: as the body, when the query
+         *     names a built-in or a stored surface and has the options; or inside the JSON document. The nodes
+         *     of a glTF file are applied; what its root does to surfaces with `up: z` or with
+         *     `metres_per_unit` is undone. No other units are converted.
+         */
+        post: operations["checkMesh"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/v1/surfaces": {
         parameters: {
             query?: never;
@@ -1951,6 +1980,86 @@ export interface components {
             height: number;
         };
         /**
+         * CheckRequest
+         * @description A surface, and a mesh that is compared with it.
+         */
+        CheckRequest: {
+            /**
+             * Quad Diagonal
+             * @description How a face of four corners 0, 1, 2, 3 becomes two triangles: by the diagonal between the corners 0 and 2, or 1 and 3.
+             * @default 02
+             * @example 13
+             * @enum {string}
+             */
+            quad_diagonal?: "02" | "13";
+            /**
+             * Relative Tolerance
+             * @description The largest width of each of the two intervals, as a share of its `high`. Where that takes more work than one request may take, the interval is wider, and `reached` is false.
+             * @default 0.1
+             * @example 0.02
+             */
+            relative_tolerance?: number;
+            /**
+             * Distances
+             * @description Whether the response has the mesh as it was read, and the distance of each of its vertices from the surface, as colours need them.
+             * @default false
+             * @example true
+             */
+            distances?: boolean;
+            /** @description The surface, by its control points. */
+            surface: components["schemas"]["SurfaceDefinition"];
+            /**
+             * Reading
+             * @description The report of reading a file, as a response of `POST /v1/convert` has it beside the surface. It is ignored, so that the response can be sent as it is.
+             * @example {
+             *       "faces": 300,
+             *       "format": "step",
+             *       "skipped_faces": []
+             *     }
+             */
+            reading?: Record<string, never>;
+            /**
+             * Orientation
+             * @description The report of the operation `orient`, as a response of `POST /v1/convert` has it beside the surface. It is ignored, so that the response can be sent as it is.
+             * @example {
+             *       "not_orientable": [],
+             *       "turned": [
+             *         2
+             *       ]
+             *     }
+             */
+            orientation?: Record<string, never>;
+            /**
+             * Mesh
+             * @description The mesh, in the coordinates of the surface: its vertices and faces, or a file. Who made it, and how, does not matter.
+             */
+            mesh: components["schemas"]["MeshDefinition"] | components["schemas"]["MeshFile"];
+        };
+        /**
+         * CheckedMesh
+         * @description A mesh as it was read, in the coordinates of the surface.
+         */
+        CheckedMesh: {
+            /**
+             * Vertices
+             * @description Positions [x, y, z].
+             */
+            vertices: [
+                number,
+                number,
+                number
+            ][];
+            /**
+             * Faces
+             * @description For each triangle the numbers of its vertices, from 0.
+             */
+            faces: [
+                number,
+                number,
+                number
+            ][];
+        };
+        /**
          * ClosestPoints
          * @description Closest points in columns, float64: row k belongs to point k of the request.
          */
@@ -2308,6 +2417,58 @@ export interface components {
             arc_lengths?: boolean;
             /** @description The curve, by its control points. */
             curve: components["schemas"]["CurveDefinition"];
+        };
+        /**
+         * Deviation
+         * @description An interval that contains the largest distance from one shape to the other, and a place.
+         *
+         *     `low` and `high` are proved, rounding included, in the units of the control points.
+         */
+        Deviation: {
+            /**
+             * Low
+             * @description The largest distance is at least this.
+             */
+            low: number;
+            /**
+             * High
+             * @description No point is further away than this.
+             */
+            high: number;
+            /**
+             * Point
+             * @description A point [x, y, z] of the one shape that is nearly so far from the other: for
+             *     `surface_to_mesh` of the surface, for `mesh_to_surface` of the mesh.
+             */
+            point: [
+                number,
+                number,
+                number
+            ];
+            /**
+             * Patch
+             * @description The patch of the surface, or the face of a brep, on which `point` is, or to which it is
+             *     nearest; in the order of the request. In a group, the Bézier patches and faces of each member
+             *     follow those of the member before. Left out for a surface with one domain.
+             */
+            patch?: number;
+            /**
+             * Uv
+             * @description The parameters (u, v) of that place, in the domain of the surface if it has one, else in the
+             *     domain of the patch; for triangles the last two barycentric coordinates, (s, t). Left out for
+             *     ribbons, and tubes that are not exact, which have no parameters.
+             */
+            uv?: [
+                number,
+                number
+            ];
+            /**
+             * Triangle
+             * @description A triangle of the mesh, counted from 0 after faces of four corners were divided: for
+             *     `surface_to_mesh` the one that is nearest to `point`, for `mesh_to_surface` the one that `point`
+             *     is on.
+             */
+            triangle: number;
         };
         /**
          * EdgeDefinition
@@ -3598,6 +3759,242 @@ export interface components {
             report: components["schemas"]["MeshReport"];
         };
         /**
+         * MeshCheck
+         * @description How far a mesh and its surface are apart, and the faults of the mesh itself.
+         *
+         *     Two vertices at the same position count as one where edges are counted, because many files have
+         *     a vertex for each corner of each triangle.
+         */
+        MeshCheck: {
+            /**
+             * @description The largest distance from a point of the surface to the mesh: large where the mesh has a hole
+             *     or leaves something out.
+             */
+            surface_to_mesh: components["schemas"]["Deviation"];
+            /**
+             * @description The largest distance from a point of the mesh to the surface: large where the mesh has
+             *     something that the surface does not have.
+             */
+            mesh_to_surface: components["schemas"]["Deviation"];
+            /**
+             * Open Edges
+             * @description Edges of one triangle only. A mesh of a closed surface has none, unless it has cracks or
+             *     holes.
+             */
+            open_edges: number;
+            /**
+             * Non Manifold Edges
+             * @description Edges of three or more triangles.
+             */
+            non_manifold_edges: number;
+            /**
+             * Flipped Edges
+             * @description Edges of two triangles that run along it in the same direction: one of the two is turned
+             *     over.
+             */
+            flipped_edges: number;
+            /**
+             * Degenerate Faces
+             * @description Triangles without area, up to rounding.
+             */
+            degenerate_faces: number;
+            /**
+             * Max Normal Angle
+             * @description The largest angle, in radians, between a normal of the mesh and that of the surface nearby:
+             *     of the triangles, at their middles, and there also the mean of the vertex normals that the mesh
+             *     has. Measured, not proved. Left out if all triangles are degenerate.
+             */
+            max_normal_angle?: number;
+            /**
+             * Max Normal Angle Triangle
+             * @description The triangle with that angle.
+             */
+            max_normal_angle_triangle?: number;
+            /**
+             * Reached
+             * @description Whether both intervals are as narrow as `relative_tolerance` says.
+             */
+            reached: boolean;
+            /**
+             * Limit
+             * @description Only if `reached` is false, why: narrower intervals would take more `work` than this service
+             *     gives a request; the deviation is so small that `rounding` decides; or the surface has a part so
+             *     `thin` that no closer bound is proved.
+             * @enum {string}
+             */
+            limit?: "work" | "rounding" | "thin";
+            /**
+             * Vertices
+             * @description Number of vertices of the mesh, as it was read.
+             */
+            vertices: number;
+            /**
+             * Triangles
+             * @description Number of its triangles, after faces of four corners were divided.
+             */
+            triangles: number;
+            /**
+             * Skipped Faces
+             * @description For a brep with `"invalid_faces": "skip"`: invalid faces that took no part; left out if there
+             *     are none.
+             */
+            skipped_faces?: components["schemas"]["LeftOutFace"][];
+            /**
+             * Mesh
+             * @description With `distances`: the mesh as it was read.
+             */
+            mesh?: components["schemas"]["CheckedMesh"];
+            /**
+             * Distances
+             * @description With `distances`: for each vertex of `mesh` its distance from the surface, right to the width
+             *     of the interval of `mesh_to_surface`.
+             */
+            distances?: number[];
+        };
+        /**
+         * MeshDefinition
+         * @description A mesh by its vertices and faces, as `POST /v1/mesh` writes it with `format=json`.
+         */
+        MeshDefinition: {
+            /**
+             * Vertices
+             * @description Positions [x, y, z], in the coordinates of the surface.
+             * @example [
+             *       [
+             *         0,
+             *         0,
+             *         0
+             *       ],
+             *       [
+             *         1,
+             *         0,
+             *         0
+             *       ],
+             *       [
+             *         1,
+             *         1,
+             *         0
+             *       ],
+             *       [
+             *         0,
+             *         1,
+             *         0
+             *       ]
+             *     ]
+             */
+            vertices: [
+                number,
+                number,
+                number
+            ][];
+            /**
+             * Faces
+             * @description For each face the numbers of its three or four vertices, from 0, counter-clockwise seen from outside.
+             * @example [
+             *       [
+             *         0,
+             *         1,
+             *         2,
+             *         3
+             *       ]
+             *     ]
+             */
+            faces: number[][];
+            /**
+             * Normals
+             * @description Normals [x, y, z] of any length, one for every vertex; [0, 0, 0] stands for none. If there are `attribute_faces`, they say which normal a corner has.
+             * @example [
+             *       [
+             *         0,
+             *         0,
+             *         1
+             *       ],
+             *       [
+             *         0,
+             *         0,
+             *         1
+             *       ],
+             *       [
+             *         0,
+             *         0,
+             *         1
+             *       ],
+             *       [
+             *         0,
+             *         0,
+             *         1
+             *       ]
+             *     ]
+             */
+            normals?: [
+                number,
+                number,
+                number
+            ][];
+            /**
+             * Attribute Faces
+             * @description For each corner of `faces` the number of its normal, if that is not the number of its vertex.
+             * @example [
+             *       [
+             *         0,
+             *         1,
+             *         2,
+             *         3
+             *       ]
+             *     ]
+             */
+            attribute_faces?: number[][];
+            /**
+             * Uvs
+             * @description It is ignored, so that a mesh of this service can be sent as it is.
+             */
+            uvs?: unknown;
+            /**
+             * Colors
+             * @description It is ignored, so that a mesh of this service can be sent as it is.
+             */
+            colors?: unknown;
+            /**
+             * Attributes
+             * @description It is ignored, so that a mesh of this service can be sent as it is.
+             */
+            attributes?: unknown;
+            /**
+             * Parts
+             * @description It is ignored, so that a mesh of this service can be sent as it is.
+             */
+            parts?: unknown;
+            /**
+             * Lines
+             * @description It is ignored, so that a mesh of this service can be sent as it is.
+             */
+            lines?: unknown;
+            /**
+             * Report
+             * @description It is ignored, so that a mesh of this service can be sent as it is.
+             */
+            report?: unknown;
+        };
+        /**
+         * MeshFile
+         * @description A file with a mesh, inside a document.
+         */
+        MeshFile: {
+            /**
+             * File
+             * @description The bytes of the file, in base64 (RFC 4648, section 4).
+             * @example T0ZGCjMgMSAwCjAgMCAwCjEgMCAwCjAgMSAwCjMgMCAxIDIK
+             */
+            file: string;
+            /**
+             * Format
+             * @description The format of the file.
+             * @example off
+             * @enum {string}
+             */
+            format: "glb" | "gltf" | "obj" | "ply" | "stl" | "off";
+        };
+        /**
          * MeshLines
          * @description Lines beside the faces: an overlay of the request.
          */
@@ -4098,7 +4495,7 @@ export interface components {
             camera?: components["schemas"]["CameraDefinition"];
             /**
              * Pixel Tolerance
-             * @description The largest error in pixels in the picture of the `camera`; requires `camera`. The tolerance of each part of the surface follows from its least distance from the camera. A `tolerance` in the same request applies, too.
+             * @description The largest error in the picture of the `camera`, in pixels; requires `camera`. It holds in the middle of the picture: at the angle θ from there an error appears up to 1 / cos² θ times as large. The tolerance of each part of the surface follows from its least distance from the camera. A `tolerance` in the same request applies, too.
              * @example 0.5
              */
             pixel_tolerance?: number;
@@ -6936,6 +7333,8 @@ export type BsplineCurveDefinition = components['schemas']['BsplineCurveDefiniti
 export type BsplineDefinition = components['schemas']['BsplineDefinition'];
 export type BsplineNet = components['schemas']['BsplineNet'];
 export type CameraDefinition = components['schemas']['CameraDefinition'];
+export type CheckRequest = components['schemas']['CheckRequest'];
+export type CheckedMesh = components['schemas']['CheckedMesh'];
 export type ClosestPoints = components['schemas']['ClosestPoints'];
 export type CollapsedEdges = components['schemas']['CollapsedEdges'];
 export type ConvertRequest = components['schemas']['ConvertRequest'];
@@ -6945,6 +7344,7 @@ export type CurveBounds = components['schemas']['CurveBounds'];
 export type CurveDefinition = components['schemas']['CurveDefinition'];
 export type CurveReport = components['schemas']['CurveReport'];
 export type CurveRequest = components['schemas']['CurveRequest'];
+export type Deviation = components['schemas']['Deviation'];
 export type EdgeDefinition = components['schemas']['EdgeDefinition'];
 export type EdgePlace = components['schemas']['EdgePlace'];
 export type ElevateDefinition = components['schemas']['ElevateDefinition'];
@@ -6973,6 +7373,9 @@ export type MeasureRequest = components['schemas']['MeasureRequest'];
 export type MemberDefinition = components['schemas']['MemberDefinition'];
 export type MemberSurfaceDefinition = components['schemas']['MemberSurfaceDefinition'];
 export type Mesh = components['schemas']['Mesh'];
+export type MeshCheck = components['schemas']['MeshCheck'];
+export type MeshDefinition = components['schemas']['MeshDefinition'];
+export type MeshFile = components['schemas']['MeshFile'];
 export type MeshLines = components['schemas']['MeshLines'];
 export type MeshPart = components['schemas']['MeshPart'];
 export type MeshReport = components['schemas']['MeshReport'];
@@ -7136,7 +7539,7 @@ export interface operations {
                 stl?: "binary" | "ascii";
             };
             header?: {
-                /** @description `respond-async` (RFC 7240): makes a job of one part of this call (`POST /v1/jobs`). The response, in place of the result, is then 202 with the state of this job, a `Job`, and the headers `Location`, `Retry-After` and `Preference-Applied`. Ignored for a file of points or of rays. */
+                /** @description `respond-async` (RFC 7240): makes a job of one part of this call (`POST /v1/jobs`). The response, in place of the result, is then 202 with the state of this job, a `Job`, and the headers `Location`, `Retry-After` and `Preference-Applied`. Ignored for a file of points or of rays, and for a file of a mesh that, with its surface, would be too long as JSON. */
                 Prefer?: string;
             };
             path?: never;
@@ -7385,7 +7788,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description `respond-async` (RFC 7240): makes a job of one part of this call (`POST /v1/jobs`). The response, in place of the result, is then 202 with the state of this job, a `Job`, and the headers `Location`, `Retry-After` and `Preference-Applied`. Ignored for a file of points or of rays. */
+                /** @description `respond-async` (RFC 7240): makes a job of one part of this call (`POST /v1/jobs`). The response, in place of the result, is then 202 with the state of this job, a `Job`, and the headers `Location`, `Retry-After` and `Preference-Applied`. Ignored for a file of points or of rays, and for a file of a mesh that, with its surface, would be too long as JSON. */
                 Prefer?: string;
             };
             path?: never;
@@ -7470,7 +7873,7 @@ export interface operations {
                 operations?: string;
             };
             header?: {
-                /** @description `respond-async` (RFC 7240): makes a job of one part of this call (`POST /v1/jobs`). The response, in place of the result, is then 202 with the state of this job, a `Job`, and the headers `Location`, `Retry-After` and `Preference-Applied`. Ignored for a file of points or of rays. */
+                /** @description `respond-async` (RFC 7240): makes a job of one part of this call (`POST /v1/jobs`). The response, in place of the result, is then 202 with the state of this job, a `Job`, and the headers `Location`, `Retry-After` and `Preference-Applied`. Ignored for a file of points or of rays, and for a file of a mesh that, with its surface, would be too long as JSON. */
                 Prefer?: string;
             };
             path?: never;
@@ -7566,7 +7969,7 @@ export interface operations {
                 format?: "glb" | "gltf" | "json" | "oogl" | "obj";
             };
             header?: {
-                /** @description `respond-async` (RFC 7240): makes a job of one part of this call (`POST /v1/jobs`). The response, in place of the result, is then 202 with the state of this job, a `Job`, and the headers `Location`, `Retry-After` and `Preference-Applied`. Ignored for a file of points or of rays. */
+                /** @description `respond-async` (RFC 7240): makes a job of one part of this call (`POST /v1/jobs`). The response, in place of the result, is then 202 with the state of this job, a `Job`, and the headers `Location`, `Retry-After` and `Preference-Applied`. Ignored for a file of points or of rays, and for a file of a mesh that, with its surface, would be too long as JSON. */
                 Prefer?: string;
             };
             path?: never;
@@ -7651,7 +8054,7 @@ export interface operations {
                 sign?: boolean;
             };
             header?: {
-                /** @description `respond-async` (RFC 7240): makes a job of one part of this call (`POST /v1/jobs`). The response, in place of the result, is then 202 with the state of this job, a `Job`, and the headers `Location`, `Retry-After` and `Preference-Applied`. Ignored for a file of points or of rays. */
+                /** @description `respond-async` (RFC 7240): makes a job of one part of this call (`POST /v1/jobs`). The response, in place of the result, is then 202 with the state of this job, a `Job`, and the headers `Location`, `Retry-After` and `Preference-Applied`. Ignored for a file of points or of rays, and for a file of a mesh that, with its surface, would be too long as JSON. */
                 Prefer?: string;
             };
             path?: never;
@@ -7732,7 +8135,7 @@ export interface operations {
                 relative_tolerance?: number;
             };
             header?: {
-                /** @description `respond-async` (RFC 7240): makes a job of one part of this call (`POST /v1/jobs`). The response, in place of the result, is then 202 with the state of this job, a `Job`, and the headers `Location`, `Retry-After` and `Preference-Applied`. Ignored for a file of points or of rays. */
+                /** @description `respond-async` (RFC 7240): makes a job of one part of this call (`POST /v1/jobs`). The response, in place of the result, is then 202 with the state of this job, a `Job`, and the headers `Location`, `Retry-After` and `Preference-Applied`. Ignored for a file of points or of rays, and for a file of a mesh that, with its surface, would be too long as JSON. */
                 Prefer?: string;
             };
             path?: never;
@@ -7832,7 +8235,7 @@ export interface operations {
                 weld_tolerance?: number;
             };
             header?: {
-                /** @description `respond-async` (RFC 7240): makes a job of one part of this call (`POST /v1/jobs`). The response, in place of the result, is then 202 with the state of this job, a `Job`, and the headers `Location`, `Retry-After` and `Preference-Applied`. Ignored for a file of points or of rays. */
+                /** @description `respond-async` (RFC 7240): makes a job of one part of this call (`POST /v1/jobs`). The response, in place of the result, is then 202 with the state of this job, a `Job`, and the headers `Location`, `Retry-After` and `Preference-Applied`. Ignored for a file of points or of rays, and for a file of a mesh that, with its surface, would be too long as JSON. */
                 Prefer?: string;
             };
             path?: never;
@@ -7897,6 +8300,88 @@ export interface operations {
             400: components["responses"]["MalformedJson"];
             401: components["responses"]["KeyNeeded"];
             403: components["responses"]["ScopeNeeded"];
+            408: components["responses"]["BodyTooSlow"];
+            413: components["responses"]["BodyTooLarge"];
+            415: components["responses"]["UnsupportedMediaType"];
+            422: components["responses"]["InvalidRequest"];
+            429: components["responses"]["Busy"];
+            500: components["responses"]["InternalError"];
+            503: components["responses"]["OutOfTime"];
+            507: components["responses"]["JobQuotaFull"];
+        };
+    };
+    checkMesh: {
+        parameters: {
+            query?: {
+                /** @description With a file: the id of a built-in or a stored surface. */
+                surface?: string;
+                /** @description With a file: How a face of four corners 0, 1, 2, 3 becomes two triangles: by the diagonal between the corners 0 and 2, or 1 and 3. Default: "02". */
+                quad_diagonal?: "02" | "13";
+                /** @description With a file: The largest width of each of the two intervals, as a share of its `high`. Where that takes more work than one request may take, the interval is wider, and `reached` is false. Default: 0.1. */
+                relative_tolerance?: number;
+                /** @description With a file: Whether the response has the mesh as it was read, and the distance of each of its vertices from the surface, as colours need them. Default: false. */
+                distances?: boolean;
+            };
+            header?: {
+                /** @description `respond-async` (RFC 7240): makes a job of one part of this call (`POST /v1/jobs`). The response, in place of the result, is then 202 with the state of this job, a `Job`, and the headers `Location`, `Retry-After` and `Preference-Applied`. Ignored for a file of points or of rays, and for a file of a mesh that, with its surface, would be too long as JSON. */
+                Prefer?: string;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["CheckRequest"];
+                "model/gltf-binary": Blob;
+                "model/gltf+json": Blob;
+                "model/obj": Blob;
+                "model/x-ply": Blob;
+                "model/stl": Blob;
+                "model/x-off": Blob;
+            };
+        };
+        responses: {
+            /** @description The intervals, and the faults of the mesh. */
+            200: {
+                headers: {
+                    /**
+                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
+                     */
+                    "Server-Timing": string;
+                    /**
+                     * @description The coding. Not sent if the body is not compressed.
+                     * @example zstd
+                     */
+                    "Content-Encoding"?: string;
+                    /**
+                     * @description Only in the response 202 to `Prefer: respond-async`: this preference.
+                     * @example respond-async
+                     */
+                    "Preference-Applied"?: string;
+                    /**
+                     * @description Only in the response 202 to `Prefer: respond-async`. URL of the job, without the host.
+                     * @example /v1/jobs/5aca0b8044c07cface56e0975f6ad9e7309f1ec2198e5b662af48a86fa1c8db3
+                     */
+                    Location?: string;
+                    /**
+                     * @description Only in the response 202 to `Prefer: respond-async`. Seconds after which to ask again. Not sent when the job has ended.
+                     * @example 1
+                     */
+                    "Retry-After"?: number;
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MeshCheck"];
+                };
+            };
+            400: components["responses"]["MalformedJson"];
+            401: components["responses"]["KeyNeeded"];
+            403: components["responses"]["ScopeNeeded"];
+            404: components["responses"]["UnknownSurface"];
             408: components["responses"]["BodyTooSlow"];
             413: components["responses"]["BodyTooLarge"];
             415: components["responses"]["UnsupportedMediaType"];
@@ -8422,7 +8907,7 @@ export interface operations {
                 control_net?: boolean;
             };
             header?: {
-                /** @description `respond-async` (RFC 7240): makes a job of one part of this call (`POST /v1/jobs`). The response, in place of the result, is then 202 with the state of this job, a `Job`, and the headers `Location`, `Retry-After` and `Preference-Applied`. Ignored for a file of points or of rays. */
+                /** @description `respond-async` (RFC 7240): makes a job of one part of this call (`POST /v1/jobs`). The response, in place of the result, is then 202 with the state of this job, a `Job`, and the headers `Location`, `Retry-After` and `Preference-Applied`. Ignored for a file of points or of rays, and for a file of a mesh that, with its surface, would be too long as JSON. */
                 Prefer?: string;
             };
             path?: never;
