@@ -1,10 +1,10 @@
 """The nearest triangles of points.
 
-Points are searched in groups of neighbours. A first guess gives each point an upper bound of its
-distance. Then pairs of a group and a box of the tree are followed down, level by level, as long as
-the box of the group is not further from the box than the largest of these bounds. Where the boxes
-of the tree are smaller than the group, each point is compared with boxes on its own. The triangles
-that remain are measured.
+A triangle that is probably near gives each point an upper bound of its distance. Then points are
+searched in groups of neighbours: pairs of a group and a box of the tree are followed down, level by
+level, as long as the box of the group is not further from the box than the largest of these bounds.
+Where the boxes of the tree are smaller than the group, each point is compared with boxes on its
+own. The triangles that remain are measured.
 """
 
 from dataclasses import dataclass
@@ -30,6 +30,12 @@ processor's cache."""
 
 MAX_PAIRS = 1 << 20
 """If more pairs of a chunk remain, each half of it is searched on its own; it limits memory."""
+
+MANY = 16
+"""With more boxes for each group of points, points are compared with boxes on their own."""
+
+NEARNESS = 2.0**-6
+"""The weight of the middle of a box when the nearest box is sought."""
 
 ROUNDING = 1.0 - 16 * UNIT
 """A factor that lowers computed squares of distances from boxes by more than their rounding."""
@@ -112,30 +118,38 @@ def search_slots(
     groups = group_points(points, GROUP)
     order = groups.ravel()
     grouped = points.take(order, axis=1).reshape(3, *groups.shape)
-    if guess is None:
-        # One point of each group is searched on its own; its triangle is the guess for the others.
-        middle = groups.shape[1] // 2
-        leaders = np.ascontiguousarray(grouped[:, :, middle : middle + 1])
-        found, _ = _search(tree, leaders, None, reach)
-        guesses = found.repeat(groups.shape[1])
-    else:
-        guesses = guess.take(order)
+    guesses = _descend(tree, grouped.reshape(3, -1)) if guess is None else guess.take(order)
     slots[order], squares[order] = _search(tree, grouped, guesses, reach)
     return slots, squares
 
 
+def _descend(tree: TriangleTree, points: Vectors) -> Ints:
+    """Slots (m,) of triangles near points (3, m): the nearest box of each level is followed."""
+    slots = np.zeros(points.shape[1], np.intp)
+    for rows in row_slices(len(slots), 1, CHUNK):
+        part = points[:, np.newaxis, rows]
+        for level, boxes in enumerate(tree.levels[1:]):
+            inner = tree.list_inner(level, slots[rows])
+            sides = boxes.take(inner, axis=1)
+            beyond = np.maximum(sides[:3] - part, part - sides[3:])
+            np.maximum(beyond, 0.0, out=beyond)
+            # Of boxes about the point, the one whose middle is nearest.
+            middle = (sides[:3] + sides[3:]) / 2 - part
+            squares = dot(beyond, beyond, -3) + NEARNESS * dot(middle, middle, -3)
+            slots[rows] = inner[squares.argmin(axis=0), np.arange(inner.shape[1])]
+    return tree.leaves.take(slots)
+
+
 def _search(
-    tree: TriangleTree, points: FloatArray, guess: Ints | None, reach: float
+    tree: TriangleTree, points: FloatArray, guess: Ints, reach: float
 ) -> tuple[Ints, FloatArray]:
     """Slots and squares (g · size,) for groups of points (3, g, size)."""
     _, groups, size = points.shape
-    slots, squares = np.empty(groups * size, np.intp), np.full(groups * size, np.inf)
+    slots, squares = guess.copy(), np.empty(groups * size)
     for rows in row_slices(groups, size, CHUNK):
         flat = slice(rows.start * size, rows.stop * size)
         part = points[:, rows]
-        if guess is not None:
-            own, slots[flat] = part.reshape(3, -1), guess[flat]
-            squares[flat] = tree.frames.measure_squares(own, slots[flat], reach)
+        squares[flat] = tree.frames.measure_squares(part.reshape(3, -1), slots[flat], reach)
         _search_chunk(tree, part, reach, slots[flat], squares[flat])
     return slots, squares
 
@@ -188,13 +202,14 @@ def _find_candidates(
     low, high = points.min(axis=2), points.max(axis=2)
     largest = limits.reshape(groups, size).max(axis=1)
     item, box = np.arange(groups), np.zeros(groups, np.intp)
-    # From here on the boxes of the tree are smaller than the boxes of the groups.
-    own = tree.find_level(float((high - low).max(axis=0).mean()))
+    extent, is_divided = float((high - low).max(axis=0).mean()), False
     for level, sides in enumerate(tree.levels):
         if level:
             inner = tree.list_inner(level - 1, box)
             item, box = np.tile(item, len(inner)), inner.ravel()
-        if level == own:
+        is_fine = tree.sizes[level] < extent or len(box) > MANY * groups
+        if not is_divided and (is_fine or level == len(tree.levels) - 1):
+            is_divided = True
             item = (item * size + np.arange(size)[:, np.newaxis]).ravel()
             box = np.tile(box, size)
             low = high = points.reshape(3, -1)
@@ -205,7 +220,7 @@ def _find_candidates(
         item, box = item[near], box[near]
         if len(item) > MAX_PAIRS and len(limits) > 1:
             return None
-    return item, box, squares[near]
+    return item, tree.leaves.take(box), squares[near]
 
 
 def _measure_boxes(

@@ -287,8 +287,9 @@ class _Search:
     def _is_large(self, pieces: Polygons) -> Bools:
         """Whether pieces are much larger than the triangles near them."""
         low, high = _find_boxes(pieces)
-        boxes = self.tree.levels[-1].take(pieces.slot, axis=1)
-        large: Bools = (high - low).max(axis=0) > LARGE * (boxes[3:] - boxes[:3]).max(axis=0)
+        corners = self.frames.corners.take(pieces.slot, axis=2)
+        sizes = (corners.max(axis=0) - corners.min(axis=0)).max(axis=0)
+        large: Bools = (high - low).max(axis=0) > LARGE * sizes
         return large
 
     def _is_apart(self, pieces: Polygons) -> Bools:

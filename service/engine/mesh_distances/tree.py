@@ -1,9 +1,9 @@
 """A tree of boxes over triangles.
 
-The triangles are halved at medians of their centroids (`halving.py`), down to groups of at most
-eight. Each group gets a box whose sides are parallel to the axes, each four groups that follow one
-another get a larger box, and so on. So box k of a level contains the boxes 4 k … 4 k + 3 of the
-next, and nothing else need be stored.
+Triangles that are long and thin are first divided (`parts.py`). The parts are halved at medians of
+their middles (`halving.py`), down to groups of at most eight. Each group gets a box whose sides are
+parallel to the axes, each four groups that follow one another get a larger box, and so on. So box k
+of a level contains the boxes 4 k … 4 k + 3 of the next, and nothing else need be stored.
 """
 
 from math import frexp
@@ -13,10 +13,11 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints
 from service.engine.mesh_distances.frames import TriangleFrames
 from service.engine.mesh_distances.halving import group_points
+from service.engine.mesh_distances.parts import divide_triangles
 from service.engine.vectors import Vectors
 
 MAX_GROUP = 8
-"""The most triangles of a group."""
+"""The most parts of a group."""
 
 FANOUT = 4
 """How many boxes a larger box contains, if it is not that of a group."""
@@ -40,19 +41,22 @@ class TriangleTree:
     scale : float
         The tree is in coordinates (x − origin) · scale, which are at most 1 for its triangles;
         `scale` is a power of two.
-    order : ndarray of int, shape (n,)
-        The numbers of the triangles in the order of the tree, in which some occur twice.
-        Places in this order are *slots*.
+    order : ndarray of int, shape (t,)
+        The numbers of the triangles in the order of the tree. Places in this order are *slots*.
     slots : ndarray of int, shape (t,)
-        A slot of each triangle.
-    group : int
-        The number of triangles of a group.
+        The slot of each triangle.
     frames : TriangleFrames
-        The triangles of the slots.
+        The triangles in the order of the tree.
     levels : list of ndarray of float64, shape (6, N)
         For each level the least and the largest coordinates of its boxes; the level of the largest
-        box comes first. The boxes of the last level are those of the slots, and the boxes of the
-        level before are those of groups.
+        box comes first. The boxes of the last level are those of parts of triangles, and the boxes
+        of the level before are those of groups.
+    leaves : ndarray of int, shape (n,)
+        The slot of the triangle of each part on the last level.
+    sizes : list of float
+        For each level the mean of the longest sides of its boxes.
+    group : int
+        The number of parts of a group.
     """
 
     def __init__(self, corners: FloatArray) -> None:
@@ -64,17 +68,23 @@ class TriangleTree:
         size = float(np.maximum(high - self.origin, self.origin - low).max())
         self.scale = 2.0 ** -max(frexp(size)[1], SMALLEST)
         vertices = self.to_frame(points).reshape(3, -1, 3).transpose(2, 0, 1)
-        groups = group_points(vertices.sum(axis=0) / 3, MAX_GROUP)
-        self.order, self.group = groups.ravel(), groups.shape[1]
-        self.slots = np.empty(len(corners), np.intp)
+        owner, boxes = divide_triangles(vertices)
+        groups = group_points((boxes[:3] + boxes[3:]) / 2, MAX_GROUP)
+        self.levels = [boxes.take(groups.ravel(), axis=1)]
+        owner, self.group = owner.take(groups.ravel()), groups.shape[1]
+        # The triangles in the order in which the tree has them first.
+        first = np.full(len(corners), len(owner))
+        np.minimum.at(first, owner, np.arange(len(owner)))
+        self.order = first.argsort()
+        self.slots = np.empty_like(self.order)
         self.slots[self.order] = np.arange(len(self.order))
-        vertices = vertices.take(self.order, axis=2)
-        self.frames = TriangleFrames(vertices)
-        self.levels = [np.concatenate([vertices.min(axis=0), vertices.max(axis=0)])]
+        self.leaves = self.slots.take(owner)
+        self.frames = TriangleFrames(vertices.take(self.order, axis=2))
         inner = self.group
         while self.levels[0].shape[1] > 1:
             self.levels.insert(0, _enclose(self.levels[0], inner))
             inner = FANOUT
+        self.sizes = [float((boxes[3:] - boxes[:3]).max(axis=0).mean()) for boxes in self.levels]
 
     def list_inner(self, level: int, box: Ints) -> Ints:
         """The boxes (k, m) of the next level that are in the boxes `box` (m,) of a level."""
@@ -83,13 +93,6 @@ class TriangleTree:
         # On some levels the only box has fewer than `inner`; then the last occurs several times.
         existing: Ints = np.minimum(boxes, self.levels[level + 1].shape[1] - 1)
         return existing
-
-    def find_level(self, size: float) -> int:
-        """The first level on which boxes are smaller than `size` on an average; else the last."""
-        for level, boxes in enumerate(self.levels[:-1]):
-            if (boxes[3:] - boxes[:3]).max(axis=0).mean() < size:
-                return level
-        return len(self.levels) - 1
 
     def to_frame(self, points: FloatArray) -> Vectors:
         """Points (m, 3) in the coordinates of the tree, (3, m)."""

@@ -77,7 +77,7 @@ def test_the_lowest_number_wins_among_equal_triangles() -> None:
 
 def test_points_that_are_equally_near_to_all_triangles(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(nearest_module, "MAX_PAIRS", 500)
-    mesh = build_sheet(globe, 8, 9)
+    mesh = build_sheet(globe, 5, 6)
     points = np.random.default_rng(1).normal(size=(90, 3)) * 1e-9
     nearest = find_nearest(TriangleTree(mesh), points)
     least = measure_exactly(points, mesh).min(axis=1)

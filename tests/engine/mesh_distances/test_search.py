@@ -43,7 +43,7 @@ PAIRS: dict[str, Callable[[], tuple[FloatArray, FloatArray]]] = {
     "soup": lambda: (scatter(0), scatter(1)),
     "hole": lambda: (build_sheet(wave, 9, 9), np.delete(build_sheet(wave, 9, 9), 40, axis=0)),
     "far": lambda: (build_sheet(wave, 6, 6) + 1e6, build_sheet(wave, 6, 6)),
-    "needles": lambda: (build_sheet(wave, 3, 300), build_sheet(wave, 200, 2)),
+    "needles": lambda: (build_sheet(wave, 3, 150), build_sheet(wave, 100, 2)),
 }
 
 
