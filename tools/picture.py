@@ -16,10 +16,13 @@ from playwright.sync_api import Browser
 
 from service.api.openapi.parameters import REQUESTS
 from service.encoders.polylines.registry import CURVES_BY_NAME
+from service.engine.options import OverlayName
+from service.engine.pictures.options import PictureOptions, Viewpoint
+from service.pipeline.picture import plan_picture
 from service.pipeline.polylines import plan_curve
 from service.schemas.curves import CurveRequest
 from service.schemas.validation import validate_document
-from service.surface.examples.catalogue import EXAMPLES, Example
+from service.surface.examples.catalogue import EXAMPLES, Example, find
 from tools.browser import (
     FOLDER,
     open_browser,
@@ -56,9 +59,10 @@ SMALL = (400, 300)
 HEAD = """\
 # The built-in surfaces
 
-Each of these surfaces has its meshes at `/v1/surfaces/{id}/mesh.{suffix}`, with any option in the
-query. `/v1/surfaces/{id}` returns its definition, from which you can start. three.js draws the
-pictures from the service's own glTF; `make picture` draws them again.
+Each of these surfaces has its meshes at `/v1/surfaces/{id}/mesh.{suffix}`, and its
+[picture](pictures.md) at `/v1/surfaces/{id}/image.png`, with any option in the query.
+`/v1/surfaces/{id}` returns its definition, from which you can start. The service has drawn the
+pictures of surfaces on this page itself; `make picture` draws them again.
 """
 
 
@@ -107,6 +111,13 @@ def _build_curve_url(document: dict[str, Any]) -> str:
     return f"data:{glb.media_type};base64,{b64encode(content).decode()}"
 
 
+def draw_example(name: str) -> bytes:
+    """The picture of a built-in surface, by the service; of a part with its edges."""
+    edges: tuple[OverlayName, ...] = ("boundary",) if name in PARTS else ()
+    options = PictureOptions(Viewpoint(*SMALL), overlays=edges)
+    return plan_picture(find(name).surface(), options).run()
+
+
 def draw_editor(
     browser: Browser,
     url: str,
@@ -149,9 +160,8 @@ def main(folder: Path, chosen: Sequence[str] = ()) -> None:
     pictures = {folder / "wires.png": (WIRES, MEDIUM), folder / "adaptive.png": (ADAPTIVE, LARGE)}
     pictures_with_edges = {folder / "adaptive.png"}
     for example in EXAMPLES:
-        query = "overlays=boundary" if example in PARTS else "resolution=24"
-        url = f"/v1/surfaces/{example}/mesh.glb?{query}"
-        pictures[folder / "examples" / f"{example}.png"] = (url, SMALL)
+        if not chosen or example in chosen:
+            (folder / "examples" / f"{example}.png").write_bytes(draw_example(example))
     for name, request in CURVE_EXAMPLES.items():
         url = _build_curve_url({"curve": request["value"]["curve"], "resolution": 32})
         pictures[folder / "curves" / f"{name}.png"] = (url, SMALL)

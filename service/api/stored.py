@@ -7,6 +7,7 @@ import logging
 from dataclasses import replace
 from difflib import get_close_matches
 from functools import cache, partial
+from typing import Any
 
 from service.api.computation import Computation
 from service.api.services import Services
@@ -134,11 +135,20 @@ def mesh_url(root: str, surface: str, suffix: str, query: str = f"engine={ENGINE
     return f"{mesh_url_path(root, surface, suffix)}?{query}"
 
 
+def picture_url_path(root: str, surface: str) -> str:
+    """The URL of a surface's picture, without a query."""
+    return f"{surface_url(root, surface)}/image.{PNG.suffix}"
+
+
 def picture_url(root: str, surface: str, query: str = f"engine={ENGINE}") -> str:
     """The URL of a picture, as `mesh_url`."""
-    return f"{surface_url(root, surface)}/image.{PNG.suffix}?{query}"
+    return f"{picture_url_path(root, surface)}?{query}"
 
 
-def mesh_links(root: str, surface: str) -> dict[str, str]:
-    """The canonical URLs of a surface's meshes with default options, by suffix."""
-    return {fmt.suffix: mesh_url(root, surface, fmt.suffix) for fmt in FORMATS}
+def stored_links(root: str, surface: str) -> dict[str, Any]:
+    """The URLs of a surface, of its meshes by suffix, and of its picture, with default options."""
+    return {
+        "self": surface_url(root, surface),
+        "mesh": {fmt.suffix: mesh_url(root, surface, fmt.suffix) for fmt in FORMATS},
+        "image": picture_url(root, surface),
+    }

@@ -18,6 +18,8 @@ def test_examples_are_listed_with_links_that_work(client: Client) -> None:
     for surface in surfaces:
         assert client.get(surface["links"]["self"]).status_code == 200
         assert list(surface["links"]["mesh"]) == [fmt.suffix for fmt in FORMATS]
+        picture = client.get(surface["links"]["image"] + "?width=20&height=20")
+        assert picture.headers["content-type"] == "image/png"
         query = "?relative_tolerance=0.01" if surface["id"] in PARTS else "?resolution=1"
         mesh = client.get(surface["links"]["mesh"]["json"] + query).json()
         # The closed surfaces of some faces are continued over their seams before they are meshed.
@@ -33,7 +35,8 @@ def test_links_begin_with_the_path_at_which_the_service_is_mounted() -> None:
         assert surfaces[0]["links"]["self"] == "/shapes/v1/surfaces/utah-teapot"
         response = client.post("/v1/surfaces", {"surface": PATCH})
         links = response.json()["links"]
-        urls = [response.headers["location"], links["self"], *links["mesh"].values()]
+        pages = links["self"], links["image"], surfaces[0]["links"]["image"]
+        urls = [response.headers["location"], *pages, *links["mesh"].values()]
         assert all(url.startswith("/shapes/v1/surfaces/") for url in urls)
         assert client.get(links["self"]).status_code == 200
         for _ in range(2):  # the second response is from the cache

@@ -46,6 +46,8 @@ def test_a_surface_is_stored_once(fresh_client: Client) -> None:
         assert response.json()["id"] == ID
         assert response.json()["links"]["self"] == f"/v1/surfaces/{ID}"
         assert response.json()["links"]["mesh"]["glb"] == mesh_url
+        image_url = f"/v1/surfaces/{ID}/image.png?engine={ENGINE}"
+        assert response.json()["links"]["image"] == image_url
 
 
 @pytest.mark.parametrize("name", SURFACES)

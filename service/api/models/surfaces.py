@@ -76,6 +76,8 @@ class SurfaceLinks(ResponseModel):
     """URL of the definition."""
     mesh: UrlsBySuffix
     """URL of the mesh by suffix; add options as a query."""
+    image: str
+    """URL of the picture; add options as a query."""
 
 
 class SurfaceSummary(ResponseModel):
@@ -135,6 +137,8 @@ class StoredLinks(SurfaceLinks):
     mesh: UrlsBySuffix
     """URL of the mesh by suffix, for this version of the engine: clients may cache the mesh for
     ever. Add options before `engine`, which is at the end of a canonical URL."""
+    image: str
+    """URL of the picture, for this version of the engine, as that of the mesh."""
 
 
 class StoredSurface(ResponseModel):

@@ -41,8 +41,9 @@ from service.api.services import ContextDep
 from service.api.stored import (
     content_id,
     exists,
-    mesh_links,
     mesh_url_path,
+    picture_url_path,
+    stored_links,
     surface_of,
     surface_url,
 )
@@ -82,8 +83,7 @@ _NOW = 1_799_996_400
 
 def _store_example(body: SurfaceRequest) -> bytes:
     id, _ = plan_content(body.to_surface()).run()
-    links = {"self": surface_url("", id), "mesh": mesh_links("", id)}
-    return orjson.dumps({"id": id, "links": links})
+    return orjson.dumps({"id": id, "links": stored_links("", id)})
 
 
 def _sign_example(body: SignRequest) -> bytes:
@@ -123,7 +123,7 @@ async def store_surface(body: SurfaceRequest, context: ContextDep) -> Response:
     same surface have one id: the order of keys, the form of numbers (`1`, `1.0`, `1e0`; 0 and −0)
     and explicit defaults make no difference; another value of a number makes another surface. A
     file of control points, with the other fields in the query, is the same surface as in JSON.
-    `links` has the URLs of the meshes, which clients may cache for ever.
+    `links` has the URLs of the meshes and of the picture, which clients may cache for ever.
     """
     services, computation, request, _ = context
     id, content = await computation.run(plan_content(body.to_surface()), "content")
@@ -131,10 +131,11 @@ async def store_surface(body: SurfaceRequest, context: ContextDep) -> Response:
         with computation.timing.step("store"):
             is_new = await services.store.put(id, content)
     root = request.scope.get("root_path", "")
-    url = surface_url(root, id)
-    links = {"self": url, "mesh": mesh_links(root, id)}
-    headers = HEADERS | {"Location": url, "Server-Timing": str(computation.timing)}
-    document = {"id": id, "links": links}
+    headers = HEADERS | {
+        "Location": surface_url(root, id),
+        "Server-Timing": str(computation.timing),
+    }
+    document = {"id": id, "links": stored_links(root, id)}
     if body.reading is not None:
         document["reading"] = body.reading
         headers |= reading_headers(body.reading)
@@ -246,6 +247,7 @@ def _build_summary(example: Example, root: str) -> dict[str, Any]:
         "links": {
             "self": surface_url(root, example.id),
             "mesh": {f.suffix: mesh_url_path(root, example.id, f.suffix) for f in FORMATS},
+            "image": picture_url_path(root, example.id),
         },
     }
 
