@@ -5,7 +5,7 @@ from dataclasses import replace
 from service.decoders.format import FileLimits
 from service.decoders.mesh_axes import undo_root
 from service.decoders.mesh_registry import GLTF_NAMES, MESH_BY_NAME
-from service.errors import SurfaceError
+from service.errors import MalformedBody, SurfaceError
 from service.pipeline.check import plan_check
 from service.pipeline.cost import MEMORY_SHARE, Cost, Work
 from service.pipeline.limits import Limits
@@ -72,5 +72,10 @@ def plan_file_check(request: CheckRequest, reading: Work[GivenMesh], limits: Lim
 
 
 def _point_to(where: str, error: SurfaceError) -> SurfaceError:
-    """The error with pointers to the whole file: the client has no document of it."""
-    return type(error)(*(replace(issue, pointer=where) for issue in error.issues))
+    """The error with pointers to the whole file: the client has no document of it.
+
+    A file that is damaged is no file of its format.
+    """
+    is_damaged = any(issue.code == "malformed_file" for issue in error.issues)
+    kind = MalformedBody if is_damaged else type(error)
+    return kind(*(replace(issue, pointer=where) for issue in error.issues))
