@@ -19,7 +19,7 @@ from pydantic.fields import FieldInfo
 
 from service.api.app import create_app
 from service.api.body import BodyRoute
-from service.api.stored import mesh_links
+from service.api.stored import stored_links
 from service.encoders.format import Format
 from service.encoders.registry import FORMATS
 from service.engine.options import MeshOptions
@@ -120,7 +120,7 @@ def write_browser_page(text: str) -> str:
     link = r' +"\w+": "/v1/surfaces/(\w+)/mesh\.\w+\?engine=\d+",?\n'
 
     def write_links(match: re.Match[str]) -> str:
-        links = mesh_links("", match[1]).items()
+        links = stored_links("", match[1])["mesh"].items()
         return ",\n".join(f'      "{suffix}": "{url}"' for suffix, url in links) + "\n"
 
     return re.sub(f"(?:{link})+", write_links, text)
