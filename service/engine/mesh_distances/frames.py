@@ -5,6 +5,8 @@ A point (x, y, z) has the distance √(z² + d²) from T, where d is 0 if (x, y)
 else the least of its distances from the three edges. A point that is nearer to the line of an edge
 than a margin larger than all rounding does not count as inside. So segments and points, which are
 triangles without an inside, are measured as segments and points, and needles need no special care.
+
+Proof in docs/proofs.md: "Distances of points from triangles".
 """
 
 import numpy as np

@@ -5,6 +5,8 @@ searched in groups of neighbours: pairs of a group and a box of the tree are fol
 level, as long as the box of the group is not further from the box than the largest of these bounds.
 Where the boxes of the tree are smaller than the group, each point is compared with boxes on its
 own. The triangles that remain are measured.
+
+Proof in docs/proofs.md: "Nearest triangles".
 """
 
 from dataclasses import dataclass

@@ -2,6 +2,8 @@
 
 The corners of all polygons are the columns of one array, one polygon after another. A polygon is
 the hull of its corners, so rounding may move these a little out of their plane.
+
+Proof in docs/proofs.md: "Cut polygons".
 """
 
 from collections.abc import Sequence

@@ -14,6 +14,8 @@ triangles. Where another triangle is nearer to a corner of a piece over T, the p
 both are equally near. Pieces that are much larger than T, or that are not cut by these planes, are
 halved. A point whose distance is measured raises the lower bound of D, and a piece ends when its
 upper bound is not much above the lower bound of D.
+
+Proof in docs/proofs.md: "The largest distance between triangles".
 """
 
 from dataclasses import dataclass
@@ -137,7 +139,8 @@ class _Search:
         self.tree, self.frames = tree, tree.frames
         self.relative_width, self.floor = relative_width, floor * tree.scale
         self.effort = effort
-        points = corners.reshape(-1, 3) + 0.0
+        self.corners = corners
+        points = corners.reshape(-1, 3) + 0.0  # equal rows have equal bits: no −0
         first, number = unique_rows(points)
         self.vertices = tree.to_frame(points[first])
         self.first, self.number = first, number.reshape(-1, 3)
@@ -152,22 +155,22 @@ class _Search:
         worst = int(squares.argmax())
         place = int(self.first[worst])
         self._raise_low(self.vertices, squares, slots, self.first // 3)
-        vertex = self.low, self.vertices[:, worst], place, int(slots[worst])
+        vertex_low, vertex_target = self.low, int(self.tree.order[slots[worst]])
         self._search(slots, np.sqrt(squares))
         loss = self.error + MAX_CUTS * CUT_ERROR * (self.reach + self.frames.reach)
         low, high = max(self.low - loss, 0.0), max(self.high, self.low) + loss
-        scale, order = self.tree.scale, self.tree.order
+        scale = self.tree.scale
         return LargestDistance(
             low=low / scale,
             high=high / scale,
             point=self.tree.from_frame(self.point[:, np.newaxis])[0],
             source=self.source,
-            target=int(order[self.slot]),
-            vertex_low=max(vertex[0] - self.error, 0.0) / scale,
-            vertex=self.tree.from_frame(vertex[1][:, np.newaxis])[0],
+            target=int(self.tree.order[self.slot]),
+            vertex_low=max(vertex_low - self.error, 0.0) / scale,
+            vertex=self.corners[place // 3, place % 3],
             vertex_source=place // 3,
             vertex_corner=place % 3,
-            vertex_target=int(order[vertex[3]]),
+            vertex_target=vertex_target,
             reached=high - low <= max(self.relative_width * high, self.floor),
         )
 

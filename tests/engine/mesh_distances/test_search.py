@@ -5,6 +5,10 @@ from math import sqrt
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray
 from service.cancellation import Cancellation, Cancelled, cancelled_by
@@ -14,6 +18,7 @@ from service.engine.mesh_distances.tree import TriangleTree
 from tests.engine.mesh_distances.meshes import (
     build_sheet,
     globe,
+    measure_exactly,
     saddle,
     sample_triangles,
     wave,
@@ -62,7 +67,7 @@ def test_intervals_contain_samples_and_are_narrow(name: str) -> None:
     assert places.high[0] >= largest.low
     assert places.high[1] >= largest.vertex_low
     assert largest.vertex_low <= largest.low * (1 + 1e-9) + 1e-9
-    assert np.allclose(a[largest.vertex_source, largest.vertex_corner], largest.vertex, atol=1e-9)
+    assert (a[largest.vertex_source, largest.vertex_corner] == largest.vertex).all()
     vertices = find_nearest(tree, a.reshape(-1, 3))
     assert largest.vertex_low <= vertices.high.max()
     assert vertices.low.max() <= largest.vertex_low + 1e-6 * largest.high + 1e-12
@@ -138,6 +143,27 @@ def test_equal_requests_have_equal_answers() -> None:
     first, second = measure(a, b), measure(a, b)
     assert (first.low, first.high, first.source) == (second.low, second.high, second.source)
     assert (first.point == second.point).all()
+
+
+@given(
+    corners=arrays(np.int8, st.tuples(st.integers(2, 7), st.just(3), st.just(3))),
+    count=st.integers(1, 6),
+    exponent=st.integers(-80, 80),
+)
+def test_any_triangles(corners: NDArray[np.int8], count: int, exponent: int) -> None:
+    # Whole numbers make equal, touching, crossing, flat and degenerate triangles.
+    soup = np.ldexp((corners // 16).astype(np.float64), exponent)
+    a, b = soup[: min(count, len(soup) - 1)], soup[min(count, len(soup) - 1) :]
+    size = 2.0**exponent
+    largest = bound_largest_distance(
+        a, TriangleTree(b), relative_width=0.05, floor=1e-9 * size, effort=20_000
+    )
+    assert largest.reached
+    distances = measure_exactly(sample_triangles(a, 20), b).min(axis=1)
+    assert distances.max() <= largest.high + 1e-14 * size
+    assert measure_exactly(largest.point[np.newaxis], b).min() >= largest.low - 1e-14 * size
+    vertices = measure_exactly(a.reshape(-1, 3), b).min(axis=1)
+    assert largest.vertex_low <= vertices.max() <= largest.vertex_low + 1e-12 * size
 
 
 def test_a_search_can_be_cancelled() -> None:
