@@ -65,8 +65,10 @@ def test_commands_print_what_the_page_shows(
 
 def test_programs_print_what_the_page_shows(server: str) -> None:
     for program, shown in PROGRAMS:
+        names: dict[str, Any] = {}
         with redirect_stdout(StringIO()) as output:
-            exec(compile(program.text.replace(SERVED_AT, server), "docs/judge.md", "exec"), {})
+            exec(compile(program.text.replace(SERVED_AT, server), "docs/judge.md", "exec"), names)
+        names["client"].close()
         assert (shown.language, output.getvalue()) == ("text", shown.text)
 
 
