@@ -80,7 +80,9 @@ def _make_picture(plan: MeshPlan, surface: SurfaceKind, options: PictureOptions)
         build, diagonal = prepare_meshes(plan, model, mesh_options)
         whole = build(Accuracy(), COARSE * diagonal)
         camera = build_camera(options.viewpoint, list_points(list_parts(whole)), model.up)
-        nearest = _find_distance(camera, whole) - COARSE * diagonal
+        # No point of the surface is further from the coarse mesh than this bound.
+        bound = whole.report.deviation_bound
+        nearest = 0.0 if bound is None else _find_distance(camera, whole) - bound
         mesh = build(find_accuracy(camera, nearest), None)
     least = NEAR * diagonal
     if nearest < least:
