@@ -36,11 +36,13 @@ from service.schemas.validation import (
     wrong_type,
 )
 from service.surface.checks import validate_points
-from service.surface.given_mesh import NO_CORNER, GivenMesh, QuadDiagonal, divide_faces
-
-VERTICES_PER_TRIANGLE = 3
-"""A mesh may have as many triangles as a surface has control points, and this many vertices for
-each: in files such as STL no two triangles share a vertex."""
+from service.surface.given_mesh import (
+    NO_CORNER,
+    VERTICES_PER_TRIANGLE,
+    GivenMesh,
+    QuadDiagonal,
+    divide_faces,
+)
 
 VERTICES = NumberGrid(
     ("vertices", "coordinates"), width=3, width_rule="A vertex has exactly three coordinates."

@@ -85,7 +85,7 @@ class Settings(BaseModel):
         default=DEFAULT_LIMITS.max_control_points,
         ge=4,
         le=100_000_000,
-        description="Control points of a surface.",
+        description="Control points of a surface, and triangles of a mesh that is judged.",
     )
     max_degree: int = Field(
         default=DEFAULT_LIMITS.max_degree,

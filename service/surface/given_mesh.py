@@ -15,6 +15,10 @@ NO_CORNER = int(np.iinfo(np.int64).min)
 """The fourth corner of a triangle in an array of faces of which some have four corners: no index
 of a request is as small."""
 
+VERTICES_PER_TRIANGLE = 3
+"""A mesh may have as many triangles as a surface has control points, and this many vertices for
+each: in files such as STL no two triangles share a vertex."""
+
 _HALVES: dict[QuadDiagonal, tuple[list[int], list[int]]] = {
     "02": ([0, 1, 2], [0, 2, 3]),
     "13": ([0, 1, 3], [1, 2, 3]),

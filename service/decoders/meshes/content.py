@@ -13,10 +13,7 @@ import numpy as np
 from service.bases.arrays import Ints
 from service.decoders.format import FileLimits, build_file_error
 from service.errors import InvalidRequest, Issue, TooLarge, count_nouns
-
-VERTICES_PER_TRIANGLE = 3
-"""A mesh may have as many triangles as a surface has control points, and this many vertices for
-each: in files such as STL no two triangles share a vertex."""
+from service.surface.given_mesh import VERTICES_PER_TRIANGLE
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -59,7 +59,8 @@ def _read_plain(name: str, plain: PlainFile) -> tuple[FloatArray, Ints, FloatArr
             (loaded,) = loaded["geometry"].values()
         vertices = np.ascontiguousarray(loaded["vertices"], np.float64)
         triangles = np.ascontiguousarray(loaded["faces"], np.intp)
-    except (ValueError, LookupError, TypeError, OverflowError):
+    except (ValueError, LookupError, TypeError, OverflowError, ImportError):
+        # For a text that is not in UTF-8 it looks for a library that would guess the encoding.
         raise _unreadable() from None
     count = len(vertices)
     if vertices.shape != (count, 3) or triangles.shape != (count_triangles(plain.corners), 3):

@@ -12,7 +12,7 @@ LIMITS = FileLimits(max_control_points=10_000)
 
 def read(name: str, content: bytes | str, diagonal: QuadDiagonal = "02") -> GivenMesh:
     """The mesh of a file of this format."""
-    content = content.encode() if isinstance(content, str) else content
+    content = content.encode(errors="surrogateescape") if isinstance(content, str) else content
     tree = MESH_BY_NAME[name].decode(content, None, LIMITS).tree
     return validate_document(MeshDefinition, tree).to_mesh(diagonal)
 

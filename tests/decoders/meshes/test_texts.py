@@ -245,6 +245,7 @@ def test_a_binary_stl_may_begin_as_a_text() -> None:
         ("1 0 0", "1 0 0 0", "malformed_file"),
         ("1 0 0\n  vertex 1e0 1 0", "1 0\n  vertex 1e0 1 0 0", "malformed_file"),
         ("1 0 0", "1 0 zero", "malformed_file"),
+        ("1 0 0", "1 0 \udcff", "malformed_file"),
         ("1 0 0", "1 0 inf", "not_finite"),
         ("1 0 0", "1 0 1e39", "coordinate_too_large"),
         ("solid a", "body a", "malformed_body"),
