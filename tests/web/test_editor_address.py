@@ -110,6 +110,51 @@ def test_the_link_of_an_edited_surface_keeps_camera_and_settings(
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("axis", ["x", "free"])
+def test_a_link_keeps_the_plane_of_the_section(page: Page, browser: Browser, axis: str) -> None:
+    page.check(f'input[name="section"][value="{axis}"]', force=True)
+    if axis == "free":
+        page.fill("#section-ny", "2")
+    page.fill("#section-position", "0.25")
+    page.press("#section-position", "Enter")
+    page.check('input[name="section-shown"][value="below"]', force=True)
+    section = {"x": "1,0,0,0.25", "free": "1,2,1,0.25"}[axis]
+    address = f"?surface=saddle#resolution=6&section={section}&section_shown=below"
+    wait_for_address(page, address)
+    text = page.inner_text("#section-offset-value")
+    other = open_profile(browser)
+    show(other.page, copy_text(page, "copy-link"))
+    assert other.page.is_checked(f'input[name="section"][value="{axis}"]')
+    assert other.page.is_checked('input[name="section-shown"][value="below"]')
+    assert other.page.input_value("#section-position") == "0.25"
+    assert other.page.inner_text("#section-offset-value") == text
+    other.page.wait_for_selector("#section-row:visible")
+    # Back and Forward lead from plane to plane, and without a plane the address has none.
+    other.page.click("#open")
+    perform(other.page, lambda: other.page.click('[data-example="sphere"]'))
+    other.page.check('input[name="section"][value="off"]', force=True)
+    wait_for_address(other.page, "?surface=sphere#resolution=6")
+    other.page.go_back()
+    wait_for_address(other.page, address)
+    other.page.wait_for_selector("#section-row:visible")
+    assert other.page.input_value("#section-position") == "0.25"
+    assert other.messages == []
+    other.page.context.close()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "section", ["1,0,0", "0,0,0,1", "1,0,0,NaN", "x,0,0,1", "1,0,0,1,2", "1,0,0,", "1e400,0,0,1"]
+)
+def test_an_invalid_plane_in_an_address_counts_as_missing(
+    stage: Stage, server: str, section: str
+) -> None:
+    stage.page.goto("about:blank")
+    show(stage.page, f"{server}/?surface=saddle#resolution=6&section={section}")
+    assert stage.page.is_checked('input[name="section"][value="off"]')
+
+
+@pytest.mark.slow
 def test_a_reload_keeps_the_camera_of_each_entry(page: Page) -> None:
     camera = turn(page)
     page.click("#open")

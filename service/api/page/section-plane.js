@@ -55,3 +55,12 @@ export function describe(normal, offset) {
   }).join(' ');
   return `${text} = ${String(offset).replace('-', '−')}`;
 }
+
+const PLANE = /^(?:-?\d{1,20}(?:\.\d{1,20})?(?:e[+-]?\d{1,2})?(?:,|$)){4}$/;
+
+/** The plane in four numbers with commas; null if they are none, or their normal has no direction. @param {string} text */
+export function readPlane(text) {
+  if (!PLANE.test(text)) return null;
+  const [x, y, z, offset] = text.split(',').map(Number);
+  return normalize([x, y, z]) === null ? null : { normal: [x, y, z], offset };
+}

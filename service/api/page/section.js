@@ -2,8 +2,9 @@
 // their length. The plane is across an axis, or has any normal.
 
 import { NewestOnly } from 'surface-service';
-import { announce, button, element, getChecked, input, radios, write } from './page.js';
-import { describe, dot, findRange, normalize, offsetAt, roundIn, shareOf } from './section-plane.js';
+import { announce, button, checkRadio, element, getChecked, input, radios, write } from './page.js';
+import { describe, dot, findRange, normalize, offsetAt, readPlane, roundIn, shareOf } from './section-plane.js';
+import { describeLines, put } from './section-lines.js';
 import { section } from './service.js';
 import { perform } from './work.js';
 
@@ -26,10 +27,13 @@ const AXES = ['x', 'y', 'z'];
 const NORMAL_FIELDS = ['section-nx', 'section-ny', 'section-nz'];
 /** Milliseconds after a change after which a request is sent, with all changes until then. */
 const PAUSE = 30;
+/** Milliseconds after the last change until the settings have the plane. */
+const NOTE_PAUSE = 250;
 
 export class Section {
   /** @param {State} state @param {Callbacks} callbacks */
   constructor(state, callbacks) {
+    this.state = state;
     this.callbacks = callbacks;
     /** The box of the mesh that is shown. @type {Report['bounds'] | null} */
     this.bounds = null;
@@ -39,6 +43,9 @@ export class Section {
     this.asked = '';
     this.hasFailed = false;
     this.timer = 0;
+    this.noteTimer = 0;
+    /** The settings of the plane, as the controls show them. */
+    this.noted = { section: '', sectionShown: 'both' };
     /** The plane of the next request. */
     this.wanted = { normal: [1, 0, 0], offset: 0 };
     /** The offset to which the plane was dragged, with all digits. @type {number | null} */
@@ -55,6 +62,7 @@ export class Section {
         callbacks.showPlane(null);
       }
       if (change !== 'settings' && change !== 'chosen') this.forget();
+      if (change === 'opened' || change === 'settings') this.restore();
     });
     this.watchControls();
   }
@@ -91,6 +99,33 @@ export class Section {
       if (normal === null || place === null) announce('Click a point of the surface first');
       else this.moveTo(dot(normal, place));
     });
+  }
+
+  /** Shows the plane of the settings, if it comes from an address. */
+  restore() {
+    const { section, sectionShown } = this.state.settings;
+    if (this.noteTimer !== 0 || (section === this.noted.section && sectionShown === this.noted.sectionShown)) return;
+    this.noted = { section, sectionShown };
+    const plane = readPlane(section);
+    const axis = plane?.normal.join(' ') ?? '';
+    checkRadio('section', plane === null ? 'off' : { '1 0 0': 'x', '0 1 0': 'y', '0 0 1': 'z' }[axis] ?? 'free');
+    checkRadio('section-shown', sectionShown);
+    if (plane !== null) NORMAL_FIELDS.forEach((id, k) => { input(id).value = String(plane.normal[k]); });
+    this.dragged = null;
+    this.exactOffset = plane?.offset ?? null;
+    this.update();
+  }
+
+  /** Writes the plane into the settings, but not with each step of a slider. @param {string} section */
+  note(section) {
+    const sectionShown = /** @type {SectionPlane['shown']} */ (getChecked('section-shown'));
+    if (section === this.noted.section && sectionShown === this.noted.sectionShown) return;
+    this.noted = { section, sectionShown };
+    clearTimeout(this.noteTimer);
+    this.noteTimer = setTimeout(() => {
+      this.noteTimer = 0;
+      this.state.set({ section, sectionShown });
+    }, NOTE_PAUSE);
   }
 
   /** Moves the plane by a distance along its normal. @param {number} distance */
@@ -141,6 +176,7 @@ export class Section {
     if (normal === null) {
       this.forget();
       this.callbacks.showPlane(null);
+      this.note('');
     }
     if (normal === null || this.bounds === null) return;
     const range = findRange(normal, this.bounds);
@@ -155,6 +191,8 @@ export class Section {
     this.callbacks.showPlane({
       normal, offset, shown: /** @type {SectionPlane['shown']} */ (getChecked('section-shown')),
     });
+    const written = choice === 'free' ? NORMAL_FIELDS.map((id) => Number(input(id).value)) : normal;
+    this.note([...written, offset].join(','));
     const asked = JSON.stringify([normal, offset]);
     if (asked === this.asked) return;
     this.asked = asked;
@@ -186,10 +224,7 @@ export class Section {
   /** @param {Polyline[]} polylines */
   show(polylines) {
     this.clear();
-    const loopCount = polylines.filter(({ closed }) => closed).length;
-    const length = polylines.reduce((sum, { points }) => sum + lengthOf(points), 0);
-    const lineText = count(polylines.length - loopCount, 'open line');
-    const text = `${count(loopCount, 'loop')}, ${lineText}, length ${Number(length.toPrecision(4))}`;
+    const { length, text } = describeLines(polylines);
     put(String(length), text);
     this.callbacks.show(polylines);
     announce(`Section: ${text}`);
@@ -208,20 +243,4 @@ export class Section {
     if (this.hasFailed) this.callbacks.mended();
     this.hasFailed = false;
   }
-}
-
-/** @param {number[][]} points */
-function lengthOf(points) {
-  return points.slice(1).reduce((sum, end, i) => sum + Math.hypot(...end.map((value, k) => value - points[i][k])), 0);
-}
-
-/** @param {number} number @param {string} noun */
-const count = (number, noun) => `${number} ${noun}${number === 1 ? '' : 's'}`;
-
-/** Shows a text in the row of the section; hides the row if the text is empty. @param {string} value @param {string} text */
-function put(value, text) {
-  const readout = element('section', HTMLDataElement);
-  readout.value = value;
-  readout.textContent = text;
-  element('section-row', HTMLElement).hidden = text === '';
 }

@@ -1,7 +1,10 @@
-// The settings of the panel, which the URL of the page keeps: the look of the surface, and how finely it
-// is divided.
+// The settings of the panel, which the URL of the page keeps: the look of the surface, how finely it is
+// divided, and where a plane cuts it.
+
+import { readPlane } from './section-plane.js';
 
 /** @typedef {import('./documents.js').Surface} Surface */
+/** @typedef {import('./section-plane.js').SectionPlane} SectionPlane */
 /** @typedef {'shaded' | 'normals' | 'gaussian' | 'mean' | 'zebra'} Look */
 
 /**
@@ -15,6 +18,8 @@
  * @property {number} stripes  of the look `zebra`
  * @property {'x' | 'y' | 'z'} stripeAxis  about which they are rings
  * @property {boolean} orthographic  whether the view has no perspective
+ * @property {string} section  a normal of its plane, and the offset along it, as four numbers with commas; empty without one
+ * @property {SectionPlane['shown']} sectionShown  the side of this plane that is shown
  */
 
 /** @type {readonly Look[]} */
@@ -29,7 +34,7 @@ const MIN_COARSE_RESOLUTION = 2;
 /** @type {Readonly<Settings>} */
 export const DEFAULTS = Object.freeze({
   look: 'shaded', net: true, wires: false, accuracy: 'resolution', resolution: 16, tolerance: -3,
-  stripes: 12, stripeAxis: 'z', orthographic: false,
+  stripes: 12, stripeAxis: 'z', orthographic: false, section: '', sectionShown: 'both',
 });
 
 /** `relative_tolerance`, with enough digits to distinguish the steps of the slider. @param {Pick<Settings, 'tolerance'>} settings */
@@ -128,6 +133,8 @@ export function toQuery(settings) {
   if (settings.stripes !== DEFAULTS.stripes) query.set('stripes', String(settings.stripes));
   if (settings.stripeAxis !== DEFAULTS.stripeAxis) query.set('stripe_axis', settings.stripeAxis);
   if (settings.orthographic) query.set('orthographic', '1');
+  if (settings.section !== '') query.set('section', settings.section);
+  if (settings.section !== '' && settings.sectionShown !== DEFAULTS.sectionShown) query.set('section_shown', settings.sectionShown);
   return query;
 }
 
@@ -152,6 +159,10 @@ export function fromQuery(query) {
   const axis = query.get('stripe_axis');
   if (axis === 'x' || axis === 'y' || axis === 'z') settings.stripeAxis = axis;
   settings.orthographic = query.get('orthographic') === '1';
+  const section = query.get('section') ?? '';
+  if (readPlane(section) !== null) settings.section = section;
+  const shown = query.get('section_shown');
+  if (shown === 'below' || shown === 'above') settings.sectionShown = shown;
   return settings;
 }
 
