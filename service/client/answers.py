@@ -145,6 +145,7 @@ class MeshCheck(Answer):
     skipped_faces: tuple[Record, ...] | None
     mesh: CheckedMesh | None
     distances: Floats | None
+    middle_distances: Floats | None
 
 
 class Estimate(Answer):

@@ -67,7 +67,7 @@ def plan_check(
     plan = build_plan(surface, MeshOptions(accuracy=accuracy), _NPZ, limits=limits)
     file_bytes = ANSWER_BYTES
     if query.distances:
-        numbers = 4 * len(mesh.positions) + 3 * count
+        numbers = 4 * len(mesh.positions) + 4 * count
         file_bytes += numbers * (FLOAT64_CHARS + 2)
     limits.check_bytes(file_bytes, "/mesh")
     triangles = count + plan.max_triangles
@@ -105,6 +105,7 @@ def _check(plan: MeshPlan, surface: SurfaceKind, mesh: GivenMesh, query: CheckQu
     if comparison.distances is not None:
         answer["mesh"] = {"vertices": mesh.positions, "faces": mesh.triangles}
         answer["distances"] = comparison.distances
+        answer["middle_distances"] = comparison.middle_distances
     return json_document(answer)
 
 

@@ -84,8 +84,8 @@ class CheckFields(StrictModel):
     )
     distances: bool = Field(
         default=False,
-        description="Whether the response has the mesh as it was read, and the distance of each "
-        "of its vertices from the surface, as colours need them.",
+        description="Whether the response has the mesh as it was read, and the distances of its "
+        "vertices and of the middles of its triangles from the surface, as colours need them.",
         examples=[True],
     )
 

@@ -86,6 +86,7 @@ def test_distances_of_vertices_come_with_the_mesh(client: Client) -> None:
     result = check(client, surface=SQUARE, mesh=mesh, distances=True)
     assert result["mesh"] == {"vertices": mesh["vertices"], "faces": [[0, 1, 2], [0, 2, 3]]}
     assert result["distances"] == pytest.approx([0, 0.5, 0.25, 0], abs=0.05)
+    assert result["middle_distances"] == pytest.approx([0.25, 1 / 12], abs=0.05)
 
 
 def test_files_are_bodies_or_fields(client: Client) -> None:

@@ -99,6 +99,8 @@ def test_columns_of_an_answer_are_arrays() -> None:
     answer = Local().check(SQUARE, (VERTICES, TRIANGLES), distances=True)
     assert answer.distances is not None
     assert answer.distances.shape == (4,)
+    assert answer.middle_distances is not None
+    assert answer.middle_distances.shape == (len(TRIANGLES),)
     assert answer.mesh is not None
     assert np.array_equal(answer.mesh.faces, TRIANGLES)
     assert answer.mesh_to_surface.low <= 1 / 3 <= answer.mesh_to_surface.high

@@ -102,3 +102,6 @@ class MeshCheck(ResponseModel):
     distances: list[Length] | Missing = None
     """With `distances`: for each vertex of `mesh` its distance from the surface, right to the width
     of the interval of `mesh_to_surface`."""
+    middle_distances: list[Length] | Missing = None
+    """With `distances`: for each triangle of `mesh` the distance of its middle, the mean of its
+    corners. Most meshes have their vertices on the surface, and are furthest from it in between."""

@@ -124,9 +124,12 @@ class _Task:
         else:
             limit = "thin" if self._reference.is_coarse else limit or "work"
         angle, triangle = find_largest_angle(self._mesh, self._reference, self._reference_tree)
-        distances = None
+        distances = middle_distances = None
         if self._query.distances:
-            distances = find_nearest(self._reference_tree, self._mesh.positions).high
+            positions = self._mesh.positions
+            middles = positions[self._mesh.triangles].mean(axis=1)
+            distances = find_nearest(self._reference_tree, positions).high
+            middle_distances = find_nearest(self._reference_tree, middles).high
         return Comparison(
             self._of_surface,
             self._of_mesh,
@@ -134,6 +137,7 @@ class _Task:
             angle,
             triangle,
             distances,
+            middle_distances,
             self._reference.skipped_faces,
         )
 

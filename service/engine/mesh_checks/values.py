@@ -57,6 +57,8 @@ class Comparison:
         The triangle with this angle.
     distances : ndarray of float64, shape (n,), or None
         If requested, the distance of each vertex of the mesh from the last reference mesh.
+    middle_distances : ndarray of float64, shape (t,), or None
+        Likewise of the middle of each triangle: the mean of its corners.
     skipped_faces : tuple of SkippedFace
         Faces of breps that took no part.
     """
@@ -67,4 +69,5 @@ class Comparison:
     angle: float | None
     angle_triangle: int | None
     distances: FloatArray | None
+    middle_distances: FloatArray | None
     skipped_faces: tuple[SkippedFace, ...] = ()

@@ -131,9 +131,12 @@ def test_degenerate_triangles_have_no_angle() -> None:
     assert (result.angle, result.angle_triangle) == (None, None)
 
 
-def test_distances_are_those_of_vertices() -> None:
+def test_distances_are_those_of_vertices_and_of_middles_of_triangles() -> None:
     positions = square(0.2)
     positions[3, 2] = -0.5
     result = compare(GivenMesh(positions, FACES), Plate(), CheckQuery(distances=True))
     assert result.distances == pytest.approx([0.2, 0.2, 0.2, 0.5], abs=0.02)
-    assert compare(GivenMesh(positions, FACES), Plate(), CheckQuery()).distances is None
+    middles = np.abs(positions[FACES].mean(axis=1)[:, 2])
+    assert result.middle_distances == pytest.approx(middles, abs=0.02)
+    without = compare(GivenMesh(positions, FACES), Plate(), CheckQuery())
+    assert (without.distances, without.middle_distances) == (None, None)
